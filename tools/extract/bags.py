@@ -8,7 +8,7 @@ degrees, values run from -100 to 100 over the range that the calibration file of
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any, cast
@@ -54,10 +54,10 @@ def read_bag(question: Question) -> Log:
 
 
 def _states(reader: Any, question: Question) -> Log:
-    states = [c for c in reader.connections if c.msgtype.endswith("/JointState")]
-    connections = [c for c in states if question.topic in (None, c.topic)]
+    sensors = [c for c in reader.connections if c.msgtype.endswith("/JointState")]
+    connections = [c for c in sensors if question.topic in (None, c.topic)]
     if not connections:
-        offered = sorted({f"{c.topic} ({c.msgtype})" for c in states or reader.connections})
+        offered = sorted({f"{c.topic} ({c.msgtype})" for c in sensors or reader.connections})
         raise ExtractError(
             f"{question.path}: no sensor_msgs/JointState"
             f"{f' on {question.topic}' if question.topic else ''}; it has "
@@ -67,23 +67,28 @@ def _states(reader: Any, question: Question) -> Log:
     for connection, time, raw in reader.messages(connections=connections):
         message = reader.deserialize(raw, connection.msgtype)
         messages.setdefault(connection.topic, []).append((message, time))
-    by_topic: dict[str, list[_State]] = {}
-    notes: dict[str, list[str]] = {}
-    for topic, some in messages.items():
-        by_topic[topic], notes[topic] = _of_topic(some, question)
-    best = max(by_topic, key=lambda topic: len(by_topic[topic]), default="")
-    if not by_topic.get(best):
-        names = chain(*(m.name for m, _ in chain(*messages.values())))
-        raise unknown_joints(list(dict.fromkeys(names)), question)
-    remarks = [f"read {best}, {len(by_topic[best])} states", *notes[best]]
-    topics = [f"{name} ({len(some)})" for name, some in by_topic.items() if some and name != best]
-    if topics:
-        remarks.append(f"the same joints are on {', '.join(topics)} too; --topic chooses")
-    stamps, positions, efforts = zip(*by_topic[best], strict=True)
-    has_efforts = question.efforts and all(effort is not None for effort in efforts)
-    if question.efforts and not has_efforts:
+    topics = {topic: _of_topic(some, question) for topic, some in messages.items()}
+    best = max(topics, key=lambda topic: len(topics[topic][0]), default="")
+    states, notes = topics.pop(best, ([], []))
+    if not states:
+        names = _names_in(chain.from_iterable(messages.values()))
+        raise unknown_joints(names, question)
+    remarks = [f"read {best}, {len(states)} states", *notes]
+    others = [f"{topic} ({len(some)})" for topic, (some, _) in topics.items() if some]
+    if others:
+        remarks.append(f"the same joints are on {', '.join(others)} too; --topic chooses")
+    stamps, positions, efforts = zip(*states, strict=True)
+    if not question.efforts:
+        return in_parts(stamps, positions, None, remarks)
+    if any(effort is None for effort in efforts):
+        efforts = None
         remarks.append("its messages have no efforts, or not always")
-    return in_parts(stamps, positions, efforts if has_efforts else None, remarks)
+    return in_parts(stamps, positions, efforts, remarks)
+
+
+def _names_in(messages: Iterable[tuple[Any, int]]) -> list[str]:
+    """Return the names of all joints in messages, each once."""
+    return list(dict.fromkeys(chain.from_iterable(message.name for message, _ in messages)))
 
 
 def _of_topic(
@@ -94,37 +99,33 @@ def _of_topic(
     All names of the topic tell which are the model's joints: one message alone does not show that
     another has a second arm.
     """
-    names = list(dict.fromkeys(chain.from_iterable(message.name for message, _ in messages)))
+    names = _names_in(messages)
     columns = columns_of(names, question)
     if columns is None:
         return [], []
     joints = [names[i] for i in columns]
     states: list[_State] = []
-    skipped = Counter[tuple[str, ...]]()
+    skipped = Counter({"lack a joint": 0})
     for message, time in messages:
-        own = list(message.name)
-        order = [own.index(joint) for joint in joints] if set(joints) <= set(own) else None
-        state = _state(message, order, time)
+        state = _state(message, joints, time)
         if state is not None:
             states.append(state)
-        elif order is not None or set(joints) & set(own):
-            skipped[()] += 1
+        elif set(joints) & set(message.name):
+            skipped["lack a joint"] += 1
         else:
-            skipped[tuple(own)] += 1
-    notes = [f"{skipped.pop((), 0)} messages there lack a joint, and are left out"]
-    notes = notes if notes[0][0] != "0" else []
-    notes += [
-        f"{count} messages there are of {', '.join(names):.90}, and are left out"
-        for names, count in skipped.items()
-    ]
-    return states, notes
+            skipped[f"are of {', '.join(message.name):.90}"] += 1
+    kinds = [(kind, count) for kind, count in skipped.items() if count]
+    return states, [f"{count} messages there {kind}, and are left out" for kind, count in kinds]
 
 
-def _state(message: Any, order: Sequence[int] | None, time: int) -> _State | None:
+def _state(message: Any, joints: Sequence[str], time: int) -> _State | None:
     """Return the state of a message; None if it has not all joints, or values are no numbers."""
+    names = list(message.name)
     position = np.asarray(message.position, dtype=float)
-    if order is None or len(position) != len(message.name) or not np.isfinite(position).all():
+    whole = len(position) == len(names) and np.isfinite(position).all()
+    if not whole or not set(joints) <= set(names):
         return None
+    order = [names.index(joint) for joint in joints]
     stamp = message.header.stamp
     nanoseconds = stamp.sec * 1_000_000_000 + stamp.nanosec
     effort = np.asarray(message.effort, dtype=float)
@@ -151,11 +152,9 @@ def read_lerobot_log(question: Question) -> Log:
     order = np.lexsort((stamps, episodes))
     order = order[usable[order]]
     fps = float(info.get("fps") or 30)
-    notes = [
-        f"read {len(set(episodes.tolist()))} episodes, {len(stamps)} frames at {fps:g} a second"
-    ]
-    if len(order) < len(stamps):
-        clipped = len(stamps) - len(order)
+    count = len(np.unique(episodes))
+    notes = [f"read {count} episodes, {len(stamps)} frames at {fps:g} a second"]
+    if clipped := len(stamps) - len(order):
         notes.append(f"{clipped} frames have a joint at the end of its range, and are left out")
     return Log(
         stamps[order].astype(float),
@@ -222,14 +221,14 @@ def _radians(
     values: np.ndarray, names: list[str], info: dict[str, Any], question: Question
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the positions in radians, and which states can be used."""
-    everything = np.atleast_1d(np.isfinite(values).all(axis=1))
+    known = np.all(np.isfinite(values), axis=1)
     if question.units in ("radians", "degrees"):
         degrees = question.units == "degrees"
         servo = SERVO_ARMS.search(str(info.get("robot_type")))
         angles = np.radians(values) * (4095 / 4096 if servo else 1.0) if degrees else values
         turning = ~np.array(question.prismatic)
-        check_angles(angles[everything][:, turning], degrees, question)
-        return angles, everything
+        check_angles(angles[known][:, turning], degrees, question)
+        return angles, known
     if question.units is None:
         raise ExtractError(
             f"{question.path}: a data set does not say its units: give --units degrees, or "
@@ -242,8 +241,9 @@ def _radians(
     if np.abs(values).max(initial=0.0) > 100 + 1e-6:
         raise ExtractError(f"{question.path}: values beyond 100; say --units degrees")
     # A value is one of 100 parts of half a motor's range.
-    half = [(motors[name].range_max - motors[name].range_min) / 2 for name in names]
-    sign = [-1 if motors[name].drive_mode else 1 for name in names]
+    by_joint = [motors[name] for name in names]
+    half = [(motor.range_max - motor.range_min) / 2 for motor in by_joint]
+    sign = [-1 if motor.drive_mode else 1 for motor in by_joint]
     scale = np.array(sign) * half * TICK / 100
-    inside = np.atleast_1d((np.abs(values) < 100 - 1e-6).all(axis=1))
-    return values * scale, everything & inside
+    inside = np.all(np.abs(values) < 100 - 1e-6, axis=1)
+    return values * scale, known & inside

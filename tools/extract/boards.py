@@ -5,8 +5,8 @@ not given, it is found from the same images.
 """
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -94,15 +94,18 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
         )
     samples: list[Sample] = []
     for i, (corners, pixels) in found.items():
-        _, turned, (x, y, z) = cv.solvePnP(corners, pixels, matrix, distortion)
-        qx, qy, qz, qw = quaternion_of(turn(turned.ravel())[None])[0].tolist()
-        point = (float(x[0]), float(y[0]), float(z[0]))
-        R = (qx, qy, qz, qw)
+        _, turned, place = cv.solvePnP(corners, pixels, matrix, distortion)
+        R = tuple(quaternion_of(turn(turned.ravel())[None])[0].tolist())
+        point = tuple(place.ravel().tolist())
         samples.append(Sample(rows[i], 0, where=str(files[i]), point=point, orientation=R))
-    views = Placement(
-        folder.name, tuple(samples), names, files=(folder / JOINTS,), remarks=tuple(remarks)
+    return Placement(
+        folder.name,
+        tuple(samples),
+        names,
+        files=(folder / JOINTS,),
+        remarks=tuple(remarks),
+        poses_of="camera",
     )
-    return replace(views, poses_of="camera")
 
 
 def _images(folder: Path, table: Table) -> list[Path]:
@@ -142,14 +145,20 @@ def _corners(
         pictures.append(picture)
     size = pictures[0].shape[::-1] if pictures else ()
     if board.dictionary == PLAIN:
-        return _seen_plain(cv, board, pictures), size
-    boards = [_board(cv, board, older) for older in (False, True)]
-    views_of_boards = [_seen(cv, shape, pictures) for shape in boards]
-    return max(views_of_boards, key=len), size
+        finders = [_plain_finder(cv, board)]
+    else:
+        finders = [_finder(cv, board, older) for older in (False, True)]
+    views = [{i: find(picture) for i, picture in enumerate(pictures)} for find in finders]
+    seen = [{i: view for i, view in some.items() if view is not None} for some in views]
+    return max(seen, key=len), size
 
 
-def _seen_plain(cv: Any, board: Board, pictures: Sequence[Any]) -> dict[int, tuple[Any, Any]]:
-    """Return a plain chessboard's inner corners and their pixels in each picture that shows it.
+Finder = Callable[[Any], "tuple[Any, Any] | None"]
+"""From a picture to the board's corners and their pixels; None where it does not show the board."""
+
+
+def _plain_finder(cv: Any, board: Board) -> Finder:
+    """Return the finder of a plain chessboard's inner corners.
 
     Where columns and rows are even and odd, the darker of two opposite squares comes first. Boards
     that look alike after a turn may be found turned, see :mod:`.turned_boards`.
@@ -161,18 +170,19 @@ def _seen_plain(cv: Any, board: Board, pictures: Sequence[Any]) -> dict[int, tup
         )
     x, y = np.meshgrid(np.arange(1, board.columns), np.arange(1, board.rows))
     corners = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 1, 3) * board.square
-    views: dict[int, tuple[Any, Any]] = {}
-    for i, picture in enumerate(pictures):
+
+    def find(picture: Any) -> tuple[Any, Any] | None:
         success, pixels = cv.findChessboardCornersSB(picture, size)
         if not success:
-            continue
+            return None
         cells = pixels.reshape(size[1], size[0], 2)
         first = cells[:2, :2].mean(axis=(0, 1))
         last = cells[-2:, -2:].mean(axis=(0, 1))
         darkness = [picture[int(v), int(u)] for u, v in (first, last)]
         turned = (board.columns + board.rows) % 2 == 1 and darkness[0] > darkness[1]
-        views[i] = corners.astype(np.float32), pixels[::-1] if turned else pixels
-    return views
+        return corners.astype(np.float32), pixels[::-1] if turned else pixels
+
+    return find
 
 
 def _seen_instead(cv: Any, files: Sequence[Path]) -> str:
@@ -191,19 +201,8 @@ def _seen_instead(cv: Any, files: Sequence[Path]) -> str:
     return f"{files[0].name} shows {counts[likeliest]} markers of {likeliest}; "
 
 
-def _seen(cv: Any, shape: Any, pictures: Sequence[Any]) -> dict[int, tuple[Any, Any]]:
-    """Return a board's corners and their pixels in each picture that shows it."""
-    find = cv.aruco.CharucoDetector(shape).detectBoard
-    views: dict[int, tuple[Any, Any]] = {}
-    for i, picture in enumerate(pictures):
-        corners, ids = find(picture)[:2]
-        if ids is not None and len(ids) >= FEWEST_CORNERS:
-            views[i] = shape.matchImagePoints(corners, ids)
-    return views
-
-
-def _board(cv: Any, board: Board, older: bool) -> Any:
-    """Return a board as OpenCV has it, in its older pattern or in the present one."""
+def _finder(cv: Any, board: Board, older: bool) -> Finder:
+    """Return the finder of a ChArUco board's corners, in OpenCV's older pattern or its present."""
     kind = getattr(cv.aruco, f"DICT_{board.dictionary}", None)
     if kind is None:
         raise RecordingError(
@@ -223,4 +222,11 @@ def _board(cv: Any, board: Board, older: bool) -> Any:
         )
     shape = cv.aruco.CharucoBoard(size, board.square, board.marker, markers)
     shape.setLegacyPattern(older)
-    return shape
+    detector = cv.aruco.CharucoDetector(shape)
+
+    def find(picture: Any) -> tuple[Any, Any] | None:
+        corners, ids = detector.detectBoard(picture)[:2]
+        enough = ids is not None and len(ids) >= FEWEST_CORNERS
+        return shape.matchImagePoints(corners, ids) if enough else None
+
+    return find

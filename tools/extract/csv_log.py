@@ -68,21 +68,21 @@ def _joint_columns(
     table: Table, times: Sequence[Column], question: Question
 ) -> tuple[list[Column], list[str]]:
     """Return the columns of the joints, and remarks."""
+    cells = [cell.strip() for cell in table.header or ()]
+    names = [column.name for column in table.columns]
     if question.named is not None:
-        names_asked = joints_named(question.named, question.joints)
-        for names in (
-            [cell.strip() for cell in table.header or ()],
-            [c.name for c in table.columns],
-        ):
-            if set(names_asked) <= set(names):
-                return [table.columns[names.index(word)] for word in names_asked], [*table.notes]
-    try:
-        joints = None if question.named else find_joints(table, question.joints, times)
-    except ColumnError as error:
-        raise ExtractError(which_arm(error, question)) from None
-    if joints is None:
-        raise unknown_joints([c.name for c in table.columns if c not in times], question)
-    return joints[0], [*table.notes, *filter(None, joints[1:])]
+        joints = joints_named(question.named, question.joints)
+        for words in (cells, names):
+            if set(joints) <= set(words):
+                return [table.columns[words.index(joint)] for joint in joints], [*table.notes]
+    else:
+        try:
+            match = find_joints(table, question.joints, times)
+        except ColumnError as error:
+            raise ExtractError(which_arm(error, question)) from None
+        if match is not None:
+            return match[0], [*table.notes, *filter(None, match[1:])]
+    raise unknown_joints([c.name for c in table.columns if c not in times], question)
 
 
 def _stamps(table: Table, column: Column) -> np.ndarray:
@@ -102,11 +102,11 @@ def _in_radians(positions: np.ndarray, columns: Sequence[Column], question: Ques
     if question.units not in (None, "radians", "degrees"):
         raise ExtractError(f"--units {question.units}: for a CSV log, radians or degrees")
     turning = ~np.array(question.prismatic)
-    degrees = np.array([column.unit in DEGREES for column in columns]) & turning
+    degrees = any(c.unit in DEGREES for c, turns in zip(columns, turning, strict=True) if turns)
     if question.units is not None:
-        unit = np.radians(1.0) if question.units == "degrees" else 1.0
-        scales = np.where(turning, unit / np.array([scale_of(c) for c in columns]), 1.0)
-        positions = positions * scales
-        degrees = turning & (question.units == "degrees")
-    check_angles(positions[:, turning], bool(degrees.any()), question)
+        degrees = question.units == "degrees"
+        unit = np.radians(1.0) if degrees else 1.0
+        scales = unit / np.array([scale_of(column) for column in columns])
+        positions = positions * np.where(turning, scales, 1.0)
+    check_angles(positions[:, turning], degrees, question)
     return positions

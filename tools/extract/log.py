@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -66,21 +65,8 @@ class Log:
         return (STATES + 0.5) * float(np.median(steps)) if len(steps) else 0.0
 
 
-def in_order(
-    stamps: Sequence[float] | np.ndarray,
-    positions: Sequence[np.ndarray] | np.ndarray,
-    efforts: Sequence[np.ndarray] | None = None,
-    notes: Sequence[str] = (),
-) -> Log:
-    """Return a log of one part, its states in order of time, each moment once."""
-    moments, first = np.unique(stamps, return_index=True)
-    torques = None if efforts is None else np.array(efforts, dtype=float)[first]
-    parts = np.zeros(len(moments), dtype=int)
-    return Log(moments, np.array(positions)[first], torques, parts, tuple(notes))
-
-
 SET_BACK = 0.5
-"""A stamp that is so much earlier than the latest before it is of a clock that was set back [s]."""
+"""A stamp that is so much earlier than the one before it is of a clock that was set back [s]."""
 
 
 def in_parts(
@@ -89,28 +75,21 @@ def in_parts(
     efforts: Sequence[np.ndarray] | None,
     notes: Sequence[str],
 ) -> Log:
-    """Return a log of states as they came; where the clock was set back, another part begins."""
+    """Return a log of states as they came; where the clock was set back, another part begins.
+
+    Within a part the states are put in order of time, each moment once.
+    """
     times = np.asarray(stamps, dtype=float)
-    back = times < np.maximum.accumulate(np.append(-np.inf, times[:-1])) - SET_BACK
-    begins = [i for i in np.flatnonzero(back).tolist() if times[i] < times[i - 1] - SET_BACK]
-    logs: list[Log] = []
-    remarks = list(notes)
-    for start, end in pairwise([0, *begins, len(times)]):
-        some = None if efforts is None else efforts[start:end]
-        logs.append(in_order(times[start:end], positions[start:end], some))
-        if start:
-            remarks.append(
-                f"{times[start - 1] - times[0]:.1f} s after the first state the stamps went back "
-                f"by {times[start - 1] - times[start]:.1f} s; what follows is a part of its own"
-            )
-    torques = [log.efforts for log in logs if log.efforts is not None]
-    return Log(
-        np.concatenate([log.stamps for log in logs]),
-        np.concatenate([log.positions for log in logs]),
-        np.concatenate(torques) if torques else None,
-        np.repeat(np.arange(len(logs)), [len(log.stamps) for log in logs]),
-        tuple(remarks),
-    )
+    last = np.flatnonzero(np.diff(times) < -SET_BACK)  # states before the clock was set back
+    remarks = [
+        f"{times[i] - times[0]:.1f} s after the first state the stamps went back by "
+        f"{times[i] - times[i + 1]:.1f} s; what follows is a part of its own"
+        for i in last
+    ]
+    parts = np.searchsorted(last, np.arange(len(times)))
+    rows = np.unique(np.stack([parts, times]), axis=1, return_index=True)[1]
+    torques = None if efforts is None else np.array(efforts, dtype=float)[rows]
+    return Log(times[rows], np.array(positions)[rows], torques, parts[rows], (*notes, *remarks))
 
 
 def columns_of(names: Sequence[str], question: Question) -> list[int] | None:

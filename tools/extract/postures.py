@@ -9,7 +9,7 @@ and s the scales of those in the best posture, the evidence of a posture is that
     ln L = -(n + 3)/2 sum_i [ ln(1 + d_i^2 / (n s_d^2)) + ln(1 + a_i^2 / (n s_a^2)) ]
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,8 @@ from ...recorder import TURN, Placement
 from ...solver.calibration import Calibration, UsageError, pose_of_numbers
 from ...solver.data import FrameError, HandEye, hand_eye, rotation_matrices
 from ...solver.partial import LEAST_ANGLE, LEAST_PLACE, SURE, Camera
-from ...solver.robot import Robot, workspace
+from ...solver.robot import workspace
+from .spanning_tree import spanning_tree
 
 COLUMNS = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw"))
 """Columns that stand in place of the joints: the flange in the base [m]."""
@@ -70,8 +71,7 @@ class Session:
     def mostly(self, session: "Session") -> bool:
         """Return whether most views stand in another session as they do in this one."""
         differences: np.ndarray = np.abs(self.positions - session.positions).max(axis=1)
-        same = differences < SAME
-        return float(np.mean(same)) > 0.5
+        return float(np.mean(differences < SAME)) > 0.5
 
     def __str__(self) -> str:
         """What the views leave, in words."""
@@ -95,11 +95,15 @@ class FlangePoses:
         """The file, for messages."""
         return str(self.views.files[0]) if self.views.files else self.views.name
 
+    @property
+    def turning(self) -> np.ndarray:
+        """Which joints turn, shape (m,)."""
+        return np.array([joint.type != "prismatic" for joint in self.calibration.robot.actuated])
+
     def sessions(self, poses: np.ndarray) -> list[Session]:
         """Return the postures in which a session may bring the flange to poses, shape (N, 4, 4)."""
-        turning = _turning(self.calibration.robot)
-        solutions = self._solutions(poses)
-        return [self._session(q) for q in _postures(solutions, turning)]
+        postures = _postures(self._solutions(poses), self.turning)
+        return [self._session(q) for q in postures]
 
     def _solutions(self, poses: np.ndarray) -> list[np.ndarray]:
         """Return the joint positions that bring the flange to each pose, up to whole turns."""
@@ -108,23 +112,22 @@ class FlangePoses:
         goal, targets = self.calibration.goal(np.repeat(poses, STARTS, axis=0))
         nominal = self.calibration.nominal.calibrated
         search = nominal.search(goal, targets, starts, None, np.eye(4))
-        residuals: np.ndarray = search.left.max(axis=1)
-        reached = residuals < REACHED
+        reached = search.left.max(axis=1) < REACHED
         solutions: list[np.ndarray] = []
         for i, sample in enumerate(self.views.samples):
             rows = slice(i * STARTS, (i + 1) * STARTS)
-            q: np.ndarray = search.positions[rows][reached[rows]]
-            solutions.append(_distinct(q, _turning(robot)))
-            if not len(solutions[i]):
+            distinct = _distinct(search.positions[rows][reached[rows]], self.turning)
+            if not distinct:
                 where = sample.where or f"view {i}"
                 raise UsageError(f"{where}: no posture within the limits brings the flange there")
+            solutions.append(np.array(distinct))
         return solutions
 
     def _session(self, q: np.ndarray) -> Session:
         """Return a posture, beside the one that was told and by what the views leave."""
         robot = self.calibration.robot
         reference = np.zeros(q.shape[1]) if self.near is None else self.near
-        away = _around(q - reference, _turning(robot))
+        away = _around(q - reference, self.turning)
         on_turn = reference + away
         within = (on_turn >= robot.lower) & (on_turn <= robot.upper)
         distances: np.ndarray = np.linalg.norm(away, axis=1) * (self.near is not None)
@@ -219,56 +222,33 @@ def _chosen(sessions: Sequence[Session], flange: FlangePoses) -> tuple[Session, 
     return session, [f"{flange.where}: {words}; is the calibration this arm's?"]
 
 
-def _turning(robot: Robot) -> np.ndarray:
-    """Return which joints turn, shape (m,)."""
-    return np.array([joint.type != "prismatic" for joint in robot.actuated])
-
-
 def _around(differences: np.ndarray, turning: np.ndarray) -> np.ndarray:
     """Return differences of joint positions round the circle, shape (..., m) [rad]."""
     return differences - np.where(turning, TURN * np.rint(differences / TURN), 0.0)
 
 
-def _distinct(rows: np.ndarray, turning: np.ndarray) -> np.ndarray:
-    """Return each of some joint positions once, up to whole turns; shape (K, m)."""
+def _distinct(postures: Iterable[np.ndarray], turning: np.ndarray) -> list[np.ndarray]:
+    """Return each of some joint positions, shape (..., m) each, once, up to whole turns."""
     distinct: list[np.ndarray] = []
-    for row in rows:
-        if all(np.abs(_around(row - row_before, turning)).max() > SAME for row_before in distinct):
-            distinct.append(row)
-    return np.array(distinct)
+    for q in postures:
+        differences = [np.abs(_around(q - other, turning)) for other in distinct]
+        if all(difference.max() > SAME for difference in differences):
+            distinct.append(q)
+    return distinct
 
 
-def _postures(solutions: Sequence[np.ndarray], turning: np.ndarray) -> list[np.ndarray]:
+def _postures(solutions: list[np.ndarray], turning: np.ndarray) -> list[np.ndarray]:
     """Return the joint positions of all views in each posture, shape (N, m) each.
 
     From each solution of the view that has most, the nearest solution of another view is added,
-    and so on (Prim's spanning tree): neighbours among views stand alike, however far the views go.
+    and so on (a spanning tree): neighbours among views stand alike, however far the views go.
     """
-    owner = np.repeat(np.arange(len(solutions)), [len(rows) for rows in solutions])
-    q = np.concatenate(list(solutions))
-    first = int(np.argmax(np.bincount(owner)))
+    counts = [len(rows) for rows in solutions]
+    view = np.repeat(np.arange(len(counts)), counts)
+    q = np.concatenate(solutions)
+    distances: np.ndarray = np.linalg.norm(_around(q[:, None] - q, turning), axis=2)
     postures: list[np.ndarray] = []
-    for root in np.flatnonzero(owner == first).tolist():
-        posture = q[_spanned(q, owner, root, turning)]
-        if all(
-            np.abs(_around(posture - posture_before, turning)).max() > SAME
-            for posture_before in postures
-        ):
-            postures.append(posture)
-    return postures
-
-
-def _spanned(q: np.ndarray, owner: np.ndarray, root: int, turning: np.ndarray) -> np.ndarray:
-    """Return the row of q that the tree from a root takes for each owner, shape (N,)."""
-    rows = np.zeros(owner.max() + 1, dtype=int)
-    distance = np.full(len(q), np.inf)
-    added = root
-    remaining = np.ones(len(q), dtype=bool)
-    while True:
-        rows[owner[added]] = added
-        remaining[owner == owner[added]] = False
-        if not remaining.any():
-            return rows
-        distances: np.ndarray = np.linalg.norm(_around(q - q[added], turning), axis=1)
-        distance = np.minimum(distance, distances)
-        added = int(np.argmin(np.where(remaining, distance, np.inf)))
+    for root in np.flatnonzero(view == np.argmax(counts)).tolist():
+        nodes = [root, *(node for node, _ in spanning_tree(distances, root, view))]
+        postures.append(q[sorted(nodes)])
+    return _distinct(postures, turning)

@@ -1,5 +1,8 @@
 """A log of any kind, read by its kind; a kept stream is read here."""
 
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 
 from ...recorder import read_stream_log
@@ -15,32 +18,29 @@ def read_log(question: Question) -> Log:
         ExtractError: There is nothing there, or nothing that can be read; see also the modules.
         RecordingError: A file is damaged.
     """
-    name = _kind(question)
-    readers = {"bags": read_bag, "lerobot": read_lerobot_log, "csv_log": read_csv_log}
-    reader = readers.get(name, read_kept_stream)
-    if question.topic is not None and name != "bags":
+    read = _reader(question.path)
+    if question.topic is not None and read is not read_bag:
         raise ExtractError("--topic is for bags")
-    if question.units is not None and name not in ("lerobot", "csv_log"):
+    if question.units is not None and read not in (read_lerobot_log, read_csv_log):
         raise ExtractError("--units is for lerobot data sets and CSV logs")
-    log = reader(question)
+    log = read(question)
     if not len(log.stamps):
         raise ExtractError(f"{question.path}: no state in it can be used")
     return log
 
 
-def _kind(question: Question) -> str:
-    """Return the kind of log that a path is."""
-    path = question.path
+def _reader(path: Path) -> Callable[[Question], Log]:
+    """Return what reads a log of a path's kind."""
     if not path.exists():
         raise ExtractError(f"{path}: no such file or folder")
     if path.is_dir() and (path / "meta" / "info.json").exists():
-        return "lerobot"
+        return read_lerobot_log
     if path.suffix in (".csv", ".tsv", ".txt"):
-        return "csv_log"
+        return read_csv_log
     if path.suffix == ".stream" or (path.is_dir() and any(path.glob("*.stream"))):
-        return "kept_stream"
+        return read_kept_stream
     if path.suffix in (".bag", ".db3", ".mcap") or (path / "metadata.yaml").exists():
-        return "bags"
+        return read_bag
     raise ExtractError(
         f"{path}: nothing that can be read. Give a ROS bag (.bag, .db3, .mcap, or a folder with "
         "metadata.yaml), a lerobot data set, a CSV log, or a recording with a kept stream"
@@ -50,25 +50,26 @@ def _kind(question: Question) -> str:
 def read_kept_stream(question: Question) -> Log:
     """Return the states of a kept stream, or of all in a placement's folder, one part each."""
     path = question.path
+    files = [path]
+    if path.is_dir():
+        files = sorted(path.glob("*.stream"), key=lambda f: (len(f.name), f.name))
     m = len(question.joints)
-    files = sorted(path.glob("*.stream"), key=lambda f: (len(f.name), f.name))
-    rows: list[tuple[np.ndarray, ...]] = []
+    rows = [(np.empty(0), np.empty((0, m)), np.empty((0, m)), np.empty(0, dtype=int))]
     notes = list[str]()
     last = 0
     measured = True
-    for file in files if path.is_dir() else [path]:
+    for file in files:
         stream = read_stream_log(file)
         columns = needed_columns(stream.joints, question)
         if not len(stream.stamps):
             continue
         notes += [f"read {file.name}, {len(stream.stamps)} states", *stream.remarks]
-        measured = measured and stream.efforts is not None
-        efforts = (
-            np.full_like(stream.positions, np.nan) if stream.efforts is None else stream.efforts
-        )
+        efforts = stream.efforts
+        if efforts is None:
+            measured = False
+            efforts = np.zeros_like(stream.positions)
         parts = stream.connections - stream.connections.min() + last
         last = int(parts.max()) + 1
         rows.append((stream.stamps, stream.positions[:, columns], efforts[:, columns], parts))
-    no_rows = (np.empty(0), np.empty((0, m)), np.empty((0, m)), np.empty(0, dtype=int))
-    stamps, positions, torques, numbers = map(np.concatenate, zip(no_rows, *rows, strict=True))
+    stamps, positions, torques, numbers = map(np.concatenate, zip(*rows, strict=True))
     return Log(stamps, positions, torques if measured else None, numbers, tuple(notes))

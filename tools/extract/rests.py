@@ -120,8 +120,8 @@ def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:
     ends = np.diff(log.parts) != 0
     slow = np.append((steps < JUMP / 2) & ~ends, False)
     parts = np.split(np.arange(len(slow)), np.flatnonzero(ends) + 1)
-    begun = [np.cumsum(slow[part]) > 0 for part in parts]
-    kept = [part[now] if now.any() else part for part, now in zip(parts, begun, strict=True)]
+    first_slow = [int(slow[part].argmax()) for part in parts]  # 0 where none is
+    kept = [part[first:] for part, first in zip(parts, first_slow, strict=True)]
     return np.concatenate(kept).tolist()
 
 

@@ -7,7 +7,7 @@ views i and j, a camera on the arm or beside it sees
     angle(F_i^T F_j) = angle(B_i^T B_j Z_(j-i))
 
 Z being the turn about the board's normal between what was found in both. The surest pairs of views
-are joined first (Prim's spanning tree).
+are joined first.
 """
 
 from dataclasses import replace
@@ -19,6 +19,7 @@ from ...solver.calibration import Calibration, pose_of_numbers, quaternion_of
 from ...solver.data import rotation_matrices
 from .boards import PLAIN, Board
 from .postures import COLUMNS
+from .spanning_tree import spanning_tree
 
 QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
 """A quarter of a turn about the normal."""
@@ -36,20 +37,19 @@ def turned_alike(calibration: Calibration, views: Placement, board: Board) -> Pl
     if board.dictionary != PLAIN or len(turns) == 1:
         return views
     B = rotation_matrices(np.array([sample.orientation for sample in views.samples]))
-    F = _flanges(calibration, views)
     Z = np.array([np.linalg.matrix_power(QUARTER, k) for k in turns])
-    numbers = _turns_of_views(F, B, Z)
+    numbers = _turns_of_views(_flanges(calibration, views), B, Z)
+    if not numbers.any():
+        return views
     centre = np.array([board.columns, board.rows, 0.0]) * board.square / 2
     places = np.array([sample.point for sample in views.samples])
     places += np.einsum("nij,nj->ni", B, centre - Z[numbers] @ centre)
     quaternions = quaternion_of(B @ Z[numbers])
     rows = zip(views.samples, places.tolist(), quaternions.tolist(), strict=True)
     samples = tuple(
-        replace(sample, point=(x, y, z), orientation=(qx, qy, qz, qw), turn=())
-        for sample, (x, y, z), (qx, qy, qz, qw) in rows
+        replace(sample, point=tuple(place), orientation=tuple(quaternion), turn=())
+        for sample, place, quaternion in rows
     )
-    if not numbers.any():
-        return views
     where = views.files[0].parent if views.files else views.name
     remark = (
         f"{where}: the board looks alike after a turn of {360 // len(turns)} deg; it was found "
@@ -81,18 +81,10 @@ def _turns_of_views(F: np.ndarray, B: np.ndarray, Z: np.ndarray) -> np.ndarray:
     errors = np.array([np.abs(_angles(relative @ turn) - expected) for turn in Z])
     best = errors.argmin(axis=0)
     surest, next_best = np.sort(errors, axis=0)[:2]
-    sureness = next_best - surest
-    N = len(F)
-    numbers = np.zeros(N, dtype=int)
-    origin = np.zeros(N, dtype=int)
-    margin = sureness[0].copy()
-    remaining = np.arange(N) > 0
-    while remaining.any():
-        j = int(np.argmax(np.where(remaining, margin, -1.0)))
-        remaining[j] = False
-        numbers[j] = (numbers[origin[j]] + best[origin[j], j]) % len(Z)
-        nearer = sureness[j] > margin
-        origin[nearer], margin[nearer] = j, sureness[j][nearer]
+    views = np.arange(len(F))
+    numbers = np.zeros(len(F), dtype=int)
+    for j, i in spanning_tree(surest - next_best, 0, views):
+        numbers[j] = (numbers[i] + best[i, j]) % len(Z)
     return numbers
 
 
