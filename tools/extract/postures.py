@@ -151,6 +151,17 @@ class FlangePoses:
             return None
 
 
+def names_flange_poses(views: Placement) -> bool:
+    """Return whether the columns of views are :data:`COLUMNS`."""
+    return set(views.joint_names or ()) == set(COLUMNS)
+
+
+def flange_poses(views: Placement) -> np.ndarray:
+    """Return the flange's poses in the columns of views, shape (N, 4, 4)."""
+    order = [(views.joint_names or ()).index(name) for name in COLUMNS]
+    return pose_of_numbers(views.positions[:, order])
+
+
 def joints_of(
     calibration: Calibration,
     views: Placement,
@@ -168,7 +179,7 @@ def joints_of(
     Raises:
         UsageError: Several postures, endlessly many or none bring the flange to a pose.
     """
-    if views.joint_names is None or set(views.joint_names) != set(COLUMNS):
+    if not names_flange_poses(views):
         return views
     posture = None if near is None else np.array(near)
     flange = FlangePoses(calibration, views, posture, camera)
@@ -179,8 +190,7 @@ def joints_of(
             f"{where}: {m} joints bring a flange to one pose in endlessly many ways; record the "
             f"joints ({', '.join(robot.joint_names)}) in place of {COLUMNS[0]}, .."
         )
-    order = [views.joint_names.index(name) for name in COLUMNS]
-    poses = pose_of_numbers(np.array([s.position for s in views.samples])[:, order])
+    poses = flange_poses(views)
     remarks = [f"{where}: joints recovered from the flange's poses by the nominal model"]
     sessions = flange.sessions(poses)
     nearest = min(session.nearest for session in sessions)

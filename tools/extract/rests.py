@@ -3,6 +3,7 @@
 The nominal model suggests socket and placement to some millimetres.
 """
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -76,39 +77,31 @@ def find_rests(
     watch = StreamMonitor(joints, window=window, still=still, live=False, resolution=log.resolution)
     same = Session(tuple(joints)).same
     rests: list[Rest] = []
-    now: Rest | None = None
+    stretches = [] if unsound is None else unsound
     for i in _slow_enough(log, joints):
         stamp = float(log.stamps[i])
         effort = None if log.efforts is None else tuple(log.efforts[i].tolist())
         state = JointState(stamp, tuple(log.positions[i].tolist()), effort)
         looked = watch.feed(state, stamp, int(log.parts[i]))
-        _note(watch.unsound(stamp), stamp, unsound)
+        if why := watch.unsound(stamp):
+            _note(why.partition(";")[0], stamp, stretches)
         pose = watch.rest
-        if pose is None or not looked:
-            now = now if pose else None
+        if not looked or not watch.settled or watch.trouble(stamp) is not None or pose is None:
             continue
-        if not watch.settled or watch.trouble(stamp) is not None:
-            continue
-        if now is None or not same(now.pose.position, pose.position, STOOD_STILL):
-            now = Rest(stamp - window, stamp, i, pose)
-            if rests and same(rests[-1].pose.position, pose.position, STOOD_STILL):
-                now = _joined(rests.pop(), now)
-            rests.append(now)
-        else:
-            rests[-1] = now = _joined(now, Rest(stamp, stamp, i, pose))
+        pause = Rest(stamp - window, stamp, i, pose)
+        if rests and same(rests[-1].pose.position, pose.position, STOOD_STILL):
+            pause = _joined(rests.pop(), pause)
+        rests.append(pause)
     return rests
 
 
-def _note(why: str | None, stamp: float, unsound: list[Stretch] | None) -> None:
+def _note(why: str, stamp: float, stretches: list[Stretch]) -> None:
     """Lengthen the last stretch that is unsound for the same reason, or begin another."""
-    if unsound is None or why is None:
-        return
-    words = why.partition(";")[0]
-    last = unsound[-1] if unsound else None
-    if last is not None and last.why == words and 0 <= stamp - last.end < LASTS:
+    last = stretches[-1] if stretches else Stretch(0.0, -math.inf, "")
+    if last.why == why and 0 <= stamp - last.end < LASTS:
         last.end = stamp
     else:
-        unsound.append(Stretch(stamp, stamp, words))
+        stretches.append(Stretch(stamp, stamp, why))
 
 
 def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:
@@ -152,9 +145,9 @@ def propose_samples(
     ]
     sockets = [group for group in _together(balls, TOGETHER * distance) if len(group) >= LEAST]
     for number, pair in enumerate(_pairs(sockets, balls, distance), start=1):
+        name = f"placement_{number}"
         for socket, group in enumerate(pair):
             for i in group:
-                name = f"placement_{number}"
                 proposed[i] = replace(proposed[i], placement=name, socket=socket)
     return _usable(proposed, joints)
 
@@ -170,17 +163,16 @@ def _together(points: np.ndarray, within: float) -> list[list[int]]:
 def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[list[list[int]]]:
     """Return the sockets of each base, the earlier first; the bases in order of time."""
     centres = [np.median(balls[group], axis=0) for group in groups]
-    mismatch = {
-        (i, j): abs(float(np.linalg.norm(centres[i] - centres[j])) - distance)
-        for i, j in combinations(range(len(groups)), 2)
-    }
-    partner: dict[int, int] = {}
+    pairs = combinations(range(len(groups)), 2)
+    lengths = {(i, j): float(np.linalg.norm(centres[i] - centres[j])) for i, j in pairs}
+    mismatch = {pair: abs(length - distance) for pair, length in lengths.items()}
+    bases: list[tuple[int, ...]] = [(i,) for i in range(len(groups))]
     for i, j in sorted(mismatch, key=lambda pair: mismatch[pair]):
-        if mismatch[i, j] <= APART * distance and i not in partner and j not in partner:
-            partner[i], partner[j] = j, i
-    singles = [[i] for i in range(len(groups)) if i not in partner]
-    bases = [[i, j] for i, j in partner.items() if i < j] + singles
-    return [[*map(groups.__getitem__, base)] for base in sorted(bases)]
+        if mismatch[i, j] <= APART * distance and (i,) in bases and (j,) in bases:
+            bases.remove((i,))
+            bases.remove((j,))
+            bases.append((i, j))
+    return [[groups[i] for i in base] for base in sorted(bases)]
 
 
 def _usable(rests: Sequence[Rest], joints: Sequence[JointLimits]) -> list[Rest]:
@@ -230,15 +222,13 @@ def placements_of(
     rests: Sequence[Rest], joint_names: Sequence[str], distance: float
 ) -> dict[str, dict[str, bytes]]:
     """Return the files of each placement, by its name."""
-    samples: dict[str, list[Sample]] = {}
+    samples: dict[str, tuple[Sample, ...]] = {}
     for pause in rests:
         if pause.placement is not None:
             sample = Session((), socket=pause.socket).sample_at(pause.pose)
-            samples.setdefault(pause.placement, []).append(sample)
+            samples[pause.placement] = (*samples.get(pause.placement, ()), sample)
     joints = tuple(joint_names)
-    return {
-        name: sample_files(
-            Placement(name, tuple(samples_there), joint_names=joints, distance=distance)
-        )
-        for name, samples_there in samples.items()
-    }
+    placements = [
+        Placement(name, some, joints, distance=distance) for name, some in samples.items()
+    ]
+    return {placement.name: sample_files(placement) for placement in placements}

@@ -15,10 +15,10 @@ from dataclasses import replace
 import numpy as np
 
 from ...recorder import Placement
-from ...solver.calibration import Calibration, pose_of_numbers, quaternion_of
+from ...solver.calibration import Calibration, quaternion_of
 from ...solver.data import rotation_matrices
 from .boards import PLAIN, Board
-from .postures import COLUMNS
+from .postures import flange_poses, names_flange_poses
 from .spanning_tree import spanning_tree
 
 QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
@@ -38,13 +38,16 @@ def turned_alike(calibration: Calibration, views: Placement, board: Board) -> Pl
         return views
     B = rotation_matrices(np.array([sample.orientation for sample in views.samples]))
     Z = np.array([np.linalg.matrix_power(QUARTER, k) for k in turns])
-    numbers = _turns_of_views(_flanges(calibration, views), B, Z)
+    F = _flanges(calibration, views)
+    numbers = _turns_of_views(F, B, Z)
     if not numbers.any():
         return views
+    Z_of_view = Z[numbers]
     centre = np.array([board.columns, board.rows, 0.0]) * board.square / 2
+    shifts = centre - Z_of_view @ centre
     places = np.array([sample.point for sample in views.samples])
-    places += np.einsum("nij,nj->ni", B, centre - Z[numbers] @ centre)
-    quaternions = quaternion_of(B @ Z[numbers])
+    places += np.einsum("nij,nj->ni", B, shifts)
+    quaternions = quaternion_of(B @ Z_of_view)
     rows = zip(views.samples, places.tolist(), quaternions.tolist(), strict=True)
     samples = tuple(
         replace(sample, point=tuple(place), orientation=tuple(quaternion), turn=())
@@ -67,18 +70,19 @@ def _alike(board: Board) -> list[int]:
 
 def _flanges(calibration: Calibration, views: Placement) -> np.ndarray:
     """Return the rotations of the flange, shape (N, 3, 3)."""
-    if views.joint_names is not None and set(views.joint_names) == set(COLUMNS):
-        order = [views.joint_names.index(name) for name in COLUMNS]
-        return pose_of_numbers(views.positions[:, order])[:, :3, :3]
-    q = views.for_joints(calibration.robot.joint_names).positions
-    return calibration.flange(q)[:, :3, :3]
+    if names_flange_poses(views):
+        poses = flange_poses(views)
+    else:
+        q = views.for_joints(calibration.robot.joint_names).positions
+        poses = calibration.flange(q)
+    return poses[:, :3, :3]
 
 
 def _turns_of_views(F: np.ndarray, B: np.ndarray, Z: np.ndarray) -> np.ndarray:
     """Return the number of the turn that puts each board as in the first view, shape (N,)."""
-    expected = _angles(np.einsum("iba,jbc->ijac", F, F))
-    relative = np.einsum("iba,jbc->ijac", B, B)
-    errors = np.array([np.abs(_angles(relative @ turn) - expected) for turn in Z])
+    expected = _angles(np.einsum("iba,jba->ij", F, F))
+    by_turn = _angles(np.einsum("iba,jbc,kca->kij", B, B, Z))
+    errors = np.abs(by_turn - expected)
     best = errors.argmin(axis=0)
     surest, next_best = np.sort(errors, axis=0)[:2]
     views = np.arange(len(F))
@@ -88,7 +92,7 @@ def _turns_of_views(F: np.ndarray, B: np.ndarray, Z: np.ndarray) -> np.ndarray:
     return numbers
 
 
-def _angles(rotations: np.ndarray) -> np.ndarray:
-    """Return the angles of rotations, shape (..., 3, 3) [rad]."""
-    traces = np.trace(rotations, axis1=-2, axis2=-1)
-    return np.arccos(np.clip((traces - 1) / 2, -1.0, 1.0))
+def _angles(traces: np.ndarray) -> np.ndarray:
+    """Return the angles of rotations of such traces [rad]."""
+    cosines = (traces - 1) / 2
+    return np.arccos(np.clip(cosines, -1.0, 1.0))
