@@ -4,8 +4,6 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from .mounts import Mount
 from .solid import (
     BED,
@@ -146,12 +144,17 @@ class BallPart:
         return self._bend(self.root)
 
     def _bend(self, root: float) -> float:
-        """Return the deflection of a cantilever, the integral of F x²/(E I(x)) over its length."""
-        # Euler-Bernoulli, round section, I = pi d⁴/64; the mount and the ball count as rigid.
-        x = np.linspace(self._start, self.length, 1001)
-        d = np.interp(x, (self._start, self.length), (self.throat, root))
-        integrand = FORCE * x**2 / (YOUNG * math.pi * d**4 / 64)
-        return float(np.sum((integrand[1:] + integrand[:-1]) / 2 * np.diff(x)))
+        """Return the deflection of a cantilever, the integral of F x²/(E I(x)) over its length.
+
+        Euler-Bernoulli, round section, I = pi d⁴/64; the mount and the ball count as rigid. With d
+        linear in x, u = x/d at the throat and v at the root, the integral of x²/d⁴ from s to l is
+
+            (l - s) (u² + u v + v²) / (3 d(s) d(l))
+        """
+        u = self._start / self.throat
+        v = self.length / root
+        shape = (self.length - self._start) * (u**2 + u * v + v**2) / (3 * self.throat * root)
+        return FORCE * shape / (YOUNG * math.pi / 64)
 
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""

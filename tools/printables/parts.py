@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, reduce
+from functools import cache, partial, reduce
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -67,13 +67,12 @@ class Part:
     def making(self) -> str:
         """Its masses, settings of the printer and the time to print it, in a line."""
         masses = ", ".join(f"{1000 * m:.0f} g of {name}" for name, m in self.facts["mass"].items())
-        layer = self.facts["print"]["layer"]
-        infill = self.facts["print"]["infill"]
-        brim = self.facts["print"]["brim"]
-        settings = f"layers of {1000 * layer:g} mm, {WALLS} walls, {100 * infill:.0f} % infill"
-        if brim:
-            settings += f", a brim of {1000 * brim:g} mm"
-        return f"{masses}; {settings}: printed in some {self.facts['print_time'] / 3600:.1f} h"
+        recipe = self.facts["print"]
+        infill = f"{WALLS} walls, {100 * recipe['infill']:.0f} % infill"
+        brim = f", a brim of {1000 * recipe['brim']:g} mm" if recipe["brim"] else ""
+        hours = self.facts["print_time"] / 3600
+        settings = f"layers of {1000 * recipe['layer']:g} mm, {infill}{brim}"
+        return f"{masses}; {settings}: printed in some {hours:.1f} h"
 
     @property
     def lines(self) -> list[str]:
@@ -107,46 +106,48 @@ def part_names(base: SocketBase) -> list[str]:
 def base_part(base: SocketBase) -> Part:
     """Build and check a socket base."""
     facts: dict[str, Any] = {
-        "distance": base.distance / 1000,
-        "ball_diameter": base.ball / 1000,
-        "sockets": [[x / 1000, y / 1000, base.height / 1000] for x, y in base.centres],
-        "holes": [[x / 1000, y / 1000] for x, y in base.holes],
-        "caliper": {"outside": base.outside / 1000, "inside": base.inside / 1000},
+        "distance": _metres(base.distance),
+        "ball_diameter": _metres(base.ball),
+        "sockets": _metres([(x, y, base.height) for x, y in base.centres]),
+        "holes": _metres(base.holes),
+        "caliper": {"outside": _metres(base.outside), "inside": _metres(base.inside)},
     }
     if isinstance(base, AnchoredBase):
-        facts["sockets_in_base"] = (np.array(base.sockets_in_base) / 1000).tolist()
-        facts["second_axis_height"] = ARMS[base.arm].shoulder / 1000
-    part = _checked(base.name, base.solid(), facts, BASE, [(0.0, base.height)])
-    return replace(part, spans=base.spans)
+        facts["sockets_in_base"] = _metres(base.sockets_in_base)
+        facts["second_axis_height"] = _metres(ARMS[base.arm].shoulder)
+    levels = [(0.0, base.height)]
+    return _checked(base.name, base.solid(), facts, BASE, levels=levels, spans=base.spans)
 
 
 def ball_part(name: str, ball: BallPart) -> Part:
     """Build a ball part, and check it by itself."""
     facts = {
-        "ball": [x / 1000 for x in ball.position],
-        "ball_diameter": ball.ball / 1000,
+        "ball": _metres(ball.position),
+        "ball_diameter": _metres(ball.ball),
         "bought_ball": ball.bought,
-        "neck": [ball.throat / 1000, ball.root / 1000],
+        "neck": _metres([ball.throat, ball.root]),
         "flanges": dict(ball.mount.links),
         "note": ball.mount.note,
-        "bend": ball.bend / 1000,
+        "bend": _metres(ball.bend),
         "tilt": TILT,
         "overhangs": [] if ball.bought else ["under the ball, beside its neck"],
     }
     circles = [ball.mount.holes] if ball.mount.holes else []
-    part = _checked(name, ball.solid(), facts, BALL, [(ball.mount.origin, ball.height)])
+    levels = [(ball.mount.origin, ball.height)]
+    part = _checked(name, ball.solid(), facts, BALL, levels=levels, circles=circles)
     middle = ball.in_frame(float(part.mesh.center_mass[2]))  # of its mass, full of plastic
-    facts = {**part.facts, "centre_of_mass": [x / 1000 for x in middle]}
-    return replace(part, facts=facts, circles=circles)
+    return replace(part, facts={**part.facts, "centre_of_mass": _metres(middle)})
+
+
+def _metres(millimetres: Any) -> Any:
+    """Return a number, or nested lists of them, in metres."""
+    return (np.array(millimetres) / 1000).tolist()
 
 
 def _checked(
-    name: str,
-    solid: Solid,
-    facts: Mapping[str, Any],
-    recipe: Recipe,
-    levels: Sequence[tuple[float, float]] = (),
+    name: str, solid: Solid, facts: Mapping[str, Any], recipe: Recipe, **drawing: Any
 ) -> Part:
+    """Build a part, with fields for its drawing, or refuse what cannot be printed."""
     body = to_manifold(solid)
     mesh = to_mesh(body)
     if not (len(body.decompose()) == 1 and mesh.is_watertight and mesh.is_winding_consistent):
@@ -157,16 +158,19 @@ def _checked(
     volume = body.volume() * 1e-9
     of_print = print_of(to_manifold(solid, COARSE), recipe)
     plastic = of_print.plastic if recipe.infill < 1.0 else volume
-    settings = {"layer": recipe.layer / 1000, "infill": recipe.infill, "brim": of_print.brim}
     identity = {
         "name": name,
         "size": [round(edge / 1000, 7) for edge in mesh.extents.tolist()],
         "volume": volume,
         "mass": {material: density * plastic for material, density in DENSITIES.items()},
-        "print": settings,
+        "print": {
+            "layer": _metres(recipe.layer),
+            "infill": recipe.infill,
+            "brim": of_print.brim,
+        },
         "print_time": of_print.time,
     }
-    return Part(name, solid, mesh, levels, facts={**identity, **facts})
+    return Part(name, solid, mesh, facts={**identity, **facts}, **drawing)
 
 
 def check_tilt(base: SocketBase, part: BallPart) -> None:
@@ -176,11 +180,12 @@ def check_tilt(base: SocketBase, part: BallPart) -> None:
     ball = to_manifold(sphere_of_ball, COARSE)
     bed = to_manifold(part.envelope() - sphere_of_ball, COARSE)
     fixed = to_manifold(base.solid(), COARSE)
-    leans = [(TILT, float(azimuth), spin) for azimuth, spin in product(AZIMUTHS, SPINS)]
     for socket in range(base.sockets):
-        leaned = (bed.transform(leaning(base, part, socket, *lean)) for lean in leans)
-        upright = ball.transform(leaning(base, part, socket, 0.0, 0.0))
-        if any((solid ^ fixed).volume() > COLLISION for solid in (upright, *leaned)):
+        pose_of = partial(leaning, base, part, socket)
+        placed = [ball.transform(pose_of(0.0, 0.0))]
+        for azimuth, spin in product(AZIMUTHS, SPINS):
+            placed.append(bed.transform(pose_of(TILT, azimuth, spin)))
+        if any((solid ^ fixed).volume() > COLLISION for solid in placed):
             raise PrintableError(
                 f"it hits the base when it leans {math.degrees(TILT):.0f} degrees in "
                 f"socket {socket}: take a reach of {part.shortest_reach:g} mm or more, "

@@ -242,26 +242,31 @@ def place_holes(
     area: Box, discs: Sequence[Disc], boxes: Sequence[Box], margin: float
 ) -> tuple[Point, ...]:
     """Return 3 or 4 holes, best symmetric about y, that hold a plate widest; none if fewer fit."""
+
+    def is_free(point: Point) -> bool:
+        u, v = point
+        if any(math.dist(point, (x, y)) < radius for x, y, radius in discs):
+            return False
+        return not any(
+            a - margin < u < c + margin and b - margin < v < d + margin for a, b, c, d in boxes
+        )
+
     x0, y0, x1, y1 = area
     best: tuple[Point, ...] = ()
     for columns in ((0.0, PITCH / 2), range(int(PITCH))):
         for x, y in itertools.product(columns, range(int(PITCH))):
-            across = range(math.ceil((x0 - x) / PITCH), math.floor((x1 - x) / PITCH) + 1)
-            along = range(math.ceil((y0 - y) / PITCH), math.floor((y1 - y) / PITCH) + 1)
-            grid = ((x + PITCH * i, y + PITCH * j) for i, j in itertools.product(across, along))
-            places = [
-                (u, v)
-                for u, v in grid
-                if not any(math.dist((u, v), disc[:2]) < disc[2] for disc in discs)
-                and not any(
-                    a - margin < u < c + margin and b - margin < v < d + margin
-                    for a, b, c, d in boxes
-                )
-            ]
-            best = max(best, _outermost(places), key=signed_area)
+            grid = itertools.product(_steps(x, x0, x1), _steps(y, y0, y1))
+            best = max(best, _outermost(list(filter(is_free, grid))), key=signed_area)
         if len(best) >= 3:
             return best
     return ()
+
+
+def _steps(start: float, low: float, high: float) -> list[float]:
+    """Return the numbers of a grid through ``start`` from low to high."""
+    first = math.ceil((low - start) / PITCH)
+    last = math.floor((high - start) / PITCH)
+    return [start + PITCH * i for i in range(first, last + 1)]
 
 
 def _outermost(points: Sequence[Point]) -> tuple[Point, ...]:
