@@ -6,7 +6,7 @@ import threading
 import time
 from contextlib import contextmanager, suppress
 
-from mukca.tools.emulators.udp_arms import nested, numbers
+from mukca.drivers.arms.fri import nested, numbers
 
 
 @contextmanager

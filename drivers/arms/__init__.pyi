@@ -1,5 +1,10 @@
+from .fri import framed as framed
+from .fri import nested as nested
+from .fri import numbers as numbers
 from .simulated import Mock as Mock
 from .simulated import arm_at as arm_at
 from .simulated_arm import Fault as Fault
 from .simulated_arm import Motion as Motion
 from .simulated_arm import SimulatedArm as SimulatedArm
+from .ur import encode_package as encode_package
+from .ur import take_package as take_package

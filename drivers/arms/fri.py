@@ -10,6 +10,7 @@ Read as a length, the first bytes of a bare message are larger than any datagram
 import math
 import struct
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -64,7 +65,7 @@ QUALITIES = ("poor", "fair", "good", "excellent")
 
 def decode_message(datagram: bytes) -> StateMessage:
     """Decode a monitoring message."""
-    body, framed = _unframe(datagram)
+    body, in_frame = _unframe(datagram)
     message = _fields(body)
     header = _fields(_bytes(message, 1))
     if _varint(header, 1) != MONITORING_ID:
@@ -95,20 +96,32 @@ def decode_message(datagram: bytes) -> StateMessage:
         position=position,
         torque=torque or None,
         stamp=_stamp(monitor, sequence * _varint(connection, 3, 1) * 1e-3),
-        framed=framed,
+        framed=in_frame,
     )
 
 
-def encode_reply(counter: int, reflected: int, framed: bool) -> bytes:
+def encode_reply(counter: int, reflected: int, in_frame: bool) -> bytes:
     """Return the counter-th reply, a header without a command, to the message of a sequence."""
-    header = b"".join(
-        bytes([number << 3 | VARINT]) + _encode_varint(value)
-        for number, value in enumerate((COMMAND_ID, counter, reflected), 1)
-    )
-    body = bytes([1 << 3 | BYTES]) + _encode_varint(len(header)) + header
-    if not framed:
-        return body
+    body = nested(1, numbers({1: COMMAND_ID, 2: counter, 3: reflected}))
+    return framed(body) if in_frame else body
+
+
+def framed(body: bytes) -> bytes:
+    """Return a message in the frame of FRI 2.7."""
     return struct.pack("<I", len(body)) + body + struct.pack("<I", zlib.crc32(body))
+
+
+def numbers(fields: Mapping[int, int]) -> bytes:
+    """Return protobuf varint fields by number."""
+    return b"".join(
+        varint(number << 3 | VARINT) + varint(value)
+        for number, value in fields.items()
+    )
+
+
+def nested(number: int, message: bytes) -> bytes:
+    """Return a protobuf field that holds a message."""
+    return varint(number << 3 | BYTES) + varint(len(message)) + message
 
 
 def _unframe(datagram: bytes) -> tuple[bytes, bool]:
@@ -197,7 +210,8 @@ def _decode_varint(body: bytes, offset: int) -> tuple[int, int]:
             return value, offset
 
 
-def _encode_varint(value: int) -> bytes:
+def varint(value: int) -> bytes:
+    """Return a protobuf varint."""
     encoded = bytearray()
     while value > 0x7F:
         encoded.append(value & 0x7F | 0x80)

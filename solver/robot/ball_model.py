@@ -42,6 +42,11 @@ class Linearisation:
     """Derivatives by the m joint positions, shape (N, 3, m), or with tilts (N, 3, 3 m)."""
 
 
+def nominal_balls(robot: Robot, positions: np.ndarray) -> np.ndarray:
+    """Return where a robot's own model has the ball at joint positions (N, m), shape (N, 3) [m]."""
+    return BallModel(robot, []).points(np.empty(0), positions)
+
+
 class BallModel:
     """The ball's centre as a function of some free origin numbers and the joint positions.
 

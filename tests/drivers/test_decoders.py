@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 
 from mukca.drivers import JointState
 from mukca.drivers.arms import damiao, franka, fri, piper, ros, ur, xarm
+from mukca.drivers.arms.fri import nested, numbers, varint
 from mukca.drivers.arms.kinova_bus import decode_reply
 from mukca.drivers.arms.servos import dynamixel, feetech
 from mukca.drivers.arms.servos.servo_arm import Answer
 from mukca.tools.emulators.tcp_arms import fast_report, real_report, rich_report
-from mukca.tools.emulators.udp_arms import encode_message, encode_state, nested, numbers, varint
+from mukca.tools.emulators.udp_arms import encode_message, encode_state
 
 Q = (0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7)
 STATE, SIX = JointState(0.0, Q, Q), JointState(0.0, Q[:6], Q[:6])
@@ -239,7 +240,7 @@ def test_ros_takes_no_odd_message(message):
     assert all(map(math.isfinite, (*state.position, *(state.effort or ()), state.stamp)))
 
 
-STS, X = feetech, dynamixel
+STS, X = feetech.Feetech.make, dynamixel.Dynamixel.make
 ANSWERS = [
     (STS, 2, "ffff0104000008f2", Answer(1, 0, b"\x00\x08")),
     (STS, 2, "ffff030400ff0fea", Answer(3, 0, b"\xff\x0f")),
@@ -249,20 +250,18 @@ ANSWERS = [
 ]
 
 
-@pytest.mark.parametrize(("packets", "count", "text", "answer"), ANSWERS)
-def test_a_servo_s_answer_is_found_among_other_bytes_whole_or_not_at_all(
-    packets, count, text, answer
-):
+@pytest.mark.parametrize(("make", "count", "text", "answer"), ANSWERS)
+def test_a_servo_s_answer_is_found_among_other_bytes_whole_or_not_at_all(make, count, text, answer):
     """An echo of one's own request, noise, headers that are none, and a packet that is torn."""
     whole = bytes.fromhex(text)
-    for noise in (packets.encode_request(56, 2, (1, 2, 3)), b"\xff", b"\xff\xff", whole[:-1], b""):
+    for noise in (make.encode_request(56, 2, (1, 2, 3)), b"\xff", b"\xff\xff", whole[:-1], b""):
         received = bytearray(noise + whole + whole)
-        found = [packets.take_answer(received, count) for _ in range(3)]
+        found = [make.take_answer(received, count) for _ in range(3)]
         assert [one for one in found if one] in ([answer, answer], [answer])
         assert answer in found[:2]
     for kept in range(len(whole)):
-        assert packets.take_answer(bytearray(whole[:kept]), count) is None
+        assert make.take_answer(bytearray(whole[:kept]), count) is None
     for place in range(len(whole)):
         wrong = bytearray(whole)
         wrong[place] ^= 0x10
-        assert packets.take_answer(wrong, count) is None
+        assert make.take_answer(wrong, count) is None

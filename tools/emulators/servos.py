@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
+from ...drivers.arms.servos import crc16
 from .emulator import Emulator, Version
 from .ports import SerialPort
 
@@ -158,16 +159,6 @@ class DynamixelEmulator(ServoEmulator):
         packet = bytes(self.TABLE["head"]) + bytes([servo])
         packet += (len(content) + 2).to_bytes(2, "little") + content
         return packet + crc16(packet).to_bytes(2, "little")
-
-
-def crc16(data: bytes) -> int:
-    """Return the CRC of a packet, bit by bit."""
-    crc = 0
-    for byte in data:
-        crc ^= byte << 8
-        for _ in range(8):
-            crc = crc << 1 ^ (0x18005 if crc & 0x8000 else 0)
-    return crc
 
 
 class FeetechEmulator(ServoEmulator):

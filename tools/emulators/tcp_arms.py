@@ -6,6 +6,7 @@ Proven against ur-rtde 1.6.5, CB3 and e-series, and xarm-python-sdk 1.18.4.
 import struct
 
 from ...drivers import JointState
+from ...drivers.arms import encode_package, take_package
 from ...drivers.transport import parse_endpoint
 from .arm import COMMON_KINDS
 from .emulator import Emulator, Version
@@ -50,54 +51,47 @@ class UrEmulator(Emulator):
                 for (name, (_, layout)), numbers in zip(OUTPUTS.items(), values, strict=True)
             }
             package = b"\x01" + b"".join(outputs[name] for name in self._names)
-            self.emit(self._tcp.send, packed(b"U", package), moment)
+            self.emit(self._tcp.send, encode_package(ord("U"), package), moment)
 
     def _requests(self, received: bytes) -> None:
         """Answer all requests that have come in whole."""
         self._buffer += received
-        while len(self._buffer) >= 3:
-            size = int.from_bytes(self._buffer[:2], "big")
-            if size < 3:
-                raise ValueError("a package that ends before it begins")
-            if len(self._buffer) < size:
-                break
-            package = self._buffer[:size]
-            self._buffer = self._buffer[size:]
-            self._answer(package[2:3], package[3:])
+        while (package := take_package(self._buffer)) is not None:
+            self._answer(*package)
 
-    def _answer(self, kind: bytes, payload: bytes) -> None:
-        if kind == b"V":
-            accepted = payload == b"\0\2" and not self.faults.is_active("version", self.moment)
-            self._tcp.send(packed(kind, bytes([accepted])))
-        elif kind == b"v":
-            major, minor = map(int, self.version.split("."))
-            self._tcp.send(packed(kind, struct.pack(">4I", major, minor, 0, 0)))
-        elif kind == b"O":
-            self._set_up(payload)
-        elif kind in (b"S", b"P"):
-            self._tcp.send(packed(kind, b"\x01"))
-            self.streaming = kind == b"S"
-            self.arm.connect()
+    def _answer(self, kind: int, payload: bytes) -> None:
+        match chr(kind):
+            case "V":
+                known = payload == b"\0\2" and not self.faults.is_active("version", self.moment)
+                answer = bytes([known])
+            case "v":
+                major, minor = map(int, self.version.split("."))
+                answer = struct.pack(">4I", major, minor, 0, 0)
+            case "O":
+                answer = self._set_up(payload)
+            case "S" | "P" as word:
+                answer = b"\x01"
+                self.streaming = word == "S"
+                self.arm.connect()
+            case _:
+                return
+        self._tcp.send(encode_package(kind, answer))
 
-    def _set_up(self, payload: bytes) -> None:
+    def _set_up(self, payload: bytes) -> bytes:
+        """Take note of the outputs that are asked for; return their types."""
         if len(payload) < 8 or not (frequency := struct.unpack_from(">d", payload)[0]) >= 1e-3:
             raise ValueError("outputs at no rate")
         self._every = max(1, round(self.arm.rate / frequency))
         names = payload[8:].decode().rstrip(",").split(",")
         types = [OUTPUTS.get(name, ("NOT_FOUND",))[0] for name in names]
         self._names = [] if "NOT_FOUND" in types else names
-        self._tcp.send(packed(b"O", bytes([bool(self._names)]) + ",".join(types).encode()))
+        return bytes([bool(self._names)]) + ",".join(types).encode()
 
     def _forget(self) -> None:
-        self._buffer = b""
+        self._buffer = bytearray()
         self._names: list[str] = []
         self._every = 1
         self.streaming = False
-
-
-def packed(kind: bytes, payload: bytes) -> bytes:
-    """Return an RTDE package."""
-    return struct.pack(">H", 3 + len(payload)) + kind + payload
 
 
 HOST = "127.0.0.1"

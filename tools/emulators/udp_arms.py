@@ -6,12 +6,12 @@ FCI is field by field as libfranka's header, proven against libfranka 0.9.2 (ver
 
 import json
 import struct
-import zlib
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from ...drivers import JointState
+from ...drivers.arms import framed, nested, numbers
 from ...drivers.transport import parse_endpoint
 from .arm import COMMON_KINDS
 from .emulator import Emulator, Version
@@ -165,29 +165,10 @@ def encode_message(
     body += nested(4, numbers(dict(enumerate(connection, 1))))
     body += nested(5, numbers({10: 0, 11: 0}) + b"\x61" + struct.pack("<d", 1.0))
     if version == "2.7":
-        return struct.pack("<I", len(body)) + body + struct.pack("<I", zlib.crc32(body))
+        return framed(body)
     return body + nested(15, b"")
-
-
-def numbers(fields: dict[int, int]) -> bytes:
-    """Return protobuf varint fields by number."""
-    return b"".join(varint(number << 3) + varint(value) for number, value in fields.items())
 
 
 def doubles(values: tuple[float, ...]) -> bytes:
     """Return a JointValues message, unpacked as the controller writes it."""
     return b"".join(b"\x09" + struct.pack("<d", value) for value in values)
-
-
-def nested(number: int, message: bytes) -> bytes:
-    """Return a protobuf field that holds a message."""
-    return varint(number << 3 | 2) + varint(len(message)) + message
-
-
-def varint(value: int) -> bytes:
-    """Return a protobuf varint."""
-    head = bytearray()
-    while value >= 1 << 7:
-        head.append(1 << 7 | value & 127)
-        value >>= 7
-    return bytes([*head, value])

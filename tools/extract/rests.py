@@ -16,7 +16,7 @@ from ...recorder import TURN, Placement, Sample, sample_files
 from ...recorder.session import STOOD_STILL, Session
 from ...recorder.stream import JUMP, JointLimits, StationaryPose, StreamMonitor
 from ...solver.calibration import UsageError
-from ...solver.robot import BallModel, Robot
+from ...solver.robot import Robot, nominal_balls
 from .log import Log
 
 
@@ -139,7 +139,7 @@ def propose_samples(
     if not rests:
         return []
     positions = np.array([pause.pose.position for pause in rests])
-    balls = BallModel(robot, []).points(np.empty(0), positions)
+    balls = nominal_balls(robot, positions)
     proposed = [
         replace(pause, ball=tuple(p)) for pause, p in zip(rests, balls.tolist(), strict=True)
     ]

@@ -66,14 +66,13 @@ class Print:
 
 def print_of(body: "Manifold", recipe: Recipe) -> Print:
     """Return time and plastic of a body that stands on z = 0, by layers evenly chosen."""
-    box: Any = body.bounding_box()
-    top = float(box[5])
+    figure: Any = body
+    top = float(figure.bounding_box()[5])
     heights = (np.arange(SAMPLES) + 0.5) * top / SAMPLES
     layers = np.array([_layer(body, float(z), recipe) for z in heights])
     plastic, time = layers.mean(axis=0) * top / recipe.layer
     first, _ = layers[0] / recipe.spacing / recipe.layer
-    footprint: Any = body.slice(recipe.layer / 2)
-    x0, y0, x1, y1 = footprint.bounds()
+    x0, y0, x1, y1 = figure.slice(recipe.layer / 2).bounds()
     is_slender = top > SLENDER * min(x1 - x0, y1 - y0)
     brim = recipe.brim / 1000 if is_slender else 0.0
     return Print(float(plastic) * 1e-9, float(time + first / FIRST), brim)

@@ -9,7 +9,7 @@ import numpy as np
 from ...recorder import Sample, read_placement
 from ...solver import assessment, diagnostics
 from ...solver.data import Load, measure
-from ...solver.robot import BallModel, Robot, gravity_moments, load_robot, shipped_robots
+from ...solver.robot import Robot, gravity_moments, load_robot, nominal_balls, shipped_robots
 from .goals import limit_for
 
 ENOUGH = 5
@@ -44,7 +44,7 @@ def odd_pose(robot: Robot, distance: float, samples: Sequence[Sample]) -> str | 
     sockets = np.array([sample.socket for sample in samples])
     if len(sockets) < 2:
         return None
-    balls = BallModel(robot, []).points(np.zeros(0), np.array([s.position for s in samples]))
+    balls = nominal_balls(robot, np.array([s.position for s in samples]))
     same = sockets[:-1] == sockets[-1]
     in_socket, elsewhere = balls[:-1][same], balls[:-1][~same]
     allowed = FAR if len(in_socket) else FAR + distance
@@ -101,7 +101,7 @@ def _shipped(joints: int) -> tuple[Robot, ...]:
 
 def _scatter(robot: Robot, q: np.ndarray) -> float:
     """Return the ball's mean distance from its mean position over some configurations [m]."""
-    points = BallModel(robot, []).points(np.zeros(0), q)
+    points = nominal_balls(robot, q)
     distances: np.ndarray = np.linalg.norm(points - points.mean(axis=0), axis=1)
     return float(distances.mean())
 
@@ -126,7 +126,7 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
     judgement = assessment.judge([assessment.checks_row(survey.diagnostics)], survey.hypotheses)
     if judgement.status == "fail":
         return f"Verdict: {judgement.title}. {judgement.text}", judgement.exit_status
-    balls = BallModel(robot, []).points(np.zeros(0), measured.positions)
+    balls = nominal_balls(robot, measured.positions)
     distances = np.linalg.norm(balls - balls.mean(axis=0), axis=1)
     error, limit = float(distances.mean()), limit_for(robot)
     verdict = "worth calibrating" if error > limit else "as good as a calibration would make it"

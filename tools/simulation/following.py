@@ -11,7 +11,7 @@ import numpy as np
 from ...drivers import Driver, match_joints
 from ...drivers.arms import Mock, Motion, arm_at
 from ...recorder.session import View
-from ...solver.robot import BallModel, InverseKinematics, Robot, gravity_moments
+from ...solver.robot import InverseKinematics, Robot, gravity_moments, nominal_balls
 from .practice import SEAT_NOISE, Session, fitted_session, seated, session_faults, with_faults
 from .recordings import reachable_bases
 
@@ -31,9 +31,7 @@ class LedMotion(Motion):
     def phase(self, time: float) -> tuple[int, float]:
         """Return the number of the last rest, and how far the move after it has come, 0 to 1."""
         count = len(self.begun)
-        if not count:
-            return 0, 0.0
-        progress = (time - self.begun[-1]) / self.move
+        progress = (time - self.begun[-1]) / self.move if count else 1.0
         return (count, 0.0) if progress >= 1 else (count - 1, max(0.0, progress))
 
 
@@ -53,21 +51,22 @@ class FollowingHand:
     def __init__(self, address: str, robot: Robot, distance: float | None = None) -> None:
         motion_address, self._faults = session_faults(address)
         arm = arm_at(motion_address)
-        names = robot.joint_names
-        order = slice(None)
-        rows = np.array(arm.motion.configurations)
-        match_joints(names, rows.shape[1], "the recording")
+        names = match_joints(robot.joint_names, len(arm.joint_names), "the recording")
+        order = list(range(len(names)))
         if sorted(arm.joint_names) == sorted(names):
             order = [arm.joint_names.index(name) for name in names]
+        rows = np.array(arm.motion.configurations)
         self._session = fitted_session(rows[:, order], robot, arm.seed)
         self._torques = None if arm.efforts is None else np.array(arm.efforts)[:, order]
-        self._truth, self._seed = self._session.robot, arm.seed
+        self._truth = self._session.robot
+        self._seed = arm.seed
         self._generator = np.random.default_rng(arm.seed)
         self._reach = InverseKinematics(self._truth)
         first, second = self._session.centres
-        along = second - first
-        self._distance = distance or float(np.linalg.norm(along))
-        self._sockets = np.array([first, first + self._distance * along / np.linalg.norm(along)])
+        recorded_distance = float(np.linalg.norm(second - first))
+        self._distance = distance or recorded_distance
+        along = (second - first) / recorded_distance
+        self._sockets = np.array([first, first + self._distance * along])
         self._led: list[np.ndarray] = []
         self._labels: list[int] = []
         self._rows_led = {0}
@@ -100,7 +99,8 @@ class FollowingHand:
         """Lead the arm on, where its rest is captured or the ball belongs in another socket."""
         session = view.session
         pose = self.rest
-        arrived = self._motion.phase(self._arm.now()) == (len(self._motion.begun), 0.0)
+        rest, _ = self._motion.phase(self._arm.now())
+        arrived = rest == len(self._motion.begun)
         if not arrived or view.alarm or view.question:
             return
         captured = any(session.same(sample.position, pose) for sample in session.samples)
@@ -130,7 +130,8 @@ class FollowingHand:
         goal = self._with_faults()
         if self._torques is not None:
             by_masses = gravity_moments(self._truth, goal[None])[0, : len(q)]
-            self._efforts.append((by_masses if row is None else self._torques[row]).tolist())
+            efforts = by_masses if row is None else self._torques[row]
+            self._efforts.append(efforts.tolist())
         self._poses.append(tuple(goal.tolist()))
 
     def _unused(self, socket: int) -> int | None:
@@ -140,7 +141,8 @@ class FollowingHand:
 
     def _seated_at(self, reference: np.ndarray | None, socket: int) -> np.ndarray:
         """Return a configuration with the ball in a socket, near another if one is given."""
-        seat = self._sockets[min(socket, 1)] + self._generator.normal(0, SEAT_NOISE, 3)
+        noise = self._generator.normal(0, SEAT_NOISE, 3)
+        seat = self._sockets[min(socket, 1)] + noise
         if reference is not None:
             (q,) = seated(self._truth, reference[None], seat[None])
             if self._is_seated(q, seat):
@@ -149,9 +151,9 @@ class FollowingHand:
 
     def _is_seated(self, q: np.ndarray, seat: np.ndarray) -> bool:
         """Return whether the ball is in its seat, and the joints are within their limits."""
-        (ball,) = BallModel(self._truth, []).points(np.zeros(0), q[None])
-        inside = (q >= self._reach.lower).all() and (q <= self._reach.upper).all()
-        return bool(inside and np.linalg.norm(ball - seat) < CLOSE)
+        (ball,) = nominal_balls(self._truth, q[None])
+        inside = (q >= self._reach.lower) & (q <= self._reach.upper)
+        return bool(inside.all() and np.linalg.norm(ball - seat) < CLOSE)
 
     def _with_faults(self) -> np.ndarray:
         """Return the last of the configurations that the hand led to, as faults turn it."""

@@ -25,6 +25,7 @@ from ...solver.robot import (
     all_parameters,
     gravity_moments,
     load_robot,
+    nominal_balls,
 )
 from .recordings import Base, record
 from .simulated_arms import perturb
@@ -73,28 +74,42 @@ def _turned_base(s: Session, size: float) -> np.ndarray:
 def _bent_ball(s: Session, size: float) -> np.ndarray:
     place = [p.index for p in all_parameters(s.robot) if p.of_ball and p.unit == "m"]
     model = BallModel(s.robot, place)
-    return model.linearise(model.nominal, s.positions).by_parameters @ s.aside(size)
+    linear = model.linearise(model.nominal, s.positions)
+    return linear.by_parameters @ s.aside(size)
 
 
 def _lost_zero(s: Session, size: float) -> np.ndarray:
     joint = s.positions.shape[1] // 2
-    slopes = BallModel(s.robot, []).linearise(np.zeros(0), s.positions).by_joints
-    return -slopes[:, :, joint] * size
+    linear = BallModel(s.robot, []).linearise(np.zeros(0), s.positions)
+    return -size * linear.by_joints[:, :, joint]
 
 
 def _other_socket(s: Session, _: float) -> np.ndarray:
-    return s.centres[1 - s.sockets.clip(0, 1)] - s.centres[s.sockets]
+    other = 1 - s.sockets.clip(0, 1)
+    return s.centres[other] - s.centres[s.sockets]
+
+
+def _longer_distance(s: Session, size: float) -> np.ndarray:
+    return size * _unit(s.centres[1] - s.centres[0])
+
+
+def _thrown_ball(s: Session, size: float) -> np.ndarray:
+    return np.array([s.aside(size) for _ in s.sockets])
+
+
+def _loose_ball(s: Session, size: float) -> np.ndarray:
+    return s.generator.normal(0, size, (len(s.sockets), 3))
 
 
 _KINDS: dict[str, tuple[float, Callable[[Session, float], np.ndarray]]] = {
     "base": (5e-3, Session.aside),
     "turn": (math.radians(3), _turned_base),
     "drift": (3e-3, Session.aside),
-    "ball": (5e-3, lambda s, size: np.array([s.aside(size) for _ in s.sockets])),
+    "ball": (5e-3, _thrown_ball),
     "bent": (3e-3, _bent_ball),
-    "loose": (2e-3, lambda s, size: s.generator.normal(0, size, (len(s.sockets), 3))),
+    "loose": (2e-3, _loose_ball),
     "socket": (0.0, _other_socket),
-    "distance": (2e-3, lambda s, size: size * _unit(s.centres[1] - s.centres[0])),
+    "distance": (2e-3, _longer_distance),
     "zero": (math.radians(1), _lost_zero),
 }
 """Usual size [m, rad] of each kind, and by how much it moves the balls, shape (N, 3) or (3,) [m]:
@@ -122,14 +137,16 @@ class SessionFault:
             return None
         unit = FLAWS[kind][0].unit or ""
         match = _TEXT.fullmatch(text)
-        default, _ = _KINDS.get(kind, (None, None))
-        if not match or match[5] not in (None, unit) or (default is None and not match[5]):
+        allowed = (unit, None) if kind in _KINDS else (unit,)
+        if not match or match[5] not in allowed:
             raise ValueError(
                 f"fault {text!r}: expected KIND[@SAMPLE[+COUNT]][:SIZE{unit}], as in base@6:5mm"
             )
-        size = default or 0.0 if match[4] is None else float(match[4]) * _UNITS[unit]
-        count = int(match[3]) if match[3] else 1 if kind == "ball" else None
-        return cls(kind, int(match[2] or 1), count, size)
+        _, start, count, number, _ = match.groups()
+        size = float(number) * _UNITS[unit] if number else _KINDS[kind][0]
+        if count is None and kind == "ball":
+            count = 1
+        return cls(kind, int(start or 1), None if count is None else int(count), size)
 
     def shift(self, session: Session) -> np.ndarray:
         """Return by how much it moves the ball of each sample, shape (N, 3) [m]."""
@@ -140,9 +157,12 @@ class SessionFault:
             share = share.cumsum() / max(share.sum(), 1)
         elif self.kind == "distance":
             share = (session.sockets == 1).astype(float)
-        if self.kind not in _KINDS:
-            return share[:, None] * session.by_cause(Flaw.parse(self.kind).of_size(self.size))
-        return share[:, None] * _KINDS[self.kind][1](session, self.size)
+        if self.kind in _KINDS:
+            _, shift = _KINDS[self.kind]
+            shifts = shift(session, self.size)
+        else:
+            shifts = session.by_cause(Flaw.parse(self.kind).of_size(self.size))
+        return share[:, None] * shifts
 
 
 def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
@@ -151,18 +171,18 @@ def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
     The joints follow by the least change.
     """
     q = session.positions
-    balls = BallModel(session.robot, []).points(np.zeros(0), q)
-    return seated(session.robot, q, balls + sum(fault.shift(session) for fault in faults))
+    shifts = sum(fault.shift(session) for fault in faults)
+    return seated(session.robot, q, nominal_balls(session.robot, q) + shifts)
 
 
 def seated(robot: Robot, q: np.ndarray, balls: np.ndarray) -> np.ndarray:
     """Return the configurations near others, shape (N, m), with the balls elsewhere, (N, 3) [m]."""
     model = BallModel(robot, [])
-    nothing = np.zeros(0)
     for _ in range(6):
-        linear = model.linearise(nothing, q)
+        linear = model.linearise(np.zeros(0), q)
         back = np.linalg.pinv(linear.by_joints, rcond=0.05)
-        q = q + np.clip((back @ (balls - linear.points)[:, :, None])[:, :, 0], -0.2, 0.2)
+        change = np.einsum("nij,nj->ni", back, balls - linear.points)
+        q = q + change.clip(-0.2, 0.2)
     return q
 
 
@@ -171,14 +191,15 @@ def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
 
     The sockets follow from where the balls lie.
     """
-    balls = BallModel(robot, []).points(np.zeros(0), q)
-    distances = np.linalg.norm(balls - balls[0], axis=1)
-    sockets = (distances > max(APART, 0.5 * float(distances.max()))).astype(int)
-    arm = RigidModel(robot).fitted(Samples(q, sockets, np.zeros((len(q), 3))))
-    balls = BallModel(arm, []).points(np.zeros(0), q)
+    balls = nominal_balls(robot, q)
+    distances: np.ndarray = np.linalg.norm(balls - balls[0], axis=1)
+    sockets = (distances > max(APART, 0.5 * distances.max())).astype(int)
+    samples = Samples(q, sockets, np.zeros_like(balls))
+    arm = RigidModel(robot).fitted(samples)
+    balls = nominal_balls(arm, q)
     centres = [np.median(balls[sockets == k], axis=0) for k in range(sockets.max() + 1)]
-    generator = np.random.default_rng(seed)
-    return Session(arm, q, sockets, np.array([*centres, balls[0]])[:2], generator)
+    two_centres = np.array([*centres, balls[0]])[:2]
+    return Session(arm, q, sockets, two_centres, np.random.default_rng(seed))
 
 
 def session_faults(address: str) -> tuple[str, list[SessionFault]]:
@@ -188,13 +209,18 @@ def session_faults(address: str) -> tuple[str, list[SessionFault]]:
         DriverError: A fault is wrongly written.
     """
     path, mark, query = address.partition("?")
-    words = query.split("&") if query else []
-    try:
-        parsed = {w: SessionFault.parse(w.removeprefix("fault=")) for w in words if "fault=" in w}
-    except ValueError as error:
-        raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
-    faults = [fault for fault in parsed.values() if fault]
-    return f"{path}{mark}{'&'.join(word for word in words if not parsed.get(word))}", faults
+    others: list[str] = []
+    faults: list[SessionFault] = []
+    for word in query.split("&"):
+        try:
+            fault = SessionFault.parse(word.removeprefix("fault=")) if "fault=" in word else None
+        except ValueError as error:
+            raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
+        if fault is None:
+            others.append(word)
+        else:
+            faults.append(fault)
+    return f"{path}{mark}{'&'.join(others)}", faults
 
 
 def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
@@ -211,8 +237,8 @@ def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
     q = np.array(arm.motion.configurations)
     if q.shape[1] != len(robot.joint_names):
         return lambda: Mock(motion_address, robot.joint_names)  # which says what is wrong
-    session = fitted_session(q, robot, arm.seed)
-    arm.motion = replace(arm.motion, configurations=with_faults(session, faults).tolist())
+    led = with_faults(fitted_session(q, robot, arm.seed), faults)
+    arm.motion = replace(arm.motion, configurations=led.tolist())
     return lambda: Mock(joint_names=robot.joint_names, arm=arm)
 
 
@@ -253,6 +279,7 @@ def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
         pairs = zip(led.samples, efforts, strict=True)
         loaded = [replace(sample, effort=tuple(effort)) for sample, effort in pairs]
         half = len(loaded) // 2
-        turns = [loaded[i + k : i + k + TURN] for i, k in product(range(0, half, TURN), (0, half))]
-        write_files(folder / base.name, sample_files(replace(led, samples=tuple(chain(*turns)))))
+        begins = [start + first for start, first in product(range(0, half, TURN), (0, half))]
+        turns = tuple(chain.from_iterable(loaded[i : i + TURN] for i in begins))
+        write_files(folder / base.name, sample_files(replace(led, samples=turns)))
     write_files(keys.parent, {keys.name: b"a*6 s  " * 9 + b"a*6 q\n"})

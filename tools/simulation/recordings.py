@@ -231,7 +231,7 @@ def _seated(
         tilts = deflection.true_positions(true, *held)[:, m:]
         linear = model.linearise(np.empty(0), np.hstack([true, tilts]))
         back = np.linalg.pinv(linear.by_joints[:, :, :m])
-        true = true + (back @ (seats - linear.points)[:, :, None])[:, :, 0]
+        true = true + np.einsum("nij,nj->ni", back, seats - linear.points)
     return true
 
 
@@ -253,15 +253,19 @@ def reachable_bases(
         radius = generator.uniform(0.35, 0.65) * reach
         angle = generator.uniform(-2.0, 2.0)
         height = generator.uniform(0.0, 0.25) * reach
-        centre = np.array([radius * np.cos(angle), radius * np.sin(angle), height])
-        turn = generator.uniform(-np.pi, np.pi)
-        direction = np.array([np.cos(turn), np.sin(turn), 0.0])
+        centre = radius * _horizontal(angle) + [0.0, 0.0, height]
+        direction = _horizontal(generator.uniform(-np.pi, np.pi))
         base = Base(f"placement_{len(bases)}", centre, direction, distance)
-        separate = all(np.linalg.norm(centre - base.centre) > 0.2 * reach for base in bases)
-        if separate:
+        distances = [np.linalg.norm(centre - other.centre) for other in bases]
+        if all(distance > 0.2 * reach for distance in distances):
             with suppress(SimulationError):  # several ways lead there, as a person would see
                 guide.reach(np.repeat(base.sockets, 5, axis=0), generator, rounds=2)
                 bases.append(base)
         if len(bases) == count:
             return bases
     raise SimulationError(f"{robot.name}: found {len(bases)} of {count} places for the base")
+
+
+def _horizontal(angle: float) -> np.ndarray:
+    """Return the unit vector at an angle from x [rad], shape (3,)."""
+    return np.array([np.cos(angle), np.sin(angle), 0.0])

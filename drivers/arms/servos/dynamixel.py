@@ -23,49 +23,20 @@ FRONT = 7  # bytes up to the length
 AROUND = 4  # bytes that the length counts beside the registers
 ALERT, CODE = 0x80, 0x7F
 TURNS = 256  # either way, in the servo's widest mode
-POLYNOMIAL = 0x8005
-
-
-def _crc_of_byte(byte: int) -> int:
-    crc = byte << 8
-    for _ in range(8):
-        crc = (crc << 1) ^ (POLYNOMIAL if crc & 0x8000 else 0)
-    return crc & 0xFFFF
-
-
-CRCS = tuple(map(_crc_of_byte, range(256)))
 
 
 def encode_request(register: int, count: int, servos: Sequence[int]) -> bytes:
     """Return the request for the servos' registers."""
     content = struct.pack("<BHH", SYNC_READ, register, count) + bytes(servos)
     packet = HEADER + struct.pack("<BH", EVERYBODY, len(content) + 2) + content
-    return packet + struct.pack("<H", _crc(packet))
+    return packet + struct.pack("<H", crc16(packet))
 
 
-def take_answer(received: bytearray, count: int) -> Answer | None:
-    """Take the next answer off."""
-    shortest, longest = count + AROUND, count + AROUND + count // len(MARK)
-    while (start := received.find(HEADER)) >= 0:
-        del received[:start]
-        if len(received) < FRONT:
-            return None
-        length = int.from_bytes(received[5:FRONT], "little")
-        if shortest <= length <= longest:
-            if len(received) < FRONT + length:
-                return None
-            try:
-                answer = decode_answer(bytes(received[: FRONT + length]))
-            except ValueError:
-                pass
-            else:
-                del received[: FRONT + length]
-                if len(answer.data) == count:
-                    return answer
-                continue
-        del received[:1]
-    del received[: -len(MARK)]
-    return None
+def _size(received: bytearray, count: int) -> int:
+    """Return the size of the answer that comes first; stuffing may make it longer."""
+    length = int.from_bytes(received[5:FRONT], "little")
+    shortest = count + AROUND
+    return FRONT + length if shortest <= length <= shortest + count // len(MARK) else 0
 
 
 def decode_answer(packet: bytes) -> Answer:
@@ -74,7 +45,7 @@ def decode_answer(packet: bytes) -> Answer:
         raise ValueError("no answer of a servo")
     if int.from_bytes(packet[5:FRONT], "little") != len(packet) - FRONT:
         raise ValueError("an answer of another length")
-    if int.from_bytes(packet[-2:], "little") != _crc(packet[:-2]):
+    if int.from_bytes(packet[-2:], "little") != crc16(packet[:-2]):
         raise ValueError("an answer with a wrong checksum")
     servo, content = packet[4], packet[FRONT:-2].replace(STUFFED, MARK)
     if servo >= EVERYBODY - 1 or content[0] != STATUS or len(content) < 2:
@@ -82,11 +53,13 @@ def decode_answer(packet: bytes) -> Answer:
     return Answer(servo, content[1], content[2:])
 
 
-def _crc(data: bytes) -> int:
+def crc16(data: bytes) -> int:
     """Return the CRC-16 with polynomial 0x8005, not reflected, from 0 on."""
     crc = 0
     for byte in data:
-        crc = (crc << 8 & 0xFFFF) ^ CRCS[crc >> 8 ^ byte]
+        crc ^= byte << 8
+        for _ in range(8):
+            crc = crc << 1 ^ (0x18005 if crc & 0x8000 else 0)
     return crc
 
 
@@ -101,7 +74,10 @@ class Dynamixel(ServoArm):
 
     make = Make(
         encode_request=encode_request,
-        take_answer=take_answer,
+        header=HEADER,
+        least_bytes=FRONT,
+        size=_size,
+        decode_answer=decode_answer,
         arms=DYNAMIXEL_ARMS,
         default=None,
         models=range(1000, 1300),  # the X series

@@ -27,24 +27,6 @@ def encode_request(register: int, count: int, servos: Sequence[int]) -> bytes:
     return HEADER + body + bytes([_checksum(body)])
 
 
-def take_answer(received: bytearray, count: int) -> Answer | None:
-    """Take the next answer off; a header may also stand within data, so all must be right."""
-    size = count + AROUND
-    while (start := received.find(HEADER)) >= 0:
-        del received[:start]
-        if len(received) < size:
-            return None
-        try:
-            answer = decode_answer(bytes(received[:size]))
-        except ValueError:
-            del received[:1]
-            continue
-        del received[:size]
-        return answer
-    del received[:-1]
-    return None
-
-
 def decode_answer(packet: bytes) -> Answer:
     """Decode a servo's answer."""
     if len(packet) < AROUND or packet[:2] != HEADER or packet[3] != len(packet) - 4:
@@ -70,7 +52,10 @@ class Feetech(ServoArm):
 
     make = Make(
         encode_request=encode_request,
-        take_answer=take_answer,
+        header=HEADER,
+        least_bytes=AROUND,
+        size=lambda _, count: count + AROUND,
+        decode_answer=decode_answer,
         arms=FEETECH_ARMS,
         default="so101",
         models=MODELS,

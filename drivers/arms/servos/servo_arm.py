@@ -60,8 +60,15 @@ class Make:
 
     encode_request: Callable[[int, int, Sequence[int]], bytes]
     """Returns the request for a register on and so many bytes, of these servos."""
-    take_answer: Callable[[bytearray, int], Answer | None]
-    """Takes the next answer of so many bytes off, and what is none; None if it is not whole."""
+    header: bytes
+    """The first bytes of an answer; they may stand within data, too."""
+    least_bytes: int
+    """Of an answer, by which its size is known."""
+    size: Callable[[bytearray, int], int]
+    """Returns the size of the answer with so many bytes of registers that comes first, 0 if none
+    does."""
+    decode_answer: Callable[[bytes], Answer]
+    """Returns a servo's answer; raises ValueError if the packet is none."""
     arms: dict[str, ServoMap]
     default: str | None
     """The arm where the address names none."""
@@ -76,6 +83,24 @@ class Make:
     most: int
     troubles: Callable[[int], list[str]]
     """Returns in words what an error code means; raises ValueError if nothing was read."""
+
+    def take_answer(self, received: bytearray, count: int) -> Answer | None:
+        """Take the next answer of so many bytes off, and what is none; None if it is not whole."""
+        while (start := received.find(self.header)) >= 0:
+            del received[:start]
+            size = self.size(received, count)
+            if len(received) < max(size, self.least_bytes):
+                return None
+            try:
+                answer = self.decode_answer(bytes(received[:size]))
+            except ValueError:
+                del received[:1]
+                continue
+            del received[:size]
+            if len(answer.data) == count:
+                return answer
+        del received[: 1 - len(self.header)]
+        return None
 
 
 class ServoArm(PolledDriver):
