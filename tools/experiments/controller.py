@@ -34,9 +34,11 @@ class ArmModel:
             self.model: Any = pin.buildModelFromXML(urdf.decode())
         except (ValueError, RuntimeError) as error:
             raise ModelError(f"not a model that Pinocchio reads: {error}") from None
-        if tuple(self.model.names)[1:] != joint_names:
-            names = ", ".join(tuple(self.model.names)[1:])
-            raise ModelError(f"its joints are {names}; the arm's are {', '.join(joint_names)}")
+        names = tuple(self.model.names)[1:]
+        if names != joint_names:
+            raise ModelError(
+                f"its joints are {', '.join(names)}; the arm's are {', '.join(joint_names)}"
+            )
         if not self.model.existFrame(tip):
             raise ModelError(f"it has no link {tip!r}")
         self.data: Any = self.model.createData()
@@ -51,9 +53,8 @@ class ArmModel:
         """Return Phi(q), which the next call overwrites, and J(q), shape (6, m), base frame."""
         pin.computeJointJacobians(self.model, self.data, q)
         pose = pin.updateFramePlacement(self.model, self.data, self.tip)
-        return pose, pin.getFrameJacobian(
-            self.model, self.data, self.tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        )
+        frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        return pose, pin.getFrameJacobian(self.model, self.data, self.tip, frame)
 
     def bias(self, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
         """Return C(q, dq) dq + g(q), shape (m,) [N m]."""
@@ -64,10 +65,8 @@ def pose_error(goal: Pose, pose: Pose) -> np.ndarray:
     """Return x_goal - Phi in the base frame, shape (6,): translation, rotation vector [m, rad]."""
     # With equal stiffness k about all axes the rotation's torque is then the gradient of the
     # energy k |rotation|^2 / 2.
-    error = np.empty(6)
-    error[:3] = goal.translation - pose.translation
-    error[3:] = pin.log3(goal.rotation @ pose.rotation.T)
-    return error
+    turn = pin.log3(goal.rotation @ pose.rotation.T)
+    return np.concatenate([goal.translation - pose.translation, turn])
 
 
 class ImpedanceController:

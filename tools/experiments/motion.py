@@ -74,17 +74,18 @@ class Log:
 
     def during(self, *names: str) -> np.ndarray:
         """Return the rows of phases."""
-        return np.array([i for i, phase in enumerate(self.phase) if phase in names])
+        return np.flatnonzero(np.isin(self.phase, names))
 
     def forces(self, *names: str) -> np.ndarray:
         """Return the contact force's magnitude in phases, row by row, shape (N,) [N]."""
-        return np.linalg.norm(self.force[self.during(*names)], axis=1)
+        rows = self.during(*names)
+        return np.linalg.norm(self.force[rows], axis=1)
 
 
 def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) -> Log:
     """Move the arm through phases, and record it; the last row of each phase is kept."""
     names: list[str] = []
-    rows: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
+    rows: list[tuple[np.ndarray, ...]] = []
     q = scene.data.qpos
     dq = scene.data.qvel
     for phase in phases:
@@ -96,8 +97,7 @@ def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) 
             if (count - step) % RECORD_EVERY == 0:
                 names.append(phase.name)
                 rows.append((q.copy(), scene.tip, scene.contact_force(), controller.offset))
-    q_rows, tips, forces, offsets = (np.array(column) for column in zip(*rows, strict=True))
-    return Log(tuple(names), q_rows, tips, forces, offsets)
+    return Log(tuple(names), *map(np.array, zip(*rows, strict=True)))
 
 
 MARGIN = 0.1
@@ -118,8 +118,10 @@ def reach(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
         error = pose_error(pose, now)
         if np.linalg.norm(error) < 1e-11:
             return q
-        dq = J.T @ np.linalg.solve(J @ J.T + 1e-9 * np.eye(6), error)
-        q = q + dq * min(1.0, 0.3 / max(float(np.abs(dq).max()), 1e-12))
+        damped = J @ J.T + 1e-9 * np.eye(6)
+        dq = J.T @ np.linalg.solve(damped, error)
+        largest = float(np.abs(dq).max())
+        q = q + dq * min(1.0, 0.3 / max(largest, 1e-12))
     where = [round(float(x), 3) for x in pose.translation]
     raise SimulationError(f"the arm cannot reach {where} from where it is")
 
@@ -145,25 +147,32 @@ def _walk(model: ArmModel, q: np.ndarray, pose: Pose, sense: float) -> list[np.n
 
 def _null_vector(model: ArmModel, q: np.ndarray) -> np.ndarray:
     """Return the unit joint velocity that leaves the tool where it is, shape (m,)."""
-    vector = np.linalg.svd(model.linearise(q)[1])[2][-1]
-    return vector * np.sign(vector[np.argmax(np.abs(vector))])
+    _, J = model.linearise(q)
+    vector = np.linalg.svd(J)[2][-1]
+    largest = vector[np.argmax(np.abs(vector))]
+    return vector * np.sign(largest)
 
 
 def stratified(count: int, generator: np.random.Generator) -> np.ndarray:
     """Return numbers in [0, 1), one drawn from each of ``count`` equal parts, shuffled."""
-    return generator.permutation((np.arange(count) + generator.uniform(0, 1, count)) / count)
+    numbers = np.arange(count) + generator.uniform(0, 1, count)
+    return generator.permutation(numbers / count)
 
 
 def elbow_angle(model: ArmModel, q: np.ndarray) -> float:
     """Return the turn of a 7-joint arm's elbow about the line shoulder-wrist, 0 where up [rad]."""
     pin.forwardKinematics(model.model, model.data, q)
-    shoulder = model.data.oMi[2].translation
-    elbow = model.data.oMi[4].translation
-    wrist = model.data.oMi[6].translation
-    line = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
+    shoulder, elbow, wrist = (model.data.oMi[joint].translation for joint in (2, 4, 6))
+    line = unit(wrist - shoulder)
     up = np.array([0.0, 0.0, 1.0]) - line * line[2]
     side = np.cross(line, up)
-    return float(np.arctan2((elbow - shoulder) @ side, (elbow - shoulder) @ up))
+    arm = elbow - shoulder
+    return float(np.arctan2(arm @ side, arm @ up))
+
+
+def unit(vector: np.ndarray) -> np.ndarray:
+    """Return the unit vector of a direction."""
+    return vector / np.linalg.norm(vector)
 
 
 READY = np.array([0, -np.pi / 4, 0, -3 * np.pi / 4, 0, np.pi / 2, np.pi / 4])
@@ -198,14 +207,14 @@ class Cell:
         self, point: np.ndarray, fraction: float, generator: np.random.Generator
     ) -> np.ndarray:
         """Return a configuration near and above a point, from 0 to 1 of the elbow's range."""
-        q = self.guide(point)
+        middle = self.guide(point)
         pose = pose_above(point)
-        back = _walk(self.truth, q, pose, -1.0)
-        on = _walk(self.truth, q, pose, 1.0)
-        postures = np.array([*back[::-1], q, *on])  # evenly spaced, over the elbow's range
-        q = postures[int(fraction * len(postures))]
+        back = _walk(self.truth, middle, pose, -1.0)
+        on = _walk(self.truth, middle, pose, 1.0)
+        postures = [*back[::-1], middle, *on]  # evenly spaced, over the elbow's range
+        posture = postures[int(fraction * len(postures))]
         aside = START_ASIDE * generator.uniform([-1, -1, 0.5], [1, 1, 1.5])
-        return reach(self.truth, q, pose_above(point + aside))
+        return reach(self.truth, posture, pose_above(point + aside))
 
     def perform(
         self, start: np.ndarray, goal: Pose, then: Sequence[Phase], touching: Sequence[str]
@@ -219,7 +228,8 @@ class Cell:
         ]
         log = run(self.scene, ImpedanceController(self.model), phases)
         forces = log.forces(*touching)
-        elbow = elbow_angle(self.truth, start)
-        mean = forces.mean()
-        peak = forces.max()
-        return log, Motion(elbow=elbow, force=float(mean), peak_force=float(peak))
+        return log, Motion(
+            elbow=elbow_angle(self.truth, start),
+            force=float(forces.mean()),
+            peak_force=float(forces.max()),
+        )

@@ -1,11 +1,11 @@
 """The arm as it truly is, its tool, and what it touches, in MuJoCo."""
 
 from collections.abc import Sequence
-from itertools import chain, product
 from typing import Any
 
 import mujoco
 import numpy as np
+import trimesh
 
 from ...solver.robot import Robot, set_origins
 
@@ -58,20 +58,19 @@ def add_stem(body: Any, radius: float, ends: list[float]) -> None:
 def add_open_block(spec: Any, body: Any, radii: tuple[float, float], height: float) -> None:
     """Add a block with a hole, of two radii and a height [m], cut open so that the peg is seen."""
     inner, outer = radii
-    profile = [(inner, 0.0), (outer, 0.0), (outer, height), (inner, height)]
-    turn = np.deg2rad(OPEN_TO + CUT / 2 + (360 - CUT) * np.arange(SLICES + 1) / SLICES)
-    corners = [[r * np.cos(a), r * np.sin(a), z] for a, (r, z) in product(turn, profile)]
-    quads = [
-        (4 * k + i, 4 * k + 4 + i, 4 * k + 4 + (i + 1) % 4, 4 * k + (i + 1) % 4)
-        for k, i in product(range(SLICES), range(4))
-    ]
-    last = 4 * SLICES
-    quads += [(0, 1, 2, 3), (last + 3, last + 2, last + 1, last)]
-    faces = list(chain.from_iterable(((a, b, c), (a, c, d)) for a, b, c, d in quads))
-    spec.add_mesh(
-        name="block", uservert=np.ravel(corners), userface=np.ravel(faces), smoothnormal=0
-    )
-    _ghost(body, "mesh", [], meshname="block", rgba=BLUE)
+    profile = [(inner, 0.0), (outer, 0.0), (outer, height), (inner, height), (inner, 0.0)]
+    angle = np.radians(360 - CUT)
+    creation: Any = trimesh.creation
+    block = creation.revolve(profile, angle, cap=True, sections=SLICES)
+    vertices = np.ravel(block.vertices)
+    spec.add_mesh(name="block", uservert=vertices, userface=np.ravel(block.faces), smoothnormal=0)
+    turn = _about_z(np.radians(OPEN_TO + CUT / 2))
+    _ghost(body, "mesh", [], meshname="block", quat=turn, rgba=BLUE)
+
+
+def _about_z(angle: float) -> list[float]:
+    """Return the quaternion of a turn about z [rad]."""
+    return [np.cos(angle / 2), 0, 0, np.sin(angle / 2)]
 
 
 def _geom(body: Any, kind: str, size: Sequence[float], **more: Any) -> None:
@@ -190,8 +189,8 @@ def _add_peg(body: Any) -> None:
     side = [0, 0, -PEG_LENGTH, 0, 0, -PEG_RADIUS]
     _geom(body, "capsule", [PEG_RADIUS], fromto=side, group=HIDDEN, **PEG_TOUCH)
     for angle in ANGLES:
-        place = (PEG_RADIUS - PEG_FILLET) * np.array([np.cos(angle), np.sin(angle)])
-        _bead(body, [*place, -PEG_FILLET], PEG_TOUCH)
+        radius = PEG_RADIUS - PEG_FILLET
+        _bead(body, [radius * np.cos(angle), radius * np.sin(angle), -PEG_FILLET], PEG_TOUCH)
 
 
 def _bead(body: Any, place: list[float], touch: dict[str, Any]) -> None:
@@ -208,7 +207,6 @@ def _add_hole(spec: Any, diameter: float) -> None:
     half = HOLE_DEPTH / 2
     for angle in ANGLES:
         place = [out * np.cos(angle), out * np.sin(angle), half]
-        turn = [np.cos(angle / 2), 0, 0, np.sin(angle / 2)]
         sizes = [HOLE_WALL / 2, half_width, half]
-        _geom(block, "box", sizes, pos=place, quat=turn, group=HIDDEN)
+        _geom(block, "box", sizes, pos=place, quat=_about_z(angle), group=HIDDEN)
     add_open_block(spec, block, (radius, radius + HOLE_WALL), HOLE_DEPTH)

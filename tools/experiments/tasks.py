@@ -5,7 +5,6 @@ too; the drawing is shown, elbow up.
 """
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
 
 import numpy as np
 import pinocchio as pin
@@ -23,6 +22,7 @@ from .motion import (
     shifted,
     smooth,
     stratified,
+    unit,
 )
 from .results import Drawing, Insertion, Insertions, Motion, Retracing, Trials
 from .scene import HOLE_DEPTH, TABLE
@@ -54,18 +54,17 @@ def teach(cell: Cell, hole: np.ndarray, generator: np.random.Generator) -> tuple
     Returns, by the model's forward kinematics, the peg's pose in the hole, and the unit vector out
     of the hole, shape (3,).
     """
-    goal = cell.model.pose(_guide(cell, tip_at(hole), generator))
-    mouth = cell.model.pose(_guide(cell, tip_at(hole, TAUGHT_DEPTH), generator))
-    out = mouth.translation - goal.translation
-    return goal, out / np.linalg.norm(out)
+    goal = _guided(cell, tip_at(hole), generator)
+    mouth = _guided(cell, tip_at(hole, TAUGHT_DEPTH), generator)
+    return goal, unit(mouth.translation - goal.translation)
 
 
-def _guide(cell: Cell, point: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """Return where the arm is guided to; the peg lies in the tight hole with a little play."""
+def _guided(cell: Cell, point: np.ndarray, generator: np.random.Generator) -> Pose:
+    """Return what the model sees; the peg is guided into the tight hole with a little play."""
     radius = PLAY * generator.uniform() ** 0.5
     angle = generator.uniform(-np.pi, np.pi)
-    aside = np.array([radius * np.cos(angle), radius * np.sin(angle), 0.0])
-    return cell.guide(point + aside)
+    aside = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
+    return cell.model.pose(cell.guide(point + aside))
 
 
 def insert_at_centre(cell: Cell, count: int, seed: int) -> Iterator[Trial[Insertion]]:
@@ -83,13 +82,13 @@ def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial[Inserti
     axes: list[np.ndarray] = []
     for branch in BRANCHES[::2]:
         end, _ = teach(cell, CENTRE + PER_BRANCH * STEP * branch, generator)
-        axis = end.translation - goal.translation
-        axes += [axis / np.linalg.norm(axis), -axis / np.linalg.norm(axis)]
+        axis = unit(end.translation - goal.translation)
+        axes += [axis, -axis]
     for place, fraction in enumerate(stratified(count, generator)):
-        branch = place % len(BRANCHES)
-        step = 1 + place // len(BRANCHES)
-        hole = CENTRE + step * STEP * BRANCHES[branch]
-        target = shifted(goal, step * STEP * axes[branch])
+        step, branch = divmod(place, len(BRANCHES))
+        distance = (1 + step) * STEP
+        hole = CENTRE + distance * BRANCHES[branch]
+        target = shifted(goal, distance * axes[branch])
         yield insert(cell, hole, target, out, float(fraction), generator)
 
 
@@ -111,22 +110,26 @@ def insert(
     then = [move("insert", 4.0, hover, goal), hold("rest", 1.0, goal)]
     log, motion = cell.perform(start, hover, then, ("insert", "rest"))
     depth = float(TABLE + HOLE_DEPTH - log.tip[-1, 2])
-    x, y, z = (log.tip[log.during("compensate")[-1]] - tip_at(hole, HOVER)).tolist()
-    inserted = depth > INSERTED_DEPTH
-    place = tuple(hole.tolist())
-    result = Insertion.filled(motion, hole=place, inserted=inserted, depth=depth, miss=(x, y, z))
+    compensated = log.tip[log.during("compensate")[-1]]
+    result = Insertion.filled(
+        motion,
+        hole=tuple(hole.tolist()),
+        inserted=depth > INSERTED_DEPTH,
+        depth=depth,
+        miss=tuple((compensated - tip_at(hole, HOVER)).tolist()),
+    )
     return Trial(log, result)
 
 
 def insertion_results(trials: Sequence[Trial[Insertion]]) -> Insertions:
     """Return counts, tracking errors and forces of some insertions, and each by itself."""
     insertions = tuple(trial.result for trial in trials)
-    trials_in_common = Trials.of(
-        insertions, [float(np.linalg.norm(insertion.miss)) for insertion in insertions]
-    )
-    inserted = sum(insertion.inserted for insertion in insertions)
+    misses = [float(np.linalg.norm(insertion.miss)) for insertion in insertions]
     return Insertions.filled(
-        trials_in_common, inserted=inserted, trials=len(insertions), each=insertions
+        Trials.of(insertions, misses),
+        inserted=sum(insertion.inserted for insertion in insertions),
+        trials=len(insertions),
+        each=insertions,
     )
 
 
@@ -196,12 +199,12 @@ def _retracing(log: Log, motion: Motion) -> Retracing:
     path = drawn(log)
     demonstrated = figure(np.linspace(0, 1, 2000))
     distances = np.linalg.norm(path[::4, None] - demonstrated, axis=2).min(axis=1)
-    points: list[list[float]] = np.round(path[::LINE_EVERY], 6).tolist()
+    points = np.round(path[::LINE_EVERY], 6)
     return Retracing.filled(
         motion,
         tracking_error=float(distances.mean()),
         touching=float((log.forces("draw") > 0).mean()),
-        line=tuple((x, y) for x, y in points),
+        line=tuple((x, y) for x, y in points.tolist()),
     )
 
 
@@ -212,11 +215,12 @@ def drawn(log: Log) -> np.ndarray:
 
 def drawing_results(trials: Sequence[Trial[Retracing]]) -> Drawing:
     """Return the distances between the lines, tracking errors and forces, and each line."""
-    pairs = combinations([drawn(trial.log) for trial in trials], 2)
-    distances = np.max([np.linalg.norm(first - second, axis=1) for first, second in pairs], axis=0)
+    lines = np.array([drawn(trial.log) for trial in trials])
+    distances = np.linalg.norm(lines[:, None] - lines, axis=3).max(axis=(0, 1))
     drawings = tuple(trial.result for trial in trials)
+    tracking_errors = [drawing.tracking_error for drawing in drawings]
     return Drawing.filled(
-        Trials.of(drawings, [drawing.tracking_error for drawing in drawings]),
+        Trials.of(drawings, tracking_errors),
         retracings=len(drawings),
         spread=float(distances.mean()),
         max_spread=float(distances.max()),
