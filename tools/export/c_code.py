@@ -23,7 +23,7 @@ NUMBERS = (
 """Of the inverse kinematics, as :mod:`mukca.solver.robot` has them."""
 FAR = 1e9
 """A limit for joints without one [rad, m]."""
-_KEYWORDS = {"auto", "double", "float", "int", "long", "short", "static", "void", "const", "class"}
+_KEYWORDS = ["auto", "double", "float", "int", "long", "short", "static", "void", "const", "class"]
 
 
 def write(request: Request) -> Exported:
@@ -50,11 +50,12 @@ def write(request: Request) -> Exported:
     }
     sizes = {"ball": "3", "flange": "16", "jacobian": f"6 * {name.upper()}_JOINTS"}
     q = {"q": model.q, "d": d, "dd": dd}
-    functions = {word: (sizes.get(word), _body(q, value)) for word, value in values.items()}
+    bodies = {word: _body(q, value) for word, value in values.items()}
     arguments, value = _step(model, place, calibrated.robot)
     step = _body({**arguments, "d": d}, value)
     curves = calibrated.deflection.curves
-    carried = sum(b.mass for b in calibrated.robot.bodies[len(request.calibration.robot.bodies) :])
+    carried = calibrated.robot.bodies[len(request.calibration.robot.bodies) :]
+    mass = sum(body.mass for body in carried) + load.payload
     source = _filled(
         "controller.c.j2",
         request,
@@ -66,16 +67,16 @@ def write(request: Request) -> Exported:
         names=", ".join(map(_literal, calibrated.robot.joint_names)),
         step=step,
         LAST=f"{calibrated.last_step:g}",
-        limits=[", ".join(f"{x:.17g}" for x in xs) for xs in _limits(calibrated.robot)],
-        squares=any("square(" in body for body in (step, *(b for _, b in functions.values()))),
-        functions=functions,
+        limits=[", ".join(f"{x:.17g}" for x in side) for side in _limits(calibrated.robot)],
+        squares=any("square(" in body for body in (step, *bodies.values())),
+        functions={word: (sizes.get(word), body) for word, body in bodies.items()},
     )
     header = _filled(
         "controller.h.j2",
         request,
         [
             f"Corrections of the joints: {', '.join(calibrated.deflection.extensions) or 'none'}.",
-            f"Mass carried beyond the URDF's: {carried + load.payload:g} kg.",
+            f"Mass carried beyond the URDF's: {mass:g} kg.",
             "No function allocates memory or keeps any; all may be called from several threads.",
         ],
         number=len(calibrated.robot.actuated),
@@ -125,11 +126,9 @@ def _flange(request: Request) -> int:
 
 def _literal(text: str) -> str:
     """Return a text as a string of C: UTF-8, and octal what C could read otherwise."""
-    letters = [
-        chr(byte) if 31 < byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
-        for byte in text.encode()
-    ]
-    return f'"{"".join(letters)}"'
+    letters = [chr(byte) for byte in text.encode()]
+    safe = [c if " " <= c <= "~" and c not in '"\\?' else f"\\{ord(c):03o}" for c in letters]
+    return f'"{"".join(safe)}"'
 
 
 def _limits(robot: Robot) -> tuple[list[float], list[float]]:
@@ -145,9 +144,8 @@ def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], A
     change = limited_step(step, lower + margin, upper - margin)
     value = ca.vertcat(step.left, change)
     value = ca.substitute(value, step.symbols["tool"], ca.DM(robots.NO_TOOL))
-    return {name: step.symbols[name] for name in ("q", "target", "prefer")} | {
-        "away": margin
-    }, value
+    arguments = {name: step.symbols[name] for name in ("q", "target", "prefer")}
+    return {**arguments, "away": margin}, value
 
 
 def _body(arguments: dict[str, Any], value: Any) -> str:

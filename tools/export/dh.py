@@ -61,9 +61,10 @@ def dh_table(
     offset = np.eye(4)
     base = np.eye(4)
     begin = 0
+    poses = pose_of_numbers(origins)
     for i in moving:
         upright = _to_axis(joints[i].axis)
-        to_line = reduce(np.matmul, pose_of_numbers(origins[begin : i + 1]), offset) @ upright
+        to_line = reduce(np.matmul, poses[begin : i + 1], offset) @ upright
         if begin == 0:
             base = to_line
             offset = np.eye(4)
@@ -72,16 +73,16 @@ def dh_table(
             offset = np.linalg.inv(steps[-1].matrix) @ to_line
         offset = offset @ upright.T
         begin = i + 1
-    flange = reduce(np.matmul, pose_of_numbers(origins[begin:-1]), offset)
+    flange = reduce(np.matmul, poses[begin:-1], offset)
     rows: list[Row] = []
-    overs = [*steps, Row()] if standard else [Row(), *steps]
-    for i, along, over in zip(moving, [*steps, Row()], overs, strict=True):
+    form = "dh" if standard else "mdh"
+    alongs = [*steps, Row()]
+    overs = alongs if standard else [Row(), *steps]
+    for i, along, over in zip(moving, alongs, overs, strict=True):
         kind = "prismatic" if joints[i].type == "prismatic" else "revolute"
-        form = over.form or ("dh" if standard else "mdh")
-        rows.append(
-            over._replace(joint=joints[i].name, type=kind, form=form, theta=along.theta, d=along.d)
-        )
-    return rows, {"base": base, "flange": flange, "tool": flange @ pose_of_numbers(origins[-1])}
+        row = Row(joints[i].name, kind, over.form or form, along.theta, along.d)
+        rows.append(row._replace(a=over.a, alpha=over.alpha, beta=over.beta))
+    return rows, {"base": base, "flange": flange, "tool": flange @ poses[-1]}
 
 
 def _to_axis(axis: Sequence[float]) -> np.ndarray:
@@ -89,9 +90,11 @@ def _to_axis(axis: Sequence[float]) -> np.ndarray:
     x, y, z = axis
     sine = math.hypot(x, y)
     if sine < 1e-12:
-        return np.diag([1.0, math.copysign(1, z), math.copysign(1, z), 1.0])
+        side = math.copysign(1, z)
+        return np.diag([1.0, side, side, 1.0])
+    angle = math.atan2(sine, z)
     T = np.eye(4)
-    T[:3, :3] = turn(np.array([-y, x, 0.0]) * (math.atan2(sine, z) / sine))
+    T[:3, :3] = turn(np.array([-y, x, 0.0]) * (angle / sine))
     return T
 
 
@@ -99,15 +102,19 @@ def _step(to_line: np.ndarray) -> Row:
     """Return the step from a frame to another line, which is the z axis of ``to_line``."""
     point = to_line[:3, 3]
     line = to_line[:3, 2]
-    if math.hypot(line[0], line[1]) < math.sin(NEARLY_PARALLEL):
+    x, y, z = line.tolist()
+    sine = math.hypot(x, y)
+    if sine < math.sin(NEARLY_PARALLEL):
         return _hayati(point, line)
-    normal = np.array([-line[1], line[0], 0.0]) / math.hypot(line[0], line[1])
+    normal = np.array([-y, x, 0.0]) / sine
     if normal[0] < -1e-9 or (abs(normal[0]) <= 1e-9 and normal[1] < 0):
         normal = -normal  # so that theta stays within a quarter turn of zero
     upright = np.array([0.0, 0.0, 1.0])
-    d, a, _ = np.linalg.solve(np.stack([upright, normal, -line], axis=1), point).tolist()
-    alpha = math.atan2(float(np.cross(upright, line) @ normal), float(line[2]))
-    return Row(theta=math.atan2(normal[1], normal[0]), d=d, a=a, alpha=alpha)
+    directions = np.stack([upright, normal, -line], axis=1)
+    d, a, _ = np.linalg.solve(directions, point).tolist()
+    alpha = math.atan2(float(np.cross(upright, line) @ normal), z)
+    theta = math.atan2(normal[1], normal[0])
+    return Row(theta=theta, d=d, a=a, alpha=alpha)
 
 
 def _hayati(point: np.ndarray, line: np.ndarray) -> Row:

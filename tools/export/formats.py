@@ -1,9 +1,11 @@
 """The formats that a calibration can be written in, and writing it in one of them."""
 
 import importlib
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ...solver.calibration import check_keywords
 from ...solver.results import refuse_existing, write_files
@@ -21,33 +23,13 @@ class Format:
 
     writer: str
     line: str
-    takes: tuple[str, ...] = ()
+    takes: Sequence[str] = ()
     """Names of the :class:`.request.ExportOptions` that it has."""
 
 
-FORMATS: dict[str, Format] = {
-    "urdf": Format(
-        "ros.write_urdf", "calibrated URDF, with tools that --tool adds", ("flange", "tools")
-    ),
-    "xacro": Format("ros.write_xacro", "macro for the joint origins of any robot's xacro, .xacro"),
-    "ur": Format("ros.write", "kinematics file of ur_description, .yaml", ("like",)),
-    "franka": Format("ros.write", "kinematics.yaml of franka_description, .yaml"),
-    "xarm": Format("ros.write", "kinematics file of xarm_description, .yaml"),
-    "lerobot": Format(
-        "lerobot.write",
-        "lerobot's calibration file (--like), its zeros shifted, .json",
-        ("like", "servos"),
-    ),
-    "mjcf": Format(
-        "mjcf.write", "MuJoCo model of your own (--like), its bodies corrected", ("like", "joints")
-    ),
-    "c": Format(
-        "c_code.write", "C99 source of the full model, for controllers, .c", ("flange", "payload")
-    ),
-    "dh": Format("dh.write", "Denavit-Hartenberg table, .json or .csv"),
-    "mdh": Format("dh.write", "modified Denavit-Hartenberg table (Craig's), .json or .csv"),
-}
-"""By the word that ``--to`` takes. A new format is a line here, and its module."""
+_TABLE: dict[str, Any] = json.loads((Path(__file__).parent / "formats.json").read_text("utf-8"))
+FORMATS = {name: Format(**fields) for name, fields in _TABLE.items()}
+"""By the word that ``--to`` takes. A new format is a line of the file, and its module."""
 
 
 def export(
@@ -84,11 +66,9 @@ def export(
     check_keywords("export", options, list(ExportOptions.__annotations__))
     for option, value in options.items():
         if value and option not in FORMATS[to].takes:
-            takers = ", ".join(
-                name for name, format_info in FORMATS.items() if option in format_info.takes
-            )
+            takers = [name for name, format_ in FORMATS.items() if option in format_.takes]
             word = "tool" if option == "tools" else option
-            raise ExportError(f"--{word} is for --to {takers}, not for {to}")
+            raise ExportError(f"--{word} is for --to {', '.join(takers)}, not for {to}")
     file = Path(out)
     if file.is_dir():
         raise ExportError(f"--out {file}: is a folder; name a file")

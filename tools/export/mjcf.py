@@ -55,19 +55,20 @@ def write(request: Request) -> Exported:
     nominal = _links([joint.origin.xyz + joint.origin.rpy for joint in robot.joints], request)
     base, aligned, lines = _align(request, joints, nominal)
     # the motion of each body, and of the one before, from its place in the nominal model
-    motions = base @ _links(request.origins, request) @ np.linalg.inv(aligned)
+    calibrated = _links(request.origins, request)
+    motions = base @ calibrated @ np.linalg.inv(aligned)
     before = np.concatenate([np.eye(4)[None], motions[:-1]])
     poses = np.linalg.inv(before @ joints.parents) @ motions @ joints.poses
     holder, text = _with_places(request.like, dict(zip(joints.bodies, poses, strict=True)))
-    main = holder == request.like
-    provenance = "; ".join(request.identity.lines())  # read by model.text("mukca") of the main file
-    new = f'<custom><text name="mukca" data={quoteattr(provenance)}/></custom>'
-    new = new if main else f"<!-- {provenance} -->"
-    end = text.rindex(b"</mujoco")
-    text = with_edits(text, [(end, end, f"  {new}\n".encode())])
+    provenance = "; ".join(request.identity.lines())
+    # of the main file, model.text("mukca") reads it
+    added = f'<custom><text name="mukca" data={quoteattr(provenance)}/></custom>'
     lines.append("Keyframes stay right as joint angles, not as poses of a tool.")
-    if not main:
+    if holder != request.like:
+        added = f"<!-- {provenance} -->"
         lines.append(f"It is {holder}, corrected, which {request.like} includes.")
+    end = text.rindex(b"</mujoco")
+    text = with_edits(text, [(end, end, f"  {added}\n".encode())])
     if request.file.resolve().parent != holder.resolve().parent:
         lines.append(f"Put it beside {holder}: what it includes is looked for there.")
     losses = losses_without(request, after_last_exported(request, robot.joint_names))
@@ -116,10 +117,11 @@ def _joints(request: Request) -> MjcfJoints:
                 f"{request.like}: body {model.body(body).name!r} does not hang on the joint "
                 "that is before it in the URDF's chain; put the bodies in that order"
             )
-    poses = cast("Any", np.stack([np.eye(4)] * model.nbody))
-    poses[:, :3, :3], poses[:, :3, 3] = data.xmat.reshape(-1, 3, 3), data.xpos
-    base = cast("Any", np.linalg.inv(poses[parents[0]]))
-    frames: np.ndarray = base @ poses
+    poses = cast("Any", np.tile(np.eye(4), (model.nbody, 1, 1)))
+    poses[:, :3, :3] = data.xmat.reshape(-1, 3, 3)
+    poses[:, :3, 3] = data.xpos
+    to_base = cast("Any", np.linalg.inv(poses[parents[0]]))
+    frames: np.ndarray = to_base @ poses
     directions: np.ndarray = data.xaxis[indices]
     axes: np.ndarray = np.matmul(frames[0, :3, :3], directions[:, :, None])[:, :, 0]
     names_of_bodies = [model.body(body).name for body in bodies]
@@ -130,33 +132,35 @@ def _matched(model: Any, request: Request) -> list[int]:
     """Return the model's joints by the arm's names, or by order where it names none of them."""
     model_joints = request.calibration.robot.joint_names
     single = [j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)]  # slide, hinge
-    names = [model.joint(j).name for j in single]
+    names = {j: model.joint(j).name for j in single}
     joints_given = request.options.get("joints")
     if joints_given is not None:
         model_joints = joints_named(joints_given, model_joints)
-    pairs = list(zip(single, names, strict=True))
-    candidates = [[j for j, name in pairs if name == w] for w in model_joints]
+    candidates = [[j for j in single if names[j] == joint] for joint in model_joints]
     if joints_given is None and not all(candidates):
-        # the same but for a prefix, as panda_ or left/
         candidates = [
-            [j for j, name in pairs if name.endswith(w) or (name and w.endswith(f"_{name}"))]
-            for w in model_joints
+            [j for j in single if _but_for_a_prefix(names[j], joint)] for joint in model_joints
         ]
+        if not any(candidates) and len(single) == len(model_joints):
+            return single
     if all(len(matches) == 1 for matches in candidates):
         return [matches[0] for matches in candidates]
-    if not any(candidates) and joints_given is None and len(single) == len(model_joints):
-        return single
     absent = [joint for joint, matches in zip(model_joints, candidates, strict=True) if not matches]
     if not absent:
-        several = [model.joint(j).name for j in max(candidates, key=len)]
+        several = [names[j] for j in max(candidates, key=len)]
         raise ExportError(
             f"{request.like}: has several arms, with {', '.join(several)}; say which, as in "
             f"--joints '{several[0].replace(model_joints[0], '*')}'"
         )
     raise ExportError(
         f"{request.like}: its joints do not match; of {request.calibration.robot.name} it lacks "
-        f"{', '.join(absent)}; its own: {', '.join(names) or 'none'}; --joints names them"
+        f"{', '.join(absent)}; its own: {', '.join(names.values()) or 'none'}; --joints names them"
     )
+
+
+def _but_for_a_prefix(name: str, joint: str) -> bool:
+    """Return whether a name is a joint's but for a prefix of either, as panda_ or left/."""
+    return name.endswith(joint) or (name != "" and joint.endswith(f"_{name}"))
 
 
 def _align(
@@ -231,11 +235,11 @@ def _with_places(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, b
         edits: list[tuple[int, int, bytes]] = []
         for body, begin in begins.items():
             end = end_of_tag(data, begin)
-            quat = np.empty(4)
             T = places[body]
+            quat = np.empty(4)
             mujoco.mju_mat2Quat(quat, T[:3, :3].ravel())
-            words = {"pos": T[:3, 3].tolist(), "quat": quat.tolist()}
-            attributes = {key: " ".join(map(repr, values)) for key, values in words.items()}
+            numbers = {"pos": T[:3, 3].tolist(), "quat": quat.tolist()}
+            attributes = {key: " ".join(map(repr, values)) for key, values in numbers.items()}
             tag = with_attributes(_TURNS.sub(b"", data[begin:end]), attributes)
             edits.append((begin, end, tag))
         return file, with_edits(data, edits)

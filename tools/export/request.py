@@ -222,13 +222,16 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
         losses.append(_loss(words, fitted_places, balls))
     exported = calibrated.geometry
     nominal = calibrated.model.nominal
-    for name in dict.fromkeys(p.joint for p in calibrated.parameters if p.joint in uncarried):
-        values = np.where([p.joint == name for p in calibrated.parameters], nominal, exported)
-        on_ball = name == robot.ball_joint.name
-        place = f"the ball's place on {robot.ball_joint.parent}" if on_ball else ""
-        points = [calibrated.model.points(values, q) for q in poses]
-        loss = _loss(place or f"the origin of {name}", points, geometric)
-        losses += [loss] if loss.largest > 0 else []
+    joints = [parameter.joint for parameter in calibrated.parameters]
+    for name in dict.fromkeys(joint for joint in joints if joint in uncarried):
+        words = f"the origin of {name}"
+        if name == robot.ball_joint.name:
+            words = f"the ball's place on {robot.ball_joint.parent}"
+        values = np.where([joint == name for joint in joints], nominal, exported)
+        balls = [calibrated.model.points(values, q) for q in poses]
+        loss = _loss(words, balls, geometric)
+        if loss.largest > 0:
+            losses.append(loss)
     return tuple(losses)
 
 
