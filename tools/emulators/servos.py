@@ -6,7 +6,6 @@ Proven against dynamixel_sdk 4.1.0 and feetech-servo-sdk 1.0.0, which ping and r
 import json
 import struct
 from abc import abstractmethod
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -94,37 +93,40 @@ class ServoEmulator(Emulator):
 
     def _reply(self, servo: int, instruction: int, first: int, count: int, servos: bytes) -> None:
         self.arm.connect()
-        asked: Sequence[int] = [number for number in self._known if servo in (number, 0xFE)]
-        if instruction == PING:
-            answers = [(number, self._pong()) for number in asked]
-        elif instruction in (READ, SYNC_READ):
-            asked = asked if instruction == READ else servos
-            steps = self._steps(first, count)
-            answers = [
-                (number, self._memory(number, steps)[first : first + count]) for number in asked
-            ]
-        else:
+        if instruction not in (PING, READ, SYNC_READ):
             return
+        asked = [number for number in self._known if servo in (number, 0xFE)]
+        if instruction == SYNC_READ:
+            asked = [number for number in servos if number in self._known]
+        steps = {} if instruction == PING else self._steps(first, count)
         sent: list[bytes] = []
-        for number, data in answers:
-            if number in self._known:
-                self.answer(lambda packet, _: sent.append(packet), self._status(number, data))
+        for number in asked:
+            registers = self._memory(number, steps)[first : first + count]
+            data = self._pong() if instruction == PING else registers
+            self.answer(lambda packet, _: sent.append(packet), self._status(number, data))
         self._line.send(b"".join(sent))  # at once, as a USB adapter hands them over
 
     def _steps(self, first: int, count: int) -> dict[int, int]:
         """Return each servo's position; the state counts as sent where it is asked for."""
-        position = (0.0,) * len(self._joints)
-        if first <= self.TABLE["registers"]["position"][0] < first + count:
-            position = self.next_state(self.moment).position
+        address, _ = self.TABLE["registers"]["position"]
+        if not first <= address < first + count:
+            return {}
+        position = self.next_state(self.moment).position
         pairs = zip(self._joints, position, strict=True)
         return {servo: round(STEPS / 2 + q * STEPS / TURN) for servo, q in pairs}
 
     def _memory(self, servo: int, steps: dict[int, int]) -> bytes:
         """Return a servo's registers."""
-        position = self._position(self.turned.get(servo, steps.get(servo, STEPS // 2)))
-        values = {"firmware": self.TABLE["firmware"], "model": self.model, "servo": servo}
+        turned = self.turned.get(servo, steps.get(servo, STEPS // 2))
+        values = {
+            "firmware": self.TABLE["firmware"],
+            "model": self.model,
+            "servo": servo,
+            "torque": self.stiff,
+            "position": self._position(turned),
+        }
         memory = bytearray(MEMORY)
-        for name, value in {**values, "torque": self.stiff, "position": position}.items():
+        for name, value in values.items():
             first, size = self.TABLE["registers"][name]
             memory[first : first + size] = value.to_bytes(size, "little")
         return bytes(memory)
@@ -153,11 +155,10 @@ class DynamixelEmulator(ServoEmulator):
         return steps % (1 << 32)  # two's complement
 
     def _status(self, servo: int, data: bytes) -> bytes:
-        content = (bytes([0x55, self.errors.get(servo, 0)]) + data).replace(
-            b"\xff\xff\xfd", b"\xff\xff\xfd\xfd"
-        )
-        packet = bytes(self.TABLE["head"]) + bytes([servo])
-        packet += (len(content) + 2).to_bytes(2, "little") + content
+        content = bytes([0x55, self.errors.get(servo, 0)]) + data
+        content = content.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
+        length = len(content) + 2
+        packet = bytes([*self.TABLE["head"], servo, *length.to_bytes(2, "little")]) + content
         return packet + crc16(packet).to_bytes(2, "little")
 
 

@@ -4,6 +4,7 @@ Proven against ur-rtde 1.6.5, CB3 and e-series, and xarm-python-sdk 1.18.4.
 """
 
 import struct
+from collections.abc import Sequence
 
 from ...drivers import JointState
 from ...drivers.arms import encode_package, take_package
@@ -43,14 +44,17 @@ class UrEmulator(Emulator):
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send one data package."""
         if number % self._every == 0:
-            now = [number / self.arm.rate]
-            torques = state.effort or 6 * (0.0,)
-            values = (now, state.position, torques, [RUNNING], [NORMAL])
-            outputs = {
-                name: struct.pack(layout, *numbers)
-                for (name, (_, layout)), numbers in zip(OUTPUTS.items(), values, strict=True)
+            values = {
+                "timestamp": [number / self.arm.rate],
+                "actual_q": state.position,
+                "target_moment": state.effort or 6 * (0.0,),
+                "robot_mode": [RUNNING],
+                "safety_mode": [NORMAL],
             }
-            package = b"\x01" + b"".join(outputs[name] for name in self._names)
+            package = b"\x01"
+            for name in self._names:
+                _, layout = OUTPUTS[name]
+                package += struct.pack(layout, *values[name])
             self.emit(self._tcp.send, encode_package(ord("U"), package), moment)
 
     def _requests(self, received: bytes) -> None:
@@ -114,16 +118,15 @@ class XArmEmulator(Emulator):
 
     def listen(self, address: str) -> None:
         """Listen on the report ports."""
+        host = address or HOST
         self._port = 30003 if self.version.endswith("old") else 30000
-        self._fast = TcpServer(
-            self, (address or HOST, self._port), channel=str(self._port), places=MOST_CLIENTS
-        )
-        self._rich = TcpServer(
-            self, (address or HOST, RICH), channel=str(RICH), places=MOST_CLIENTS
+        self._fast, self._rich = (
+            TcpServer(self, (host, port), channel=str(port), places=MOST_CLIENTS)
+            for port in (self._port, RICH)
         )
         self._fast.on_join = self._fast.on_leave = self._follow
         self._rich.on_join = self._send_rich
-        self.driver_address = f"xarm:{address or HOST}"
+        self.driver_address = f"xarm:{host}"
 
     def send_state(self, number: int, state: JointState, moment: float) -> None:
         """Send a report to whoever listens to the fast port."""
@@ -143,15 +146,20 @@ class XArmEmulator(Emulator):
 
 def real_report(state: JointState) -> bytes:
     """Return a report of port 30003."""
-    fields = {4: bytes([GUIDING]), 7: _seven(state.position), 59: _seven(state.effort or ())}
-    return _report(REAL_SIZE, fields)
+    torques = _seven(state.effort or ())
+    return _report(REAL_SIZE, {4: bytes([GUIDING]), 7: _seven(state.position), 59: torques})
 
 
 def fast_report(time: int, state: JointState) -> bytes:
     """Return a report of port 30000, by the controller's time [us]."""
-    fields = {4: time.to_bytes(8, "big"), 12: bytes([GUIDING]), 116: _seven(state.position)}
-    targets = _seven(tuple(q + 1e-3 for q in state.position))
-    return _report(FAST_SIZE, {**fields, 32: targets, 228: _seven(state.effort or ())})
+    fields = {
+        4: time.to_bytes(8, "big"),
+        12: bytes([GUIDING]),
+        32: _seven([q + 1e-3 for q in state.position]),  # targets
+        116: _seven(state.position),
+        228: _seven(state.effort or ()),
+    }
+    return _report(FAST_SIZE, fields)
 
 
 def rich_report(state: JointState) -> bytes:
@@ -163,10 +171,11 @@ def rich_report(state: JointState) -> bytes:
 def _report(size: int, fields: dict[int, bytes]) -> bytes:
     """Return a report of so many bytes: its size, fields by their first byte, and zeros."""
     report = bytearray(size)
-    for first, data in {0: size.to_bytes(4, "big"), **fields}.items():
+    report[:4] = size.to_bytes(4, "big")
+    for first, data in fields.items():
         report[first : first + len(data)] = data
     return bytes(report)
 
 
-def _seven(values: tuple[float, ...]) -> bytes:
-    return struct.pack("<7f", *values, *[0.0] * (7 - len(values)))
+def _seven(values: Sequence[float]) -> bytes:
+    return struct.pack(f"<{len(values)}f", *values).ljust(28, b"\0")

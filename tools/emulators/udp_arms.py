@@ -6,7 +6,9 @@ FCI is field by field as libfranka's header, proven against libfranka 0.9.2 (ver
 
 import json
 import struct
-from itertools import chain
+from abc import abstractmethod
+from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +25,35 @@ GET_ROBOT_MODEL = {8: 12, 9: 12, 10: 11}
 GUIDING = 3
 
 
-class FrankaEmulator(Emulator):
+class DatagramEmulator(Emulator):
+    """A controller that sends each state to one client as a datagram."""
+
+    FAULTS = (*COMMON_KINDS, "stranger", "version")
+    _udp: UdpPort
+    _target: tuple[str, int]
+    """Where the client listens."""
+
+    @abstractmethod
+    def _datagram(self, number: int, state: JointState, moment: float) -> bytes:
+        """Return the datagram of a state."""
+
+    def send_state(self, number: int, state: JointState, moment: float) -> None:
+        """Send one datagram, and a stranger's."""
+        datagram = self._datagram(number, state, moment)
+        self.emit(self._udp.send, datagram, moment, self._target)
+        if self.faults.is_active("stranger", moment):
+            shifted = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
+            self._stranger.send(self._datagram(number, shifted, moment), self._target)
+
+    @cached_property
+    def _stranger(self) -> UdpPort:
+        return UdpPort(self, STRANGER)
+
+
+class FrankaEmulator(DatagramEmulator):
     """A Panda (versions 3 to 5) or FR3 (6 to 10)."""
 
     VERSIONS = dict.fromkeys(("5", "3", "4", "6", "7", "8", "9", "10"), Version(7, 1000.0))
-    FAULTS = (*COMMON_KINDS, "stranger", "version")
 
     def listen(self, address: str) -> None:
         """Open TCP port 1337."""
@@ -37,15 +63,9 @@ class FrankaEmulator(Emulator):
         self._tcp.on_leave = self._forget
         self.driver_address = f"franka:{self._tcp.address}"
         self._udp = UdpPort(self, (endpoint.host, 0))  # a reader sends it nothing
-        self._stranger = UdpPort(self, STRANGER)
 
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
-        """Send one RobotState datagram."""
-        datagram = encode_state(int(self.version), number, state)
-        self.emit(self._udp.send, datagram, moment, self._target)
-        if self.faults.is_active("stranger", moment):
-            shifted = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
-            self._stranger.send(encode_state(int(self.version), number, shifted), self._target)
+    def _datagram(self, number: int, state: JointState, moment: float) -> bytes:
+        return encode_state(int(self.version), number, state)
 
     def _request(self, request: bytes) -> None:
         """Answer one request of the client."""
@@ -75,23 +95,27 @@ class FrankaEmulator(Emulator):
 def encode_state(version: int, number: int, state: JointState) -> bytes:
     """Return the numbered RobotState datagram of a server version, 3 to 10, of an arm at rest."""
     letter = "f" if version == 10 else "d"
-    torques = state.effort or 7 * (0.0,)
-    holds = {"pose": FRANKA["pose"], "positions": state.position, "torques": torques, "zero": (0,)}
-    fields = [field for field in FRANKA["layout"] if version >= field["since"]]
-    message = list(
-        chain.from_iterable(field["times"] * [*holds[field["hold"]]] for field in fields)
-    )
+    values = {
+        "pose": FRANKA["pose"],
+        "positions": state.position,
+        "torques": state.effort or 7 * (0.0,),
+        "zero": (0,),
+    }
+    message: list[float] = []
+    for field in FRANKA["layout"]:
+        if version >= field["since"]:
+            message += field["times"] * [*values[field["hold"]]]
     errors = bytes(2 * (37 if version < 5 else 41))  # current, and reflex reason
     modes = b"\0\0"  # motion generator, controller
-    body = struct.pack(f"<Q{len(message)}{letter}", number, *message) + modes + errors
-    return body + struct.pack(f"<B{letter}", GUIDING, 1.0)
+    body = struct.pack(f"<Q{len(message)}{letter}", number, *message)
+    return body + modes + errors + struct.pack(f"<B{letter}", GUIDING, 1.0)
 
 
 MONITORING_WAIT, MONITORING_READY, COMMANDING_ACTIVE = 1, 2, 4
 START_OF_CLOCK = 1_700_000_000
 
 
-class KukaEmulator(Emulator):
+class KukaEmulator(DatagramEmulator):
     """An iiwa whose Sunrise application has opened FRI of one version."""
 
     VERSIONS = dict.fromkeys(("1.15", "1.11", "1.14", "1.16", "2.5", "2.7"), Version(7, 200.0))
@@ -102,22 +126,14 @@ class KukaEmulator(Emulator):
         endpoint = parse_endpoint(
             address, 30200, options=("client", "multiplier"), default_host="127.0.0.2"
         )
-        self._client = (endpoint.options.get("client", "127.0.0.1"), endpoint.port)
+        self._target = (endpoint.options.get("client", "127.0.0.1"), endpoint.port)
         self._multiplier = endpoint.options.integer("multiplier", 1)
         self._udp = UdpPort(self, (endpoint.host, endpoint.port), self._reply)
-        self.driver_address = f"kuka:{self._udp.address}?bind={self._client[0]}"
-        self._stranger = UdpPort(self, STRANGER)
+        self.driver_address = f"kuka:{self._udp.address}?bind={self._target[0]}"
         self._replies = 0
         self.streaming = True
 
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
-        """Send one monitoring message."""
-        self.emit(self._udp.send, self._encode(number, state, moment), moment, self._client)
-        if self.faults.is_active("stranger", moment):
-            shifted = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
-            self._stranger.send(self._encode(number, shifted, moment), self._client)
-
-    def _encode(self, number: int, state: JointState, moment: float) -> bytes:
+    def _datagram(self, number: int, state: JointState, moment: float) -> bytes:
         session = MONITORING_READY if self._replies else MONITORING_WAIT
         if self.faults.is_active("commanding", moment):
             session = COMMANDING_ACTIVE
@@ -148,27 +164,29 @@ def encode_message(
     Header: identifier, sequence counter, reflected sequence counter. Connection: session state,
     quality, send period [ms], receive multiplier. The clock counts since the controller's start.
     """
-    q = state.position
-    tau = tuple(
-        -torque for torque in state.effort or (0.0,) * len(q)
-    )  # an iiwa tells the other sign
-    monitor = nested(1, doubles(q)) + nested(2, doubles(tau))
+    joints = len(state.position)
+    zeros = (0.0,) * joints
+    q = doubles(state.position)
+    torques = doubles([-torque for torque in state.effort or zeros])  # an iiwa's other sign
+    monitor = nested(1, q) + nested(2, torques)
     if version.startswith("1."):
-        monitor += nested(3, doubles(q))
-    monitor += nested(4, doubles(tau)) + nested(5, doubles((0.0,) * len(q)))
+        monitor += nested(3, q)
+    monitor += nested(4, torques)
+    monitor += nested(5, doubles(zeros))
     seconds, remainder = divmod(nanoseconds, 1_000_000_000)
     monitor += nested(15, numbers({1: START_OF_CLOCK + seconds, 2: remainder}))
-    drives = b"".join(numbers({5: 2}) for _ in q)
+    robot = numbers({1: joints, 2: 0}) + joints * numbers({5: 2}) + numbers({6: 0, 7: 0})
+    interpolator = numbers({10: 0, 11: 0}) + b"\x61" + struct.pack("<d", 1.0)
     body = nested(1, numbers(dict(enumerate(header, 1))))
-    body += nested(2, numbers({1: len(q), 2: 0}) + drives + numbers({6: 0, 7: 0}))
+    body += nested(2, robot)
     body += nested(3, monitor)
     body += nested(4, numbers(dict(enumerate(connection, 1))))
-    body += nested(5, numbers({10: 0, 11: 0}) + b"\x61" + struct.pack("<d", 1.0))
+    body += nested(5, interpolator)
     if version == "2.7":
         return framed(body)
     return body + nested(15, b"")
 
 
-def doubles(values: tuple[float, ...]) -> bytes:
+def doubles(values: Sequence[float]) -> bytes:
     """Return a JointValues message, unpacked as the controller writes it."""
     return b"".join(b"\x09" + struct.pack("<d", value) for value in values)
