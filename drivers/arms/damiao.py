@@ -65,11 +65,9 @@ class Damiao(PolledDriver):
         bus = parse_can_address(address, ("rate", "ids", "signs"))
         super().__init__(f"the arm on {bus}")
         self._motors = bus.options.integers("ids", range(1, JOINTS + 1))
-        self._signs = bus.options.integers("signs", [1] * len(self._motors))
+        self._signs = bus.options.signs(len(self._motors))
         if not all(0 < motor < ANSWERS for motor in self._motors):
             raise bus.options.wrong("ids", "a list of the motors' numbers, 1 to 15")
-        if len(self._signs) != len(self._motors) or not set(self._signs) <= {1, -1}:
-            raise bus.options.wrong("signs", "1 or -1 for each joint")
         self._joint_names = match_joints(joint_names, len(self._motors), "the arm")
         self._interval = 1 / bus.options.positive("rate", RATE)
         self._bus = CanBus(bus, tuple(ANSWERS + motor for motor in self._motors))

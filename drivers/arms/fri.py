@@ -114,8 +114,7 @@ def framed(body: bytes) -> bytes:
 def numbers(fields: Mapping[int, int]) -> bytes:
     """Return protobuf varint fields by number."""
     return b"".join(
-        varint(number << 3 | VARINT) + varint(value)
-        for number, value in fields.items()
+        varint(number << 3 | VARINT) + varint(value) for number, value in fields.items()
     )
 
 

@@ -7,7 +7,7 @@ unknown share of gravity. Address: ``HOST[?port=30003]``.
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .. import (
     ArrivalTimeFilter,
@@ -129,11 +129,11 @@ class XArm(ValidatingDriver):
 
     def _follow(self, endpoint: Endpoint, ports: Sequence[int]) -> tuple[TcpStream, Layout]:
         """Connect to the first of some ports that is there."""
-        for port in ports:
-            where = Endpoint(endpoint.host, port, endpoint.options)
-            try:
-                return TcpStream(where, "its software may be too old for this port"), PORTS[port]
-            except DriverError:
-                if port == ports[-1]:
-                    raise
-        raise AssertionError("no ports")
+        port, *others = ports
+        where = replace(endpoint, port=port)
+        try:
+            return TcpStream(where, "its software may be too old for this port"), PORTS[port]
+        except DriverError:
+            if not others:
+                raise
+            return self._follow(endpoint, others)

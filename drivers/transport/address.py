@@ -37,6 +37,13 @@ class Options(dict[str, str]):
         except ValueError:
             raise self.wrong(name, "a list of whole numbers, as in 1,2,4") from None
 
+    def signs(self, count: int) -> tuple[int, ...]:
+        """Return the option ``signs``, 1 or -1 for each joint."""
+        signs = self.integers("signs", [1] * count)
+        if len(signs) != count or not set(signs) <= {1, -1}:
+            raise self.wrong("signs", f"1 or -1 for each joint ({count})")
+        return signs
+
     def positive(self, name: str, default: float) -> float:
         """Return an option as a positive number."""
         try:

@@ -26,7 +26,7 @@ class ServoMap:
 
     joints: tuple[str, ...]
     ids: tuple[int, ...]
-    signs: tuple[float, ...]
+    signs: tuple[int, ...]
     zeros: tuple[float, ...]
     """Positions at which the angles are zero [ticks]."""
     homing: tuple[int, ...] | None = None
@@ -37,7 +37,7 @@ def _map(joints: Sequence[str], ids: Sequence[int], degrees: Sequence[float] = (
     """Return a map by the middle of each servo, where the model's angle is so many degrees."""
     angles = degrees or (0.0,) * len(ids)
     zeros = tuple(MIDDLE - angle / 360 * TICKS for angle in angles)
-    return ServoMap(tuple(joints), tuple(ids), (1.0,) * len(ids), zeros)
+    return ServoMap(tuple(joints), tuple(ids), (1,) * len(ids), zeros)
 
 
 FEETECH_ARMS = {
@@ -62,11 +62,8 @@ def choose_map(options: Options, arms: dict[str, ServoMap], default: str | None)
     if name is not None and name not in arms:
         raise options.wrong("arm", f"one of {', '.join(arms)}")
     servo_map = _by_ids(options) if "ids" in options else arms[name or ""]
-    servo_map = replace(
-        servo_map,
-        signs=_numbers(options, "signs", servo_map.signs, "1 or -1 for each joint", (1.0, -1.0)),
-        zeros=_numbers(options, "zeros", servo_map.zeros, "a position in ticks for each joint"),
-    )
+    signs = options.signs(len(servo_map.ids))
+    servo_map = replace(servo_map, signs=signs, zeros=_zeros(options, servo_map.zeros))
     return _calibrated(servo_map, options) if "calibration" in options else servo_map
 
 
@@ -78,33 +75,24 @@ def _by_ids(options: Options) -> ServoMap:
     return _map([f"joint{index}" for index in range(1, count + 1)], ids)
 
 
-def _numbers(
-    options: Options,
-    name: str,
-    default: tuple[float, ...],
-    form: str,
-    allowed: tuple[float, ...] = (),
-) -> tuple[float, ...]:
-    """Return an option that is a list with a number for each joint."""
-    if name not in options:
+def _zeros(options: Options, default: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the zeros that an address gives [ticks]."""
+    if "zeros" not in options:
         return default
     try:
-        numbers = tuple(float(part) for part in options[name].split(","))
+        zeros = tuple(map(float, options["zeros"].split(",")))
     except ValueError:
-        raise options.wrong(name, form) from None
-    sound = all(number in allowed if allowed else abs(number) < 1e6 for number in numbers)
-    if len(numbers) != len(default) or not sound:
-        raise options.wrong(name, f"{form} ({len(default)})")
-    return numbers
+        zeros = ()
+    if len(zeros) != len(default) or not all(abs(zero) < 1e6 for zero in zeros):
+        raise options.wrong("zeros", f"a position in ticks for each joint ({len(default)})")
+    return zeros
 
 
 def _calibrated(servo_map: ServoMap, options: Options) -> ServoMap:
     """Take the zeros from a calibration file of lerobot's."""
     path = Path(options["calibration"]).expanduser()
     try:
-        motors: dict[int, MotorCalibration] = {
-            motor.id: motor for motor in read_lerobot(path).values()
-        }
+        motors = {motor.id: motor for motor in read_lerobot(path).values()}
     except MukcaError as error:
         raise Reason.BAD_ADDRESS(str(error)) from None
     for joint, servo in zip(servo_map.joints, servo_map.ids, strict=True):
