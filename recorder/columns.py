@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain, product
+from itertools import chain
 
 from .files import RecordingError
 
@@ -43,6 +43,7 @@ _POSITION = re.compile(
     "joint|data"
 )
 """Words that may follow a joint's name where its position is meant."""
+_POSITIONS = f"((?: (?:{_POSITION.pattern}))*)"
 _OTHER = re.compile(
     "velocity|velocities|vel|speed|qd|dq|efforts?|torques?|tau|moment|currents?|acceleration|acc|qdd|"
     "ddq|temperature|temp|voltage|force|pwm|spread|std|error|target|command(ed)?|cmd|desired|goal|"
@@ -144,52 +145,67 @@ def match_joints(
     """
     joints = [joint.strip() for joint in joints]
     if set(joints) <= set(names):
-        twice = next((joint for joint in joints if names.count(joint) > 1), None)
-        if twice is not None:
-            raise ColumnError(twice, [twice] * names.count(twice))
-        return Match(tuple(names.index(joint) for joint in joints))
+        for joint in joints:
+            if names.count(joint) > 1:
+                raise ColumnError(joint, [joint] * names.count(joint))
+        return Match(tuple(map(names.index, joints)))
     ways = _ways(names, joints)
-    match = _in_one_way(names, joints, ways)
-    return _numbered(names, joints, bool(ways)) if match is None and in_order else match
+    order = in_one_way(_without_zero(ways, names, joints), joints, names)
+    if order is not None and len(set(order)) == len(order):
+        return Match(tuple(order))
+    return _numbered(names, joints, some_named=bool(ways)) if in_order else None
 
 
 def missing_joints(names: Sequence[str], joints: Sequence[str]) -> list[str]:
     """Return the joints that no column is called like."""
-    ways = _ways(names, joints)
-    numbers = set(chain.from_iterable(ways.values()))
-    return [joint for k, joint in enumerate(joints) if k not in numbers]
+    named = set(chain.from_iterable(_ways(names, joints).values()))
+    return [joint for k, joint in enumerate(joints) if k not in named]
 
 
-_Ways = dict[tuple[Words, Words], dict[int, list[int]]]
-"""Columns of each joint, by the words before and after the joints' names."""
+Ways = dict[tuple[Words, Words], dict[int, list[int]]]
+"""By way of writing, the words before and after a name: the columns of each of some names."""
 
 
-def _ways(names: Sequence[str], joints: Sequence[str]) -> _Ways:
-    """Return which columns hold which joints' words, by the way of writing."""
-    ways: _Ways = {}
+def in_one_way(ways: Ways, wanted: Sequence[str], columns: Sequence[str]) -> list[int] | None:
+    """Return the column of each of some names, if one way of writing has all; bare names do best.
+
+    Raises:
+        ColumnError: Several columns may be one of them.
+    """
+    complete = [way for way, named in ways.items() if len(named) == len(wanted)]
+    if ((), ()) in complete:
+        complete = [((), ())]
+    order: list[int] = []
+    for k, name in enumerate(wanted if complete else ()):
+        fitting = list(chain.from_iterable(ways[way][k] for way in complete))
+        if len(fitting) > 1:
+            raise ColumnError(name, [columns[i] for i in fitting])
+        order += fitting
+    return order or None
+
+
+def _ways(names: Sequence[str], joints: Sequence[str]) -> Ways:
+    """Return the ways in which columns are called like joints."""
+    ways: Ways = {}
+    cores = [words_of(joint) for joint in joints]
     for i, name in enumerate(names):
-        for k, joint in enumerate(joints):
-            way = _way(words_of(name), words_of(joint))
+        column = words_of(name)
+        for k, joint in enumerate(cores):
+            way = _way(column, joint)
             if way is not None:
                 ways.setdefault(way, {}).setdefault(k, []).append(i)
     return ways
 
 
-def _in_one_way(names: Sequence[str], joints: Sequence[str], ways: _Ways) -> Match | None:
-    """Return the columns of all joints if one way of writing has them."""
+def _without_zero(ways: Ways, names: Sequence[str], joints: Sequence[str]) -> Ways:
+    """Return ways without those whose numbers begin at 0 and the joints' at 1, as q0 .. q5."""
     cores = [words_of(joint) for joint in joints]
-    complete = [way for way in ways if len(ways[way]) == len(joints)]
-    if all(len(joint) == 1 and joint[0].isdecimal() for joint in cores) and ("0",) not in cores:
-        zeros = {way for way in complete if (*way[0], "0", *way[1]) in map(words_of, names)}
-        complete = [way for way in complete if way not in zeros]  # q0 .. q5 are joints 1 to 6
-    if ((), ()) in complete:
-        complete = [((), ())]
-    for k in range(len(joints)):
-        columns = list(chain.from_iterable(ways[way][k] for way in complete))
-        if len(columns) > 1:
-            raise ColumnError(joints[k], [names[i] for i in columns])
-    order = tuple(ways[way][k][0] for way, k in product(complete, range(len(joints))))
-    return Match(order) if order and len(set(order)) == len(order) else None
+    numbered = all(len(core) == 1 and core[0].isdecimal() for core in cores)
+    if not numbered or ("0",) in cores:
+        return ways
+    columns = {words_of(name) for name in names}
+    remaining = [(a, b) for a, b in ways if (*a, "0", *b) not in columns]
+    return {way: ways[way] for way in remaining}
 
 
 def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
@@ -197,15 +213,13 @@ def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
 
     The column may lack what the joint's name begins with, or its last word ``joint``.
     """
-    if not joint:
-        return None
-    short = joint[:-1] if joint[-1:] == ("joint",) and any(map(_is_word, joint[:-1])) else joint
+    without_last = joint[:-1]
+    short = without_last if joint[-1:] == ("joint",) and any(map(_is_word, without_last)) else joint
+    text = " ".join(column)
     for name in dict.fromkeys((joint, short)):
-        for start in range(len(column) - len(name), -1, -1):
-            before, after = column[:start], column[start + len(name) :]
-            inside = column[start : start + len(name)] == name
-            if inside and _all(_POSITION, after) and not _any(_OTHER, before):
-                return before, after
+        match = re.fullmatch(rf"((?:\S+ )*){' '.join(name)}{_POSITIONS}", text)
+        if match and joint and not _any(_OTHER, match[1].split()):
+            return tuple(match[1].split()), tuple(match[2].split())
     core = column
     while core and _POSITION.fullmatch(core[-1]):
         core = core[:-1]
@@ -215,34 +229,35 @@ def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
     return None
 
 
-def _numbered(names: Sequence[str], joints: Sequence[str], some_named: bool) -> Match | None:
+def _numbered(names: Sequence[str], joints: Sequence[str], *, some_named: bool) -> Match | None:
     """Return columns like q1 .. q6, or all of as many as there are joints, in order.
 
     Where some are called like a joint, the others are not taken in order.
     """
-    families = [f for f in _families(names) if len(f) == len(joints)]
-    if len(families) > 1:
-        raise ColumnError(joints[0], [names[family[0]] for family in families])
-    order = [i for i, name in enumerate(names) if not _any(_OTHER, words_of(name))]
-    order = families[0] if families else [] if some_named else order
-    if len(order) != len(joints):
+    order = in_one_way(_series(names), joints, names)
+    taken = "the columns"
+    if order is not None:
+        taken = f"{names[order[0]]} to {names[order[-1]]}"
+    elif not some_named:
+        order = [i for i, name in enumerate(names) if not _any(_OTHER, words_of(name))]
+    if order is None or len(order) != len(joints):
         return None
-    taken = f"{names[order[0]]} to {names[order[-1]]}" if families else "the columns"
-    return Match(
-        tuple(order),
-        f"no column is called like a joint of the robot ({', '.join(joints)}); {taken} are taken "
-        "in order",
-    )
+    called = f"no column is called like a joint of the robot ({', '.join(joints)})"
+    return Match(tuple(order), f"{called}; {taken} are taken in order")
 
 
-def _families(names: Sequence[str]) -> list[list[int]]:
-    """Return columns like q1, q2, .. or position[0], position[1], .., by their numbers."""
-    families: dict[tuple[Words, Words], dict[int, int]] = {}
+def _series(names: Sequence[str]) -> Ways:
+    """Return columns like q1, q2, .. or position[0], position[1], .., numbered from the first."""
+    ways: Ways = {}
     for i, name in enumerate(names):
         words = words_of(name)
         last = max((k for k, word in enumerate(words) if word.isdecimal()), default=0)
         before, after = words[:last], words[last + 1 :]
         if _any(_STEM, before) and not _any(_OTHER, words) and _all(_POSITION, after):
-            families.setdefault((before, after), {}).setdefault(int(words[last]), i)
-    series = [f for f in families.values() if min(f) in (0, 1) and max(f) - min(f) == len(f) - 1]
-    return [[family[number] for number in sorted(family)] for family in series]
+            ways.setdefault((before, after), {}).setdefault(int(words[last]), []).append(i)
+    series: Ways = {}
+    for way, columns in ways.items():
+        first = min(columns)
+        if first in (0, 1) and max(columns) - first == len(columns) - 1:
+            series[way] = {number - first: places for number, places in columns.items()}
+    return series

@@ -1,9 +1,9 @@
 """Names of coordinates: places x, y, z and turns, as programs call them."""
 
 from collections.abc import Sequence
-from itertools import chain, product
+from itertools import product
 
-from .columns import Column, ColumnError, Words
+from .columns import Column, Ways, Words, in_one_way
 
 AXES = ("x", "y", "z")
 QUATERNION = ("qx", "qy", "qz", "qw")
@@ -30,37 +30,33 @@ def match_coordinates(
     Raises:
         ColumnError: Several columns may be one of them.
     """
-    ways: dict[Words, dict[str, list[Column]]] = {}
-    for column in columns:
+    ways: Ways = {}
+    for i, column in enumerate(columns):
         before, name = _coordinate(column.words)
-        if name in names and (not reserved or reserved not in before):
-            ways.setdefault(before, {}).setdefault(name, []).append(column)
-    complete = [way for way in ways if len(ways[way]) == len(names)]
-    prefixes = [()] if () in complete else complete
-    if not prefixes:
-        return None
-    fitting = list(chain.from_iterable(ways[way][names[0]] for way in prefixes))
-    twice = next((c for c in ways[prefixes[0]].values() if len(c) > 1), None)
-    if len(fitting) > 1 or twice:
-        some = [f"{column.name} (column {column.index + 1})" for column in twice or fitting]
-        raise ColumnError(twice[0].name if twice else names[0], some)
-    return [ways[prefixes[0]][name][0] for name in names]
+        if name in names and not (reserved and reserved in before):
+            ways.setdefault((before, ()), {}).setdefault(names.index(name), []).append(i)
+    labels = [f"{column.name} (column {column.index + 1})" for column in columns]
+    order = in_one_way(ways, names, labels)
+    return None if order is None else [columns[i] for i in order]
 
 
 def _coordinate(words: Words) -> tuple[Words, str]:
     """Return what a coordinate's name begins with, and x, y, z, qx, .. as it is called here."""
-    joined = "".join(words[-2:]) if words[-1:] and words[-1].isdecimal() else ""
+    joined = "".join(words[-2:])
     if joined in MATRIX:
         return words[:-2], joined
-    if words[-3:-1] == ("tcp", "pose") and words[-1] in "012345":  # as Universal Robots number it
-        return words[:-1], (*AXES, *VECTOR)[int(words[-1])]
     before, last = words[:-1], (words or ("",))[-1]
+    if words[-3:-1] == ("tcp", "pose") and last in "012345":  # as Universal Robots number it
+        return before, (*AXES, *VECTOR)[int(last)]
     if last in ("tx", "ty", "tz"):
         return before, last[1:]
-    if last in (*AXES, "w") and before and before[-1] in _TURNED:
+    if not before or last not in (*AXES, "w"):
+        return before, last
+    kind = before[-1]
+    if kind in _TURNED:
         return before[:-1], f"q{last}"
-    if last in AXES and before and before[-1] in _ROTVEC:
+    if kind in _ROTVEC and last in AXES:
         return before[:-1], f"r{last}"
-    if last in AXES and before and before[-1] in _PLACED:
+    if kind in _PLACED and last in AXES:
         return before[:-1], last
     return before, last
