@@ -1,12 +1,11 @@
 """Numbers that are given as arrays."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .files import RecordingError
 
 
-def numbers_of(values: object, what: str) -> NDArray[np.float64]:
+def numbers_of(values: object, what: str) -> np.ndarray:
     """Return values as an array of finite numbers.
 
     Raises:

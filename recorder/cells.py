@@ -82,21 +82,21 @@ def uncommented(text: str) -> str:
     if lists:
         lines = [_LIST.sub(r"\1", line) for line in lines]
     comments = [i for i, line in enumerate(lines) if line.startswith("#")]
+    if not comments and not lists:
+        return text
     data = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-    separator = next(
-        (d for d in ";\t," if d in data.strip()), None
-    )  # commas are decimal beside others
+    words = lines[comments[-1]].lstrip("# ") if comments else ""
     for i in comments:
-        words = lines[i].lstrip("# ")
-        same = (
-            separator
-            and words.count(separator) == data.strip().count(separator)
-            and not data[:1].isalpha()
-        )
-        if not separator:
-            same = len(words.split()) == len(data.split()) > 1
-        lines[i] = words if same and i == comments[-1] else ""
-    return "\n".join(lines) + "\n" if comments or lists else text
+        lines[i] = ""
+    separator = next((d for d in ";\t," if d in data.strip()), None)
+    if separator is None:
+        is_header = len(words.split()) == len(data.split()) > 1
+    else:  # commas are decimal beside others
+        as_many = words.count(separator) == data.strip().count(separator)
+        is_header = as_many and not data[:1].isalpha()
+    if comments and is_header:
+        lines[comments[-1]] = words
+    return "\n".join(lines) + "\n"
 
 
 def _of_lists(lines: Sequence[str]) -> bool:

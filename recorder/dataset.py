@@ -11,7 +11,6 @@ import os
 import re
 from collections.abc import Iterable
 from dataclasses import replace
-from itertools import chain
 from pathlib import Path
 from typing import cast
 
@@ -107,11 +106,11 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
     """
     if not paths:
         raise RecordingError("no placement is given; name at least one folder of recordings")
-    objects = cast("tuple[object, ...]", paths)
-    strangers = [path for path in objects if not isinstance(path, str | os.PathLike)]
-    if strangers:
-        raise RecordingError(f"{strangers[0]!r:.60}: no path; name the folders one by one")
-    placements, skipped = list[Placement](), list[RecordingError]()
+    for path in cast("tuple[object, ...]", paths):
+        if not isinstance(path, str | os.PathLike):
+            raise RecordingError(f"{path!r:.60}: no path; name the folders one by one")
+    placements: list[Placement] = []
+    skipped: list[RecordingError] = []
     for folder in find_placements(map(Path, paths)):
         try:
             placements.append(read_placement(folder))
@@ -159,11 +158,8 @@ def read_placement(folder: Path) -> Placement:
 
 def _holes(folder: Path) -> list[tuple[int, Path]]:
     """Return the files ``hole_K.csv`` in a folder, each with its socket K."""
-    return sorted(
-        (int(match[1]), child)
-        for child in folder.iterdir()
-        if (match := _HOLE.fullmatch(child.name))
-    )
+    files = [(_HOLE.fullmatch(child.name), child) for child in folder.iterdir()]
+    return sorted((int(match[1]), file) for match, file in files if match)
 
 
 def _read_recorded(file: Path) -> Placement:
@@ -181,42 +177,43 @@ def _read_recorded(file: Path) -> Placement:
 
 
 def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
-    tables, skipped = list[tuple[int, Table]](), list[EmptyRecordingError]()
+    tables: dict[int, Table] = {}
+    skipped: list[EmptyRecordingError] = []
     for socket, file in holes:
         _require_samples(file)
         try:
-            tables.append((socket, read_table(file)))
+            tables[socket] = read_table(file)
         except EmptyRecordingError as error:
             skipped.append(error)
     if skipped and len(tables) < SOCKETS:
         raise skipped[0]
-    first = tables[0][1]
+    first, *others = tables.values()
     joints = first.joints()
     if first.header and not joints:
         raise RecordingError(
             f"{first.file}:1: no column holds joint positions in rad, deg, m or mm; the header "
             f"is {','.join(first.header):.150}"
         )
-    names = None if first.header is None else tuple(column.name for column in joints)
-    for _, table in tables[1:]:
+    for table in others:
         if table.header != first.header or table.units != first.units:
             raise RecordingError(f"{table.file}:1: another header than in {first.file.name}")
         if len(table.rows[0]) != len(first.rows[0]):
             raise RecordingError(
-                f"{table.file}:{table.lines[0]}: {len(table.rows[0])} columns, "
+                f"{table.where(0)}: {len(table.rows[0])} columns, "
                 f"but {first.file.name} has {len(first.rows[0])}"
             )
-    samples = list[Sample]()
-    for socket, table in tables:
-        rows = table.numbers(joints, gaps=names is not None)
+    samples: list[Sample] = []
+    remarks: list[str] = []
+    for socket, table in tables.items():
+        rows = table.numbers(joints, gaps=first.header is not None)
         samples += [Sample(row, socket, where=table.where(i)) for i, row in enumerate(rows)]
-    notes = list(chain.from_iterable(table.notes for _, table in tables))
+        remarks += table.notes
     return Placement(
         name=placement_name(folder),
         samples=tuple(samples),
-        joint_names=names,
-        files=tuple(table.file for _, table in tables),
-        remarks=(*notes, *(f"{error}; the file is skipped" for error in skipped)),
+        joint_names=tuple(column.name for column in joints) if first.header else None,
+        files=tuple(table.file for table in tables.values()),
+        remarks=(*remarks, *(f"{error}; the file is skipped" for error in skipped)),
     )
 
 
@@ -261,11 +258,9 @@ def sample_files(placement: Placement) -> dict[str, bytes]:
     """
     count = len(placement.samples[0].position)
     names = placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
-    lines = [
-        capture_line(replace(sample, number=number))
-        for number, sample in enumerate(placement.samples, start=1)
-    ]
-    return {SAMPLES: header_line(names) + b"".join(lines)} | _metadata(placement)
+    numbered = [replace(s, number=number) for number, s in enumerate(placement.samples, start=1)]
+    lines = [header_line(names), *map(capture_line, numbered)]
+    return {SAMPLES: b"".join(lines)} | _metadata(placement)
 
 
 def _metadata(placement: Placement) -> dict[str, bytes]:

@@ -54,21 +54,16 @@ def rows_of(
     table: Table, joint_names: Sequence[str], forms: Sequence[Sequence[str]] = ((),)
 ) -> Rows:
     """Return the rows of a table as :func:`read_rows` does."""
-    columns, form, note = _find(table, joint_names, forms)
+    columns, form, note = _Search(table, joint_names, forms).columns()
     if table.header is not None and table.header[:3] == _EVENTS:
         return _captured(table, joint_names, note)
-    blank = [all(not row[c.index].strip() for c in columns) for row in table.rows]
-    rows = [i for i, gap in enumerate(blank) if not gap]
+    indices = [column.index for column in columns]
+    filled = [i for i, row in enumerate(table.rows) if any(row[k].strip() for k in indices)]
     notes = [*table.notes, *([f"{table.file}: {note}"] if note else [])]
-    if len(rows) < len(blank):
-        notes.append(f"{table.file}: {len(blank) - len(rows)} lines without values are left out")
-    table_of_rows = table.at(rows)
-    return Rows(
-        table_of_rows.numbers(columns),
-        [table_of_rows.where(i) for i in range(len(rows))],
-        tuple(form),
-        tuple(notes),
-    )
+    if blank := len(table.rows) - len(filled):
+        notes.append(f"{table.file}: {blank} lines without values are left out")
+    numbers = table.at(filled).numbers(columns)
+    return Rows(numbers, [table.where(i) for i in filled], tuple(form), tuple(notes))
 
 
 def _captured(table: Table, joint_names: Sequence[str], note: str) -> Rows:
@@ -80,33 +75,56 @@ def _captured(table: Table, joint_names: Sequence[str], note: str) -> Rows:
     return Rows(rows, [s.where for s in content.live], (), (note,) if note else ())
 
 
-def _find(
-    table: Table, joint_names: Sequence[str], forms: Sequence[Sequence[str]]
-) -> tuple[list[Column], Sequence[str], str]:
-    """Return the joints' columns and those of the first form that is there, and a remark."""
-    if table.header is None:
-        return _in_order(table, joint_names, forms)
-    for form in forms:
-        columns_beside = coordinates(table, form) if form else []
-        if columns_beside is None or (not set(form) & _TURNED and _leftover(table, form, forms)):
-            continue
-        try:
-            joints = find_joints(table, joint_names, columns_beside)
-        except ColumnError as error:
-            raise RecordingError(f"{table.file}:1: {error}; keep those of one arm") from None
-        if joints is not None:
-            return [*joints[0], *columns_beside], form, joints[1]
-    raise RecordingError(
-        f"{table.file}: its header is {','.join(table.header):.60}; needed: "
-        f"{_wanted(joint_names, forms)}"
-    )
+@dataclass(frozen=True)
+class _Search:
+    """Search for a model's joints in a table, and for one of some forms beside them."""
 
+    table: Table
+    joint_names: Sequence[str]
+    forms: Sequence[Sequence[str]]
 
-def _leftover(table: Table, form: Sequence[str], forms: Sequence[Sequence[str]]) -> bool:
-    """Return whether columns belong to a richer form that is not complete."""
-    richer = set(chain.from_iterable(forms)) - set(form)
-    names = {(column.words or ("",))[-1] for column in table.columns}
-    return bool(names & richer) or any(turn <= names for turn in _OTHER_TURNS)
+    def columns(self) -> tuple[list[Column], Sequence[str], str]:
+        """Return the joints' columns and those of the first form that is there, and a remark."""
+        table = self.table
+        if table.header is None:
+            return self._in_order()
+        for form in self.forms:
+            beside = coordinates(table, form) if form else []
+            if beside is None or (_TURNED.isdisjoint(form) and self._has_more(form)):
+                continue
+            try:
+                joints = find_joints(table, self.joint_names, beside)
+            except ColumnError as error:
+                raise RecordingError(f"{table.file}:1: {error}; keep those of one arm") from None
+            if joints is not None:
+                return [*joints[0], *beside], form, joints[1]
+        header = ",".join(table.header)
+        raise RecordingError(f"{table.file}: its header is {header:.60}; needed: {self._wanted()}")
+
+    def _has_more(self, form: Sequence[str]) -> bool:
+        """Return whether columns belong to a richer form that is not complete."""
+        richer = set(chain.from_iterable(self.forms)).difference(form)
+        names = {(column.words or ("",))[-1] for column in self.table.columns}
+        return not names.isdisjoint(richer) or any(turn <= names for turn in _OTHER_TURNS)
+
+    def _in_order(self) -> tuple[list[Column], Sequence[str], str]:
+        """Return the columns of a table without a header, as many as one form has."""
+        columns = self.table.joints()
+        size = len(columns) - len(self.joint_names)
+        fitting = [form for form in self.forms if len(form) == size]
+        if len(fitting) != 1:
+            reason = "that many are several kinds of pose" if fitting else "no such number is known"
+            raise RecordingError(
+                f"{self.table.file}: its header is missing, and {len(columns)} columns without one "
+                f"tell nothing: {reason}; needed: {self._wanted()}"
+            )
+        names = ",".join((*self.joint_names, *fitting[0]))
+        return columns, fitting[0], f"no header; the columns are taken in order, as {names:.120}"
+
+    def _wanted(self) -> str:
+        """Return the headers that would do."""
+        headers = (",".join((*self.joint_names, *form)) for form in reversed(self.forms))
+        return "; or ".join(headers)
 
 
 def find_joints(
@@ -120,31 +138,8 @@ def find_joints(
     if not joint_names:
         return [], ""
     columns = table.joints(reserved)
-    free_columns = [column for column in table.columns if column not in reserved]
     match = match_joints([column.name for column in columns], joint_names)
     if match is None:  # a joint may be called like a time
-        columns = free_columns
-        match = match_joints([c.name for c in columns], joint_names, in_order=False)
+        columns = [column for column in table.columns if column not in reserved]
+        match = match_joints([column.name for column in columns], joint_names, in_order=False)
     return None if match is None else ([columns[i] for i in match.order], match.note)
-
-
-def _in_order(
-    table: Table, joint_names: Sequence[str], forms: Sequence[Sequence[str]]
-) -> tuple[list[Column], Sequence[str], str]:
-    """Return the columns of a table without a header, which must be as many as one form has."""
-    columns = [c for c in table.columns if not table.is_text(c.index)]
-    sizes = [len(joint_names) + len(form) for form in forms]
-    fitting = [form for form, size in zip(forms, sizes, strict=True) if size == len(columns)]
-    if len(fitting) != 1:
-        reason = "that many are several kinds of pose" if fitting else "no such number is known"
-        raise RecordingError(
-            f"{table.file}: its header is missing, and {len(columns)} columns without one tell "
-            f"nothing: {reason}; needed: {_wanted(joint_names, forms)}"
-        )
-    names = ",".join((*joint_names, *fitting[0]))
-    return columns, fitting[0], f"no header; the columns are taken in order, as {names:.120}"
-
-
-def _wanted(joint_names: Sequence[str], forms: Sequence[Sequence[str]]) -> str:
-    """Return the headers that would do."""
-    return "; or ".join(",".join((*joint_names, *form)) for form in reversed(forms))

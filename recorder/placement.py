@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .arrays import numbers_of
 from .columns import ColumnError, Match, match_joints, missing_joints
@@ -117,12 +117,12 @@ class Placement:
                 f"{where}: sockets are {seats.min():g} to {seats.max():g}; they are whole numbers, "
                 f"from 0 to {LAST_SOCKET}"
             )
-        samples = tuple(
-            Sample(tuple(row), int(seat), None if efforts is None else tuple(effort))
-            for row, seat, effort in zip(q.tolist(), seats.tolist(), tau.tolist(), strict=True)
-        )
+        samples: list[Sample] = []
+        for row, seat, effort in zip(q.tolist(), seats.tolist(), tau.tolist(), strict=True):
+            measured = None if efforts is None else tuple(effort)
+            samples.append(Sample(tuple(row), int(seat), measured))
         metres = None if distance is None else float(numbers_of(distance, f"{where}: distance"))
-        return cls(str(name), samples, names, metres)
+        return cls(str(name), tuple(samples), names, metres)
 
     def __repr__(self) -> str:
         counts = np.bincount(self.sockets)
@@ -131,17 +131,17 @@ class Placement:
         return f"Placement({self.name!r}: {samples} samples, {joints} joints)"
 
     @cached_property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> np.ndarray:
         """Joint positions, shape (samples, joints) [rad], [m] for a prismatic joint."""
         return np.array([sample.position for sample in self.samples], dtype=float)
 
     @cached_property
-    def sockets(self) -> NDArray[np.int64]:
+    def sockets(self) -> np.ndarray:
         """The number of each sample's socket, from 0, shape (samples,)."""
         return np.array([sample.socket for sample in self.samples], dtype=np.int64)
 
     @cached_property
-    def efforts(self) -> NDArray[np.float64] | None:
+    def efforts(self) -> np.ndarray | None:
         """Joint efforts, shape (samples, joints) [N m]; None where a sample lacks them."""
         if any(sample.effort is None for sample in self.samples):
             return None
@@ -157,7 +157,7 @@ class Placement:
         """The folder that it was read from, for messages; its name where it was made in memory."""
         return self.path or self.name
 
-    def with_positions(self, positions: NDArray[np.float64]) -> "Placement":
+    def with_positions(self, positions: np.ndarray) -> "Placement":
         """Return the placement with other joint positions, shape (samples, joints) [rad]."""
         rows: list[list[float]] = positions.tolist()
         pairs = zip(self.samples, rows, strict=True)
@@ -182,21 +182,15 @@ class Placement:
         match = self._match(tuple(joint_names))
         if match is None:
             return self
-
-        def picked_of(row: tuple[float, ...]) -> tuple[float, ...]:
-            return tuple(row[i] for i in match.order) if row else row
-
-        picked = [
-            replace(
-                sample,
-                position=picked_of(sample.position),
-                effort=sample.effort and picked_of(sample.effort),
-                spread=sample.spread and picked_of(sample.spread),
+        samples: list[Sample] = []
+        for sample in self.samples:
+            position, spread, effort = (
+                row and tuple(row[i] for i in match.order)
+                for row in (sample.position, sample.spread, sample.effort)
             )
-            for sample in self.samples
-        ]
-        samples = [s for s in picked if not all(map(math.isnan, s.position))] or picked
-        for sample in samples:
+            samples.append(replace(sample, position=position or (), spread=spread, effort=effort))
+        read = [s for s in samples if not all(map(math.isnan, s.position))] or samples
+        for sample in read:
             for name, value in zip(joint_names, sample.position, strict=True):
                 if math.isnan(value):
                     raise RecordingError(
@@ -204,15 +198,12 @@ class Placement:
                         "the capture failed"
                     )
         remarks = list(self.remarks)
-        if len(samples) < len(picked):
-            remarks.append(
-                f"{self.first_file}: {len(picked) - len(samples)} lines without joint positions "
-                "are left out"
-            )
+        if blank := len(samples) - len(read):
+            remarks.append(f"{self.first_file}: {blank} lines without joint positions are left out")
         if match.note:
             remarks.append(f"{self.first_file}: {match.note}")
         return replace(
-            self, samples=tuple(samples), joint_names=tuple(joint_names), remarks=tuple(remarks)
+            self, samples=tuple(read), joint_names=tuple(joint_names), remarks=tuple(remarks)
         )
 
     def order_note(self, joint_names: Sequence[str]) -> str:
@@ -226,6 +217,7 @@ class Placement:
         return self.files[0] if self.files else self.name
 
     def _match(self, joint_names: tuple[str, ...]) -> Match | None:
+        """Return where a model's joints stand; None where the files name none."""
         columns = self.joint_names
         try:
             match = None if columns is None else match_joints(columns, joint_names)
@@ -233,29 +225,30 @@ class Placement:
             raise RecordingError(f"{self.first_file}: {error}; keep those of one arm") from None
         if match is not None:
             return match
-        absent = missing_joints(columns or (), joint_names)
-        if columns is not None and len(absent) < len(joint_names):
-            lacking = f"missing: {', '.join(absent)}" if absent else "no arm has all of them"
-            named = len(joint_names) - len(absent)
-            raise RecordingError(
-                f"{self.first_file}: the header names {named} of the robot's {len(joint_names)} "
-                f"joints; {lacking}. Name all of them, or none (columns then go by order)"
-            )
+        m = len(joint_names)
         count = len(self.samples[0].position)
-        if columns is not None and count == len(joint_names):
-            raise RecordingError(
-                f"{self.first_file}: no column holds the positions of the robot's joints "
-                f"({', '.join(joint_names)}); the header is {','.join(columns):.150}"
-            )
-        if count != len(joint_names):
+        hint = ""
+        if columns is not None:
+            absent = missing_joints(columns, joint_names)
+            if len(absent) < m:
+                lacking = f"missing: {', '.join(absent)}" if absent else "no arm has all of them"
+                raise RecordingError(
+                    f"{self.first_file}: the header names {m - len(absent)} of the robot's {m} "
+                    f"joints; {lacking}. Name all of them, or none (columns then go by order)"
+                )
+            if count == m:
+                raise RecordingError(
+                    f"{self.first_file}: no column holds the positions of the robot's joints "
+                    f"({', '.join(joint_names)}); the header is {','.join(columns):.150}"
+                )
+            hint = f"; the header is {','.join(columns):.100}"
+        elif count == 2 * m and not np.any(self.positions % 1):
             # 1,5,2,5 for 1.5 and 2.5: nobody could tell, but for the count.
-            halves = count == 2 * len(joint_names) and not np.any(self.positions % 1)
-            hint = "; these look like decimal commas: separate by semicolons" if halves else ""
-            if columns is not None:
-                hint = f"; the header is {','.join(columns):.100}"
+            hint = "; these look like decimal commas: separate by semicolons"
+        if count != m:
             raise RecordingError(
                 f"{self.samples[0].where or self.name}: {count} joint positions, but the robot's "
-                f"chain has {len(joint_names)} actuated joints ({', '.join(joint_names)}){hint}"
+                f"chain has {m} actuated joints ({', '.join(joint_names)}){hint}"
             )
         return None
 
@@ -293,7 +286,7 @@ LISTED = 8
 """Most lines that a remark names."""
 
 
-def repeated_rows(rows: NDArray[np.float64]) -> set[int]:
+def repeated_rows(rows: np.ndarray) -> set[int]:
     """Return the rows of numbers, shape (N, k), that equal an earlier one to :data:`SAME_ROW`."""
     weights = np.sqrt(np.arange(2.0, 2.0 + rows.shape[1]))
     key = rows @ weights

@@ -20,9 +20,8 @@ def named_states(records: Sequence[Record]) -> list[Record] | None:
     None where the records are no such messages.
     """
     first = [cell.strip() for cell in records[0][1]]
-    fields = {
-        match.groups(): i for i, cell in enumerate(first) if (match := _FIELD.fullmatch(cell))
-    }
+    matches = [_FIELD.fullmatch(cell) for cell in first]
+    fields = {match.groups(): i for i, match in enumerate(matches) if match}
     if ("name", "0") in fields and ("position", "0") in fields:
         clock = next((i for i, cell in enumerate(first) if cell.endswith("header.stamp")), 0)
         messages = [_by_fields(record, fields, clock) for record in records[1:]]
@@ -31,8 +30,10 @@ def named_states(records: Sequence[Record]) -> list[Record] | None:
     else:
         return None
     names = list(dict.fromkeys(chain.from_iterable(positions for _, _, positions in messages)))
-    rows = [(line, [time, *(p.get(name, "") for name in names)]) for line, time, p in messages]
-    return [(records[0][0], ["time", *names]), *rows]
+    table = [(records[0][0], ["time", *names])]
+    for line, time, positions in messages:
+        table.append((line, [time, *(positions.get(name, "") for name in names)]))
+    return table
 
 
 def _by_fields(

@@ -15,7 +15,6 @@ from itertools import count
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..drivers import JointState
 from ..errors import read_bytes
@@ -27,7 +26,8 @@ FORMAT_1 = "mukca-stream-1"
 ENDING = ".stream"
 BLOCK = 1000
 """States in a block at most."""
-Block = NDArray[np.int64]
+Block = np.ndarray
+"""Whole numbers of states, a row for each."""
 PACKED = b"\x78\x9c"
 """Beginning of what zlib packed."""
 DIGITS = (1e-6, 1e-7, 1e-3)
@@ -41,13 +41,13 @@ class LoggedStates:
     """Contents of a stream log."""
 
     joints: tuple[str, ...]
-    stamps: NDArray[np.float64]
+    stamps: np.ndarray
     """The robot's own time, shape (N,) [s]."""
-    positions: NDArray[np.float64]
+    positions: np.ndarray
     """Shape (N, joints) [rad], [m] for a prismatic joint."""
-    efforts: NDArray[np.float64] | None
+    efforts: np.ndarray | None
     """Shape (N, joints) [N m]; None where a state had none."""
-    connections: NDArray[np.int64]
+    connections: np.ndarray
     """The number of the connection that each state came over, shape (N,)."""
     remarks: tuple[str, ...] = ()
     """Remarks on states that were lost, a line each."""

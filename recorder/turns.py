@@ -8,7 +8,6 @@ import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 TURN = 2 * math.pi
 _ROUNDING = 1e-9
@@ -47,24 +46,23 @@ def arc(intervals: Iterable[tuple[float, float]]) -> tuple[float, float]:
 
 
 def without_turns(
-    positions: NDArray[np.float64],
-    lower: NDArray[np.float64],
-    upper: NDArray[np.float64],
+    positions: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
     turning: Sequence[bool],
-) -> NDArray[np.float64]:
+) -> np.ndarray:
     """Return joint positions, shape (N, m) [rad], each column on the least arc that holds it.
 
     A joint that cannot go all round is put inside its limits instead, if its whole column can be.
     Positions that need no change stay as they are to the last digit.
     """
-    columns = np.array(positions.T, dtype=float)
-    for i, turns in enumerate(turning):
-        if turns:
-            columns[i] = _unwound(columns[i], float(lower[i]), float(upper[i]))
-    return columns.T
+    unwound = np.array(positions, dtype=float)
+    for i in np.flatnonzero(turning).tolist():
+        unwound[:, i] = _unwound(unwound[:, i], float(lower[i]), float(upper[i]))
+    return unwound
 
 
-def _unwound(q: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
+def _unwound(q: np.ndarray, low: float, high: float) -> np.ndarray:
     """Return positions of one joint, the first of some choices that is inside its limits."""
     choices = [q]
     start, end = arc((x, x) for x in q.tolist())
@@ -72,11 +70,11 @@ def _unwound(q: NDArray[np.float64], low: float, high: float) -> NDArray[np.floa
         on_arc = q
         if np.ptp(q) > end - start + _ROUNDING:
             on_arc = start + (q - start + _ROUNDING) % TURN - _ROUNDING
-        options, counts = np.unique(np.rint((q - on_arc) / TURN), return_counts=True)
-        ranking = options[np.argsort(-counts)].tolist()
-        choices = [on_arc + TURN * k for k in (*ranking, -1, 1, -2, 2)] + choices
+        turns, counts = np.unique(np.rint((q - on_arc) / TURN), return_counts=True)
+        usual_first = turns[np.argsort(-counts)].tolist()
+        choices = [on_arc + TURN * k for k in (*usual_first, -1, 1, -2, 2)] + choices
     if math.isfinite(high - low):
         choices.append(low + (q - low) % TURN)
-    inside = (choice for choice in choices if choice.min() >= low and choice.max() <= high)
+    inside = (choice for choice in choices if low <= choice.min() and choice.max() <= high)
     best = next(inside, q)
     return np.where(np.abs(best - q) < 1.0, q, best)

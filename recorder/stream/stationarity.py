@@ -8,7 +8,6 @@ from itertools import pairwise
 from statistics import median
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...drivers import JointState
 from .. import TURN, within, without_turn
@@ -174,7 +173,7 @@ class StationarityDetector:
         )
 
 
-def _floats(values: NDArray[np.float64]) -> tuple[float, ...]:
+def _floats(values: np.ndarray) -> tuple[float, ...]:
     return tuple(values.tolist())
 
 

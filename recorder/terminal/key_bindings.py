@@ -11,10 +11,7 @@ from dataclasses import dataclass, replace
 from ...errors import MukcaError
 from .keyboard import NAMES
 
-ACTIONS = (
-    *("capture", "undo", "redo", "delete", "relabel", "measure"),
-    *("next", "finish", "help"),
-)
+ACTIONS = ["capture", "undo", "redo", "delete", "relabel", "measure", "next", "finish", "help"]
 """Actions that a key can be given."""
 KEYS: Mapping[str, str] = {
     "space": "capture",

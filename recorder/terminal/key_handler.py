@@ -49,28 +49,28 @@ class KeyHandler:
             "capture": self._go_on_or_capture,
             "undo": actions.undo,
             "redo": actions.redo,
-            "delete": lambda: self._type("delete"),
-            "relabel": lambda: self._type("relabel"),
-            "measure": lambda: self._type("measure"),
             "next": lambda: self._switch(actions.session.next_socket),
             "finish": self.finish,
-            "new": self._ask_whether_moved,
         }
 
     def press(self, key: str) -> None:
         """Carry out a key; ``delete=12``, ``relabel=12:1``, ``measure=98.6`` are a script's."""
         word, _, numbers = key.partition("=")
+        action = self._keys.get(key)
         if word in ASKS and numbers:
             self._do(word, [float(number) for number in numbers.split(":")])
         elif self.line:
             self._type_on(self.line, key)
         elif self.question:
-            self._answer(self._keys.get(key))
-        elif not self._cure(self._guidance.alarm, self._keys.get(key)):
-            action = self._keys.get(key)
+            self._answer(action)
+        elif not self._cure(self._guidance.alarm, action):
             self.help = action == "help" and not self.help
             if key in "0123456789":
                 self._switch(int(key))
+            elif action in ASKS:
+                self.line = TypedLine(action)
+            elif action == "new":
+                self.question = MOVED
             elif action in self._by_name:
                 self._by_name[action]()
 
@@ -100,7 +100,7 @@ class KeyHandler:
         elif action == "delete" and alarm.cause == "ball":
             self._actions.doubt(alarm.samples)
         elif action == "measure" and alarm.cause == "distance":
-            self._type("measure")
+            self.line = TypedLine("measure")
             return True
         elif action == "next" and alarm.cause == "socket":
             for number in alarm.samples:
@@ -125,17 +125,11 @@ class KeyHandler:
         self.paused = False
         self._actions.switch(socket)
 
-    def _ask_whether_moved(self) -> None:
-        self.question = MOVED
-
     def _start_new_placement(self, numbers: Sequence[int] = ()) -> None:
         """Go on at a new placement, with the samples since the first of some, if any."""
         if not numbers or self._actions.move_on(numbers):
             self.new_placement = True
             self.finish()
-
-    def _type(self, action: str) -> None:
-        self.line = TypedLine(action)
 
     def _type_on(self, line: TypedLine, key: str) -> None:
         self.line = line.with_key(key)

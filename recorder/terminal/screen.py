@@ -3,6 +3,7 @@
 import math
 import textwrap
 import time
+from collections.abc import Iterable
 from itertools import chain, groupby
 from operator import itemgetter
 from pathlib import Path
@@ -61,23 +62,32 @@ def _shown(line: Text, width: int, *, ascii_only: bool) -> Text:
 def _lines(view: View, width: int, height: int) -> list[Text]:
     """Return all lines: the less room there is, the fewer of those that are least needed."""
     spare = height - rows_needed(len(view.session.joints))
-    keys = [Text(fit(KEYS, width), style="bold")][:spare]
     names = ["mukca record", view.page, view.title, "keys by script" if view.scripted else ""]
     words = " " + "  ".join(filter(None, names))
-    title = [Text(fit(words, width).ljust(width), style="reverse")][: max(0, spare - 1)]
-    predicted, *details = gauge(view, width)
-    facts = [*kept(view, width), predicted, stream(view, width), *details]
-    facts = [line for line in facts if line.plain]
-    facts = facts[: 0 if view.help else max(0, spare - 2)]
-    large = banner(view.large, view.prompt.colour, width)
-    counts = _counts(view.session, width)
-    status = _status(view, width, max(1, spare - 4))
-    top = [*title, *large, *status, counts, *facts]
+    title = Text(fit(words, width).ljust(width), style="reverse")
+    top = [title][: max(0, spare - 1)]
+    top += banner(view.large, view.prompt.colour, width)
+    top += _status(view, width, max(1, spare - 4))
+    top.append(_counts(view.session, width))
+    if not view.help:
+        predicted, *details = gauge(view, width)
+        facts = [*kept(view, width), predicted, stream(view, width), *details]
+        top += [line for line in facts if line.plain][: max(0, spare - 2)]
+    keys = [Text(fit(KEYS, width), style="bold")][:spare]
     room = height - len(top) - len(keys)
-    page = [f"page        {view.page}"] if view.page else []
-    middle = [Text(fit(f" {line}", width)) for line in (*page, *HELP.splitlines())]
-    middle = middle if view.help else _middle(view, width, room)
-    return [*top, *(middle + [Text()] * room)[:room], *keys]
+    if view.help:
+        page = [f"page        {view.page}"] if view.page else []
+        middle = [Text(fit(f" {line}", width)) for line in (*page, *HELP.splitlines())]
+    else:
+        middle = _middle(view, width, room)
+    middle += [Text()] * room
+    return [*top, *middle[:room], *keys]
+
+
+def _wrapped(texts: Iterable[str], width: int, style: str) -> list[Text]:
+    """Return texts in as many lines as they need."""
+    lines = chain.from_iterable(textwrap.wrap(text, width - 2) for text in texts)
+    return [Text(f" {line}", style=style) for line in lines]
 
 
 def _status(view: View, width: int, rows: int) -> list[Text]:
@@ -85,9 +95,8 @@ def _status(view: View, width: int, rows: int) -> list[Text]:
     start, text = f"SOCKET {view.session.socket}  ", view.prompt.text
     if width < _USUAL and len(start + text) >= width:  # the words stand in the banner
         text = view.prompt.reason
-    lines = textwrap.wrap(start + text, width - 2)
-    shortened = lines if len(lines) <= rows else [start + text]
-    return [Text(fit(f" {line}", width), style="bold") for line in shortened]
+    lines = _wrapped([start + text], width, "bold")
+    return lines if len(lines) <= rows else [Text(fit(f" {start}{text}", width), style="bold")]
 
 
 def _counts(session: Session, width: int) -> Text:
@@ -109,13 +118,9 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
     """Joints, last captures and messages, as many as there is room for."""
     joints = _joints(view, width)
     if view.resume_summary:
-        lines = list(
-            chain.from_iterable(textwrap.wrap(line, width - 2) for line in view.resume_summary)
-        )
-        return [*(Text(f" {line}", style="bold") for line in lines), *joints]
+        return [*_wrapped(view.resume_summary, width, "bold"), *joints]
     room -= len(joints)
-    hint = _hint(view, width) if room > 2 else []
-    hint = hint[: max(0, room - 2)]
+    hint = _hint(view, width)[: max(0, room - 2)]
     messages = _messages(view.session, width, max(2, min(room // 2, room - len(hint))))
     captures = _captures(view.session, width, room - len(messages) - len(hint))
     return [*joints, *hint, *captures, *messages]
@@ -123,39 +128,37 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
 
 def _hint(view: View, width: int) -> list[Text]:
     """The next pose in words: each joint that must move, in the order of the chain."""
-    target = view.advice.target if view.advice else None
-    if view.advice and (view.advice.enough or view.advice.exhausted):
-        lines = list(
-            chain.from_iterable(textwrap.wrap(line, width - 2) for line in view.advice.closing)
-        )
-        return [Text(f" {line}", style="bold cyan") for line in lines]
-    if target is None or view.position is None or (view.advice and view.advice.leave):
+    advice = view.advice
+    if advice is None:
+        return []
+    if advice.enough or advice.exhausted:
+        return _wrapped(advice.closing, width, "bold cyan")
+    if advice.target is None or view.position is None or advice.leave:
         return []
     turns = [f"{joint.name} {joint.turned(turn)}" for joint, turn in view.turns]
-    lift = "lift the ball out for this one: " if view.advice and view.advice.lift else ""
+    lift = "lift the ball out for this one: " if advice.lift else ""
     text = f"next best ◆: {lift}{', '.join(turns) or 'here'}"
-    return [Text(f" {line}", style="bold cyan") for line in textwrap.wrap(text, width - 2)]
+    return _wrapped([text], width, "bold cyan")
 
 
 def _joints(view: View, width: int) -> list[Text]:
-    names = max(len(joint.name) for joint in view.session.joints)
-    names = min(names, max(10, width // 4))
     session = view.session
+    longest = max(len(joint.name) for joint in session.joints)
+    names = min(longest, max(10, width // 4))
     nowhere = (math.nan,) * len(session.joints)
     values = view.position or nowhere
-    target = (view.advice.target if view.advice else None) or nowhere
-    samples = [s.position for s in session.live if s.socket == session.socket]
-    samples_beside = [s.position for s in session.live if s.socket != session.socket]
+    target = (view.advice and view.advice.target) or nowhere
+    here_last = sorted(session.live, key=lambda sample: sample.socket == session.socket)
     lines: list[Text] = []
     for i, joint in enumerate(session.joints):
+        marks: list[tuple[float, str, str]] = []
+        for sample in here_last:
+            mark, style = ("▮", "cyan") if sample.socket == session.socket else ("╷", "dim")
+            marks.append((sample.position[i], mark, style))
         lower, upper = _ends(joint)
         at_limit = min(values[i] - lower, upper - values[i]) < 0.05 * (upper - lower)
-        marks = [
-            *((q[i], "╷", "dim") for q in samples_beside),
-            *((q[i], "▮", "cyan") for q in samples),
-            (target[i], "◆", "bold magenta"),
-            (values[i], "┃", "bold red" if at_limit else "bold"),
-        ]
+        marks.append((target[i], "◆", "bold magenta"))
+        marks.append((values[i], "┃", "bold red" if at_limit else "bold"))
         line = Text(f" {fit(joint.name, names):<{names}} ")
         lines.append(line.append(_joint(joint, values[i], marks, width - names - 30)))
     return lines

@@ -33,9 +33,9 @@ from .poses import Setup as Setup
 from .poses import one_pose as one_pose
 from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
+from .preparation import as_list as as_list
+from .preparation import problems_of as problems_of
 from .problem import CalibrationProblem as CalibrationProblem
-from .problem import as_list as as_list
-from .problem import problems_of as problems_of
 from .setting_right import placements_set_right as placements_set_right
 from .tool_to_tool import Spread as Spread
 from .tool_to_tool import ToolToTool as ToolToTool

@@ -18,7 +18,7 @@ from ..data import Measurement, measure
 from .deviation import FittedModel
 from .errors import Errors, placement_errors, refitted_at
 from .option import UsageError
-from .problem import as_list
+from .preparation import as_list
 
 MOST_FINDINGS = 5
 """Findings that are printed; all are in the document."""

@@ -14,7 +14,7 @@ from .calibration import Calibration
 from .convergence import converged_fits
 from .multi_robot_calibration import MultiRobotCalibration, common_document
 from .options import CalibrateOptions, SolveOptions, check_keywords, option_table
-from .problem import Recordings, problems_of
+from .preparation import Recordings, problems_of
 from .results import document_of
 
 if TYPE_CHECKING:

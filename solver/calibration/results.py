@@ -64,7 +64,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         settings={**problem.robot.loaded_with, **options.as_dict()},
         provenance=_provenance(problem.robot, [m for _, m in problem.placements]),
         checks=problem.checks,
-        hypotheses=problem.hypotheses,
+        hypotheses=problem.survey.hypotheses,
         next_placement=problem.next_placement,
         warnings=warnings,
         outputs={},

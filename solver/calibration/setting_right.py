@@ -33,51 +33,38 @@ from ..diagnostics import (
 from ..results import Diagnostic
 from ..robot import Robot
 from .options import SolveOptions
+from .problem import CalibrationProblem
 
-NOTHING_SEEN = Survey((), ())
-"""Of no placements."""
 WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
 """Added to the advice on a joint's gain."""
 ROUNDS = 3
 """Times that recordings are looked at and set right at most."""
 
 
-@dataclass(frozen=True)
-class MendedRecordings:
-    """Placements with all set right that can be, what was done, and what is still seen of them."""
-
-    train: tuple[Measurement, ...]
-    test: tuple[Measurement, ...]
-    done: tuple[Diagnostic, ...] = ()
-    survey: Survey = NOTHING_SEEN
-    known: tuple[KnownDistance, ...] = ()
-    """Known distances between the placements to train on, as they are called now."""
-    effects: tuple[str, ...] = ()
-    """Coefficients of rare effects that those show, which the fit is to have."""
-
-
 def mended(
-    robot: Robot,
-    train: Sequence[Measurement],
-    test: Sequence[Measurement],
-    options: SolveOptions,
-    barred: Collection[Action] = (),
-) -> MendedRecordings:
+    problem: CalibrationProblem, barred: Collection[Action] = ()
+) -> tuple[CalibrationProblem, list[Diagnostic]]:
     """Set recordings right as before every fit: the one judgement of ``check`` and ``solve``.
 
     Args:
-        robot: The robot.
-        train: Placements to train on. Those held out are never looked at with them.
-        test: Placements held out.
-        options: What may be done, and what was said of the recordings.
-        barred: What may not be done all the same.
+        problem: Recordings as they were checked. Those to train on are never looked at with those
+            held out before they are set right.
+        barred: What may not be done although the options allow it.
+
+    Returns:
+        The problem with all set right that can be, what is still seen of it, known distances by the
+        names that placements have now, and coefficients of rare effects that the fit is to have;
+        and what was done.
 
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
-    inspector = Inspector(robot, options, named(train, options.distances), {})
-    training = list(train)
-    held_out = list(test)
+    options = problem.options
+    inspector = Inspector(
+        problem.robot, options, named(problem.measurements, options.distances), {}
+    )
+    training = list(problem.measurements)
+    held_out = list(problem.test)
     allowed = actions_of(options)
     actions = set(allowed) - set(barred)
     survey = inspector.look(training, held_out)
@@ -96,15 +83,21 @@ def mended(
     gains = set(survey.gains) if allowed == ALL_ACTIONS else set[str]()
     if gains:
         gains &= set(inspector.look(training).gains)
-    survey = _with_gain(survey) if gains else survey
     lengths = inspector.followed(training)
     if lost := [k for k in lengths if not _is_between(k, training)]:
         raise KnownError(
             f"--known {lost[0]}: one of its sockets is left with too few samples; leave that "
             "distance out, or keep all samples by --as-recorded"
         )
-    effects = tuple(GAIN.coefficient_names(sorted(gains)))
-    return MendedRecordings(tuple(training), tuple(held_out), tuple(done), survey, lengths, effects)
+    problem = replace(
+        problem,
+        measurements=tuple(training),
+        test=tuple(held_out),
+        options=replace(options, known=lengths),
+        survey=_with_gain(survey) if gains else survey,
+        effects=tuple(GAIN.coefficient_names(sorted(gains))),
+    )
+    return problem, done
 
 
 def _with_gain(survey: Survey) -> Survey:
@@ -269,6 +262,7 @@ def placements_set_right(
     measured = [
         measure(p, robot, options.distance, sockets=1, load=options.load) for p in placements
     ]
+    problem = CalibrationProblem(robot, (), options.load, options=options, test=measured)
     # a placement alone does not say what has unknowns of its own in it
-    mending = mended(robot, (), measured, options, barred=["set apart", "follow"])
-    return [m.placement for m in mending.test], [*mending.done]
+    mending, done = mended(problem, barred=["set apart", "follow"])
+    return [m.placement for m in mending.test], done
