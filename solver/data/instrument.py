@@ -40,6 +40,16 @@ class HandEye:
     distances: np.ndarray
     """Distance that is left, shape (N,) [m]."""
 
+    @property
+    def angle(self) -> float:
+        """The typical angle that is left [rad]."""
+        return float(np.median(self.angles))
+
+    @property
+    def distance(self) -> float:
+        """The typical distance that is left [m]."""
+        return float(np.median(self.distances))
+
 
 def hand_eye(
     R: np.ndarray, p: np.ndarray, M: np.ndarray, t: np.ndarray, where: str = "poses"

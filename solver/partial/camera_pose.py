@@ -17,24 +17,25 @@ import numpy as np
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
-from ..data import HandEye, Pose, hand_eye, measure, order_said
+from ..data import HandEye, Pose, measure, order_said
 from .doubts import changed_zeros, with_right_size
-from .fit import System, fit
-from .orders import fitting_order
+from .fit import fit
 from .prior import ArmPrior, prior_of
-from .readings import fitting_reading
-from .task import FAR, NoiseBelief, Rows, Task, flanges
-from .updated import LIMIT, Found, framed, not_enough
+from .readings import fitting_order, fitting_reading
+from .system import OUTLIER, System
+from .task import FAR, NoiseBelief, Rows, Task
+from .updated import LIMIT, Found, found, not_enough
 
 Camera = Literal["on-arm", "beside"]
 DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
 """Noise of a detector before its poses are seen."""
 FARTHEST = 50.0
 """Distance beyond which no camera sees a board [m]."""
+OPPOSITE: dict[str, Camera] = {"on-arm": "beside", "beside": "on-arm"}
+SIDES = {"on-arm": np.linalg.inv, "beside": np.asarray}
+"""From a board's poses to those that :func:`.hand_eye` takes, by the camera."""
 LEAST, LEAST_EACH = 5, 4
 """Fewest views, in all and in a recording: three leave no redundancy."""
-OUTLIER = 0.25
-"""Robust weight below which a view is an outlier: an error of six standard deviations."""
 LOOSE, MOST_OUTLIERS = 2e-2, 1 / 3
 """Scatter [m], and share of outliers, beyond which the pose is not to be relied on."""
 TURNED_OVER = 2.5
@@ -74,14 +75,16 @@ class CameraPose(Found):
         """The pose and how to publish it, line by line; reasons not to rely on it come first."""
         frame, (place, turn) = self.frame, self.held_out
         turned = " ".join(f"{value:+.6f}" for value in self.quaternion)
-        lines = [
+        publisher = () if self.untold else ("For ROS 2:", f"  {self.publisher}")
+        return (
             *self.untold,
             f"{frame.name} in {frame.parent}: {self.place}; qx qy qz qw {turned}",
             f"Views left out are {1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad off (rms).",
             f"Multiply places that the camera measures by {self.size:.4f}.",
-        ]
-        lines += [] if self.untold else ["For ROS 2:", f"  {self.publisher}"]
-        return (*lines, *self.notes, *self.outliers)
+            *publisher,
+            *self.notes,
+            *self.outliers,
+        )
 
     @property
     def text(self) -> tuple[str, ...]:
@@ -102,12 +105,12 @@ class CameraPose(Found):
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
         origin = self.target.origin
-        scales = ("noise", self.noise), ("held_out", self.held_out)
         return {
             **super().as_dict(),
             "quaternion": list(self.quaternion),
             "target": {"xyz": list(origin.xyz), "rpy": list(origin.rpy)},
-            **{name: {"place": place, "turn": turn} for name, (place, turn) in scales},
+            "noise": dict(zip(("place", "turn"), self.noise, strict=True)),
+            "held_out": dict(zip(("place", "turn"), self.held_out, strict=True)),
         }
 
 
@@ -140,30 +143,30 @@ def handeye(
     prior = prior_of(calibration)
     with order_said(as_list(data), prior.robot.joint_names):
         task = camera_task(prior, as_list(data), camera)
-        system, size = with_right_size(fit(task))
-    on_arm, state = camera == "on-arm", system.state
-    U = Pose(state.tool[:3, :3], state.tool[:3, 3])
-    V = Pose(state.places[0][:3, :3], state.places[0][:3, 3])
-    where, target = (U, V) if on_arm else (V, U)
-    mount = prior.ball if on_arm else task.places[0][:3]
-    parent = prior.robot.ball_joint.parent if on_arm else prior.robot.base
+        system, wrong_size = with_right_size(fit(task))
+    state = system.state
+    tool, place = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))
+    if camera == "on-arm":
+        pose, target = tool, place
+        mount, parent = prior.ball, prior.robot.ball_joint.parent
+    else:
+        pose, target = place, tool
+        mount, parent = task.places[0, :3], prior.robot.base
     zeros = changed_zeros(system, mount)
-    remedy = "turn the flange about two axes, by 0.5 rad and more, between views"
-    few = not_enough(zeros.covariance, limit, f"views cannot tell {name} in {parent}", remedy)
-    doubts = size or _inconsistent(system) or zeros.rival(system) or few
-    frame, updated, notes = framed(calibration, system, (name, parent), where, zeros.covariance)
+    doubts = wrong_size or _inconsistent(system) or zeros.rival(system)
+    if not doubts:
+        remedy = "turn the flange about two axes, by 0.5 rad and more, between views"
+        subject = f"views cannot tell {name} in {parent}"
+        doubts = not_enough(zeros.covariance, limit, subject, remedy)
     return CameraPose(
-        frame,
-        updated,
-        (*notes, *(() if zeros.told else zeros.text)),
-        doubts,
-        camera,
-        target,
-        (state.noise.place, state.noise.turn),
-        _held_out(system),
-        system.residuals,
-        _outliers(system),
-        float(np.exp(state.size)),
+        **vars(found(calibration, system, (name, parent), pose, zeros, doubts)),
+        camera=camera,
+        target=target,
+        noise=(state.noise.place, state.noise.turn),
+        held_out=_held_out(system),
+        residuals=system.residuals,
+        outliers=_outliers(system),
+        size=float(np.exp(state.size)),
     )
 
 
@@ -185,60 +188,54 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     B = np.tile(np.eye(4), (len(q), 1, 1))
     B[:, :3, :3] = np.concatenate([m.rotations for m in data])
     B[:, :3, 3] = np.concatenate([m.points for m in data])
-    if (farthest := float(np.abs(B[:, :3, 3]).max())) > FARTHEST:
+    farthest = float(np.abs(B[:, :3, 3]).max())
+    if farthest > FARTHEST:
         raise UsageError(f"{where}: places up to {farthest:.0f} m away; are these millimetres?")
     moments = np.concatenate([prior.load.torques(prior.robot, m) for m in data])
-    poses = flanges(prior, prior.mean, q, moments)
-    ways = {"beside": B, "on-arm": np.linalg.inv(B)}
-    starts = {
-        way: hand_eye(poses.R, poses.p, M[:, :3, :3], M[:, :3, 3], where) for way, M in ways.items()
-    }
+    samples = [sample for m in data for sample in m.placement.samples]
+    poses = prior.flanges(prior.mean, q, moments)
+    starts = {way: poses.hand_eye(side(B), where) for way, side in SIDES.items()}
     if not _fits(camera, starts):
-        samples = list(chain.from_iterable(m.placement.samples for m in data))
-        sides = {"on-arm": np.linalg.inv, "beside": np.asarray}
-        reading = fitting_reading(samples, poses, sides[camera])
+        reading = fitting_reading(samples, poses, SIDES[camera])
         if reading:
             raise UsageError(f"{where}: {reading}")
         in_order = any(p.order_note(prior.robot.joint_names) for p in placements)
-        order = fitting_order(prior, q, ways[camera]) if in_order else None
+        order = fitting_order(prior, q, SIDES[camera](B)) if in_order else None
         if order:
             raise UsageError(f"{where}: {order.words}")
     _check_way(camera, starts, B, where)
-    same = np.tile(np.eye(4), (len(q), 1, 1))
-    sides = (B, same) if camera == "on-arm" else (same, B)
-    samples = chain.from_iterable(m.placement.samples for m in data)
     wheres = tuple(sample.where for sample in samples)
-    rows = Rows(q, moments, np.zeros(len(q), int), ("",), *sides, turns=True, wheres=wheres)
+    rows = Rows(q, moments, np.zeros(len(q), int), ("",), wheres, turns=True)
+    rows = replace(rows, left=B) if camera == "on-arm" else replace(rows, right=B)
     noise = replace(DETECTOR, joint=prior.noise.joint)
-    widths = dict.fromkeys(prior.ball.tolist(), FAR)
+    widths = dict.fromkeys(prior.ball, FAR)
     warnings = tuple(chain.from_iterable(m.warnings for m in data))
     return Task(prior, rows, noise, widths, start=starts[camera], warnings=warnings)
 
 
 def _fits(camera: Camera, starts: dict[str, HandEye]) -> bool:
     """Return True where the poses fit the camera, and the other kind far less."""
-    angles = {way: float(np.median(start.angles)) for way, start in starts.items()}
-    opposite = min(angle for way, angle in angles.items() if way != camera)
-    if float(np.median(starts[camera].distances)) > LOOSE:
+    start, opposite = starts[camera], starts[OPPOSITE[camera]]
+    if start.distance > LOOSE or start.angle > NOTHING_FITS:
         return False
-    return opposite >= OTHER_WAY * angles[camera] and angles[camera] <= NOTHING_FITS
+    return opposite.angle >= OTHER_WAY * start.angle
 
 
 def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where: str) -> None:
     """Refuse poses that fit the other kind of camera, or none."""
-    angles = {way: float(np.median(start.angles)) for way, start in starts.items()}
-    opposite = next(way for way in angles if way != camera)
-    if angles[opposite] < OTHER_WAY * angles[camera]:
-        mend = [f"use --camera {opposite}", "invert them, if they are the camera's in the board"]
+    other = OPPOSITE[camera]
+    angle, opposite_angle = starts[camera].angle, starts[other].angle
+    if opposite_angle < OTHER_WAY * angle:
+        mend = [f"use --camera {other}", "invert them, if they are the camera's in the board"]
         if not (B[:, 2, 3] > 0).all():  # a camera sees only what is before it
             mend.reverse()
         raise UsageError(
-            f"{where}: {angles[camera]:.2g} rad are left by a camera {camera}, "
-            f"{angles[opposite]:.2g} by one {opposite} or by inverse poses: {'; or '.join(mend)}"
+            f"{where}: {angle:.2g} rad are left by a camera {camera}, {opposite_angle:.2g} by one "
+            f"{other} or by inverse poses: {'; or '.join(mend)}"
         )
-    if angles[camera] > NOTHING_FITS:
+    if angle > NOTHING_FITS:
         raise UsageError(
-            f"{where}: the poses fit no camera on or beside this arm ({angles[camera]:.2g} rad "
+            f"{where}: the poses fit no camera on or beside this arm ({angle:.2g} rad "
             "left): is it this arm's calibration? Do joints and poses belong together, in radians, "
             "and qx,qy,qz,qw in this order? Is the board turned over in some views?"
         )
@@ -247,12 +244,13 @@ def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where:
 def _held_out(system: System) -> tuple[float, float]:
     """Return the rms errors of each view predicted from all others, outliers left out."""
     N, d, _ = system.by_joints.shape
+    views = np.arange(N, dtype=np.int64)
     inverse = np.linalg.inv(system.covariance(system.state.noise))
     pulls = (inverse @ system.errors).reshape(N, d)
-    blocks = inverse.reshape(N, d, N, d)[np.arange(N), :, np.arange(N)]
-    errors = np.linalg.solve(blocks, pulls[..., None])[..., 0]
-    errors = errors[system.state.weights > OUTLIER].reshape(-1, 2, 3)
-    place, turn = np.sqrt(np.mean(np.sum(errors**2, axis=2), axis=0)).tolist()
+    blocks = inverse.reshape(N, d, N, d)[views, :, views]
+    errors = np.linalg.solve(blocks, pulls[..., None]).reshape(N, 2, 3)
+    lengths = np.linalg.norm(errors[system.state.weights > OUTLIER], axis=2)
+    place, turn = np.sqrt(np.mean(lengths**2, axis=0)).tolist()
     return place, turn
 
 
@@ -271,10 +269,13 @@ def _inconsistent(system: System) -> tuple[str, ...]:
 
 def _outliers(system: System) -> tuple[str, ...]:
     """Return the outliers among the views, in words."""
-    rows, lengths = system.task.rows, np.linalg.norm(system.residuals.reshape(-1, 2, 3), axis=2)
-    return tuple(
-        f"{rows.wheres[i] or f'view {i}'}: fits no other, {1e3 * lengths[i, 0]:.1f} mm and "
-        f"{1e3 * lengths[i, 1]:.1f} mrad off; it has little weight."
-        + (" Was the board found turned over?" if lengths[i, 1] > TURNED_OVER else "")
-        for i in np.flatnonzero(system.state.weights < OUTLIER).tolist()
-    )
+    lengths = np.linalg.norm(system.residuals.reshape(-1, 2, 3), axis=2).tolist()
+    lines: list[str] = []
+    for i, where in system.outliers("view").items():
+        place, turn = lengths[i]
+        over = " Was the board found turned over?" if turn > TURNED_OVER else ""
+        lines.append(
+            f"{where}: fits no other, {1e3 * place:.1f} mm and {1e3 * turn:.1f} mrad off; it has "
+            f"little weight.{over}"
+        )
+    return tuple(lines)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
@@ -14,7 +15,8 @@ from ..results import Summary
 from .evidence import DIVERGED, linear_about, log_evidences
 from .explanations import EVERYTHING, LENGTHS, NOTHING, explanations
 from .fit import fit, next_step
-from .sockets import prior_by_all_samples, socket_task, thinned
+from .sockets import prior_by_all_samples, socket_task
+from .task import Task
 from .zeros import UNIDENTIFIABLE, fit_with_zeros, zero_deviations
 
 CHANGED = 0.5
@@ -88,33 +90,29 @@ def changes_since(
     if any(m.kind == "points" for m in data):
         return Changes({}), None
     step = -(-sum(len(m.positions) for m in data) // MOST_SAMPLES)
-    prior, data = prior_by_all_samples(calibration), [thinned(m, step) for m in data]
-    ball_widths = dict.fromkeys(prior.ball.tolist(), PUT_ON_AGAIN) if ball_moved else {}
-    task = replace(socket_task(prior, data, stood), free=ball_widths)
+    data = [m.only(np.arange(0, len(m.positions), step)) for m in data]
+    prior = prior_by_all_samples(calibration)
+    task = socket_task(prior, data, stood)
+    if ball_moved:
+        task = task.freeing(dict.fromkeys(prior.ball, PUT_ON_AGAIN))
     candidates = explanations(task)
-    single = [candidate for candidate in candidates if candidate.name not in (LENGTHS, EVERYTHING)]
     wide = dict[int, float]()
-    for candidate in single:
-        wide |= candidate.widths
+    for candidate in candidates:
+        if candidate.name not in (LENGTHS, EVERYTHING):
+            wide |= candidate.widths
     system, converged = linear_about(task, wide, lengths=True)
     if not converged:
         return Changes({}), None
-    names, logs = [candidate.name for candidate in candidates], log_evidences(system, candidates)
-    changes = Changes(probabilities_by_name(names, logs))
+    names = [candidate.name for candidate in candidates]
+    changes = Changes(probabilities_by_name(names, log_evidences(system, candidates)))
     joints = prior.robot.joint_names
     if changes.likeliest == NOTHING:
-        wide_open = zero_deviations(system, task) >= UNIDENTIFIABLE
-        changes = replace(changes, untold=tuple(np.array(joints)[wide_open].tolist()))
+        unidentifiable = zero_deviations(system) >= UNIDENTIFIABLE
+        changes = replace(changes, untold=tuple(compress(joints, unidentifiable)))
     if changes.changed and changes.likeliest in joints:
-        j = joints.index(changes.likeliest)
-        system, index = fit_with_zeros(task, [j]), prior.zeros.start + j
-        if next_step(system) > DIVERGED:
+        cause = _nearest_cause(calibration, data, task, joints.index(changes.likeliest))
+        if cause is None:
             return Changes({}), None
-        offset = float(system.state.x[index] - prior.mean[index])
-        shifted = [m.shifted(offset * np.eye(len(joints))[j]) for m in data]
-        metrics = mean_metrics([evaluate(calibration.calibrated.predict(m), m) for m in shifted])
-        unit = "m" if prior.robot.actuated[j].type == "prismatic" else "rad"
-        cause = NearestCause(changes.likeliest, offset, metrics.mean_absolute_error, unit)
         changes = replace(changes, cause=cause)
     if not ball_moved:
         return changes, None
@@ -122,8 +120,25 @@ def changes_since(
     shift = (system.state.x - prior.mean)[prior.ball]
     if shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift) > FAR_MOVED**2:
         changes = replace(changes, ball=float(np.linalg.norm(shift)))
-    metrics = np.linalg.norm(system.residuals, axis=1)
-    return changes, Metrics(float(metrics.mean()), float(metrics.max()), None)
+    distances = np.linalg.norm(system.residuals, axis=1)
+    return changes, Metrics(float(distances.mean()), float(distances.max()), None)
+
+
+def _nearest_cause(
+    calibration: Calibration, data: Sequence[Measurement], task: Task, joint: int
+) -> NearestCause | None:
+    """Return the offset of a joint, by its number, that explains samples; None if no fit does."""
+    system = fit_with_zeros(task, [joint])
+    if next_step(system) > DIVERGED:
+        return None
+    zeros, moved = task.prior.zeros, system.state.x - task.prior.mean
+    offset = float(moved[zeros[joint]])
+    offsets = offset * (np.arange(len(zeros)) == joint)
+    shifted = [m.shifted(offsets) for m in data]
+    metrics = mean_metrics([evaluate(calibration.calibrated.predict(m), m) for m in shifted])
+    robot = task.prior.robot
+    unit = "m" if robot.actuated[joint].type == "prismatic" else "rad"
+    return NearestCause(robot.joint_names[joint], offset, metrics.mean_absolute_error, unit)
 
 
 def reason_and_advice(
@@ -134,50 +149,57 @@ def reason_and_advice(
     then: Summary | None,
 ) -> tuple[str, str]:
     """Return the reason of the verdict, by the full model's errors, and the next step."""
-    mean, length = new.loaded.mean_absolute_error, new.loaded.distance_error
-    likely, before = changes.likeliest, then and then.calibrated.mean_absolute_error
-    allowed, largest = limits.mean_absolute_error.value, limits.distance_error.value
-    limit, corrected = (
-        f", limit {mm(allowed)}" if allowed else "",
-        new.calibrated.mean_absolute_error,
-    )
-    figures = f"{mm(mean)}{limit}"
-    drifted = f"drifted: {mm(corrected)}{limit}" + (
-        f", {mm(before)} when it was made" if before else ""
-    )
+    corrected = new.calibrated.mean_absolute_error
+    before = then and then.calibrated.mean_absolute_error
+    length = new.loaded.distance_error or 0.0
+    allowed = limits.mean_absolute_error.value
+    longest = limits.distance_error.value
+    limit = f", limit {mm(allowed)}" if allowed else ""
+    figures = f"{mm(new.loaded.mean_absolute_error)}{limit}"
+    drifted = f"drifted: {mm(corrected)}{limit}"
+    if before:
+        drifted += f", {mm(before)} when it was made"
+    likely = changes.likeliest
     share = f"{100 * changes.probabilities.get(likely, 0.0):.1f} %"
-    status = {row.name: row.status for row in rows}
+    row_of = {row.name: row for row in rows}
+    failed = {row.name for row in rows if row.status == "fail"}
+    wrong_length = f"not valid: the sockets' distance is off by {mm(length)}"
+
     if changes.changed and likely == LENGTHS:
-        reason = f"not valid: the sockets' distance is off by {mm(length or 0.0)} ({share})."
-        return reason, "Check --distance, or state it: mukca info DATA --set-distance M."
+        advice = "Check --distance, or state it: mukca info DATA --set-distance M."
+        return f"{wrong_length} ({share}).", advice
     if changes.cause is not None:
-        return (
-            f"{drifted}; {changes.cause.text(share)}.",
-            f"mukca rezero --joint {likely} finds its zero.",
-        )
-    if (
-        status.get("distance_error") == "fail" != status["mean_absolute_error"]
-        and length
-        and largest
-    ):
-        reason = f"not valid: the sockets' distance is off by {mm(length)}, limit {mm(largest)}"
-        return f"{reason}; check --distance, and calibrate again.", ""
+        advice = f"mukca rezero --joint {likely} finds its zero."
+        return f"{drifted}; {changes.cause.text(share)}.", advice
+    if "distance_error" in failed and "mean_absolute_error" not in failed and length and longest:
+        limited = f"{wrong_length}, limit {mm(longest)}"
+        return f"{limited}; check --distance, and calibrate again.", ""
     if changes.changed:
         return f"{drifted}; nearest cause: {likely}, with a probability of {share}.", NEXT[likely]
-    if status.get("mean_absolute_error") == "fail":
+    if "mean_absolute_error" in failed:
         if before is not None and corrected <= WORSE * before:
-            text = f"not valid ({figures}), and it was no better when it was made."
-            return text, "Calibrate again with more placements."
+            reason = f"not valid ({figures}), and it was no better when it was made."
+            return reason, "Calibrate again with more placements."
         return f"{drifted}. No single joint explains it: calibrate again.", ""
     if not likely and allowed is None:
         return f"not known whether it is still valid; {rows[0].reason}.", ""
-    checks = next(row for row in rows if row.name == "data_checks")
+    checks = row_of["data_checks"]
     if checks.status != "pass":
         return f"within its limits ({figures}), but look: {checks.text}.", ""
-    odds = f"{likely} may have changed ({share}); record more samples"
-    if likely in (NOTHING, ""):
-        odds = f"nothing changed, with a probability of {share}" if likely else ""
+    odds = _odds(changes, share)
+    return f"still valid ({figures}){odds and ': '}{odds}.", ""
+
+
+def _odds(changes: Changes, share: str) -> str:
+    """Return how probable the likeliest explanation is, in words; empty without any."""
+    likely = changes.likeliest
+    if not likely:
+        odds = ""
+    elif likely == NOTHING:
+        odds = f"nothing changed, with a probability of {share}"
+    else:
+        odds = f"{likely} may have changed ({share}); record more samples"
     if changes.ball is not None:
         last = list(changes.probabilities)[-2]
         odds += f"; the ball sits {mm(changes.ball)} from where it was, or {last} is off"
-    return f"still valid ({figures}){odds and ': '}{odds}.", ""
+    return odds

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..bayes.model import log_bayes_factor
-from .fit import System, fit, linear, next_step
+from .fit import fit, next_step
+from .system import System, linear
 from .task import Task
 
 UNCHANGED = 5e-5
@@ -31,7 +32,7 @@ class Explanation:
     prior: float
     """Prior probability."""
     widths: dict[int, float]
-    """Prior standard deviations of the unknowns that changed.
+    """Prior standard deviations of the unknowns that changed, beside those that the task frees.
 
     After the unknowns of the task, indices count the errors of the stated distances.
     """
@@ -42,14 +43,14 @@ class Explanation:
 def linear_about(
     task: Task, wide: dict[int, float], *, lengths: bool = False
 ) -> tuple[System, bool]:
-    """Return a task linearised about a fit with wider priors, and True if that fit converged.
+    """Return a task linear about a fit with wider priors, and True if that fit converged.
 
     Where distances may be wrong (``lengths``) the fit is to samples alone: a wrong distance would
     bias everything else.
     """
-    wider = replace(task, free=wide | task.free)
+    wider = task.freeing(wide)
     about = fit(replace(wider, distances=()) if lengths else wider)
-    return linear(wider, about.state), next_step(about) < DIVERGED
+    return linear(task, about.state), next_step(about) < DIVERGED
 
 
 def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarray:
@@ -58,23 +59,26 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
     With the prior p_k, the slopes A by all unknowns that any explanation frees, and the widths S_k
     of explanation k, its evidence Z_k is the sum over the noise of N(e; 0, C + A S_k^2 A^T).
     """
-    task, zeros = system.task, system.task.prior.zeros
-    wander = dict.fromkeys(range(zeros.start, zeros.stop), UNCHANGED)
-    wandering = replace(system, task=replace(task, free=wander))
-    by_lengths = np.eye(len(system.errors))[:, len(system.errors) - len(task.distances) :]
+    task, errors = system.task, system.errors
+    unchanged = replace(task, free=dict.fromkeys(task.prior.zeros, UNCHANGED))
+    wandering = replace(system, task=unchanged)
+    by_lengths = np.eye(len(errors))[:, len(errors) - len(task.distances) :]
     slopes = np.hstack([system.slopes, by_lengths])
     widths = np.zeros((len(candidates), slopes.shape[1]))
     for row, explanation in zip(widths, candidates, strict=True):
-        row[[*explanation.widths]] = [*explanation.widths.values()]
-    freed = widths.any(axis=0)
-    columns, S = np.column_stack([system.errors, slopes[:, freed]]), widths[:, freed]
+        freed = {**task.free, **explanation.widths}
+        row[[*freed]] = [*freed.values()]
+    some = widths.any(axis=0)
+    columns = np.column_stack([errors, slopes[:, some]])
     logs: list[np.ndarray] = []
-    for place in (LEVELS * task.noise.place).tolist():
-        level = replace(task.noise, place=place)
+    for place in LEVELS * task.noise.place:
+        level = replace(task.noise, place=float(place))
         white = np.linalg.solve(np.linalg.cholesky(wandering.covariance(level)), columns)
         M = white.T @ white
-        logs.append(wandering.log_evidence(level) + log_bayes_factor(M[1:, 1:], M[0, 1:], S))
-    return np.log([candidate.prior for candidate in candidates]) + np.logaddexp.reduce(logs)
+        factors = log_bayes_factor(M[1:, 1:], M[0, 1:], widths[:, some])
+        logs.append(wandering.log_evidence(level) + factors)
+    priors = np.array([candidate.prior for candidate in candidates])
+    return np.log(priors) + np.logaddexp.reduce(logs)
 
 
 def geometry_changes(task: Task) -> dict[int, float]:

@@ -1,6 +1,6 @@
 """Hypotheses on what changed: a distance, a joint's zero, the tool, the base, the whole arm."""
 
-from itertools import chain, product
+from collections.abc import Sequence
 
 from .evidence import Explanation, geometry_changes
 from .task import Task
@@ -15,20 +15,22 @@ TYPICAL = (1e-3, 2e-2)
 def explanations(task: Task) -> list[Explanation]:
     """Return the hypotheses: nothing, a wrong distance, a joint, the tool, the base, everything."""
     prior = task.prior
-    joints, begin = prior.robot.joint_names, prior.zeros.start
-    base = list(chain.from_iterable(task.places[k].tolist() for k in task.known))
+    joints = prior.robot.joint_names
+    lengths = range(task.size, task.size + len(task.distances))
+    ball = [i for i in prior.ball if i not in task.free]
+    base = task.places[task.known].ravel()
     share = PRIOR["joint"] / len(joints)
-    some = [(name, share, [begin + j]) for j, name in enumerate(joints)]
-    if task.distances:
-        lengths = list(range(task.size, task.size + len(task.distances)))
-        some.insert(0, (LENGTHS, PRIOR[LENGTHS], lengths))
-    if prior.ball[0] not in task.free:
-        some.append(("tool", PRIOR["tool"], prior.ball.tolist()))
-    if base:
-        some.append(("base", PRIOR["base"], base))
-    candidates = [
-        Explanation(name, p / len(TYPICAL), task.free | dict.fromkeys(indices, width))
-        for (name, p, indices), width in product(some, TYPICAL)
-    ]
-    everything = Explanation(EVERYTHING, PRIOR[EVERYTHING], task.free | geometry_changes(task))
-    return [Explanation(NOTHING, PRIOR[NOTHING], task.free), *candidates, everything]
+    candidates = [Explanation(NOTHING, PRIOR[NOTHING], {})]
+    candidates += changes_of(LENGTHS, PRIOR[LENGTHS], lengths)
+    for joint, zero in zip(joints, prior.zeros, strict=True):
+        candidates += changes_of(joint, share, [zero])
+    candidates += changes_of("tool", PRIOR["tool"], ball)
+    candidates += changes_of("base", PRIOR["base"], base.tolist())
+    return [*candidates, Explanation(EVERYTHING, PRIOR[EVERYTHING], geometry_changes(task))]
+
+
+def changes_of(name: str, prior: float, unknowns: Sequence[int]) -> list[Explanation]:
+    """Return the hypotheses that unknowns changed by what is typical; none without unknowns."""
+    share = prior / len(TYPICAL)
+    widths = TYPICAL if unknowns else ()
+    return [Explanation(name, share, dict.fromkeys(unknowns, width)) for width in widths]

@@ -13,9 +13,9 @@ from ..calibration import Calibration, UsageError, as_list
 from ..data import measure
 from ..results import refuse_existing, write_files
 from ..robot import Robot
-from .fit import System
 from .prior import prior_of
 from .sockets import new_samples, similar_postures, socket_task
+from .system import System
 from .updated import updated, urdf_with_zeros
 from .zeros import SURE, TICK, JointZero, another_arm, find_zeros
 
@@ -25,6 +25,8 @@ OTHER_ARM = 5.0
 """Factor on the errors of the calibration, beyond which zeros alone do not explain the samples."""
 OTHER_MODEL = 2e-2
 """Errors beyond which zeros alone do not explain samples by a nominal model [m]."""
+BALL_ELSEWHERE = 0.1
+"""Prior standard deviation of the place of a ball that was remounted [m]."""
 ANOTHER = 5e-2
 """Errors beyond which samples are another arm's, even where no zero changed [m]."""
 
@@ -180,38 +182,46 @@ def rezero(
     measured, new, remarks = new_samples(arm, measured)
     if similar_postures(measured):
         remarks.append("The postures are alike and tell little: move all joints between samples.")
-    task = socket_task(prior, measured, stood, ball_moved=ball_moved)
+    task = socket_task(prior, measured, stood)
     task = replace(task, warnings=(*task.warnings, *remarks))
-    asked, row = len(joints) or len(names), task.rows
-    if 3 * len(row.q) + len(task.distances) <= 3 * (len(row.names) - len(task.known)) + asked:
+    if ball_moved:
+        task = task.freeing(dict.fromkeys(prior.ball, BALL_ELSEWHERE))
+    count, sockets, asked = len(task.rows.q), len(task.rows.names), len(joints) or len(names)
+    if 3 * count + len(task.distances) <= 3 * (sockets - len(task.known)) + asked:
         raise UsageError(
-            f"{len(row.q)} samples for {asked} zeros and {len(row.names)} sockets; record 6 in each"
+            f"{count} samples for {asked} zeros and {sockets} sockets; record 6 in each"
         )
-    system, unchanged, zeros = find_zeros(task, [names.index(joint) for joint in joints])
-    error, noise_of_arm = _off(system), prior.noise.space
+    result = find_zeros(task, [names.index(joint) for joint in joints])
+    system, zeros, unchanged = result.system, result.joints, result.unchanged
     limit = OTHER_MODEL
     if isinstance(arm, Calibration):
-        limit = OTHER_ARM * noise_of_arm if any(zero.offset for zero in zeros) else ANOTHER
-    if error > limit:
+        changed = any(zero.offset for zero in zeros)
+        limit = OTHER_ARM * prior.noise.space if changed else ANOTHER
+    if _off(system) > limit:
         raise UsageError(_still_off(system))
     if not new:
-        zeros, unchanged = tuple(replace(zero, changed=0.0, offset=0.0) for zero in zeros), None
-    selected = [zero for zero in zeros if not joints or zero.joint in joints]
-    open_zeros = (_how_to_identify(prior.robot, zero, stood) for zero in selected if not zero.told)
-    hint, noise = another_arm(system) if isinstance(arm, Robot) else (), system.state.noise.place
-    return Zeros(arm, zeros, unchanged, noise, (*open_zeros, *hint), system, new, bool(hint))
+        zeros = tuple(replace(zero, changed=0.0, offset=0.0) for zero in zeros)
+        unchanged = None
+    untold = [
+        _how_to_identify(prior.robot, zero, stood)
+        for zero in zeros
+        if not zero.told and (not joints or zero.joint in joints)
+    ]
+    hint = another_arm(system) if isinstance(arm, Robot) else ()
+    noise = system.state.noise.place
+    return Zeros(arm, zeros, unchanged, noise, (*untold, *hint), system, new, bool(hint))
 
 
 def _off(system: System) -> float:
+    """Return the root mean square of the errors that are left [m]."""
     return float(np.sqrt(np.mean(system.residuals**2)))
 
 
 def _still_off(system: System) -> str:
     """Return that zeros leave the samples far off, and what else may be wrong."""
-    noise_of_arm = system.task.prior.noise.space
+    usual = system.task.prior.noise.space
     return (
-        f"the samples are still {1e3 * _off(system):.2f} mm off, "
-        f"and {1e3 * noise_of_arm:.2f} are usual: "
+        f"the samples are still {1e3 * _off(system):.2f} mm off, and {1e3 * usual:.2f} are usual: "
         "is --distance right, is it another arm's calibration or model, "
         "or did more than zeros change (mukca check --calibration)?"
     )

@@ -1,17 +1,18 @@
 """The prior of an arm in a partial fit: the posterior of its calibration."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ..bayes.model import ExtendedModel, Noise, block_matrix, extend
 from ..bayes.model.effects import JOINT_OFFSET
 from ..calibration import Calibration, UsageError, posterior_of
-from ..data import STANDARD_LOAD, Load
+from ..data import STANDARD_LOAD, HandEye, Load, hand_eye
 from ..design import ParameterCovariance, Workspace
-from ..robot import Robot, RotationNumbers, all_parameters, choose_parameters
+from ..robot import Parameter, Robot, RotationNumbers, all_parameters, choose_parameters, matrix_rpy
 
 LENGTH, ANGLE = 2e-4, 7e-4
 """Tolerances of the lengths [m] and angles [rad] of an arm as made, standard deviations."""
@@ -27,6 +28,23 @@ IDENTIFIABLE = 1e-3
 """Standard deviation after these, up to which a zero is identifiable [rad], [m]."""
 SOCKET = "{}:{}"
 """Name of a socket: its placement, and its number."""
+
+
+class Flanges(NamedTuple):
+    """Poses of the flange, and their derivatives."""
+
+    R: np.ndarray
+    """Rotations, shape (N, 3, 3)."""
+    p: np.ndarray
+    """Shape (N, 3) [m]."""
+    by_unknowns: np.ndarray
+    """Derivatives of p, then turns, by the model's unknowns, the tool left out, (N, 6, size)."""
+    by_joints: np.ndarray
+    """The same by the joints' positions, as noisy as each is, shape (N, 6, m)."""
+
+    def hand_eye(self, M: np.ndarray, where: str = "poses") -> HandEye:
+        """Return :func:`.hand_eye` of poses M that were measured, shape (N, 4, 4) [m]."""
+        return hand_eye(self.R, self.p, M[:, :3, :3], M[:, :3, 3], where)
 
 
 @dataclass(frozen=True)
@@ -57,50 +75,70 @@ class ArmPrior:
         return np.array([i for i, p in enumerate(parameters) if p.of_ball and p.unit == "m"])
 
     @cached_property
-    def zeros(self) -> slice:
-        """Indices of the unknowns of the joints' zeros."""
-        return self.model.slices[0]
+    def zeros(self) -> np.ndarray:
+        """Index of the unknown of each joint's zero, shape (m,)."""
+        return np.arange(self.model.size)[self.model.slices[0]]
+
+    def flanges(self, x: np.ndarray, q: np.ndarray, moments: np.ndarray) -> Flanges:
+        """Return the flange's poses by the unknowns x: those of a ball in its origin."""
+        model = self.model
+        y = x[: model.size].copy()
+        y[self.ball] = -model.ball.nominal[self.ball]
+        p, p_by_unknowns, p_by_joints = model.linearise(y, q, moments)
+        R, R_by_unknowns, R_by_joints = model.linearise(y, q, moments, of_turns=True)
+        by_unknowns = np.hstack([p_by_unknowns, R_by_unknowns])
+        by_joints = np.hstack([p_by_joints, R_by_joints])
+        of_tool = [i for i, parameter in enumerate(model.parameters) if parameter.of_ball]
+        by_unknowns[:, :, of_tool] = 0.0
+        of_ball = matrix_rpy(model.ball.origins(model.values(y))[-1, 3:])
+        return Flanges(R @ of_ball.T, p, by_unknowns, by_joints)
 
 
 def prior_of(arm: Calibration | Robot) -> ArmPrior:
     """Return the prior of an arm: its calibration's posterior, or a nominal model's tolerances."""
     if isinstance(arm, Robot):
-        model = _model(arm, [p.name for p in choose_parameters(arm)], ())
-        widths = [
-            UNKNOWN_BALL if p.of_ball else LENGTH if p.unit == "m" else ANGLE
-            for p in model.parameters
-        ]
-        wide = np.diag(np.concatenate([widths, np.zeros(model.size - len(widths))]) ** 2)
-        return ArmPrior(model, np.zeros(model.size), wide, {}, STANDARD_LOAD, NOMINAL_NOISE)
+        return _nominal_prior(arm)
     if not isinstance(arm, Calibration):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise UsageError("one robot's calibration is needed: of several pick one, as arms[NAME]")
-    document = arm.document
-    posterior = posterior_of(document, arm.source)
-    fit_model = posterior.model
-    names = [p.name for p in fit_model.parameters]
-    model = _model(fit_model.robot, names, fit_model.extensions, fit_model.ball.rotation_numbers)
-    labels = [SOCKET.format(*label) for label in posterior.data.labels]
-    places = {label: model.size + 3 * i for i, label in enumerate(labels)}
-    n, size = model.size + 3 * len(places), fit_model.size + 3 * len(places)
-    into = np.array([model.names.index(name) for name in fit_model.names], dtype=np.int64)
-    into = np.concatenate([into, np.arange(model.size, n)])
+    posterior = posterior_of(arm.document, arm.source)
+    fitted = posterior.model
+    numbers = fitted.ball.rotation_numbers
+    model = _model(fitted.robot, fitted.parameters, fitted.extensions, numbers)
+    sockets = {
+        SOCKET.format(*label): model.size + 3 * i for i, label in enumerate(posterior.data.labels)
+    }
+    n = model.size + 3 * len(sockets)
+    of_model = [model.names.index(name) for name in fitted.names]
+    into = np.array([*of_model, *range(model.size, n)], dtype=np.int64)
     mean = np.zeros(n)
     mean[into] = np.concatenate([posterior.x, posterior.centres.ravel()])
-    covariance = block_matrix(n, [(into, posterior.covariance[:size, :size])])
-    for zero in document.later_zeros:
-        i = model.slices[0].start + model.robot.joint_names.index(zero.joint)
+    covariance = block_matrix(n, [(into, posterior.covariance[: len(into), : len(into)])])
+    prior = ArmPrior(model, mean, covariance, sockets, arm.calibrated.load, posterior.noise)
+    for zero in arm.document.later_zeros:
+        i = prior.zeros[model.robot.joint_names.index(zero.joint)]
         mean[i] += zero.offset
         covariance[i, i] += zero.standard_deviation**2 if zero.offset else 0.0
-    return ArmPrior(model, mean, covariance, places, arm.calibrated.load, posterior.noise)
+    return prior
+
+
+def _nominal_prior(robot: Robot) -> ArmPrior:
+    """Return the prior of an arm that was never calibrated, by the tolerances of its parts."""
+    model = _model(robot, choose_parameters(robot), ())
+    widths = np.zeros(model.size)
+    for i, p in enumerate(model.parameters):
+        widths[i] = UNKNOWN_BALL if p.of_ball else LENGTH if p.unit == "m" else ANGLE
+    mean, covariance = np.zeros(model.size), np.diag(widths**2)
+    return ArmPrior(model, mean, covariance, {}, STANDARD_LOAD, NOMINAL_NOISE)
 
 
 def _model(
     robot: Robot,
-    names: list[str],
+    free: Sequence[Parameter],
     extensions: tuple[str, ...],
     rotation_numbers: RotationNumbers = "vector",
 ) -> ExtendedModel:
     """Return a model with some parameters free, the ball's place and the zeros in any case."""
+    names = {p.name for p in free}
     parameters = [
         p for p in all_parameters(robot) if p.name in names or (p.of_ball and p.unit == "m")
     ]
@@ -112,7 +150,7 @@ def zero_covariance(arm: Calibration | Robot, sockets: int = 2) -> ParameterCova
     prior = prior_of(arm)
     size = prior.model.size
     covariance = prior.covariance[:size, :size].copy()
-    covariance.ravel()[:: size + 1][prior.zeros] += ZERO**2
+    covariance[prior.zeros, prior.zeros] += ZERO**2
     state = ParameterCovariance(prior.model, prior.mean[:size], prior.noise, covariance)
     return state.with_sockets(sockets)
 
@@ -127,5 +165,6 @@ def identifiable_zeros(state: ParameterCovariance, pools: Mapping[int, np.ndarra
     zeros: np.ndarray = np.eye(state.model.size)[state.model.slices[0]]
     for k, q in pools.items():
         state = state.with_samples(q[:POOLED], k)
-    identifiable = state.deviations(Workspace(zeros, np.zeros(len(zeros)))) < IDENTIFIABLE
-    return Workspace(zeros[identifiable], np.zeros(int(identifiable.sum())))
+    where = Workspace(zeros, np.zeros(len(zeros)))
+    identifiable = state.deviations(where) < IDENTIFIABLE
+    return Workspace(zeros[identifiable], where.lengths[identifiable])

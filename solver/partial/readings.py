@@ -1,20 +1,32 @@
-"""Readings of the turns in a file of poses: which fits, where they do not as their columns say.
+"""Readings of a file of poses, where the poses do not fit as its columns say.
 
 Programs write turns in many ways that look alike. Each reading is an explanation of the file, and
 its evidence is that of the angles a_i and places t_i which the poses leave, their scales unknown:
 
     ln L = -3/2 N (ln median(a^2) + ln median(t^2))
+
+Columns of joints that no name tells may stand in another order. The flange's rotations R_i and the
+measured ones M_i are conjugate but for two constant turns, so turns between views have one angle in
+both, whatever the camera's pose is:
+
+    angle(R_i^T R_j) = angle(M_i^T M_j)
+
+Orders that keep it are few: parallel axes may change places. Of these, the right one fits the
+measured places, too.
 """
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import permutations
+from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import MukcaError
 from ...recorder import Sample
 from ..data import FrameError, hand_eye, rotation_matrices
-from ..robot import matrix_rpy, turn
-from .task import Flanges
+from ..robot import matrix_rpy, rotation_vectors, turn
+from .prior import ArmPrior, Flanges
 
 AS_IS = "as they stand"
 SURE = math.log(1000)
@@ -25,6 +37,14 @@ NEARER = 0.25
 """Share of angles or places that the right reading leaves at most: of mirrored places none does."""
 FITS = 0.1
 """Angle up to which a reading fits [rad]."""
+MOST_JOINTS = 6
+"""Joints whose orders are all tried."""
+ANGLES_FIT, CANDIDATES = 0.02, 24
+"""Typical difference of angles up to which an order fits [rad], and how many orders may."""
+NEAR = 5e-3
+"""Typical distance up to which measured places fit [m]."""
+FAR_BETTER = 0.25
+"""Share of the next best order's distance that the right one leaves at most."""
 
 
 def turns_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
@@ -33,14 +53,12 @@ def turns_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
     turns = {AS_IS: rotation_matrices(quaternions)}
     numbers = [s.turn for s in samples]
     if any(len(row) != 3 for row in numbers):
-        return {
-            **turns,
-            "quaternions with w first": rotation_matrices(quaternions[:, [1, 2, 3, 0]]),
-        }
+        turns["quaternions with w first"] = rotation_matrices(quaternions[:, [1, 2, 3, 0]])
+        return turns
     for unit, factor in (("", 1.0), (" in degrees", math.pi / 180)):
         angles = factor * np.array(numbers)
         turns[f"rotation vectors{unit}"] = turn(angles)
-        turns[f"roll, pitch, yaw{unit} (Rz Ry Rx)"] = np.array([matrix_rpy(v) for v in angles])
+        turns[f"roll, pitch, yaw{unit} (Rz Ry Rx)"] = matrix_rpy(angles)
         turns[f"Euler angles{unit} about z, y, x (Rz Ry Rx)"] = _product(angles, "zyx")
         turns[f"Euler angles{unit} about x, y, z (Rx Ry Rz)"] = _product(angles, "xyz")
         turns[f"Euler angles{unit} about z, y, z (Rz Ry Rz)"] = _product(angles, "zyz")
@@ -49,9 +67,10 @@ def turns_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
 
 def _product(angles: np.ndarray, axes: str) -> np.ndarray:
     """Return products of turns about axes, angle by angle, shape (N, 3, 3)."""
-    vectors = np.eye(3)[["xyz".index(axis) for axis in axes]]
-    a, b, c = [turn(column[:, None] * v) for column, v in zip(angles.T, vectors, strict=True)]
-    return a @ b @ c
+    product = np.eye(3)
+    for column, axis in zip(angles.T, axes, strict=True):
+        product = product @ turn(np.outer(column, np.eye(3)["xyz".index(axis)]))
+    return product
 
 
 def poses_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
@@ -59,14 +78,28 @@ def poses_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
     poses: dict[str, np.ndarray] = {}
     for name, R in turns_of(samples).items():
         T = np.tile(np.eye(4), (len(samples), 1, 1))
-        T[:, :3, :3], T[:, :3, 3] = R, [s.point or (0.0, 0.0, 0.0) for s in samples]
+        T[:, :3, 3] = [s.point or (0.0, 0.0, 0.0) for s in samples]
         transposed = T.copy()
+        T[:, :3, :3] = R
         transposed[:, :3, :3] = R.swapaxes(1, 2)
         prefix = "" if name == AS_IS else f"{name}, "
         poses[name] = T
         poses[f"{prefix}turns transposed or inverse, places not"] = transposed
         poses[f"{prefix}inverse poses"] = np.linalg.inv(T)
     return poses
+
+
+class Fit(NamedTuple):
+    """What the best camera leaves of poses, and the logarithm of their evidence."""
+
+    angle: float
+    """Typical angle [rad]."""
+    place: float
+    """Typical distance [m]."""
+    evidence: float
+
+    def __str__(self) -> str:
+        return f"{self.angle:.2g} rad and {1e3 * self.place:.1f} mm"
 
 
 def fitting_reading(
@@ -76,25 +109,82 @@ def fitting_reading(
 
     Whole poses that are inverse are another camera's, too: of them the caller speaks.
     """
-    evidence, residuals = dict[str, float](), dict[str, tuple[float, float]]()
+    fits: dict[str, Fit] = {}
     for name, T in poses_of(samples).items():
-        M = side(T)
         try:
-            start = hand_eye(flange_poses.R, flange_poses.p, M[:, :3, :3], M[:, :3, 3])
+            start = flange_poses.hand_eye(side(T))
         except FrameError:
             return ""
-        a = max(float(np.median(start.angles)), LEAST_ANGLE)
-        t = max(float(np.median(start.distances)), LEAST_PLACE)
-        evidence[name], residuals[name] = -3 * len(T) * (math.log(a) + math.log(t)), (a, t)
-    best = max(evidence, key=evidence.__getitem__)
-    gain = evidence[best] - evidence[AS_IS]
-    if best in (AS_IS, "inverse poses") or gain < SURE or residuals[best][0] > FITS:
+        angle = max(start.angle, LEAST_ANGLE)
+        place = max(start.distance, LEAST_PLACE)
+        fits[name] = Fit(angle, place, -3 * len(T) * math.log(angle * place))
+    as_is = fits[AS_IS]
+    name, best = max(fits.items(), key=lambda item: item[1].evidence)
+    gain = best.evidence - as_is.evidence
+    if name in (AS_IS, "inverse poses") or gain < SURE or best.angle > FITS:
         return ""
-    (a0, t0), (a, t) = residuals[AS_IS], residuals[best]
-    if a > NEARER * a0 and t > NEARER * t0:
+    if best.angle > NEARER * as_is.angle and best.place > NEARER * as_is.place:
         return ""
     return (
-        f"as its columns say, the poses leave {a0:.2g} rad and {1e3 * t0:.1f} mm; read as {best}, "
-        f"{a:.2g} rad and {1e3 * t:.1f} mm (log Bayes factor {gain:.0f}): write them as x,y,z and "
-        "qx,qy,qz,qw of the board in the camera, or name the columns by what they hold"
+        f"as its columns say, the poses leave {as_is}; read as {name}, {best} "
+        f"(log Bayes factor {gain:.0f}): write them as x,y,z and qx,qy,qz,qw of the board in the "
+        "camera, or name the columns by what they hold"
     )
+
+
+class Order(NamedTuple):
+    """An order of columns that fits, where that in which they stand does not."""
+
+    names: tuple[str, ...]
+    """Joint names, column by column."""
+    distance: float
+    """Typical distance that it leaves [m]."""
+
+    @property
+    def words(self) -> str:
+        """What it is, and what to do."""
+        return (
+            f"the poses fit if the columns are {','.join(self.names)} ({1e3 * self.distance:.1f} "
+            "mm are left): write these names above them"
+        )
+
+
+def fitting_order(prior: ArmPrior, q: np.ndarray, M: np.ndarray) -> Order | None:
+    """Return the one order of columns that fits measured poses; None where none does.
+
+    Args:
+        prior: The arm.
+        q: Joint positions, their columns as they stand, shape (N, m) [rad].
+        M: Poses as :func:`.hand_eye` takes them, shape (N, 4, 4) [m].
+    """
+    joints = prior.robot.joint_names
+    N, m = q.shape
+    if m > MOST_JOINTS:
+        return None
+    orders = np.array(list(permutations(range(m))))
+    rows = q[:, orders].swapaxes(0, 1).reshape(-1, m)
+    poses = prior.flanges(prior.mean, rows, np.zeros((len(rows), 3 * m)))
+    R, p = poses.R.reshape(-1, N, 3, 3), poses.p.reshape(-1, N, 3)
+    differences = np.median(np.abs(_angles(R) - _angles(M[None, :, :3, :3])), axis=1)
+    ranks = np.argsort(differences)[:CANDIDATES]
+    distances: dict[int, float] = {}
+    for k in ranks[differences[ranks] < ANGLES_FIT].tolist():
+        try:
+            start = hand_eye(R[k], p[k], M[:, :3, :3], M[:, :3, 3])
+        except MukcaError:
+            continue
+        distances[k] = start.distance
+    best, *others = sorted(distances, key=distances.__getitem__) or [0]
+    if not best or distances[best] > NEAR:
+        return None
+    if others and distances[best] > FAR_BETTER * distances[others[0]]:
+        return None
+    column_of: list[int] = np.argsort(orders[best]).tolist()
+    return Order(tuple(joints[j] for j in column_of), distances[best])
+
+
+def _angles(R: np.ndarray) -> np.ndarray:
+    """Return angles of the turns from each row to the next, shape (K, N - 1), of (K, N, 3, 3)."""
+    steps = R[:, :-1].swapaxes(2, 3) @ R[:, 1:]
+    vectors = rotation_vectors(steps.reshape(-1, 3, 3))
+    return np.linalg.norm(vectors, axis=1).reshape(len(R), -1)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from itertools import chain
+from itertools import chain, compress
 
 import numpy as np
 
@@ -13,9 +13,6 @@ from ..robot import Robot
 from .fit import fit
 from .prior import SOCKET, ArmPrior, prior_of
 from .task import NoiseBelief, Rows, Task
-
-BALL_ELSEWHERE = 0.1
-"""Prior standard deviation of the place of a ball that was remounted [m]."""
 
 SIMILAR = 0.2
 """Largest range of a joint over the samples of a socket whose postures are similar [rad], [m]."""
@@ -35,9 +32,13 @@ def prior_by_all_samples(calibration: Calibration) -> ArmPrior:
     if document.method == "auto" and document.arms is None:
         prior, roles = prior_of(calibration), ("test",)
     else:
-        prior, roles = prior_of(robot), ("train", "test")
-        wide, load = ANY_ARM**2 * prior.covariance, calibration.calibrated.load
-        prior = replace(prior, covariance=wide, load=load, noise=replace(prior.noise, joint=0.0))
+        nominal, roles = prior_of(robot), ("train", "test")
+        prior = replace(
+            nominal,
+            covariance=ANY_ARM**2 * nominal.covariance,
+            load=calibration.calibrated.load,
+            noise=replace(nominal.noise, joint=0.0),
+        )
     data = [
         measure(row.placement(robot.joint_names), robot, sockets=1)
         for row in document.data
@@ -46,43 +47,37 @@ def prior_by_all_samples(calibration: Calibration) -> ArmPrior:
     if not data:
         return prior
     system = fit(socket_task(prior, data))
-    indices, noise = (
-        np.arange(len(prior.mean)),
-        replace(prior.noise, space=system.state.noise.place),
+    unknowns = slice(len(prior.mean))
+    return replace(
+        prior,
+        mean=system.state.x,
+        covariance=system.posterior_covariance(unknowns),
+        noise=replace(prior.noise, space=system.state.noise.place),
     )
-    covariance, mean = system.posterior_covariance(indices), system.state.x[indices]
-    return replace(prior, mean=mean, covariance=covariance, noise=noise)
 
 
-def socket_task(
-    prior: ArmPrior, data: Sequence[Measurement], stood: str = "", *, ball_moved: bool = False
-) -> Task:
+def socket_task(prior: ArmPrior, data: Sequence[Measurement], stood: str = "") -> Task:
     """Return the task of a fit to a ball in sockets, with the arm as it was calibrated."""
     if any(m.kind == "points" for m in data):
         raise UsageError("give placements with the ball in sockets, not measured points")
-    pairs = list(chain.from_iterable(m.labels for m in data))
+    pairs = [label for m in data for label in m.labels]
     place = {pair: i for i, pair in enumerate(pairs)}
-    q = np.concatenate([m.positions for m in data])
-    same = np.tile(np.eye(4), (len(q), 1, 1))
-    samples = chain.from_iterable(map(m.placement.samples.__getitem__, m.order) for m in data)
+    counts = [count for m in data for count in m.counts]
     rows = Rows(
-        q,
-        np.concatenate([prior.load.torques(prior.robot, m) for m in data]),
-        np.repeat(np.arange(len(pairs)), list(chain.from_iterable(m.counts for m in data))),
-        tuple(_known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs),
-        same,
-        same,
-        wheres=tuple(sample.where for sample in samples),
+        q=np.concatenate([m.positions for m in data]),
+        moments=np.concatenate([prior.load.torques(prior.robot, m) for m in data]),
+        places=np.repeat(np.arange(len(pairs)), counts),
+        names=tuple(_known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs),
+        wheres=tuple(m.placement.samples[int(rank)].where for m in data for rank in m.order),
     )
     distances = [
         (place[m.name, m.sockets[0]], place[m.name, m.sockets[1]], m.distance)
         for m in data
         if m.has_distance
     ]
-    widths = dict.fromkeys(prior.ball.tolist(), BALL_ELSEWHERE) if ball_moved else {}
     noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint, nu=prior.noise.nu)
     warnings = tuple(chain.from_iterable(m.warnings for m in data))
-    return Task(prior, rows, noise, widths, distances, warnings=warnings)
+    return Task(prior, rows, noise, distances=distances, warnings=warnings)
 
 
 def similar_postures(data: Sequence[Measurement]) -> bool:
@@ -107,12 +102,6 @@ def too_few(data: Sequence[Measurement], *, unchanged: bool) -> str:
     )
 
 
-def thinned(measured: Measurement, step: int) -> Measurement:
-    """Return every such sample of a placement."""
-    some = measured.placement.samples[::step]
-    return replace(measured, placement=replace(measured.placement, samples=some))
-
-
 def new_samples(
     arm: Calibration | Robot, data: Sequence[Measurement]
 ) -> tuple[Sequence[Measurement], bool, list[str]]:
@@ -121,11 +110,11 @@ def new_samples(
     Samples that count twice would make the estimates look more certain than they are.
     """
     used = [isinstance(arm, Calibration) and arm.was_trained_on(m) for m in data]
-    new = [m for m, old in zip(data, used, strict=True) if not old]
-    names = ", ".join(m.name for m, old in zip(data, used, strict=True) if old)
-    if not names:
+    if not any(used):
         return data, True, []
-    if new:
+    names = ", ".join(m.name for m in compress(data, used))
+    if not all(used):
+        new = [m for m, is_used in zip(data, used, strict=True) if not is_used]
         return new, True, [f"{names}: trained on, and left out"]
     remark = f"{names}: trained on, so no change is told; record 6 samples in each of two sockets"
     return data, False, [remark]

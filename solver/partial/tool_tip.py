@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, combinations
+from itertools import combinations, compress
 
 import numpy as np
 
@@ -12,11 +12,12 @@ from ..calibration import Calibration, UsageError, as_list
 from ..data import Pose, measure
 from ..robot import InverseKinematics, SimulationError
 from .doubts import changed_zeros
-from .fit import System, fit
+from .fit import fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
+from .system import System
 from .task import FAR, NoiseBelief
-from .updated import LIMIT, Found, framed, not_enough
+from .updated import LIMIT, Found, found, not_enough
 
 TOUCH, SPREAD = 1e-4, 1.0
 """Noise of touching a point [m], and the standard deviation of its logarithm."""
@@ -24,8 +25,6 @@ LEAST, LEAST_EACH = 4, 3
 """Touches that a tip needs, and of each point."""
 LEAST_APART = 2e-3
 """Least distance of points of the tool that define a direction [m]."""
-OUTLIER = 0.25
-"""Robust weight below which a touch is an outlier."""
 LOOSE = 2e-3
 """Scatter of touches beyond which the tip is not to be relied on [m]."""
 ELSEWHERE, POSTURES = 6, 8
@@ -99,30 +98,34 @@ def tool(
     """
     prior = prior_of(calibration)
     touches = as_list(data)
-    system, ball = _touched(prior, touches, stood), _trained_on(calibration, touches)
+    system, trained = _touched(prior, touches, stood), _trained_on(calibration, touches)
+    tip = system.state.tool[:3, 3]
+    scatter = system.state.noise.place
     zeros = changed_zeros(system, prior.ball)
-    remedy = "turn the tool about two more axes at the point"
-    few = not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
-    noise, rival = system.state.noise.place, zeros.rival(system)
-    if noise > LOOSE and not rival:
-        few = (
-            f"Touches scatter by {1e3 * noise:.1f} mm: did the point give way, are they several "
+    doubts = zeros.rival(system)
+    if not doubts and scatter > LOOSE:
+        doubts = (
+            f"Touches scatter by {1e3 * scatter:.1f} mm: did the point give way, are they several "
             "points, or is it another arm's calibration?",
         )
-    tip = system.state.tool[:3, 3]
-    groups = [as_list(axis)] if axis else [[face_touches] for face_touches in face or ()]
-    R = _turned(tip, [_touched(prior, group).state.tool[:3, 3] for group in groups])
+    if not doubts:
+        remedy = "turn the tool about two more axes at the point"
+        doubts = not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
+    others = [as_list(axis)] if axis else [[face_touches] for face_touches in face or ()]
+    R = _turned(tip, [_touched(prior, group).state.tool[:3, 3] for group in others])
     link = (name, prior.robot.ball_joint.parent)
-    frame, updated, notes = framed(calibration, system, link, Pose(R, tip), zeros.covariance)
+    frame = found(calibration, system, link, Pose(R, tip), zeros, (*trained, *doubts))
+    residuals = np.linalg.norm(system.residuals, axis=1)
     return Tool(
-        frame,
-        updated,
-        (*notes, *(() if zeros.told else zeros.text)),
-        (*ball, *(rival or few)),
-        noise,
-        _elsewhere(system),
-        np.linalg.norm(system.residuals, axis=1),
-        _outliers(system),
+        **vars(frame),
+        noise=scatter,
+        elsewhere=_elsewhere(system),
+        residuals=residuals,
+        outliers=tuple(
+            f"{where}: {1e3 * residuals[i]:.1f} mm from the point that the others touched; it has "
+            "little weight."
+            for i, where in system.outliers("touch").items()
+        ),
     )
 
 
@@ -141,44 +144,32 @@ def _trained_on(calibration: Calibration, touches: Sequence[Placement]) -> tuple
     )
 
 
-def _outliers(system: System) -> tuple[str, ...]:
-    """Return the outliers among the touches, in words."""
-    distances, rows = 1e3 * np.linalg.norm(system.residuals, axis=1), system.task.rows
-    return tuple(
-        f"{rows.wheres[i] or f'touch {i}'}: {distances[i]:.1f} mm from the point that the others "
-        "touched; it has little weight."
-        for i in np.flatnonzero(system.state.weights < OUTLIER).tolist()
-    )
-
-
 def _touched(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") -> System:
     """Return the fit of a tip by its touches."""
-    names = ([sample.point for sample in p.samples] for p in placements)
-    points_by_placement = [tuple(dict.fromkeys(filter(None, row))) for row in names]
-    data = [
-        measure(_by_point(p, points), prior.robot, sockets=1)
-        for p, points in zip(placements, points_by_placement, strict=True)
+    points = [
+        tuple(dict.fromkeys(sample.point for sample in p.samples if sample.point))
+        for p in placements
     ]
-    counts = list(chain.from_iterable(m.counts for m in data))
+    data = [
+        measure(_by_point(p, coordinates), prior.robot, sockets=1)
+        for p, coordinates in zip(placements, points, strict=True)
+    ]
+    counts = [count for m in data for count in m.counts]
     if sum(counts) < LEAST or min(counts, default=0) < LEAST_EACH:
         raise UsageError(
             f"{', '.join(m.name for m in data)}: {' + '.join(map(str, counts))} touches; a tip "
             f"needs {LEAST} or more in all, and {LEAST_EACH} or more of each point; 8 are advised"
         )
-    noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
-    widths = dict.fromkeys(prior.ball.tolist(), FAR)
     task = socket_task(prior, data, stood)
-    with_distance = [m for m in data if m.has_distance]
-    distances = [
-        length
-        for length, m in zip(task.distances, with_distance, strict=True)
-        if m.distance_source != "default"
-    ]
+    measured = [m.distance_source != "default" for m in data if m.has_distance]
+    distances = [*compress(task.distances, measured)]
     first = 0
-    for m, points in zip(data, points_by_placement, strict=True):
-        pairs = combinations(range(len(points)), 2)
-        distances += [(first + i, first + j, math.dist(points[i], points[j])) for i, j in pairs]
+    for m, coordinates in zip(data, points, strict=True):
+        for (i, a), (j, b) in combinations(enumerate(coordinates, first), 2):
+            distances.append((i, j, math.dist(a, b)))
         first += len(m.sockets)
+    noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
+    widths = dict.fromkeys(prior.ball, FAR)
     return fit(replace(task, free=widths, noise=noise, distances=distances))
 
 
@@ -196,18 +187,20 @@ def _turned(tip: np.ndarray, directions: Sequence[np.ndarray]) -> np.ndarray:
     """Return the tool's rotation by further points of it, the flange's own without any."""
     if not directions:
         return np.eye(3)
+    x = directions[0] - tip
     if len(directions) == 1:
-        z = tip - directions[0]
-        x = np.eye(3)[int(np.argmin(np.abs(z)))]
+        z, least = -x, LEAST_APART
+        x = np.eye(3)[np.argmin(np.abs(z))]
     else:
-        x, z = directions[0] - tip, np.cross(directions[0] - tip, directions[1] - tip)
+        z, least = np.cross(x, directions[1] - tip), LEAST_APART**2
         z = z * (np.sign(z @ tip) or 1.0)
-    if np.linalg.norm(z) < (LEAST_APART if len(directions) == 1 else LEAST_APART**2):
+    length = np.linalg.norm(z)
+    if length < least:
         raise UsageError(
             f"the tool's points lie within {1e3 * LEAST_APART:g} mm of one point or line, which "
             "tells no direction; touch with points that are farther apart"
         )
-    z = z / np.linalg.norm(z)
+    z = z / length
     x = x - (x @ z) * z
     x = x / np.linalg.norm(x)
     return np.column_stack([x, np.cross(z, x), z])
@@ -215,11 +208,12 @@ def _turned(tip: np.ndarray, directions: Sequence[np.ndarray]) -> np.ndarray:
 
 def _elsewhere(system: System) -> float | None:
     """Return the predicted scatter of the tip about points that it touches elsewhere [m]."""
-    prior, x = system.task.prior, system.state.x
+    prior = system.task.prior
     model = prior.model
-    x, generator = x[: model.size], np.random.default_rng(0)
+    x = system.state.x[: model.size]
     robot = prior.robot.with_origins(model.ball.origins(model.values(x)))
-    guide, P = InverseKinematics(robot), system.posterior_covariance(np.arange(model.size))
+    guide, generator = InverseKinematics(robot), np.random.default_rng(0)
+    P = system.posterior_covariance(slice(model.size))
     squares: list[float] = []
     for _ in range(10 * ELSEWHERE):
         radius, angle, height = generator.uniform((NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH))
@@ -230,7 +224,7 @@ def _elsewhere(system: System) -> float | None:
             continue
         slopes = model.linearise(x, q, prior.load.moments(prior.robot, q, None))[1]
         differences = slopes - slopes.mean(axis=0)
-        squares.append(float(np.einsum("nij,jk,nik->", differences, P, differences)) / POSTURES)
+        squares.append(float(np.sum(differences @ P * differences)) / POSTURES)
         if len(squares) == ELSEWHERE:
             break
     return float(np.mean(squares)) ** 0.5 if squares else None

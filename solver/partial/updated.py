@@ -1,12 +1,13 @@
 """Calibrations updated by a partial fit: joint zeros, a tool's frame, the posterior of the arm."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
+from msgspec import structs
 
 from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import offsets_in_origins
@@ -14,7 +15,8 @@ from ..calibration import Calibration, UsageError
 from ..data import Pose
 from ..results import CalibratedRobot, Coefficient, LaterZero, ToolFrame
 from ..robot import BallModel, Robot, add_link, all_parameters, scan
-from .fit import System
+from .doubts import ChangedZeros
+from .system import System
 from .zeros import JointZero
 
 LIMIT = 2e-3
@@ -56,7 +58,7 @@ class Found:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
-        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        values = {**vars(self)}
         frame, _ = values.pop("frame"), values.pop("calibration")
         return {
             **msgspec.to_builtins(frame),
@@ -72,17 +74,25 @@ class Found:
         return self.calibration.save(folder, force=force, accept_distorted=True)
 
 
-def framed(
+def found(
     calibration: Calibration,
     system: System,
     link: tuple[str, str],
     pose: Pose,
-    covariance: np.ndarray,
-) -> tuple[ToolFrame, Calibration, tuple[str, ...]]:
-    """Return a link (name, parent) with its covariance, the calibration with it, and notes."""
-    origin, rows = pose.origin, covariance.tolist()
-    frame = ToolFrame(name=link[0], parent=link[1], xyz=origin.xyz, rpy=origin.rpy, covariance=rows)
-    return frame, updated(calibration, system, tool=frame), system.task.warnings
+    zeros: ChangedZeros,
+    untold: tuple[str, ...],
+) -> Found:
+    """Return a link (name, parent) by a fit, with the chance that a zero changed."""
+    origin = pose.origin
+    frame = ToolFrame(
+        name=link[0],
+        parent=link[1],
+        xyz=origin.xyz,
+        rpy=origin.rpy,
+        covariance=zeros.covariance.tolist(),
+    )
+    notes = (*system.task.warnings, *(() if zeros.told else zeros.text))
+    return Found(frame, updated(calibration, system, tool=frame), notes, untold)
 
 
 def not_enough(covariance: np.ndarray, limit: float, subject: str, remedy: str) -> tuple[str, ...]:
@@ -105,55 +115,53 @@ def updated(
 ) -> Calibration:
     """Return a calibration with the estimates of a fit: the arm's parameters, zeros, a tool."""
     document, old = calibration.document, calibration.calibrated
-    model, x = system.task.prior.model, system.state.x
-    changes = dict(zip(model.names, (x - system.task.prior.mean)[: model.size], strict=False))
-    offsets = np.array([zero.offset for zero in zeros])
+    prior, x = system.task.prior, system.state.x
+    model = prior.model
+    changes = dict(zip(model.names, x - prior.mean, strict=False))
     change = np.array([0.0 if tool and p.of_ball else changes[p.name] for p in old.parameters])
     values, exported = old.values + change, old.geometry + change
+    offsets = np.array([zero.offset for zero in zeros])
     if zeros:
         values = _with_zeros(old, values, offsets)
         exported = _with_zeros(old, exported, offsets)
-    deflection = model.deflection(x[: model.size]).without(JOINT_OFFSET.name)
-    text = old.robot.text
+    robot = old.robot
     if tool:
-        text = scan(add_link(text, tool.parent, tool.origin, tool.name), text.source)
-    robot = replace(old.robot, text=text)
-    beyond = exported if deflection.extensions else None
-    calibrated = replace(old, robot=robot, values=values, deflection=deflection, exported=beyond)
-    rows = zip(document.parameters, values.tolist(), calibrated.geometry.tolist(), strict=True)
-    names = zip(deflection.extensions, deflection.coefficients, strict=True)
-    replaced = msgspec.structs.replace(
+        text = add_link(robot.text, tool.parent, tool.origin, tool.name)
+        robot = replace(robot, text=scan(text, robot.text.source))
+    deflection = model.deflection(x[: model.size]).without(JOINT_OFFSET.name)
+    calibrated = replace(
+        old,
+        robot=robot,
+        values=values,
+        deflection=deflection,
+        exported=exported if deflection.extensions else None,
+    )
+    urdfs = structs.replace(
+        document.model,
+        nominal_urdf=robot.text.data.decode(),
+        calibrated_urdf=calibrated.urdf().decode(),
+    )
+    coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
+    document = structs.replace(
         document,
         parameters=tuple(
-            msgspec.structs.replace(
-                parameter, calibrated=v, change=v - parameter.nominal, exported=e
+            structs.replace(row, calibrated=value, change=value - row.nominal, exported=number)
+            for row, value, number in zip(
+                document.parameters, values.tolist(), calibrated.geometry.tolist(), strict=True
             )
-            for parameter, v, e in rows
         ),
-        deflection={name: tuple(array.tolist()) for name, array in names},
-        model=msgspec.structs.replace(
-            document.model,
-            nominal_urdf=text.data.decode(),
-            calibrated_urdf=calibrated.urdf().decode(),
-        ),
+        deflection={name: tuple(array.tolist()) for name, array in coefficients},
+        model=urdfs,
         tools=(*document.tools, *([tool] if tool else [])),
     )
     if zeros:
-        before = {zero.joint: zero.offset for zero in document.later_zeros}
-        replaced = msgspec.structs.replace(
-            replaced,
-            later_zeros=tuple(
-                LaterZero(
-                    joint=zero.joint,
-                    offset=zero.offset + before.get(zero.joint, 0.0),
-                    standard_deviation=zero.standard_deviation,
-                )
-                for zero in zeros
-            ),
+        document = structs.replace(
+            document,
+            later_zeros=_later_zeros(document.later_zeros, zeros),
             coefficients=_coefficients(document.coefficients or (), zeros),
             data=tuple(data.shifted((-offsets).tolist()) for data in document.data),
         )
-    return Calibration(replaced, calibrated, calibration.source)
+    return Calibration(document, calibrated, calibration.source)
 
 
 def urdf_with_zeros(robot: Robot, offsets: Sequence[float]) -> bytes:
@@ -172,6 +180,19 @@ def _with_zeros(arm: CalibratedRobot, values: np.ndarray, offsets: np.ndarray) -
             "a joint's new zero goes into the angles of its origin, which this calibration held "
             "fixed (--free, --fix); calibrate with all of them free"
         ) from None
+
+
+def _later_zeros(old: Sequence[LaterZero], zeros: Sequence[JointZero]) -> tuple[LaterZero, ...]:
+    """Return the zeros of all joints since the calibration, by earlier ones and new ones."""
+    before = {zero.joint: zero.offset for zero in old}
+    return tuple(
+        LaterZero(
+            joint=zero.joint,
+            offset=zero.offset + before.get(zero.joint, 0.0),
+            standard_deviation=zero.standard_deviation,
+        )
+        for zero in zeros
+    )
 
 
 def _coefficients(

@@ -1,16 +1,17 @@
 """Joints whose zeros changed, by the evidence of each set of them; or another arm."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, product
+from itertools import combinations
 
 import numpy as np
 
 from ..bayes.model import probabilities
 from .evidence import Explanation, geometry_changes, linear_about, log_evidences
-from .fit import System, fit
+from .fit import fit
 from .prior import ZERO
+from .system import System
 from .task import Task
 
 WIDTHS = (2e-3, 2e-2, ZERO)
@@ -48,19 +49,23 @@ class JointZero:
         return self.standard_deviation < UNIDENTIFIABLE
 
     @property
+    def degrees(self) -> float:
+        """The offset [deg]."""
+        return math.degrees(self.offset)
+
+    @property
     def brief(self) -> str:
         """What to add to its readings, in a line."""
-        degrees = math.degrees(self.offset)
         offset = f"{self.offset:+.5f} +- {self.standard_deviation:.5f} rad"
-        return f"{self.joint}: add {offset} ({degrees:+.3f} deg) to what it reads."
+        return f"{self.joint}: add {offset} ({self.degrees:+.3f} deg) to what it reads."
 
     def __str__(self) -> str:
-        offset, sigma = self.offset, self.standard_deviation
+        offset = f"{self.offset:+.6f} +- {self.standard_deviation:.6f} rad"
+        counts = f"{self.counts:+d}"
         return (
-            f"{self.joint}: {offset:+.6f} +- {sigma:.6f} rad to be added to what it reads "
-            f"({math.degrees(offset):+.4f} deg; of a servo with 4096 counts a turn "
-            f"{self.counts:+d}, its homing_offset {-self.counts:+d} (Feetech), {self.counts:+d} "
-            "(Dynamixel))"
+            f"{self.joint}: {offset} to be added to what it reads ({self.degrees:+.4f} deg; of a "
+            f"servo with 4096 counts a turn {counts}, its homing_offset {-self.counts:+d} "
+            f"(Feetech), {counts} (Dynamixel))"
         )
 
     @property
@@ -69,47 +74,58 @@ class JointZero:
         return round(self.offset / TICK)
 
 
-def fit_with_zeros(task: Task, joints: Iterable[int]) -> System:
+def fit_with_zeros(task: Task, joints: Sequence[int] | np.ndarray) -> System:
     """Return the fit with the zeros of some joints as further unknowns."""
-    indices = [task.prior.zeros.start + j for j in joints]
-    return fit(replace(task, free=task.free | dict.fromkeys(indices, ZERO)))
+    zeros = task.prior.zeros[np.asarray(joints, dtype=int)]
+    return fit(task.freeing(dict.fromkeys(zeros, ZERO)))
 
 
-def find_zeros(
-    task: Task, joints: Sequence[int]
-) -> tuple[System, float | None, tuple[JointZero, ...]]:
-    """Return the fit with free zeros of the named joints, or of those that the evidence names.
+@dataclass(frozen=True)
+class FoundZeros:
+    """A fit with free zeros, and what it tells of each joint."""
 
-    Then the probability that none changed, None for joints that were named; and all joints' zeros.
-    """
+    system: System
+    unchanged: float | None
+    """Probability that no zero changed; None where joints were named."""
+    joints: tuple[JointZero, ...]
+    """All of the arm's, in chain order."""
+
+
+def find_zeros(task: Task, joints: Sequence[int]) -> FoundZeros:
+    """Return the fit with free zeros of the named joints, or of those that the evidence names."""
     names, zeros = task.prior.robot.joint_names, task.prior.zeros
-    indices = np.arange(len(names))
     if joints:
-        probability, unchanged = np.isin(indices, joints) * 1.0, None
+        probability = np.isin(np.arange(len(names)), joints) * 1.0
+        unchanged = None
         system = fit_with_zeros(task, joints)
-        deviations = zero_deviations(system, task)
+        deviations = zero_deviations(replace(system, task=task))
     else:
-        about, converged = linear_about(task, dict.fromkeys(range(zeros.start, zeros.stop), ZERO))
-        deviations = zero_deviations(about, task)
+        about, converged = linear_about(task, dict.fromkeys(zeros, ZERO))
+        deviations = zero_deviations(about)
         sets = _sets_of_zeros(task, np.flatnonzero(deviations < UNIDENTIFIABLE).tolist())
-        shares = probabilities(log_evidences(about, sets)) if converged else np.zeros(len(sets))
-        probability = shares @ [np.isin(indices, explanation.joints) for explanation in sets]
-        unchanged = float(shares @ [not explanation.joints for explanation in sets])
-        system = fit_with_zeros(task, np.flatnonzero(probability > SURE).tolist())
-    changed, offsets = np.flatnonzero(probability > SURE), np.zeros(len(names))
+        shares = np.zeros(len(sets))
+        if converged:
+            shares = probabilities(log_evidences(about, sets))
+        probability = np.zeros(len(names))
+        for share, explanation in zip(shares, sets, strict=True):
+            probability[[*explanation.joints]] += share
+        unchanged = float(sum(shares[: len(WIDTHS)]))  # those of the empty set
+        system = fit_with_zeros(task, np.flatnonzero(probability > SURE))
+    offsets = np.zeros(len(names))
+    changed = np.flatnonzero(probability > SURE)
     if len(changed):
-        unknowns = changed + zeros.start
+        unknowns = zeros[changed]
         deviations[changed] = np.sqrt(np.diag(system.posterior_covariance(unknowns)))
         shifts = system.state.x[unknowns] - task.prior.mean[unknowns]
         offsets[changed] = np.where(deviations[changed] < UNIDENTIFIABLE, shifts, 0)
-    rows = zip(names, probability.tolist(), offsets.tolist(), deviations.tolist(), strict=True)
-    return system, unchanged, tuple(JointZero(*row) for row in rows)
+    columns = probability.tolist(), offsets.tolist(), deviations.tolist()
+    return FoundZeros(system, unchanged, tuple(map(JointZero, names, *columns)))
 
 
-def zero_deviations(system: System, task: Task) -> np.ndarray:
-    """Return the standard deviation of each joint's zero, if it were the only one unknown."""
-    A = system.slopes[:, task.prior.zeros]
-    C = replace(system, task=task).covariance(system.state.noise, gaussian=True)
+def zero_deviations(system: System) -> np.ndarray:
+    """Return the standard deviation of each joint's zero, if it alone may have changed."""
+    A = system.slopes[:, system.task.prior.zeros]
+    C = system.covariance(system.state.noise, gaussian=True)
     information: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
     return 1 / np.sqrt(information + ZERO**-2)
 
@@ -121,24 +137,24 @@ def _sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
         sets += combinations(joints, size)
         if len(sets) > MOST_TOGETHER:
             break
-    begin, candidates = task.prior.zeros.start, list[Explanation]()
-    for subset, width in product(sets, WIDTHS):
+    explanations: list[Explanation] = []
+    for subset in sets:
         prior = ZERO_CHANGED ** len(subset) * (1 - ZERO_CHANGED) ** (len(joints) - len(subset))
-        widths = task.free | dict.fromkeys([begin + j for j in subset], width)
-        candidates.append(Explanation("", prior / len(WIDTHS), widths, subset))
-    return candidates
+        zeros = task.prior.zeros[[*subset]]
+        for width in WIDTHS:
+            widths = dict.fromkeys(zeros, width)
+            explanations.append(Explanation("", prior / len(WIDTHS), widths, subset))
+    return explanations
 
 
 def another_arm(system: System) -> tuple[str, ...]:
     """Return a warning where a different arm explains the samples far better, else nothing."""
-    task, noise = system.task, system.state.noise
-    with_geometry = fit(replace(task, free=task.free | geometry_changes(task)))
-    noise_of_geometry = with_geometry.state.noise
-    gain = with_geometry.log_evidence(noise_of_geometry) - system.log_evidence(noise)
-    if gain < ANOTHER or noise_of_geometry.place > LESS * noise.place:
+    with_geometry = fit(system.task.freeing(geometry_changes(system.task)))
+    scatter, least = system.state.noise.place, with_geometry.state.noise.place
+    gain = with_geometry.log_evidence() - system.log_evidence()
+    if gain < ANOTHER or least > LESS * scatter:
         return ()
-    scatter = f"{1e3 * noise.place:.2f} mm an axis, and by {1e3 * noise_of_geometry.place:.2f}"
     return (
-        f"The samples scatter by {scatter} if the whole arm may differ: is this another arm's "
-        "calibration or model, or did more change?",
+        f"The samples scatter by {1e3 * scatter:.2f} mm an axis, and by {1e3 * least:.2f} if the "
+        "whole arm may differ: is this another arm's calibration or model, or did more change?",
     )

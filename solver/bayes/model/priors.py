@@ -93,7 +93,7 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
     calibrated = hand_eye(R, p, data.rotations[turned], data.points[seats], where)
     tool = calibrated.tool
     length = float(np.linalg.norm(tool.translation))
-    if length > FARTHEST or float(np.median(calibrated.distances)) > MOST_OFF:
+    if length > FARTHEST or calibrated.distance > MOST_OFF:
         tool = replace(tool, translation=np.zeros(3))
     origins = ball.origins(ball.nominal)
     k = -1  # the ball's joint is the last

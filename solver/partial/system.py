@@ -1,0 +1,170 @@
+"""A task made linear: errors of its samples, their derivatives by all unknowns, their covariance.
+
+The two ways to a place differ by
+
+    t_i = p(F U L) - p(V R)      r_i = log(rot(F U L) rot(V R)^T)
+
+in the base's axes, and derivatives are by small turns about the axes of flange (U) and base (V).
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..bayes.model import Gaussian
+from ..data import CALIPER_DEVIATION
+from ..robot import rotation_vectors
+from .task import NoiseBelief, State, Task
+
+OUTLIER = 0.25
+"""Robust weight below which a sample is an outlier: an error of six standard deviations."""
+
+
+@dataclass(frozen=True)
+class System:
+    """A task, linear about a state: errors of all samples and distances, by all unknowns."""
+
+    task: Task
+    state: State
+    errors: np.ndarray
+    """e at the prior's mean, by the linear model, shape (R,)."""
+    slopes: np.ndarray
+    """G, shape (R, size)."""
+    by_joints: np.ndarray
+    """J, shape (N, axes, m)."""
+
+    @cached_property
+    def spread(self) -> np.ndarray:
+        """G S G^T, shape (R, R)."""
+        return self.slopes @ self.task.covariance @ self.slopes.T
+
+    def noise_blocks(self, noise: NoiseBelief) -> np.ndarray:
+        """Return Sigma_i of each sample, shape (N, axes, axes)."""
+        scales = np.repeat([noise.place, noise.turn], 3)[: self.by_joints.shape[1]]
+        of_joints = noise.joint**2 * self.by_joints @ self.by_joints.transpose(0, 2, 1)
+        return np.diag(scales**2) + of_joints
+
+    def covariance(self, noise: NoiseBelief, *, gaussian: bool = False) -> np.ndarray:
+        """Return C, shape (R, R); ``gaussian``: with Gaussian noise of the same information."""
+        return self.spread + self.noise_covariance(noise, gaussian=gaussian)
+
+    def noise_covariance(self, noise: NoiseBelief, *, gaussian: bool = False) -> np.ndarray:
+        """Return the same where all unknowns are known, shape (R, R)."""
+        N, d, _ = self.by_joints.shape
+        blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
+        C = np.diag(np.full(len(self.errors), CALIPER_DEVIATION**2))
+        rows = np.arange(N * d, dtype=np.int64).reshape(N, d)
+        C[rows[:, :, None], rows[:, None]] = blocks * (1 + 2 * gaussian / (noise.nu + d))
+        return C
+
+    def log_evidence(self, noise: NoiseBelief | None = None) -> float:
+        """Return the logarithm of the evidence and of the scales' prior, but for a constant.
+
+        By the state's noise, or by another.
+        """
+        noise = noise or self.state.noise
+        belief = self.task.noise
+        root = np.linalg.cholesky(self.covariance(noise))
+        whitened = np.linalg.solve(root, self.errors)
+        log_ratios = np.log([noise.place / belief.place, noise.turn / belief.turn]) / belief.spread
+        squares = whitened @ whitened + log_ratios @ log_ratios
+        return float(-0.5 * squares - np.log(np.diag(root)).sum())
+
+    @cached_property
+    def change(self) -> np.ndarray:
+        """The most probable y less mu, shape (size,)."""
+        pull = np.linalg.solve(self.covariance(self.state.noise), self.errors)
+        return -self.task.covariance @ (self.slopes.T @ pull)
+
+    def posterior_covariance(self, some: np.ndarray | slice) -> np.ndarray:
+        """Return the posterior covariance of some unknowns: beside the errors, once these are seen.
+
+        S is large where it has error curves, so its root is that of errors and unknowns alone.
+        """
+        S = self.task.covariance[some]
+        across = self.slopes @ S.T
+        joint = np.block([[self.spread, across], [across.T, S[:, some]]])
+        count = len(self.errors)
+        noise = self.noise_covariance(self.state.noise, gaussian=True)
+        whitened = np.linalg.solve(np.linalg.cholesky(noise), np.eye(count, len(joint)))
+        prior = Gaussian.of(np.zeros(len(joint)), joint)
+        return prior.conditioned(whitened, np.zeros(count)).marginal(slice(count, None)).covariance
+
+    def covariance_on_flange(self, some: np.ndarray) -> np.ndarray:
+        """Return the same for an exact chain: how far the flange itself is off is left out."""
+        return replace(self, task=self.task.with_exact_arm).posterior_covariance(some)
+
+    @cached_property
+    def residuals(self) -> np.ndarray:
+        """Errors of the samples at the most probable unknowns, shape (N, axes) [m, rad]."""
+        N, d, _ = self.by_joints.shape
+        residuals = self.errors + self.slopes @ self.change
+        return residuals[: N * d].reshape(N, d)
+
+    def outliers(self, noun: str) -> dict[int, str]:
+        """Return the outliers among the samples, and where each stands, or its number."""
+        wheres = self.task.rows.wheres
+        indices = np.flatnonzero(self.state.weights < OUTLIER).tolist()
+        return {i: wheres[i] or f"{noun} {i}" for i in indices}
+
+
+def linear(task: Task, state: State) -> System:
+    """Return a task, linear about a state."""
+    prior, rows = task.prior, task.rows
+    R, p, by_unknowns, by_joints = prior.flanges(state.x, rows.q, rows.moments)
+    left, right = rows.resized(state.size)
+    U, V = state.tool, state.places[rows.places]
+    measured = U @ left
+    seen = V @ right
+    arm = np.einsum("nij,nj->ni", R, measured[:, :3, 3] - U[:3, 3])
+    lever = arm + R @ U[:3, 3]
+    reach = seen[:, :3, 3] - V[:, :3, 3]
+    place_errors = p + lever - seen[:, :3, 3]
+    turn_errors = rotation_vectors(R @ measured[:, :3, :3] @ seen[:, :3, :3].transpose(0, 2, 1))
+    errors = np.hstack([place_errors, turn_errors])[:, : rows.axes]
+
+    N = len(R)
+    each = np.arange(N)
+    G = np.zeros((N, 6, task.size))
+    G[:, :, : prior.model.size] = _at_end(by_unknowns, lever)
+    G[:, :3, prior.ball] = R
+    if rows.turns:
+        G[:, :, task.tool_turn] = _at_end(np.hstack([0 * R, R]), arm)
+        G[:, :3, task.scale.start] = arm - reach
+    by_place = _at_end(np.tile(-np.eye(6), (N, 1, 1)), reach)[:, :, : rows.axes]
+    G[each[:, None], :, task.places[rows.places]] = by_place.transpose(0, 2, 1)
+    lengths, by_lengths = _distances(task, state)
+    slopes = np.vstack([G[:, : rows.axes].reshape(-1, task.size), by_lengths])
+    errors = np.concatenate([errors.ravel(), lengths])
+    # turns, and places nothing is known of, are about where they are
+    errors -= slopes[:, : len(prior.mean)] @ (state.x - prior.mean)
+    errors -= slopes[:, task.scale].sum(axis=1) * state.size
+    return System(task, state, errors, slopes, _at_end(by_joints, lever)[:, : rows.axes])
+
+
+def _at_end(slopes: np.ndarray, levers: np.ndarray) -> np.ndarray:
+    """Return derivatives of places and turns at the end of levers, shape (N, 6, n).
+
+    A turn w of a lever moves its end by w x lever.
+
+    Args:
+        slopes: Those at the beginning, shape (N, 6, n).
+        levers: Shape (N, 3) [m].
+    """
+    moved = slopes.copy()
+    moved[:, :3] += np.cross(slopes[:, 3:], levers[:, :, None], axis=1)
+    return moved
+
+
+def _distances(task: Task, state: State) -> tuple[np.ndarray, np.ndarray]:
+    """Return errors of known distances, shape (D,) [m], and their derivatives, (D, size)."""
+    slopes = np.zeros((len(task.distances), task.size))
+    errors = np.zeros(len(task.distances))
+    for row, (a, b, length) in enumerate(task.distances):
+        offset = state.places[b, :3, 3] - state.places[a, :3, 3]
+        measure = float(np.linalg.norm(offset))
+        slopes[row, task.places[b, :3]] = offset / measure
+        slopes[row, task.places[a, :3]] = -offset / measure
+        errors[row] = measure - length
+    return errors, slopes
