@@ -12,8 +12,15 @@ from ..bayes.model import probabilities_by_name
 from ..calibration import Calibration
 from ..data import Measurement, Metrics, evaluate, mean_metrics
 from ..results import Summary
-from .evidence import DIVERGED, linear_about, log_evidences
-from .explanations import EVERYTHING, LENGTHS, NOTHING, explanations
+from .evidence import (
+    DIVERGED,
+    EVERYTHING,
+    LENGTHS,
+    NOTHING,
+    explanations,
+    linear_about,
+    log_evidences,
+)
 from .fit import fit, next_step
 from .sockets import prior_by_all_samples, socket_task
 from .task import Task

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..bayes.model import probabilities
-from .evidence import Explanation, linear_about, log_evidences
-from .explanations import TYPICAL, changes_of
+from .evidence import TYPICAL, Explanation, changes_of, linear_about, log_evidences
 from .fit import fit
 from .system import System
 from .zeros import UNIDENTIFIABLE, ZERO_CHANGED, another_arm, fit_with_zeros, zero_deviations

@@ -1,4 +1,4 @@
-"""The evidence of explanations of what changed.
+"""Explanations of what changed, and their evidence.
 
 Each explanation frees some unknowns beside the prior, and its evidence is averaged over the noise.
 Each also lets all zeros vary by as little as a ball's seat seen from a metre away.
@@ -22,6 +22,11 @@ GEOMETRY_CHANGES = {"m": 1e-3, "rad": 3e-3}
 """Typical change of each number of the geometry after a crash [m], [rad]."""
 DIVERGED = 1e-2
 """Next step beyond which a fit is taken for diverged [m]."""
+NOTHING, LENGTHS, EVERYTHING = "nothing", "distance", "everything"
+PRIOR = {NOTHING: 0.5, LENGTHS: 0.05, "joint": 0.3, "tool": 0.1, "base": 0.1, EVERYTHING: 0.1}
+"""Prior probabilities; that of ``joint`` is shared among all joints."""
+TYPICAL = (1e-3, 2e-2)
+"""Typical changes of a joint's zero [rad], of a tool's or base's place [m]."""
 
 
 @dataclass(frozen=True)
@@ -85,3 +90,27 @@ def geometry_changes(task: Task) -> dict[int, float]:
     """Return the prior standard deviations of a chain all of whose numbers may have changed."""
     parameters = enumerate(task.prior.model.parameters)
     return {i: GEOMETRY_CHANGES[p.unit] for i, p in parameters if not p.of_ball}
+
+
+def explanations(task: Task) -> list[Explanation]:
+    """Return the hypotheses: nothing, a wrong distance, a joint, the tool, the base, everything."""
+    prior = task.prior
+    joints = prior.robot.joint_names
+    lengths = range(task.size, task.size + len(task.distances))
+    ball = [i for i in prior.ball if i not in task.free]
+    base = task.places[task.known].ravel()
+    share = PRIOR["joint"] / len(joints)
+    candidates = [Explanation(NOTHING, PRIOR[NOTHING], {})]
+    candidates += changes_of(LENGTHS, PRIOR[LENGTHS], lengths)
+    for joint, zero in zip(joints, prior.zeros, strict=True):
+        candidates += changes_of(joint, share, [zero])
+    candidates += changes_of("tool", PRIOR["tool"], ball)
+    candidates += changes_of("base", PRIOR["base"], base.tolist())
+    return [*candidates, Explanation(EVERYTHING, PRIOR[EVERYTHING], geometry_changes(task))]
+
+
+def changes_of(name: str, prior: float, unknowns: Sequence[int]) -> list[Explanation]:
+    """Return the hypotheses that unknowns changed by what is typical; none without unknowns."""
+    share = prior / len(TYPICAL)
+    widths = TYPICAL if unknowns else ()
+    return [Explanation(name, share, dict.fromkeys(unknowns, width)) for width in widths]

@@ -15,8 +15,7 @@ from .doubts import changed_zeros
 from .fit import fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
-from .system import System
-from .task import FAR, NoiseBelief
+from .task import FAR, NoiseBelief, Task
 from .updated import LIMIT, Found, found, not_enough
 
 TOUCH, SPREAD = 1e-4, 1.0
@@ -98,7 +97,7 @@ def tool(
     """
     prior = prior_of(calibration)
     touches = as_list(data)
-    system, trained = _touched(prior, touches, stood), _trained_on(calibration, touches)
+    system, trained = fit(_touches(prior, touches, stood)), _trained_on(calibration, touches)
     tip = system.state.tool[:3, 3]
     scatter = system.state.noise.place
     zeros = changed_zeros(system, prior.ball)
@@ -112,14 +111,16 @@ def tool(
         remedy = "turn the tool about two more axes at the point"
         doubts = not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
     others = [as_list(axis)] if axis else [[face_touches] for face_touches in face or ()]
-    R = _turned(tip, [_touched(prior, group).state.tool[:3, 3] for group in others])
+    R = _turned(tip, [fit(_touches(prior, group)).state.tool[:3, 3] for group in others])
     link = (name, prior.robot.ball_joint.parent)
     frame = found(calibration, system, link, Pose(R, tip), zeros, (*trained, *doubts))
     residuals = np.linalg.norm(system.residuals, axis=1)
+    of_model = slice(prior.model.size)
+    P = system.posterior_covariance(of_model)
     return Tool(
         **vars(frame),
         noise=scatter,
-        elsewhere=_elsewhere(system),
+        elsewhere=_elsewhere(prior, system.state.x[of_model], P),
         residuals=residuals,
         outliers=tuple(
             f"{where}: {1e3 * residuals[i]:.1f} mm from the point that the others touched; it has "
@@ -144,8 +145,8 @@ def _trained_on(calibration: Calibration, touches: Sequence[Placement]) -> tuple
     )
 
 
-def _touched(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") -> System:
-    """Return the fit of a tip by its touches."""
+def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") -> Task:
+    """Return the task of a fit to a tip's touches."""
     points = [
         tuple(dict.fromkeys(sample.point for sample in p.samples if sample.point))
         for p in placements
@@ -170,7 +171,7 @@ def _touched(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") 
         first += len(m.sockets)
     noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
     widths = dict.fromkeys(prior.ball, FAR)
-    return fit(replace(task, free=widths, noise=noise, distances=distances))
+    return replace(task, free=widths, noise=noise, distances=distances)
 
 
 def _by_point(placement: Placement, points: Sequence[tuple[float, ...]]) -> Placement:
@@ -206,14 +207,14 @@ def _turned(tip: np.ndarray, directions: Sequence[np.ndarray]) -> np.ndarray:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def _elsewhere(system: System) -> float | None:
-    """Return the predicted scatter of the tip about points that it touches elsewhere [m]."""
-    prior = system.task.prior
+def _elsewhere(prior: ArmPrior, x: np.ndarray, P: np.ndarray) -> float | None:
+    """Return the predicted scatter of the tip about points that it touches elsewhere [m].
+
+    By the model's unknowns x and their covariance P.
+    """
     model = prior.model
-    x = system.state.x[: model.size]
     robot = prior.robot.with_origins(model.ball.origins(model.values(x)))
     guide, generator = InverseKinematics(robot), np.random.default_rng(0)
-    P = system.posterior_covariance(slice(model.size))
     squares: list[float] = []
     for _ in range(10 * ELSEWHERE):
         radius, angle, height = generator.uniform((NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH))
