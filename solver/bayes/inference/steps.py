@@ -131,7 +131,7 @@ def updated_noises(state: State, next_state: State, step: Step) -> tuple[Noise, 
     noises: list[Noise] = []
     for source, noise in zip(state.objective.data.sources, state.noises, strict=True):
         V = slopes[: 2 if noise.joint else 1, source]
-        score = np.einsum("anij,nij->a", V, squares[source])
+        score: np.ndarray = np.einsum("anij,nij->a", V, squares[source])
         score -= np.einsum("anij,nij->a", V, remainder[source])
         scaled = inverse[source] @ V
         fisher: np.ndarray = np.einsum("anij,bnji->ab", scaled, scaled)

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import chain
+from itertools import accumulate, chain, compress
 
 import numpy as np
 
@@ -44,30 +44,28 @@ class ExtendedModel:
         return tuple(EFFECTS[name] for name in self.extensions)
 
     @cached_property
+    def coefficients(self) -> tuple[list[str], ...]:
+        """Names of each effect's coefficients."""
+        return tuple(effect.coefficient_names(self.robot.joint_names) for effect in self.effects)
+
+    @cached_property
     def names(self) -> list[str]:
         """Names of all unknowns."""
-        joints = self.robot.joint_names
-        geometry = [p.name for p in self.parameters]
-        return geometry + list(
-            chain.from_iterable(e.coefficient_names(joints) for e in self.effects)
-        )
+        return [*(p.name for p in self.parameters), *chain.from_iterable(self.coefficients)]
 
     @cached_property
     def units(self) -> list[str]:
         """Units of all unknowns."""
-        joints = self.robot.joint_names
-        geometry = [p.unit for p in self.parameters]
-        for effect in self.effects:
-            geometry += [effect.unit] * len(effect.coefficient_names(joints))
-        return geometry
+        units = [p.unit for p in self.parameters]
+        for effect, coefficients in zip(self.effects, self.coefficients, strict=True):
+            units += [effect.unit] * len(coefficients)
+        return units
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
         """Place of each effect's coefficients among the unknowns."""
-        joints = self.robot.joint_names
-        sizes = [len(effect.coefficient_names(joints)) for effect in self.effects]
-        ends = (self.geometry + np.cumsum(sizes, dtype=np.int64)).tolist()
-        return tuple(slice(end - size, end) for end, size in zip(ends, sizes, strict=True))
+        bounds = [*accumulate(map(len, self.coefficients), initial=self.geometry)]
+        return tuple(map(slice, bounds, bounds[1:]))
 
     @cached_property
     def size(self) -> int:
@@ -135,10 +133,8 @@ class ExtendedModel:
         true = deflected(q, turned, turns, x[self.geometry :])
         function = self.ball.rotations if of_turns else self.ball.linearise
         linear = function(self.values(x), true)
-        by_unknowns = np.empty((len(q), 3, self.size), linear.by_joints.dtype)
-        by_unknowns[:, :, : self.geometry] = linear.by_parameters
-        by_coefficients = by_unknowns[:, :, self.geometry :]
-        np.multiply(linear.by_joints[:, :, turned], turns[:, None], out=by_coefficients)
+        by_coefficients = linear.by_joints[:, :, turned] * turns[:, None]
+        by_unknowns = np.concatenate([linear.by_parameters, by_coefficients], axis=2)
         by_joints = linear.by_joints[:, :, : q.shape[1]]
         for effect in self.effects:
             if effect.joint_noise is not None:
@@ -176,26 +172,22 @@ class ExtendedModel:
         columns = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
         for effect, members in zip(model.effects, model.slices, strict=True):
             columns += range(members.start, members.stop) if effect.of_encoder else ()
-        shifts = slopes[:, :, columns]
+        shifts = slopes[:, :, columns] - slopes[:, :, columns].mean(axis=0)
         turns = np.cross(np.eye(3), cloud[:, None]).swapaxes(1, 2)
-        directions = np.concatenate([shifts - shifts.mean(axis=0), turns], axis=2).reshape(
-            cloud.size, -1
-        )
-        radial = (
-            cloud.ravel() - directions @ np.linalg.lstsq(directions, cloud.ravel(), rcond=None)[0]
-        )
+        directions = np.concatenate([shifts, turns], axis=2).reshape(cloud.size, -1)
+        no_scale = np.linalg.lstsq(directions, cloud.ravel(), rcond=None)[0]
+        radial = cloud.ravel() - directions @ no_scale
         by_scale = radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
         return np.pad(by_scale, (0, self.size - model.size))
 
 
 def rare_in(coefficients: Mapping[str, Sequence[float]], joints: Sequence[str]) -> list[str]:
     """Return the names of coefficients of rare effects that are not 0, by those of each effect."""
-    effects = [effect for effect in EFFECTS.values() if effect.rare and effect.name in coefficients]
-    pairs = [
-        zip(effect.coefficient_names(joints), coefficients[effect.name], strict=True)
-        for effect in effects
-    ]
-    return [name for name, value in chain.from_iterable(pairs) if value]
+    names: list[str] = []
+    for name, effect in EFFECTS.items():
+        if effect.rare:
+            names += compress(effect.coefficient_names(joints), coefficients.get(name, ()))
+    return names
 
 
 def extend(

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from math import log
 
 import numpy as np
@@ -157,10 +158,8 @@ def prior_covariance(
 
     It is made at the groups' widths, or ``widened`` by what these are uncertain by.
     """
-    return block_matrix(
-        size,
-        ((g.members, g.covariance(g.deviation if widened else g.width)) for g in groups),
-    )
+    blocks = [(g.members, g.covariance(g.deviation if widened else g.width)) for g in groups]
+    return block_matrix(size, blocks)
 
 
 @dataclass(frozen=True)
@@ -186,8 +185,7 @@ class GivenPrior:
 
     def without(self, names: Collection[str]) -> "GivenPrior":
         """Return what it says of all but some names, and but what it holds."""
-        variances = np.diag(self.covariance)
-        uncertain = (n for n, v in zip(self.names, variances, strict=True) if v > LEAST_VARIANCE)
+        uncertain = compress(self.names, np.diag(self.covariance) > LEAST_VARIANCE)
         return self.of([name for name in uncertain if name not in names])
 
 

@@ -29,34 +29,36 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
 
     The torques of the data tell the size of a plausible compliance.
     """
-    kinds = np.array(
-        [
-            "ball" if p.of_ball else "translation" if p.unit == "m" else "rotation"
-            for p in model.parameters
-        ]
+    kinds = [
+        "ball" if p.of_ball else "translation" if p.unit == "m" else "rotation"
+        for p in model.parameters
+    ]
+    lengths, angles, ball = (
+        np.flatnonzero(np.array(kinds) == kind) for kind in ("translation", "rotation", "ball")
     )
-    lengths = np.flatnonzero(kinds == "translation")
-    angles = np.flatnonzero(kinds == "rotation")
-    ball = np.flatnonzero(kinds == "ball")
+    typical: dict[str, float] = {}
+    for effect in model.effects:
+        typical.update(effect.geometry_widths)
+    widths = GEOMETRY_WIDTHS | typical
     by_scale = COMMON_SCALE * model.ball.nominal[lengths]
     place = _ball_by_poses(model, data)
     expected = None if place is None else (place[ball], 0 * place[ball])
     geometry = [
-        PriorGroup("translation", "m", lengths, GEOMETRY_WIDTHS["translation"], common=by_scale),
-        PriorGroup("rotation", "rad", angles, GEOMETRY_WIDTHS["rotation"]),
+        PriorGroup("translation", "m", lengths, widths["translation"], common=by_scale),
+        PriorGroup("rotation", "rad", angles, widths["rotation"]),
         PriorGroup("ball", "m, rad", ball, BALL_WIDTH, learned=False, expected=expected),
     ]
-    groups = [group for group in geometry if len(group.members)]
-    for effect, members_of_effect in zip(model.effects, model.slices, strict=True):
-        widths = effect.geometry_widths
-        groups = [
-            replace(g, width=widths[g.name], typical=widths[g.name]) if g.name in widths else g
-            for g in groups
-        ]
-        of_type = model.of_type.get(effect.name)
-        members = np.arange(members_of_effect.start, members_of_effect.stop, dtype=np.int64)
-        shifts = effect.turns(Readings(data.positions, data.torques, data.clocks))
+    groups = [
+        replace(group, typical=typical.get(group.name, 0.0))
+        for group in geometry
+        if len(group.members)
+    ]
+    readings = Readings(data.positions, data.torques, data.clocks)
+    for effect, place_of_effect in zip(model.effects, model.slices, strict=True):
+        members = np.arange(model.size)[place_of_effect]
+        shifts = effect.turns(readings)
         if not effect.rare:
+            of_type = model.of_type.get(effect.name)
             groups.append(_prior_of_effect(effect, members, shifts, of_type))
             continue
         for k, member in enumerate(members.tolist()):
@@ -81,24 +83,20 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
         return None
     frame = np.bincount(data.turned_in[data.turned]).argmax()
     turned = np.flatnonzero(data.turned_in == frame)
-    rows: list[int] = turned.tolist()
-    names = set(data.recorded_at[rows].tolist())
-    balls: list[int] = np.flatnonzero(data.measured_in == frame).tolist()
-    seats = [i for i in balls if data.recorded_at[i] in names]
-    q = data.positions[turned]
-    ball = model.ball
+    balls = np.flatnonzero(data.measured_in == frame)
+    seats = balls[np.isin(data.recorded_at[balls], data.recorded_at[turned])]
+    q, ball = data.positions[turned], model.ball
     R = ball.rotations(ball.nominal, q).points
     p = ball.points(ball.nominal, q)
-    where = str(data.wheres[rows[0]]).rpartition(":")[0]
+    where = str(data.wheres[turned[0]]).rpartition(":")[0]
     calibrated = hand_eye(R, p, data.rotations[turned], data.points[seats], where)
     tool = calibrated.tool
     length = float(np.linalg.norm(tool.translation))
     if length > FARTHEST or calibrated.distance > MOST_OFF:
         tool = replace(tool, translation=np.zeros(3))
     origins = ball.origins(ball.nominal)
-    k = -1  # the ball's joint is the last
-    origin = (Pose.of(Origin.of(origins[k])) @ tool).origin
-    origins[k] = *origin.xyz, *origin.rpy
+    of_ball = (Pose.of(Origin.of(origins[-1])) @ tool).origin
+    origins[-1] = *of_ball.xyz, *of_ball.rpy
     return ball.parameters_at(origins) - ball.nominal
 
 
@@ -107,22 +105,21 @@ def _with_given(
 ) -> tuple[PriorGroup, ...]:
     """Return the groups, with what is given of some unknowns in place of their own priors."""
     marginal = prior.of(model.names)
-    place = {name: i for i, name in enumerate(model.names)}
-    members = np.array([place[name] for name in marginal.names], dtype=np.int64)
+    members = np.array([model.names.index(name) for name in marginal.names], dtype=np.int64)
     remainder: list[PriorGroup] = []
     for group in groups:
         mask = ~np.isin(group.members, members)
-        mean = None if group.common is None else group.common[mask]
-        expected = group.expected and (group.expected[0][mask], group.expected[1][mask])
         if mask.any():
-            remaining = group.members[mask]
-            remainder.append(replace(group, members=remaining, common=mean, expected=expected))
+            common = None if group.common is None else group.common[mask]
+            expected = group.expected and (group.expected[0][mask], group.expected[1][mask])
+            free = group.members[mask]
+            remainder.append(replace(group, members=free, common=common, expected=expected))
     if not len(members):
         return tuple(remainder)
     expected = marginal.mean, 0 * marginal.mean
     shape = marginal.covariance
-    remaining = PriorGroup("given", "", members, 1.0, learned=False, expected=expected, shape=shape)
-    return (*remainder, remaining)
+    given = PriorGroup("given", "", members, 1.0, learned=False, expected=expected, shape=shape)
+    return (*remainder, given)
 
 
 def _prior_of_effect(
