@@ -1,8 +1,8 @@
 """The ball's position by the numbers of the joints' frames, with its derivatives."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache, partial
 from typing import Any, Literal
 
 import casadi as ca
@@ -70,9 +70,11 @@ class BallModel:
             self._given[:, 3:] = 0.0
         self.nominal: np.ndarray = self._given.ravel()[self.free]
         self._turned = np.unique(self.free[self.free % 6 >= 3] // 6)
-        self._functions = dict[tuple[str, int], RowFunction]()
-        self._latest = b"", np.empty(0)
-        self._chain = (tuple(map(kind_of_joint, robot.joints)), tuple(self.free.tolist()))
+        # of one robot: to hash a chain takes as long as many a call
+        chain = tuple(map(kind_of_joint, robot.joints)), tuple(self.free.tolist())
+        self._function = cache(partial(_row_function, *chain))
+        # several values are computed of the same frames in turn
+        self._columns = lru_cache(maxsize=1)(self._columns_of)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Go to other processes without what was compiled here."""
@@ -169,16 +171,24 @@ class BallModel:
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
-        points, *slopes = self._values("linear", parameters, positions)
-        return Linearisation(points, *self._by_axis(slopes))
+        return self._linearised("linear", parameters, positions)
 
     def rotations(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return rotations of the ball's link, shape (N, 3, 3), in place of the points.
 
         Derivatives are turns about the base's axes, shapes (N, 3, n) and (N, 3, m) [rad/rad].
         """
-        R, *slopes = self._values("rotations", parameters, positions)
-        return Linearisation(R.reshape(-1, 3, 3), *self._by_axis(slopes))
+        linear = self._linearised("rotations", parameters, positions)
+        return replace(linear, points=linear.points.reshape(-1, 3, 3))
+
+    def _linearised(
+        self, kind: str, parameters: np.ndarray, positions: np.ndarray
+    ) -> Linearisation:
+        """Return values, and slopes of three numbers, shape (N, 3 k), as (N, 3, k)."""
+        values, *slopes = self._values(kind, parameters, positions)
+        return Linearisation(
+            values, *(slope.reshape(len(slope), 3, slope.shape[1] // 3) for slope in slopes)
+        )
 
     def log_volume(
         self, parameters: np.ndarray, positions: np.ndarray
@@ -195,28 +205,17 @@ class BallModel:
         return float(value.mean()), slope.mean(axis=0), by_joints.mean(axis=0)
 
     def _values(self, kind: str, parameters: np.ndarray, positions: np.ndarray) -> list[np.ndarray]:
-        key = kind, positions.shape[1]
-        if key not in self._functions:  # hashing a chain takes as long as many a call
-            self._functions[key] = _row_function(kind, *self._chain, positions.shape[1])
-        return self._functions[key](positions, self._numbers_of_frames(parameters))
+        function = self._function(kind, positions.shape[1])
+        return function(positions, self._columns(parameters.astype(float).tobytes()))
 
-    def _numbers_of_frames(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the numbers of all frames; several values are computed of the same in turn."""
-        key = parameters.tobytes()
-        latest, numbers = self._latest
-        if key != latest or not numbers.size:
-            numbers = columns_of(self.frames(parameters))
-            self._latest = key, numbers
-        return numbers
-
-    def _by_axis(self, slopes: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
-        """Yield slopes of three numbers, shape (N, 3 k), as (N, 3, k)."""
-        return (slope.reshape(len(slope), 3, slope.shape[1] // 3) for slope in slopes)
+    def _columns_of(self, parameters: bytes) -> np.ndarray:
+        """Return the numbers of all frames."""
+        return columns_of(self.frames(np.frombuffer(parameters)))
 
 
 @lru_cache(maxsize=256)
 def _row_function(
-    kind: str, joints: tuple[Joint, ...], free: tuple[int, ...], columns: int
+    joints: tuple[Joint, ...], free: tuple[int, ...], kind: str, columns: int
 ) -> RowFunction:
     """Return a function of the joints' frames and rows q, which arms of like joints share.
 

@@ -38,9 +38,7 @@ class InverseKinematics:
         self._pose = _pose(robot.joints)
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
-        # Arms with endless or very wide joints are guided through one turn only.
-        self.lower = np.maximum(robot.lower, -np.pi)
-        self.upper = np.minimum(robot.upper, np.pi)
+        self.lower, self.upper = _one_turn(robot)
         self._turning = [joint.type != "prismatic" for joint in robot.actuated]
         slides = [max(abs(j.lower), abs(j.upper)) for j in robot.actuated if j.type == "prismatic"]
         self.longest = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum() + sum(slides))
@@ -77,9 +75,8 @@ class InverseKinematics:
         """
         if np.linalg.norm(point) > self.longest:
             return np.zeros((0, len(self.lower)))
-        starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
-        targets = np.concatenate([np.tile(point, (BATCH, 1)), _random_necks(generator)], axis=1)
-        q, arrived = self._follow(starts, targets)
+        starts, necks = self._random_starts(generator)
+        q, arrived = self._follow(starts, np.hstack([np.tile(point, (BATCH, 1)), necks]))
         return q[arrived]
 
     def _out_of_reach(self, point: np.ndarray) -> SimulationError:
@@ -93,16 +90,24 @@ class InverseKinematics:
         generator: np.random.Generator,
     ) -> bool:
         """Follow a batch of random starts, the last few first; return True if any arrived."""
-        starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
-        necks = _random_necks(generator)
+        starts, necks = self._random_starts(generator)
         rows = np.resize(failures, BATCH)
-        for some in np.split(np.arange(BATCH), [BATCH - FIRST])[::-1]:
-            some = some[np.isnan(reached[rows[some], 0])]
+        for batch in np.split(np.arange(BATCH), [BATCH - FIRST])[::-1]:
+            some = batch[np.isnan(reached[rows[batch], 0])]
             if some.size:
-                targets = np.concatenate([points[rows[some]], necks[some]], axis=1)
+                targets = np.hstack([points[rows[some]], necks[some]])
                 q, arrived = self._follow(starts[some], targets)
                 reached[rows[some[arrived]]] = q[arrived]
         return not np.isnan(reached[failures, 0]).all()
+
+    def _random_starts(self, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Return joint positions, and directions of necks that are even over the cap of tilts."""
+        starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
+        height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
+        angle = generator.uniform(-np.pi, np.pi, BATCH)
+        radius = np.sqrt(1 - height**2)
+        necks = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), -height])
+        return starts, necks
 
     def _follow(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
@@ -161,12 +166,9 @@ def _pose(joints: tuple[Joint, ...]) -> RowFunction:
     return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])
 
 
-def _random_necks(generator: np.random.Generator) -> np.ndarray:
-    """Return directions within the allowed tilt of straight down, even over the cap."""
-    height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
-    angle = generator.uniform(-np.pi, np.pi, BATCH)
-    radius = np.sqrt(1 - height**2)
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), -height], axis=1)
+def _one_turn(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Return the limits of all joints, within -180 to 180 degrees: a hand guides no farther."""
+    return np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
 
 
 def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
@@ -174,6 +176,5 @@ def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
 
     Joints that turn farther stay within -180 to 180 degrees.
     """
-    lower = np.maximum(robot.lower, -np.pi)
-    upper = np.minimum(robot.upper, np.pi)
-    return np.random.default_rng(seed).uniform(lower, upper, (count, len(lower)))
+    size = count, len(robot.actuated)
+    return np.random.default_rng(seed).uniform(*_one_turn(robot), size)

@@ -71,8 +71,12 @@ def frames_of_origins(origins: np.ndarray) -> np.ndarray:
 
 def written_frames(joints: Sequence[Joint]) -> list[JointFrame]:
     """Return the frames of joints as written."""
-    origins = np.array([[*joint.origin.xyz, *joint.origin.rpy] for joint in joints])
-    return joint_frames(ca.DM(columns_of(frames_of_origins(origins))))
+    return joint_frames(ca.DM(columns_of(frames_of_origins(_origins(joints)))))
+
+
+def _origins(joints: Sequence[Joint]) -> np.ndarray:
+    """Return the origins of joints as written, shape (joints, 6)."""
+    return np.reshape([joint.origin.numbers for joint in joints], (-1, 6))
 
 
 def joint_frames(numbers: Any) -> list[JointFrame]:
@@ -102,8 +106,7 @@ def link_poses(
     Returns:
         [R | p], shape (N, joints + 1, 3, 4).
     """
-    written = [[*joint.origin.xyz, *joint.origin.rpy] for joint in joints]
-    frames = frames_of_origins(np.reshape(written, (-1, 6)) if origins is None else origins)
+    frames = frames_of_origins(_origins(joints) if origins is None else origins)
     function = _link_poses(tuple(map(kind_of_joint, joints)), q.shape[1])
     return function(q, columns_of(frames))[0].reshape(len(q), len(joints) + 1, 3, 4)
 

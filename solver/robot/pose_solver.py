@@ -183,11 +183,8 @@ class PoseSolver:
     def _free_steps(self) -> RowFunction:
         """FREE_STEPS steps of a row: q, target, prefer, tool, what was left, and 1 if stopped."""
         step, inputs = self._expressions
-        q = step.symbols["q"]
-        target = step.symbols["target"]
-        prefer = step.symbols["prefer"]
-        tool = step.symbols["tool"]
-        after = q + step.change
+        target, prefer, tool = (step.symbols[name] for name in ("target", "prefer", "tool"))
+        after = step.symbols["q"] + step.change
         longest = ca.norm_inf(step.change)
         stopped = ca.SX.sym("stopped")
         beyond = ca.mmax(ca.vertcat(self.lower - after, after - self.upper, longest - MAX_STEP))
@@ -199,17 +196,14 @@ class PoseSolver:
 
     def _step(self, searches: Searches, tool: np.ndarray) -> SearchStep:
         """Return the steps of searches, within the limits."""
-        rows = searches.rows
-        margin = searches.margins
-        m = len(self.lower)
+        rows, margins = searches.rows, searches.margins
         remainder, change, model = self._free(rows, tool)
-        after = rows[:, :m] + change
-        lower = self.lower + margin
-        upper = self.upper - margin
+        after = searches.q + change
+        lower, upper = self.lower + margins, self.upper - margins
         longest = np.abs(change).max(axis=1, initial=0)
         outside = ((after < lower) | (after > upper)).any(axis=1) | ~(longest <= MAX_STEP)
         if outside.any():
-            bounds = (np.broadcast_to(bound, after.shape) for bound in (lower, upper))
+            bounds = np.broadcast_arrays(lower, upper, after)[:2]
             columns = [values[outside] for values in (rows, change, model, *bounds)]
             [change[outside]] = self._limited(np.hstack(columns))
             longest[outside] = np.abs(change[outside]).max(axis=1, initial=0)
@@ -225,13 +219,12 @@ class PoseSolver:
     @cached_property
     def _limited(self) -> RowFunction:
         step, inputs = self._expressions
-        names = ("error", "jacobian", "change")
+        names = ("change", "error", "jacobian")
         symbols = {name: ca.SX.sym(name, *getattr(step, name).shape) for name in names}
-        lower = ca.SX.sym("lower", len(self.lower))
-        upper = ca.SX.sym("upper", len(self.lower))
-        values = (*(symbols[name] for name in ("change", *names[:2])), lower, upper)
-        change = limited_step(replace(step, **symbols), lower, upper)
-        return RowFunction("limited", [ca.vertcat(inputs, *map(ca.vec, values))], [change])
+        bounds = [ca.SX.sym(name, len(self.lower)) for name in ("lower", "upper")]
+        change = limited_step(replace(step, **symbols), *bounds)
+        row = ca.vertcat(inputs, *map(ca.vec, symbols.values()), *bounds)
+        return RowFunction("limited", [row], [change])
 
     @cached_property
     def _expressions(self) -> tuple[NewtonStep, Any]:

@@ -20,7 +20,13 @@ SMALL = 1e-4
 
 
 def turns_and_rates(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return :func:`turn` and :func:`turn_rates` of vectors, shapes (..., 3, 3), at once."""
+    """Return exp(w) of vectors, shape (..., 3) [rad], and its rates J, shapes (..., 3, 3).
+
+    exp(w + dw) = exp(w) exp(J dw) for small dw, with a = |w|, K v = w x v, and
+
+        exp(w) = I + sin(a) / a K + (1 - cos a) / a^2 K^2
+        J = I - (1 - cos a) / a^2 K + (a - sin a) / a^3 K^2
+    """
     angles = np.sqrt(np.sum(vectors**2, axis=-1))[..., None, None]
     turns = angles.clip(min=LEAST)
     first = np.sin(turns) / turns
@@ -34,16 +40,8 @@ def turns_and_rates(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def turn(vector: np.ndarray) -> np.ndarray:
-    """Return exp(w), the rotations by vectors, shape (..., 3) [rad], as (..., 3, 3) (Rodrigues)."""
+    """Return exp(w), the rotations by vectors, shape (..., 3) [rad], as (..., 3, 3)."""
     return turns_and_rates(vector)[0]
-
-
-def turn_rates(vector: np.ndarray) -> np.ndarray:
-    """Return J with exp(w + dw) = exp(w) exp(J dw) for small dw, shape (..., 3, 3).
-
-    J = I - (1 - cos a) / a^2 K + (a - sin a) / a^3 K^2, with a = |w| and K v = w x v.
-    """
-    return turns_and_rates(vector)[1]
 
 
 def cross_matrices(vector: np.ndarray) -> np.ndarray:

@@ -83,7 +83,7 @@ class Robot:
     @property
     def origins(self) -> np.ndarray:
         """Origins of all joints as written, shape (joints, 6): x y z [m], roll pitch yaw [rad]."""
-        return np.array([joint.origin.xyz + joint.origin.rpy for joint in self.joints], dtype=float)
+        return np.array([joint.origin.numbers for joint in self.joints], dtype=float)
 
     def with_origins(self, origins: np.ndarray) -> "Robot":
         """Return the robot with other joint origins, as :attr:`origins`; its text stays."""

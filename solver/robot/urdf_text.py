@@ -23,6 +23,11 @@ class Origin:
     xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """Six numbers, x y z roll pitch yaw."""
+        return self.xyz + self.rpy
+
     @staticmethod
     def of(values: Iterable[float]) -> "Origin":
         """Return the origin of six numbers, x y z roll pitch yaw."""

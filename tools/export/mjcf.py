@@ -52,7 +52,7 @@ def write(request: Request) -> Exported:
         raise ExportError("--to mjcf needs --like FILE, your own MuJoCo model, which it corrects")
     joints = _joints(request)
     robot = request.calibration.robot
-    nominal = _links([joint.origin.xyz + joint.origin.rpy for joint in robot.joints], request)
+    nominal = _links([joint.origin.numbers for joint in robot.joints], request)
     base, aligned, lines = _align(request, joints, nominal)
     # the motion of each body, and of the one before, from its place in the nominal model
     calibrated = _links(request.origins, request)

@@ -184,7 +184,7 @@ def redistributed_origins(request: Request, carried: Collection[str]) -> dict[st
     change = np.eye(4)
     changed = False
     for joint, origin in zip(request.calibration.robot.joints, request.origins, strict=True):
-        nominal = np.array(joint.origin.xyz + joint.origin.rpy)
+        nominal = np.array(joint.origin.numbers)
         if joint.name in carried:
             origins[joint.name] = origin
             if changed:
