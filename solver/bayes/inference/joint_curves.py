@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model import SMALLEST, ExtendedModel, PriorGroup, submatrix
+from ..model import SMALLEST, ExtendedModel, PriorGroup, joint_reach, submatrix
 from ..model.effects import CURVE, KNOTS
 from .curve_marginal import LONGEST, CurveFit, log_evidence, marginalised
 from .curve_posterior import MOST_SAMPLES, given_rest, with_curves
@@ -111,13 +111,12 @@ def _initial_scales(flat: CurveFit) -> CurveFit:
     """Return scales by which curves explain half of the errors, and noise the rest."""
     samples = flat.samples
     square = float(np.median(np.sum(samples.columns[:, :, -1] ** 2, axis=1))) / 2.37  # of chi^2_3
-    reaches: np.ndarray = np.sum(samples.slopes**2, axis=(1, 2)) / 3
     half = 0.5**0.5
     noises = tuple(
         replace(noise, space=half * noise.space, joint=half * noise.joint)
         for noise in flat.state.noises
     )
-    prior = CurvePrior(half * (square / float(reaches.mean())) ** 0.5, FIRST_LENGTH)
+    prior = CurvePrior(half * square**0.5 / joint_reach(samples.slopes), FIRST_LENGTH)
     return replace(flat, state=replace(flat.state, noises=noises), prior=prior)
 
 

@@ -98,22 +98,21 @@ class Linearization:
 def linearise(objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]) -> Linearization:
     """Return the samples and their derivatives at some unknowns."""
     model, data, size = objective.model, objective.data, objective.model.size
-    values, q, turned = x[:size], data.positions, data.turned
+    q, torques, clocks = data.positions, data.torques, data.clocks
     J = np.zeros((len(q), 3, objective.size))
-    points, J[:, :, :size], by_joints = model.linearise(values, q, data.torques, data.clocks)
-    places, rotations = points.copy(), np.empty((len(q), 3, 3))
-    if turned.any():
-        samples = q[turned], data.torques[turned], data.clocks[turned]
-        rotations[turned], J[turned, :, :size], by_joints[turned] = model.linearise(
-            values, *samples, of_turns=True
-        )
+    points, J[:, :, :size], by_joints = model.linearise(x[:size], q, torques, clocks)
+    places = points.copy()
     for k, frame in enumerate(frames):
-        measured, turned = data.measured_in == k, data.turned_in == k
-        poses = frame.rotation @ data.rotations[turned]
-        places[measured] -= frame.apply(data.points[measured])
-        places[turned] = rotation_vectors(rotations[turned] @ poses.swapaxes(1, 2))
-        J[measured, :, objective.of_frame(k)] = -frame.slopes(data.points[measured])
-        J[turned, :, objective.of_frame(k)] = -np.eye(3, 6)
+        balls, turned, columns = data.measured_in == k, data.turned_in == k, objective.of_frame(k)
+        places[balls] -= frame.apply(data.points[balls])
+        J[balls, :, columns] = -frame.slopes(data.points[balls])
+        if turned.any():
+            R, J[turned, :, :size], by_joints[turned] = model.linearise(
+                x[:size], q[turned], torques[turned], clocks[turned], of_turns=True
+            )
+            poses = frame.rotation @ data.rotations[turned]
+            places[turned] = rotation_vectors(R @ poses.swapaxes(1, 2))
+            J[turned, :, columns] = -np.eye(3, 6)
     if objective.movements:
         places -= objective.moved_places(x)
         J[:, :, size : objective.x_size] = -objective.by_movements

@@ -7,7 +7,15 @@ from math import log
 import numpy as np
 
 from ...data import first_frames
-from ..model import NEGLIGIBLE, Noise, PriorGroup, degrees_of_freedom, prior_groups
+from ..model import (
+    NEGLIGIBLE,
+    SMALLEST,
+    Noise,
+    PriorGroup,
+    degrees_of_freedom,
+    joint_reach,
+    prior_groups,
+)
 from .objective import Objective, linearise
 from .posterior import FitPosterior
 from .state import State
@@ -41,13 +49,11 @@ def start(objective: Objective, joint_noise: bool, previous: FitPosterior | None
         if group.name in ("ball", "given"):  # known to be anywhere, far from nominal
             x[group.members] = group.mean
     if previous is not None:  # as far as that has them
-        before, place = previous.arm, {name: k for k, name in enumerate(model.names)}
-        rows_there = [place[name] for name in before.model.names if name in place]
-        shared = np.array([name in place for name in before.model.names])
-        x[rows_there] = before.x[shared]
+        before = previous.arm
+        _, rows, rows_before = np.intersect1d(model.names, before.model.names, return_indices=True)
+        x[rows] = before.x[rows_before]
         # what the samples never moved is at zero as well, and yet not held there
-        bounded = previous.state.bounded[: before.model.size][shared]
-        at_zero[rows_there] = bounded & (x[rows_there] == 0)
+        at_zero[rows] = previous.state.bounded[rows_before] & (x[rows] == 0)
         by_name = {group.name: group for group in before.groups}
         groups = [_carried_over(group, by_name.get(group.name)) for group in groups]
     begin = model.size
@@ -61,17 +67,20 @@ def start(objective: Objective, joint_noise: bool, previous: FitPosterior | None
     places = [np.median(linear.places[data.sockets == k], axis=0) for k in sockets]
     centres = np.reshape(places, (-1, 3))
     state = State(objective, x, centres, frames, tuple(groups), (), at_zero, linear)
-    noises = list[Noise]()
-    for source, kind in zip(data.sources, data.source_kinds, strict=True):
-        if previous is not None:
-            noises.append(previous.arm.noises.get(kind) or previous.arm.noise)
-            continue
-        # as large as the nominal robot's errors
-        typical = float(np.median(np.linalg.norm(state.errors[source], axis=1))) / 1.54
-        squares: np.ndarray = np.sum(linear.by_joints[source] ** 2, axis=(1, 2)) / 3
-        joint = typical / float(np.mean(squares)) ** 0.5 if joint_noise else 0.0
-        noises.append(Noise(max(typical, 1e-7), joint))
+    if previous is None:
+        pairs = [(state.errors[rows], linear.by_joints[rows]) for rows in data.sources]
+        noises = [_nominal_noise(*pair, joint_noise=joint_noise) for pair in pairs]
+    else:
+        before = previous.arm
+        noises = [before.noises.get(kind) or before.noise for kind in data.source_kinds]
     return replace(state, noises=tuple(noises))
+
+
+def _nominal_noise(errors: np.ndarray, by_joints: np.ndarray, *, joint_noise: bool) -> Noise:
+    """Return noise as large as the nominal robot's errors, shape (N, 3) [m]."""
+    typical = float(np.median(np.linalg.norm(errors, axis=1))) / 1.54  # the median of chi_3
+    joint = typical / joint_reach(by_joints) if joint_noise else 0.0
+    return Noise(max(typical, SMALLEST), joint)
 
 
 def _carried_over(group: PriorGroup, before: PriorGroup | None) -> PriorGroup:
@@ -135,8 +144,8 @@ def updated_noises(state: State, next_state: State, step: Step) -> tuple[Noise, 
         score -= np.einsum("anij,nij->a", V, remainder[source])
         scaled = inverse[source] @ V
         fisher: np.ndarray = np.einsum("anij,bnji->ab", scaled, scaled)
-        effect = noise.joint_effect(next_state.linear.by_joints[source])
-        noises.append(noise.updated(np.linalg.solve(fisher, score), effect))
+        reach = joint_reach(next_state.linear.by_joints[source])
+        noises.append(noise.updated(np.linalg.solve(fisher, score), reach))
     return tuple(noises)
 
 

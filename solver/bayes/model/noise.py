@@ -45,20 +45,23 @@ class Noise:
 
     def joint_effect(self, by_joints: np.ndarray) -> float:
         """Return how far the joints' noise moves the ball, relative to that in space."""
-        squares: np.ndarray = np.sum(by_joints**2, axis=(1, 2)) / 3
-        return self.joint * float(np.mean(squares)) ** 0.5 / self.space
+        return self.joint * joint_reach(by_joints) / self.space
 
-    def updated(self, step: np.ndarray, effect: float) -> "Noise":
-        """Return the noise after a step of s_x^2 and of s_q^2, by its :meth:`joint_effect`.
+    def updated(self, step: np.ndarray, reach: float) -> "Noise":
+        """Return the noise after a step of s_x^2 and of s_q^2, by the :func:`joint_reach`.
 
         s_x is kept from zero, since no ball sits without any play.
         """
         squares = np.array([self.space, self.joint])[: len(step)] ** 2
         updated = np.clip(squares + step, squares / LARGEST_FACTOR, LARGEST_FACTOR * squares)
-        scales = np.sqrt(updated).tolist()
-        s_x, s_q = scales if len(scales) == 2 else (scales[0], 0.0)
-        reach = effect * self.space / self.joint if self.joint else 0.0
+        s_x, s_q, *_ = [*np.sqrt(updated).tolist(), 0.0]
         return replace(self, space=max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), joint=s_q)
+
+
+def joint_reach(by_joints: np.ndarray) -> float:
+    """Return how far joints that all err by 1 rad at random move the ball per axis [m/rad]."""
+    squares: np.ndarray = np.sum(by_joints**2, axis=(1, 2)) / 3
+    return float(np.mean(squares)) ** 0.5
 
 
 def sample_scales(
