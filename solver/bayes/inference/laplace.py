@@ -11,6 +11,7 @@ from ..model import (
     Gaussian,
     Movement,
     Noise,
+    fitted_squares,
     log_constant,
     log_prior,
     student_weights,
@@ -26,7 +27,7 @@ from .width_averaging import at_usual_widths, over_widths
 SWEEPS = 200
 DAMPING = 0.5
 SETTLED = 1e-6
-TAIL_STEPS = 30
+TAIL_STEPS = 12
 """Until errors are as large as their noise says."""
 
 
@@ -127,12 +128,9 @@ def _efficiency(squares: np.ndarray, noise: Noise) -> float:
     """Return how much errors tell, relative to what the curvature says."""
     if not squares.any():
         return 1.0
-    nu = noise.nu
-    for _ in range(TAIL_STEPS):
-        weights = student_weights(squares, nu)
-        squares = squares * 3 / np.mean(weights * squares)
-    weights = student_weights(squares, nu)
-    slope = np.mean(weights - 2 / 3 * weights**2 * squares / (nu + 3))
+    squares, _ = fitted_squares(squares, noise.nu, TAIL_STEPS)
+    weights = student_weights(squares, noise.nu)
+    slope = np.mean(weights - 2 / 3 * weights**2 * squares / (noise.nu + 3))
     return float(slope**2 / (np.mean(weights**2 * squares) / 3 * noise.information))
 
 

@@ -14,7 +14,7 @@ TAILS = np.geomspace(NU, 60, 9)
 LIGHT_TAILS = 10.0
 """Scale of the prior of nu, with the density nu exp(-nu / 10) (Juarez and Steel 2010)."""
 SCALE_STEPS = 6
-"""Until errors are as large as their noise says, whatever nu is tried."""
+"""Until errors are about as large as their noise says, whatever nu is tried."""
 NEGLIGIBLE = 0.05
 """Whatever moves the ball by less than this share of the noise is taken for zero."""
 SMALLEST = 1e-7
@@ -88,21 +88,33 @@ def student_weights(squares: np.ndarray, nu: float | np.ndarray, axes: int = 3) 
     return (nu + axes) / (nu + squares)
 
 
+def fitted_squares(
+    squares: np.ndarray, nu: float | np.ndarray, steps: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return squares, shape (..., N), as large as Student's noise says, and by how much they grew.
+
+    Each step is one of EM with one more parameter (Kent, Tyler and Vardi 1994). The growth is a
+    logarithm, shape (..., 1).
+    """
+    growth = np.zeros(())
+    for _ in range(steps):
+        weights = student_weights(squares, nu)
+        shares = np.mean(weights * squares, axis=-1, keepdims=True)
+        factor = 3 * np.mean(weights, axis=-1, keepdims=True) / shares
+        squares = squares * factor
+        growth = growth + np.log(factor)
+    return squares, growth
+
+
 def degrees_of_freedom(squares: np.ndarray) -> float:
     """Return the most plausible nu of errors by (anything in proportion to) e^T C^-1 e, (N,)."""
-    nu = TAILS[:, None]
-    grown = np.zeros(len(TAILS))
-    errors = squares[None]
     if not squares.any():
         return NU
-    for _ in range(SCALE_STEPS):  # EM with one more parameter (Kent, Tyler and Vardi 1994)
-        weights = student_weights(errors, nu)
-        factor = 3 * weights.mean(axis=1) / np.mean(weights * errors, axis=1)
-        errors = errors * factor[:, None]
-        grown = grown + np.log(factor)
+    nu = TAILS[:, None]
+    errors, growth = fitted_squares(squares[None], nu, SCALE_STEPS)
     sizes = 0.5 * (TAILS + 3) * np.log1p(errors / nu).sum(axis=1)
     tried = [len(squares) * log_constant(nu) + log_prior(nu) for nu in TAILS.tolist()]
-    plausible = 1.5 * len(squares) * grown - sizes + tried
+    plausible = 1.5 * len(squares) * growth[:, 0] - sizes + tried
     best = int(np.argmax(plausible))
     aside = 0.0
     if 0 < best < len(TAILS) - 1:  # the top of the parabola through three
