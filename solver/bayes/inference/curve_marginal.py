@@ -180,8 +180,8 @@ def _diagonal_blocks(matrix: np.ndarray, count: int) -> np.ndarray:
 
 def log_evidence(fit: CurveFit) -> float:
     """Return the logarithm of the evidence of a fit but for a constant, as in (A6)."""
-    state, nu, p, (precision, gradient) = fit.state, fit.degrees, fit.pulls, fit.rest
-    y, _ = fit.posterior
+    state, nu, p = fit.state, fit.degrees, fit.pulls
+    (y, _), (precision, gradient) = fit.posterior, fit.rest
     effective = fit.weights * (nu + 3) / (nu + 5)
     sharp = replace(fit, weights=effective)
     terms = [
@@ -190,16 +190,15 @@ def log_evidence(fit: CurveFit) -> float:
         -0.5 * float(np.sum((nu + 3) * np.log1p(fit.squares / nu))),
         -0.5 * float(y @ precision @ y) - float(gradient @ y),
         -0.5 * sum(float(p @ K @ p) for K in fit.curves[:1]),
+        -0.5 * float(state.offset @ state.prior_precision() @ state.offset),
+        -log_prior_share(state),
+        log_evidence_of_scales(state, np.bincount(fit.samples.sources).tolist()),
     ]
-    for group, mask in state.priors:
-        offset = (state.x[group.members] - group.mean)[mask]
-        terms.append(-0.5 * float(offset @ group.precision(group.width, mask) @ offset))
     b = np.flatnonzero(state.bounded & state.free)
     if len(b):
         covariance = submatrix(sharp.posterior[1], b)
         terms.append(expectation_propagation(state.x[b] + y[b], covariance)[2])
-    terms.append(-log_prior_share(state))
-    return sum(terms) + log_evidence_of_scales(state, np.bincount(fit.samples.sources).tolist())
+    return sum(terms)
 
 
 def marginalised(fit: CurveFit) -> CurveFit:

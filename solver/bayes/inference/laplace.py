@@ -83,9 +83,9 @@ def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     state = replace(state, at_zero=state.at_zero & ~bounded[: len(state.x)])
     information, gradient = normal_equations(state)
     prior, free = state.prior_precision(), state.free
-    x = np.pad(state.x, (0, len(free) - len(state.x)))
+    x = state.padded
     gradient = gradient + state.linear.by_volume
-    slope = gradient + state.prior_gradient(prior)
+    slope = gradient + prior @ state.offset
     hessian = information + prior
     covariance, log_determinant = inverse_of_free(hessian, free)
     pulls = covariance @ slope
@@ -106,7 +106,7 @@ def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     # The data's slope and the usual widths tell the rest: found ones may have fallen to nothing.
     usual = at_usual_widths(state)
     precision = _of_data(state) + usual.prior_precision(widened=True) + np.diag(bounds)
-    slope = gradient + usual.prior_gradient(usual.prior_precision())
+    slope = gradient + usual.prior_precision() @ usual.offset
     spread = Gaussian.of_precision(x[free], submatrix(precision, free)).embedded(free, len(x))
     difference = spread.covariance @ (pulled - bounds * x - slope) - change
     mixture, groups = over_widths(state, x + change, replace(spread, mean=difference))

@@ -82,7 +82,7 @@ def priors_of_rest(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return precision and slope of y by priors, known distances, and a share of the volume."""
     prior, (B, b) = state.prior_precision(widened=widened), state.constraints
-    return B.T @ B + prior, state.prior_gradient(prior) + share * state.linear.by_volume + B.T @ b
+    return B.T @ B + prior, B.T @ b + prior @ state.offset + share * state.linear.by_volume
 
 
 def posterior_of_rest(

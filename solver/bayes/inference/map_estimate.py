@@ -130,9 +130,10 @@ def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     fixed = state.at_zero & ~(may_leave & bounded[: objective.x_size])
     released = replace(state, at_zero=fixed)
     mask, prior = released.free, released.prior_precision()
-    x = np.pad(state.x, (0, objective.size - len(state.x)))
-    gradient = slope + state.prior_gradient(prior) + volume * state.linear.by_volume
-    change, covariance = active_set_step(information + prior, gradient, x, mask, bounded & mask)
+    gradient = slope + prior @ state.offset + volume * state.linear.by_volume
+    change, covariance = active_set_step(
+        information + prior, gradient, state.padded, mask, bounded & mask
+    )
     return Step(change, covariance, spread, volume, float(gradient @ change))
 
 

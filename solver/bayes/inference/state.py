@@ -144,13 +144,19 @@ class State:
         P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, len(self.frames))
         return P
 
-    def prior_gradient(self, precision: np.ndarray) -> np.ndarray:
-        """Return the slope of the priors' part of L, P (x - mu), shape (n,)."""
-        offset = np.pad(self.x, (0, self.objective.size - len(self.x)))
+    @property
+    def padded(self) -> np.ndarray:
+        """The unknowns x, followed by a zero for each of frames and sockets, shape (n,)."""
+        return np.pad(self.x, (0, self.objective.size - len(self.x)))
+
+    @cached_property
+    def offset(self) -> np.ndarray:
+        """Distance x - mu from the means of the priors, zero without one, shape (n,)."""
+        offset = self.padded
         for group in self.groups:
             if group.width:
                 offset[group.members] -= group.mean
-        return precision @ offset
+        return offset
 
     def value(self, volume: float = 1.0) -> float:
         """Return L of (A1), but for a constant; ``volume`` is a factor of its last term."""
@@ -159,6 +165,6 @@ class State:
         cost += 0.5 * float(np.sum(self.constraints[1] ** 2))
         for group in self.groups:
             if group.width:
-                offset = self.x[group.members] - group.mean
+                offset = self.offset[group.members]
                 cost += 0.5 * float(offset @ group.precision(group.width) @ offset)
         return cost + volume * (self.linear.volume - self.objective.nominal_volume)
