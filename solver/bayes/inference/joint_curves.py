@@ -177,24 +177,23 @@ def _posterior(
     flat, state, size = posterior.objective, marginal.state, posterior.model.size
     model = posterior.model.with_effects((*posterior.model.extensions, CURVE.name))
     process = CurvePrior(marginal.prior.amplitude, marginal.prior.length)
-    places = flat.size + np.arange(curves.size).reshape(curves.shape)
-    group = _curve_group(model, places, process, joint)
-    picked = np.r_[:size, flat.size : len(joint), size : flat.size]
-    place = np.argsort(picked)
-
-    def arranged(x: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        return np.concatenate([x[:size], coefficients.ravel(), x[size:]])
-
+    covariance = submatrix(joint, np.r_[:size, flat.size : len(joint), size : flat.size])
+    knots = size + np.arange(curves.size).reshape(curves.shape)
+    groups = [
+        replace(group, members=group.members + curves.size * (group.members >= size))
+        for group in state.groups
+    ]
+    groups.append(_curve_group(model, knots, process, covariance))
+    coefficients = curves.ravel()
     state = replace(
         state,
         objective=replace(flat, model=model),
-        x=arranged(state.x, curves),
-        at_zero=arranged(state.at_zero, curves != curves),
-        groups=tuple(replace(g, members=place[g.members]) for g in (*state.groups, group)),
+        x=np.insert(state.x, size, coefficients),
+        at_zero=np.insert(state.at_zero, size, np.zeros(curves.size, dtype=bool)),
+        groups=tuple(groups),
     )
-    iterates = [arranged(iterate, 0 * curves) for iterate in posterior.iterates]
+    iterates = [np.insert(iterate, size, 0 * coefficients) for iterate in posterior.iterates]
     iterates.append(state.x)
-    covariance = submatrix(joint, picked)
     return FitPosterior(state, posterior.around, marginal.weights, evidence, iterates, covariance)
 
 
