@@ -76,14 +76,11 @@ def find_root(text: UrdfText) -> str:
             f"{text.source}: {len(roots)} links have no parent ({', '.join(roots[:4])}); "
             "a robot has one root, so join them by fixed joints"
         )
-    for link in sorted(text.links):
-        above = link
-        steps = 0
-        while above in parents and steps < len(text.links):  # more would be round a loop
-            above = parents[above][1]
-            steps = steps + 1
-        if above != roots[0]:
-            raise ModelError(f"{text.source}: the joints above {link!r} form a loop")
+    reached = {*roots}
+    while below := {link for link, (_, above) in parents.items() if above in reached} - reached:
+        reached |= below
+    for link in sorted({*text.links} - reached):
+        raise ModelError(f"{text.source}: the joints above {link!r} form a loop")
     return roots[0]
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...errors import LARGEST_DOCUMENT, read_bytes, reason_of
 from .chain import Joint
-from .pose_model import last_frame
+from .kinematics import link_poses
 from .urdf import Robot
 from .urdf_text import ModelError, Origin
 
@@ -59,15 +59,12 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
             )
         deltas.append(numbers)
     moving = robot.actuated
-    before = robot.joints.index(moving[0])
-    last = robot.joints.index(moving[-1])
+    first, last = map(robot.joints.index, (moving[0], moving[-1]))
+    q = np.random.default_rng(0).uniform(-2, 2, (4, len(moving)))
+    flange = link_poses(robot.joints[first : last + 1], q)[:, -1]
     for sizes in TABLES.values() if len(moving) == 6 else ():
-        gaps = [
-            last_frame(_chain(moving, sizes, np.zeros((4, 6))), q)
-            - last_frame(robot.joints[before : last + 1], q)
-            for q in np.random.default_rng(0).uniform(-2, 2, (4, 6))
-        ]
-        if np.abs(gaps).max() < SAME:
+        of_table = link_poses(_chain(moving, sizes, np.zeros((4, 6))), q)[:, -1]
+        if np.abs(of_table - flange).max() < SAME:
             joints = (*_chain(moving, sizes, np.array(deltas)), *robot.joints[last + 1 :])
             return replace(robot, base="base", joints=joints)
     raise ModelError(f"{robot.name}: {file} is for one of {', '.join(TABLES)}")
@@ -80,15 +77,14 @@ def _chain(
     d1, a2, a3, d4, d5, d6 = sizes
     table = [np.zeros(6), [d1, 0, 0, d4, d5, d6], [0, a2, a3, 0, 0, 0], ALPHA]
     theta, d, a, alpha = np.array(table) + deltas
-    x = a * np.cos(theta)
-    y = a * np.sin(theta)
-    zero = np.zeros(6)
-    steps = np.column_stack([x, y, d, alpha, zero, theta])
-    origins = [Origin(), *map(Origin.of, steps)]
-    about_z = [replace(joint, axis=(0.0, 0.0, 1.0), tilt_axes=None) for joint in moving]
-    end = replace(moving[-1], name="flange_of_table", type="fixed")
-    pairs = zip([*about_z, end], origins, strict=True)
-    return tuple(replace(joint, origin=origin) for joint, origin in pairs)
+    steps = np.column_stack([a * np.cos(theta), a * np.sin(theta), d, alpha, 0 * d, theta])
+    origin, *origins = Origin(), *map(Origin.of, steps)
+    about_z: list[Joint] = []
+    for joint, following in zip(moving, origins, strict=True):
+        about_z.append(replace(joint, axis=(0.0, 0.0, 1.0), tilt_axes=None, origin=origin))
+        origin = following
+    end = replace(moving[-1], name="flange_of_table", type="fixed", origin=origin)
+    return (*about_z, end)
 
 
 def check_controller(robot: Robot, controller: Robot, file: str | Path | None = None) -> None:
@@ -108,11 +104,11 @@ def check_controller(robot: Robot, controller: Robot, file: str | Path | None = 
             f"{len(robot.actuated)}"
         )
     postures = np.random.default_rng(0).uniform(-2, 2, (POSTURES, len(robot.actuated)))
-    nominal = np.array([last_frame(robot.joints[:-1], q)[:3, 3] for q in postures])
-    believed = np.array([last_frame(controller.joints[:-1], q)[:3, 3] for q in postures])
+    arms = robot, controller
+    flanges = np.array([link_poses(arm.joints[:-1], postures)[:, -1, :, 3] for arm in arms])
     if file is None and controller.base != robot.base:
-        nominal = nominal - nominal.mean(axis=0)
-        believed = believed - believed.mean(axis=0)
+        flanges -= flanges.mean(axis=1, keepdims=True)
+    nominal, believed = flanges
     U, _, Vt = np.linalg.svd(nominal.T @ believed)
     R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
     gap = float(np.linalg.norm(nominal - believed @ R.T, axis=1).max())

@@ -104,12 +104,6 @@ class PoseModel:
         return ca.horzcat(*columns)
 
 
-def last_frame(joints: Sequence[Joint], q: Sequence[float] | np.ndarray = ()) -> np.ndarray:
-    """Return the pose of the last joint's child link in the first one's parent, shape (4, 4)."""
-    pose = link_poses(joints, np.reshape(q, (1, -1)))[0, -1]
-    return np.vstack([pose, np.eye(4)[3:]])
-
-
 def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
     """Return the pose of a link that stands still on the flange, in its frame, shape (4, 4).
 
@@ -132,7 +126,9 @@ def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
                 f"{robot.source}: link {link!r} does not stand still on "
                 f"{robot.ball_joint.parent!r}; give the tool's pose there, shape (4, 4)"
             )
-        return last_frame([calibrated.get(joint.name, joint) for joint in joints])
+        fixed = [calibrated.get(joint.name, joint) for joint in joints]
+        pose = link_poses(fixed, np.zeros((1, 0)))[0, -1]
+        return np.vstack([pose, np.eye(4)[3:]])
 
     return np.linalg.inv(in_last_that_moves(robot.ball_joint.parent)) @ in_last_that_moves(link)
 

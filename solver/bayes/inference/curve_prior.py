@@ -59,9 +59,8 @@ class CurvePrior:
         """Inverse of the block."""
         if self.given is None:
             return circulant(1 / spectrum(self.length)) / self.amplitude**2
-        unit = 1 / np.sqrt(np.diag(self.block).clip(min=LEAST))
-        correlations = self.block * unit[:, None] * unit + JITTER * np.eye(len(unit))
-        return np.linalg.inv(correlations) * unit[:, None] * unit
+        variances = np.diag(self.block).clip(min=LEAST)
+        return scaled_inverse(self.block + JITTER * np.diag(variances))
 
     def times(self, columns: np.ndarray) -> np.ndarray:
         """Return the product of the covariance of all coefficients with columns."""

@@ -4,6 +4,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from typing import Literal
 
 import numpy as np
@@ -48,21 +49,19 @@ class Gaussian:
     def averaged(parts: Sequence["Gaussian"], shares: Sequence[float]) -> "Gaussian":
         """Return mean and spread of a mixture, in which each part has a share."""
         mean = np.sum([share * part.mean for part, share in zip(parts, shares, strict=True)], 0)
-        columns: list[np.ndarray] = []
-        for part, share in zip(parts, shares, strict=True):
-            columns += [share**0.5 * (part.mean - mean)[:, None], share**0.5 * part.root]
-        return Gaussian(mean, np.concatenate(columns, axis=1))
+        roots = [
+            share**0.5 * np.column_stack([part.mean - mean, part.root])
+            for part, share in zip(parts, shares, strict=True)
+        ]
+        return Gaussian(mean, np.concatenate(roots, axis=1))
 
     @staticmethod
     def independent(parts: Sequence["Gaussian"]) -> "Gaussian":
         """Return the Gaussian of the unknowns of several, part after part."""
         mean = np.concatenate([part.mean for part in parts])
-        roots = list[np.ndarray]()
-        begin = 0
-        for part in parts:
-            rows = slice(begin, begin + len(part.mean))
-            roots.append(part.embedded(rows, len(mean)).root)
-            begin = rows.stop
+        bounds = [*accumulate((len(part.mean) for part in parts), initial=0)]
+        rows = map(slice, bounds, bounds[1:])
+        roots = [p.embedded(r, len(mean)).root for p, r in zip(parts, rows, strict=True)]
         return Gaussian(mean, np.concatenate(roots, axis=1))
 
     @cached_property
