@@ -20,10 +20,8 @@ JITTER, LEAST = 1e-6, 1e-20
 class GivenCurves:
     """Prior of curves by an earlier calibration."""
 
-    mean: np.ndarray
-    """mu_c, shape (KNOTS m,) [rad]."""
-    known: np.ndarray
-    """mu_x, shape (size,)."""
+    at_zero: np.ndarray
+    """c without e where x is zero, mu_c - R mu_x, shape (KNOTS m,) [rad]."""
     by_unknowns: np.ndarray
     """R, shape (KNOTS m, size); zero for unknowns of which the calibration has none."""
     covariance: np.ndarray
@@ -31,9 +29,9 @@ class GivenCurves:
 
     def shift(self, x: np.ndarray, d: int) -> np.ndarray:
         """Return R, padded to d unknowns, and c without e at x, shape (KNOTS m, d + 1)."""
-        size = len(self.known)
-        values = self.mean + self.by_unknowns @ (x[:size] - self.known)
-        return np.column_stack([np.pad(self.by_unknowns, ((0, 0), (0, d - size))), values])
+        size = self.by_unknowns.shape[1]
+        padded = np.pad(self.by_unknowns, ((0, 0), (0, d - size)))
+        return np.column_stack([padded, self.at_zero + self.by_unknowns @ x[:size]])
 
 
 @dataclass(frozen=True)
@@ -82,14 +80,13 @@ def given_curves(model: ExtendedModel) -> CurvePrior | None:
     of_curves, of_model = model.given.of(names), model.given.of(model.names)
     if not of_curves.names:
         return None
-    n, S = len(of_curves.names), model.given.of([*of_curves.names, *of_model.names]).covariance
+    n = len(of_curves.names)
+    S = model.given.of([*of_curves.names, *of_model.names]).covariance
     by_others = S[:n, n:] @ scaled_inverse(S[n:, n:])
     rows = [names.index(name) for name in of_curves.names]
     columns = [model.names.index(name) for name in of_model.names]
-    mean, center = np.zeros(len(names)), np.zeros(model.size)
-    mean[rows], center[columns] = of_curves.mean, of_model.mean
-    by_unknowns = np.zeros((len(names), model.size))
+    at_zero, by_unknowns = np.zeros(len(names)), np.zeros((len(names), model.size))
+    at_zero[rows] = of_curves.mean - by_others @ of_model.mean
     by_unknowns[np.ix_(rows, columns)] = by_others
     covariance = block_matrix(len(names), [(rows, S[:n, :n] - by_others @ S[n:, :n])])
-    curves = GivenCurves(mean, center, by_unknowns, covariance)
-    return CurvePrior(*model.given.curve_scales, curves)
+    return CurvePrior(*model.given.curve_scales, GivenCurves(at_zero, by_unknowns, covariance))

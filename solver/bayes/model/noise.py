@@ -54,7 +54,7 @@ class Noise:
         """
         squares = np.array([self.space, self.joint])[: len(step)] ** 2
         updated = np.clip(squares + step, squares / LARGEST_FACTOR, LARGEST_FACTOR * squares)
-        s_x, s_q, *_ = [*np.sqrt(updated).tolist(), 0.0]
+        s_x, s_q = np.append(np.sqrt(updated), 0.0)[:2].tolist()
         return replace(self, space=max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), joint=s_q)
 
 
