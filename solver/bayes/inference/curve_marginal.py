@@ -5,7 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ..model import Noise, inverse_root, sample_degrees, sample_scales, student_weights, submatrix
+from ..model import (
+    Noise,
+    log_determinant,
+    sample_degrees,
+    sample_scales,
+    student_weights,
+    submatrix,
+)
 from ..model.effects import kernel
 from .curve_prior import CurvePrior
 from .laplace import expectation_propagation, log_evidence_of_scales, log_prior_share
@@ -166,10 +173,8 @@ class CurveFit:
     @property
     def log_determinants(self) -> float:
         """Log |M| - log |Sigma|."""
-        roots = np.linalg.cholesky(self.blocks)
-        of_rest = inverse_root(submatrix(self.posterior[1], self.state.free))
-        logs = np.log(np.diagonal(roots, axis1=1, axis2=2)).sum() + np.log(np.diag(of_rest)).sum()
-        return 2 * float(logs)
+        log_M = float(np.linalg.slogdet(self.blocks)[1].sum())
+        return log_M - log_determinant(submatrix(self.posterior[1], self.state.free))
 
 
 def _diagonal_blocks(matrix: np.ndarray, count: int) -> np.ndarray:

@@ -44,7 +44,8 @@ def given_rest(fit: CurveFit) -> GivenRest:
     add_blocks(curvature, fit.prior.inverse)
     unit = 1 / np.sqrt(np.diag(curvature))[:, None]
     gain = -unit * np.linalg.solve(curvature * unit * unit.T, unit * across)
-    information = columns.T @ (weighted @ fit.columns).reshape(columns.shape) + across.T @ gain
+    weighted_columns = (weighted @ fit.columns).reshape(columns.shape)
+    information = columns.T @ weighted_columns + across.T @ gain
     return GivenRest(information, gain, partial(scaled_inverse, curvature))
 
 
@@ -60,22 +61,25 @@ def with_curves(fit: CurveFit, remainder: GivenRest, covariance: np.ndarray) -> 
     """Return the covariance of y, then of all curves, by that of y, shape (d, d)."""
     gain = (remainder.gain + fit.shift)[:, : len(covariance)]
     across = gain @ covariance
-    return np.block([[covariance, across.T], [across, remainder.covariance() + across @ gain.T]])
+    of_curves = remainder.covariance() + across @ gain.T
+    return np.block([[covariance, across.T], [across, of_curves]])
 
 
 def _normal_equations(fit: CurveFit, weighted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return F^T W F and F^T W [G, a] of the coefficients of all curves."""
     samples, size = fit.samples, len(fit.shift)
     (places, basis), m = samples.places, samples.readings.shape[1]
-    curvature, across = np.zeros(size * size), np.zeros((size, fit.columns.shape[2]))
+    curvature = np.zeros(size * size)
+    across = np.zeros((size, fit.columns.shape[2]))
     for begin in range(0, len(places), BATCH):
-        some = slice(begin, begin + BATCH)
-        index = places[some].reshape(-1, 4 * m)
-        F = (samples.slopes[some][..., None] * basis[some][:, None]).reshape(-1, 3, 4 * m)
-        WF = weighted[some] @ F
-        np.add.at(across, index, WF.swapaxes(1, 2) @ fit.columns[some])
+        batch = slice(begin, begin + BATCH)
+        index = places[batch].reshape(-1, 4 * m)
+        slopes = samples.slopes[batch][..., None] * basis[batch][:, None]
+        F = slopes.reshape(-1, 3, 4 * m)
+        FW = F.swapaxes(1, 2) @ weighted[batch]
+        np.add.at(across, index, FW @ fit.columns[batch])
         pairs = index[:, :, None] * size + index[:, None]
-        curvature += np.bincount(pairs.ravel(), (F.swapaxes(1, 2) @ WF).ravel(), size * size)
+        curvature += np.bincount(pairs.ravel(), (FW @ F).ravel(), size * size)
     return curvature.reshape(size, size), across
 
 

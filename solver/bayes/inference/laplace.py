@@ -13,6 +13,7 @@ from ..model import (
     Noise,
     fitted_squares,
     log_constant,
+    log_determinant,
     log_prior,
     student_weights,
     submatrix,
@@ -162,8 +163,10 @@ def movement_gain(result: FitPosterior, movement: Movement) -> float:
     With g the slope of L by its unknowns u, P their prior's precision and S their covariance beside
     all other unknowns, it is (g^T S g + log |S| + log |P|) / 2.
     """
-    movements, before = (*result.objective.movements, movement), result.state
-    objective, prior = replace(result.objective, movements=movements), movement.prior(len(before.x))
+    before = result.state
+    prior = movement.prior(len(before.x))
+    movements = (*result.objective.movements, movement)
+    objective = replace(result.objective, movements=movements)
     x = np.pad(before.x, (0, movement.size))
     at_zero = np.pad(before.at_zero, (0, movement.size))
     linear = linearise(objective, x, before.frames)
@@ -173,5 +176,5 @@ def movement_gain(result: FitPosterior, movement: Movement) -> float:
     covariance, _ = inverse_of_free(information + state.prior_precision(), state.free)
     new = slice(len(before.x), len(x))
     S, g = covariance[new, new], gradient[new]
-    logs = np.linalg.slogdet(S)[1] + np.linalg.slogdet(prior.precision(prior.width))[1]
-    return 0.5 * float(g @ S @ g + logs)
+    logs = log_determinant(S) + log_determinant(prior.precision(prior.width))
+    return 0.5 * (float(g @ S @ g) + logs)

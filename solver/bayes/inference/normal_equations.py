@@ -26,7 +26,8 @@ def active_set_step(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the step to the minimum of a quadratic function within the bounds, and H^-1 there."""
     at_bound = bounded & (x == 0) & (gradient > 0)
-    change, covariance = np.zeros(len(x)), inverse_of_free(H, free & ~at_bound)[0]
+    change = np.zeros(len(x))
+    covariance, _ = inverse_of_free(H, free & ~at_bound)
     for _ in range(3 * int(bounded.sum()) + 1):
         change = np.where(at_bound, -x, 0.0)
         for _ in range(REFINEMENTS):
@@ -57,14 +58,16 @@ def _by_turning(state: State, weighed: np.ndarray) -> np.ndarray:
     """Return the slope that errors would have if the noise did not turn along with the robot."""
     model, slope = state.objective.model, np.zeros(state.objective.size)
     torque = np.cross(state.errors, weighed).sum(axis=0)
-    slope[: model.geometry] = torque @ model.ball.turns(model.values(state.x[: model.size]))
+    turns = model.ball.turns(model.values(state.x[: model.size]))
+    slope[: model.geometry] = torque @ turns
     return slope
 
 
 def curvature(state: State, weights: np.ndarray) -> np.ndarray:
     """Return sum_i J_i^T V_i J_i + B^T B for weights V of samples, shape (N, 3, 3)."""
     J, (B, _) = state.linear.by_unknowns, state.constraints
-    return np.tensordot(J, weights @ J, ((0, 1), (0, 1))) + B.T @ B
+    samples_and_axes = (0, 1)
+    return np.tensordot(J, weights @ J, (samples_and_axes, samples_and_axes)) + B.T @ B
 
 
 def leverage(state: State, covariance: np.ndarray) -> np.ndarray:

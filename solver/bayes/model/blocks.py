@@ -44,3 +44,8 @@ def scaled_inverse(matrix: np.ndarray) -> np.ndarray:
     """Return the inverse by its :func:`inverse_root`: symmetric, and no variance below zero."""
     root = inverse_root(matrix)
     return root.T @ root
+
+
+def log_determinant(matrix: np.ndarray) -> float:
+    """Return ln |matrix| of a covariance or precision, whose unknowns may have different units."""
+    return -2 * float(np.log(np.diag(inverse_root(matrix))).sum())
