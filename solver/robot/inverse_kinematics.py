@@ -39,9 +39,10 @@ class InverseKinematics:
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
         self.lower, self.upper = _one_turn(robot)
-        self._turning = [joint.type != "prismatic" for joint in robot.actuated]
-        slides = [max(abs(j.lower), abs(j.upper)) for j in robot.actuated if j.type == "prismatic"]
-        self.longest = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum() + sum(slides))
+        self._turning = np.array([joint.type != "prismatic" for joint in robot.actuated])
+        slides = np.abs([robot.lower, robot.upper]).max(axis=0)[~self._turning]
+        lengths: np.ndarray = np.linalg.norm(robot.origins[:, :3], axis=1)
+        self.longest = float(lengths.sum() + slides.sum())
         """No point farther from the base is in reach [m]."""
 
     def reach(

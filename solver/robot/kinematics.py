@@ -51,8 +51,7 @@ def rotation(axis: Sequence[float], angle: Any) -> Any:
 @lru_cache(maxsize=64)
 def _parts_about(x: float, y: float, z: float) -> tuple[Any, Any, Any]:
     along = np.outer((x, y, z), (x, y, z))
-    K = ca.DM([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return ca.DM(along), ca.DM(np.eye(3) - along), K
+    return ca.DM(along), ca.DM(np.eye(3) - along), ca.skew(ca.DM([x, y, z]))
 
 
 def rotation_rpy(rpy: Any) -> Any:
@@ -81,11 +80,8 @@ def _origins(joints: Sequence[Joint]) -> np.ndarray:
 
 def joint_frames(numbers: Any) -> list[JointFrame]:
     """Return frames by their numbers: for each joint the columns of [p | R | axes]."""
-    frames = (
-        ca.reshape(numbers[begin : begin + NUMBERS], 3, 7)
-        for begin in range(0, numbers.numel(), NUMBERS)
-    )
-    return [JointFrame(frame[:, 0], frame[:, 1:4], frame[:, 4:]) for frame in frames]
+    columns = ca.horzsplit(ca.reshape(numbers, 3, numbers.numel() // 3), 7)
+    return [JointFrame(*ca.horzsplit(frame, [0, 1, 4, 7])) for frame in columns]
 
 
 def columns_of(frames: np.ndarray) -> np.ndarray:

@@ -270,7 +270,7 @@ def _parts(pose: Any) -> tuple[Any, Any]:
 def _turn(R: Any, target: Any) -> tuple[Any, Any]:
     """Return the rotation vector from one rotation to another, and its length [rad]."""
     E = target @ R.T
-    sines = ca.vertcat(E[2, 1] - E[1, 2], E[0, 2] - E[2, 0], E[1, 0] - E[0, 1]) / 2
+    sines = ca.inv_skew(E)  # of its antisymmetric part
     sine = ca.sqrt(ca.dot(sines, sines) + 1e-32)  # of a turn of pi the axis is lost, not the angle
     angle = ca.atan2(sine, (ca.trace(E) - 1) / 2)
     return sines * (angle / sine), angle

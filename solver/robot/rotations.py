@@ -13,6 +13,8 @@ import numpy as np
 LOCKED = 1e-9
 """Cosine of the pitch, below which roll and yaw are one turn."""
 _IDENTITY = np.eye(3)
+_OF_AXES = np.cross(_IDENTITY[:, None], _IDENTITY).swapaxes(1, 2)
+"""Cross matrices of the axes x, y and z."""
 LEAST = 1e-100
 """Angle that stands for none [rad], so that a fraction is one."""
 SMALL = 1e-4
@@ -46,16 +48,12 @@ def turn(vector: np.ndarray) -> np.ndarray:
 
 def cross_matrices(vector: np.ndarray) -> np.ndarray:
     """Return the matrices K with K v = w x v, shape (..., 3, 3)."""
-    K = np.zeros((*vector.shape, 3))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        K[..., i, j] = -vector[..., k]
-        K[..., j, i] = vector[..., k]
-    return K
+    return np.tensordot(vector, _OF_AXES, 1)
 
 
 def rotation_vectors(R: np.ndarray) -> np.ndarray:
     """Return the axes of rotations, shape (N, 3, 3), times their angles, shape (N, 3) [rad]."""
-    axis = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], 1)
+    axis = (R - R.swapaxes(1, 2))[:, (2, 0, 1), (1, 2, 0)]
     sine = np.linalg.norm(axis, axis=1) / 2
     angle = np.arctan2(sine, (np.trace(R, axis1=1, axis2=2) - 1) / 2)
     return axis / 2 * np.where(sine > 1e-9, angle / sine.clip(1e-9), 1.0)[:, None]
