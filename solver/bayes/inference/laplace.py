@@ -88,18 +88,18 @@ def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     gradient = gradient + state.linear.by_volume
     slope = gradient + prior @ state.offset
     hessian = information + prior
-    covariance, log_determinant = inverse_of_free(hessian, free)
+    covariance = inverse_of_free(hessian, free)
     pulls = covariance @ slope
     counts = np.bincount(state.objective.data.source_of).tolist()
     evidence = log_evidence_of_scales(state, counts) - state.value()
-    evidence += 0.5 * float(slope @ pulls) - 0.5 * log_determinant
+    evidence += 0.5 * float(slope @ pulls) - 0.5 * log_determinant(submatrix(hessian, free))
     bounds, pulled = np.zeros((2, len(free)))
     mean, change, b = state, -pulls, np.flatnonzero(bounded)
     if len(b):
         sigma = submatrix(covariance, b)
         bounds[b], pulled[b], log_share = expectation_propagation((x - pulls)[b], sigma)
         evidence += log_share - log_prior_share(state)
-        covariance, _ = inverse_of_free(hessian + np.diag(bounds), free)
+        covariance = inverse_of_free(hessian + np.diag(bounds), free)
         change = covariance @ (pulled - bounds * x - slope)
         if change.any():
             mean = moved(state, change)
@@ -173,7 +173,7 @@ def movement_gain(result: FitPosterior, movement: Movement) -> float:
     groups = (*before.groups, prior)
     state = replace(before, objective=objective, x=x, at_zero=at_zero, groups=groups, linear=linear)
     information, gradient = normal_equations(state)
-    covariance, _ = inverse_of_free(information + state.prior_precision(), state.free)
+    covariance = inverse_of_free(information + state.prior_precision(), state.free)
     new = slice(len(before.x), len(x))
     S, g = covariance[new, new], gradient[new]
     logs = log_determinant(S) + log_determinant(prior.precision(prior.width))

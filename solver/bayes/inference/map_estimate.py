@@ -123,7 +123,7 @@ def _objective(
 def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     """Return the step to the minimum of L's quadratic approximation."""
     objective, (information, slope) = state.objective, normal_equations(state)
-    covariance, _ = inverse_of_free(information + state.prior_precision(), state.free)
+    covariance = inverse_of_free(information + state.prior_precision(), state.free)
     spread = state.information[:, None, None] * leverage(state, covariance)
     volume = _volume_weight(state, spread)
     bounded = state.bounded

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..model import block_matrix, inverse_root, submatrix
+from ..model import block_matrix, scaled_inverse, submatrix
 from .state import State
 
 REFINEMENTS = 3
@@ -10,11 +10,9 @@ REFINEMENTS = 3
 data show nearly nothing of one unknown, and the others very well."""
 
 
-def inverse_of_free(H: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the inverse of what is free, zero for what is held, and log |H| of what is free."""
-    root = inverse_root(submatrix(H, free))
-    inverse = block_matrix(len(H), [(free, root.T @ root)])
-    return inverse, -2 * float(np.log(np.diag(root)).sum())
+def inverse_of_free(H: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Return the inverse of the rows and columns that are free, zero for what is held."""
+    return block_matrix(len(H), [(free, scaled_inverse(submatrix(H, free)))])
 
 
 def active_set_step(
@@ -27,7 +25,7 @@ def active_set_step(
     """Return the step to the minimum of a quadratic function within the bounds, and H^-1 there."""
     at_bound = bounded & (x == 0) & (gradient > 0)
     change = np.zeros(len(x))
-    covariance, _ = inverse_of_free(H, free & ~at_bound)
+    covariance = inverse_of_free(H, free & ~at_bound)
     for _ in range(3 * int(bounded.sum()) + 1):
         change = np.where(at_bound, -x, 0.0)
         for _ in range(REFINEMENTS):
@@ -40,7 +38,7 @@ def active_set_step(
             at_bound |= below
         else:
             at_bound[np.argmin(slope)] = False
-        covariance, _ = inverse_of_free(H, free & ~at_bound)
+        covariance = inverse_of_free(H, free & ~at_bound)
     return change, covariance
 
 
