@@ -51,25 +51,20 @@ class Solutions:
         self.rounds[poses] = rounds[ends]
 
 
+@dataclass(eq=False)
 class PoseSolver:
-    """Solves for joint positions of one robot, for goals of a tool on a joint's child link.
+    """Solves for joint positions of one robot, for goals of a tool on a joint's child link."""
 
-    The limits are the least and largest positions of the joints, each of shape (m,) [rad]. Of a
-    model whose residual does not shrink evenly, ``last`` is 0: each step is then measured.
-    """
+    model: PoseModel
+    joint: int
+    limits: tuple[np.ndarray, np.ndarray]
+    """Least and largest positions of the joints, each of shape (m,) [rad]."""
+    goal: Goal = "pose"
+    last: float = LAST
+    """0 for a model whose residual does not shrink evenly: each step is then measured."""
 
-    def __init__(
-        self,
-        model: PoseModel,
-        joint: int,
-        limits: tuple[np.ndarray, np.ndarray],
-        goal: Goal = "pose",
-        last: float = LAST,
-    ) -> None:
-        self._goal: Goal = goal
-        self._last = last
-        self._model, self._joint = model, joint
-        self.lower, self.upper = limits
+    def __post_init__(self) -> None:
+        self.lower, self.upper = self.limits
 
     def solve(
         self,
@@ -107,7 +102,7 @@ class PoseSolver:
             arrived = step.settled & (step.largest < TOLERANCE)
             shrinkage = searches.shrinkage(step)
             promise = step.largest * shrinkage
-            last = (step.longest < self._last) & (promise < TOLERANCE / 30) & (count > 0)
+            last = (step.longest < self.last) & (promise < TOLERANCE / 30) & (count > 0)
             searches.keep(step, arrived | last)
             if last.any():
                 searches.finish(step, last, shrinkage)
@@ -229,5 +224,5 @@ class PoseSolver:
     @cached_property
     def _expressions(self) -> tuple[NewtonStep, Any]:
         """Expressions of a step, and its row of inputs."""
-        step = newton_step(self._model, self._joint, self._goal)
+        step = newton_step(self.model, self.joint, self.goal)
         return step, ca.vertcat(*(step.symbols[name] for name in ("q", "target", "prefer")))
