@@ -60,11 +60,7 @@ class Body:
 
 
 def find_root(text: UrdfText) -> str:
-    """Return the one link that has no parent.
-
-    Raises:
-        ModelError: There is none, or more than one, or a link that does not hang on it.
-    """
+    """Return the one link that has no parent, on which all others hang."""
     parents = text.parents
     roots = [link for link in text.links if link not in parents]
     if not roots:
@@ -92,11 +88,7 @@ def require_link(text: UrdfText, link: str, hint: str = "") -> None:
 
 
 def find_chain(text: UrdfText, base: str, tip: str) -> tuple[Joint, ...]:
-    """Return the joints from base to tip, in that order.
-
-    Raises:
-        ModelError: There is no such chain, or one of its joints is not of a kind to calibrate.
-    """
+    """Return the joints from base to tip, in that order, each of a kind to calibrate."""
     names: list[str] = []
     link = tip
     while link != base:

@@ -56,7 +56,10 @@ def _parts_about(x: float, y: float, z: float) -> tuple[Any, Any, Any]:
 
 def rotation_rpy(rpy: Any) -> Any:
     """Return R(rpy): roll about x, then pitch about y, then yaw about z, of fixed axes."""
-    return rotation((0, 0, 1), rpy[2]) @ rotation((0, 1, 0), rpy[1]) @ rotation((1, 0, 0), rpy[0])
+    roll = rotation((1, 0, 0), rpy[0])
+    pitch = rotation((0, 1, 0), rpy[1])
+    yaw = rotation((0, 0, 1), rpy[2])
+    return yaw @ pitch @ roll
 
 
 def frames_of_origins(origins: np.ndarray) -> np.ndarray:

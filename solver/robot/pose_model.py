@@ -251,14 +251,16 @@ def limited_step(step: NewtonStep, lower: Any, upper: Any) -> Any:
 
 def _pull(q: Any, prefer: Any, e: Any) -> Any:
     """Return the step that a preferred posture asks for, where there are joints to spare."""
-    m = q.numel()
-    return ca.fmax(ca.fmin(prefer - q, MAX_PULL), -MAX_PULL) if m > e.numel() else ca.SX.zeros(m)
+    if q.numel() <= e.numel():
+        return ca.SX.zeros(q.numel())
+    return ca.fmax(ca.fmin(prefer - q, MAX_PULL), -MAX_PULL)
 
 
 def _damped(freed: Any, J: Any, e: Any, moves: Any) -> Any:
     """Return a step: some moves, and the damped one of free joints for what these leave."""
     damping = (DAMPING * ca.dot(e, e) + LEAST_DAMPING) * ca.SX.eye(e.numel())
-    return moves + freed.T @ ca.ldl_solve(e - J @ moves, *ca.ldl(freed @ freed.T + damping, False))
+    factors = ca.ldl(freed @ freed.T + damping, False)
+    return moves + freed.T @ ca.ldl_solve(e - J @ moves, *factors)
 
 
 def _parts(pose: Any) -> tuple[Any, Any]:

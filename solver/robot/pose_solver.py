@@ -95,7 +95,8 @@ class PoseSolver:
         self, q: np.ndarray, targets: np.ndarray, prefer: np.ndarray, tool: np.ndarray
     ) -> Solutions:
         """Return solutions by steps that keep the limits, from starts within these."""
-        solutions = Solutions(q, np.full((len(q), 2), np.inf), np.zeros(len(q), dtype=int))
+        residuals, rounds = np.full((len(q), 2), np.inf), np.zeros(len(q), dtype=int)
+        solutions = Solutions(q, residuals, rounds)
         searches = Searches.begun(q, targets, prefer)
         for count in range(ROUNDS):
             step = self._step(searches, tool)

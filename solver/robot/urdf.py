@@ -33,7 +33,6 @@ class Robot:
     """
 
     name: str
-    """The robot's name."""
     source: str
     """The file, or the name of a shipped robot."""
     text: UrdfText
@@ -178,11 +177,7 @@ def _three_numbers(point: Sequence[float], what: str) -> tuple[float, float, flo
 
 
 def parse_robot(text: UrdfText, *, base: str | None = None, tip: str = BALL_LINK) -> Robot:
-    """Read the chain from a model's text; see :func:`load_robot`.
-
-    Raises:
-        ModelError: The text has no such chain.
-    """
+    """Read the chain from a model's text; see :func:`load_robot`."""
     root = find_root(text)
     hint = "; name the ball's link by --tip, or put a ball on a link by --flange LINK --ball X Y Z"
     require_link(text, tip, hint)

@@ -65,16 +65,10 @@ class Element:
 
 
 class UrdfText:
-    """A URDF's text, with its joints and links.
-
-    Raises:
-        ModelError: A joint or link without a name or with one used twice, or an origin that is not
-            three finite numbers.
-    """
+    """A URDF's text, with its joints and links; ``source`` is its name in messages."""
 
     def __init__(self, data: bytes, source: str, root: Element) -> None:
         self.data, self.source, self.root = data, source, root
-        """``source`` is the text's name in messages."""
         (self.name,) = _by_name(source, "robot", [root])
         self.links = _by_name(source, "link", root.children)
         self.joints = _by_name(source, "joint", root.children)
@@ -83,11 +77,7 @@ class UrdfText:
 
     @cached_property
     def parents(self) -> dict[str, tuple[str, str]]:
-        """The joint above each link but the root, and the link above that.
-
-        Raises:
-            ModelError: A joint without its two links, or a link with two parents.
-        """
+        """The joint above each link but the root, and the link above that."""
         parents: dict[str, tuple[str, str]] = {}
         for name, joint in self.joints.items():
             links = {role: joint.read(role, "link") for role in ("parent", "child")}

@@ -95,8 +95,8 @@ class CurveFit:
         S, n = samples.slopes, len(samples.readings)
         of_angles = prior.amplitude**2 * np.stack(kernel(samples.distances, prior.length))
         across = of_angles[:, :, :, None] * np.ascontiguousarray(S.T)
-        parts = S @ across.reshape(2, n, -1, 3 * n)
-        K, by_length = parts.reshape(2, 3 * n, 3, n).swapaxes(2, 3).reshape(2, 3 * n, 3 * n)
+        parts = (S @ across.reshape(2, n, -1, 3 * n)).reshape(2, 3 * n, 3, n)
+        K, by_length = parts.swapaxes(2, 3).reshape(2, 3 * n, 3 * n)
         return K, by_length
 
     @cached_property
@@ -247,8 +247,8 @@ def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
         length = float(np.clip(prior.length * factors[-1] ** 2, SHORTEST, LONGEST))
         changes[-1] = abs(np.log(length / prior.length))
         prior = CurvePrior(prior.amplitude * factors[-2], length)
-    updated = [
-        replace(noise, space=noise.space * factors[2 * k], joint=noise.joint * factors[2 * k + 1])
-        for k, noise in enumerate(noises)
-    ]
+    updated: list[Noise] = []
+    for k, noise in enumerate(noises):
+        s, j = factors[2 * k : 2 * k + 2]
+        updated.append(replace(noise, space=noise.space * s, joint=noise.joint * j))
     return float(changes.max()), prior, updated

@@ -110,7 +110,8 @@ def _random_rows(count: int, size: int) -> np.ndarray:
 def _initial_scales(flat: CurveFit) -> CurveFit:
     """Return scales by which curves explain half of the errors, and noise the rest."""
     samples = flat.samples
-    square = float(np.median(np.sum(samples.columns[:, :, -1] ** 2, axis=1))) / 2.37  # of chi^2_3
+    squares: np.ndarray = np.sum(samples.columns[:, :, -1] ** 2, axis=1)
+    square = float(np.median(squares)) / 2.37  # the median of chi^2_3
     half = 0.5**0.5
     noises = tuple(
         replace(noise, space=half * noise.space, joint=half * noise.joint)

@@ -49,18 +49,18 @@ def expectation_propagation(
         z = pull / np.sqrt(precision)
         hazard, excess, log_half = np.array([_half(value) for value in z.tolist()]).T
         target = precision / (1 - hazard * excess)  # 1 / variance with the bound
-        change = np.array(
-            [target - precision - tau, target * excess / np.sqrt(precision) - pull - nu]
-        )
-        tau, nu = tau + DAMPING * change[0], nu + DAMPING * change[1]
-        if np.abs(change).max() < SETTLED * (1 + np.abs([tau, nu]).max()):
+        changes = target - precision - tau, target * excess / np.sqrt(precision) - pull - nu
+        tau, nu = tau + DAMPING * changes[0], nu + DAMPING * changes[1]
+        if np.abs(changes).max() < SETTLED * (1 + np.abs([tau, nu]).max()):
             break
     now = np.linalg.inv(P + np.diag(tau))
-    share = 0.5 * float((h + nu) @ now @ (h + nu) - m @ h)
-    share -= 0.5 * float(np.linalg.slogdet(np.eye(len(m)) + S * tau)[1])
-    share += float(np.sum(log_half + 0.5 * np.log1p(tau / precision)))
-    share -= 0.5 * float(np.sum((pull + nu) ** 2 / (precision + tau) - pull**2 / precision))
-    return tau / unit**2, nu / unit, share
+    squares = (pull + nu) ** 2 / (precision + tau) - pull**2 / precision
+    terms = [
+        0.5 * ((h + nu) @ now @ (h + nu) - m @ h),
+        -0.5 * np.linalg.slogdet(np.eye(len(m)) + S * tau)[1],
+        np.sum(log_half + 0.5 * np.log1p(tau / precision) - 0.5 * squares),
+    ]
+    return tau / unit**2, nu / unit, float(sum(terms))
 
 
 def _half(z: float) -> tuple[float, float, float]:

@@ -45,11 +45,12 @@ class LinearSamples:
     @cached_property
     def basis(self) -> np.ndarray:
         """F, derivatives of the errors by all coefficients, shape (3 N, KNOTS m)."""
-        (places, weights), n = self.places, len(self.readings)
-        basis = np.zeros((n, 3, np.prod(self.shape)))
+        places, weights = self.places
+        basis = np.zeros((len(places), 3, np.prod(self.shape)))
+        rows = np.arange(len(places))[:, None, None]
         for k in range(3):
-            basis[np.arange(n)[:, None, None], k, places] = self.slopes[:, k, :, None] * weights
-        return basis.reshape(3 * n, -1)
+            basis[rows, k, places] = self.slopes[:, k, :, None] * weights
+        return basis.reshape(3 * len(places), -1)
 
     @cached_property
     def distances(self) -> np.ndarray:

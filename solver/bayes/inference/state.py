@@ -90,7 +90,8 @@ class State:
     def constraints(self) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives B, shape (K, n), and residuals b, (K,), of known places and distances."""
         objective, data = self.objective, self.objective.data
-        rows, values = np.zeros((len(data.known), objective.size)), np.zeros(len(data.known))
+        rows = np.zeros((len(data.known), objective.size))
+        values = np.zeros(len(data.known))
         for i, known in enumerate(data.known):
             offset = self.centres[known.second] - self.centres[known.first]
             length = float(np.linalg.norm(offset))

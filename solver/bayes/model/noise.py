@@ -68,9 +68,8 @@ def sample_scales(
     noises: Sequence[Noise], sources: np.ndarray, by_joints: np.ndarray
 ) -> np.ndarray:
     """Return C_i of samples, by the index of each one's noise and its Jq_i, (N, 3, 3) [m^2]."""
-    squares = (
-        np.array([(noise.space, noise.joint) for noise in noises])[sources, :, None, None] ** 2
-    )
+    scales = np.array([(noise.space, noise.joint) for noise in noises])
+    squares = scales[sources, :, None, None] ** 2
     spread = by_joints @ by_joints.transpose(0, 2, 1)
     return squares[:, 0] * np.eye(3) + squares[:, 1] * spread
 
