@@ -76,12 +76,8 @@ def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
 
 def rpy_axes(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the axes about which roll, pitch and yaw turn, in columns, shape (..., 3, 3)."""
-    _, pitch, yaw = np.moveaxis(np.asarray(rpy, dtype=float), -1, 0)
-    zero = 0 * yaw
-    sp, sy = np.sin((pitch, yaw))
-    cp, cy = np.cos((pitch, yaw))
-    rows = np.array([[cy * cp, -sy, zero], [sy * cp, cy, zero], [-sp, zero, zero + 1]])
-    return np.moveaxis(rows, (0, 1), (-2, -1))
+    by_yaw = matrix_rpy(np.asarray(rpy) * (0, 0, 1))
+    return np.concatenate([matrix_rpy(rpy)[..., :1], by_yaw[..., 1:]], axis=-1)
 
 
 def rpy_of(R: np.ndarray, locked_yaw: float | None = None) -> tuple[float, float, float]:
