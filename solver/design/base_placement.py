@@ -11,7 +11,7 @@ from ..bayes.model.effects import TYPES_WITH_CURVES
 from ..data import CALIPER_DEVIATION, SEAT_DEVIATION, as_point
 from ..robot import Robot, SimulationError, choose_parameters
 from .information import ParameterCovariance, Workspace, from_prior, unit, workspace_of
-from .pose_route import Annealing
+from .pose_route import annealing
 from .reachability import Reach
 
 MANY = 200
@@ -57,16 +57,15 @@ def site_at(reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray
     """Return a place for a base about a centre, along a unit vector; None where few poses reach."""
     half = 0.5 * distance * along
     centres = np.array([centre - half, centre + half])
-    count = POSES if np.isinf(reach.turn) else MANY
-    zero = reach.poses(centres[0], count)
-    first = reach.poses(centres[1], count)
-    if np.isfinite(reach.turn) and min(len(zero), len(first)):
+    bounded = np.isfinite(reach.turn)
+    zero, first = [reach.poses(end, MANY if bounded else POSES) for end in centres]
+    if bounded and min(len(zero), len(first)):
         # a session begins where most poses of both sockets are near
         turns = np.abs(zero[:, None] - np.concatenate([zero, first])).max(axis=2)
-        begin = np.argmax(np.sum(turns <= reach.turn, axis=1))
-        near_zero, near_first = np.split(turns[begin] <= reach.turn, [len(zero)])
-        zero = zero[near_zero][:POSES]
-        first = first[near_first][:POSES]
+        near = turns <= reach.turn
+        most = near[np.argmax(near.sum(axis=1))]
+        zero = zero[most[: len(zero)]][:POSES]
+        first = first[most[len(near) :]][:POSES]
     if min(len(zero), len(first)) < POSES // 4:
         return None
     return Site(centres, (zero, first))
@@ -76,25 +75,23 @@ def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site
     """Return places as far from the robot's axis as one that is known, as high, and higher."""
     radius = float(np.hypot(centre[0], centre[1]))
     upward = np.array([0.0, 0.0, 1.0])
-    sites: list[Site | None] = []
+    sites: list[Site] = []
     for angle, height in itertools.product(ANGLES, HEIGHTS):
         outward = np.array([np.cos(angle), np.sin(angle), 0.0])
         place = radius * outward + (centre[2] + height) * upward
         if np.linalg.norm(place - centre) >= 0.3 * radius:
-            sites.append(site_at(reach, place, distance, np.cross(upward, outward)))
-    return [site for site in sites if site is not None]
+            site = site_at(reach, place, distance, np.cross(upward, outward))
+            sites += [site] if site else []
+    return sites
 
 
 def in_words(start: Sequence[float], end: Sequence[float]) -> str:
     """Return the way from one place of the base to another [m], as seen from the robot."""
-    x, y, z = start
-    u, v, w = end
-    before = float(np.hypot(x, y))
-    after = float(np.hypot(u, v))
+    (x, y, z), (u, v, w) = start, end
+    before, after = float(np.hypot(x, y)), float(np.hypot(u, v))
     angle = float(np.arctan2(x * v - y * u, x * u + y * v))
     arc = 2 * before * abs(np.sin(0.5 * angle))
-    out = after - before
-    up = w - z
+    out, up = after - before, w - z
     words: list[str] = []
     if arc > NEAR:
         around = " around the robot" if abs(angle) > np.deg2rad(30) else ""
@@ -128,10 +125,8 @@ def with_site(
         deviation = 2**0.5 * SEAT_DEVIATION
     state = state.with_lengths(ends, deviation)
     pools = dict(enumerate(site.poses, first))
-    rows = {k: state.whitened(q, k) for k, q in pools.items()}
     order = [first, first + 1] * samples
-    after = Annealing(state.covariance, rows, where.judged, pools, order).greedy()
-    return replace(state, covariance=after)
+    return replace(state, covariance=annealing(state, where, pools, order).greedy())
 
 
 def best_site(
@@ -142,9 +137,8 @@ def best_site(
     before: np.ndarray,
 ) -> tuple[Site, ParameterCovariance]:
     """Return the site that teaches most, and the covariance after it; see :func:`with_site`."""
-    after = [with_site(state, site, where, samples, before) for site in sites]
-    best = int(np.argmin([k.error(where) for k in after]))
-    return sites[best], after[best]
+    after = [(site, with_site(state, site, where, samples, before)) for site in sites]
+    return min(after, key=lambda pair: pair[1].error(where))
 
 
 def next_base_advice(
@@ -162,16 +156,17 @@ def next_base_advice(
     sites = sites_around(reach, position.mean(axis=0), distance)
     if not sites:
         return ()
-    site, then = best_site(state, sites, where, SAMPLES, unit(position[1] - position[0]))
-    centre = site.centres.mean(axis=0)
+    along = unit(position[1] - position[0])
+    site, then = best_site(state, sites, where, SAMPLES, along)
+    middle, centre = position.mean(axis=0), site.centres.mean(axis=0)
     u = unit(site.centres[0] - position[0])
     tied = then.with_lengths({0: -u, state.sockets: u}, KNOWN)
     longer = site_at(reach, centre, LONG, site.along) if distance < LONG else None
+    now, there, measured = [_error(each, where) for each in (state, then, tied)]
     lines = [
-        f"Here distances in the workspace are known to {_error(state, where)}. A second placement, "
-        f"seen from the robot {in_words(position.mean(axis=0), centre)}, brings "
-        f"{_error(then, where)};",
-        f"with the distance between both bases measured to 0.1 mm {_error(tied, where)}"
+        f"Here distances in the workspace are known to {now}. A second placement, seen from the "
+        f"robot {in_words(middle, centre)}, brings {there};",
+        f"with the distance between both bases measured to 0.1 mm {measured}"
         + (";" if longer else "."),
     ]
     if longer:
@@ -214,19 +209,17 @@ def plan(
     where = workspace_of(model, np.zeros(model.size))
     reach = Reach(robot, turn=np.inf if turn is None else np.deg2rad(turn))
     first = _first(robot, reach, distance)
-    state = from_prior(model, NOISE, 0)
-    sites = [first]
-    after = [with_site(state, first, where, samples)]
+    state = with_site(from_prior(model, NOISE, 0), first, where, samples)
+    route = [(first, state)]
     candidates = sites_around(reach, first.centres.mean(axis=0), distance)
-    while candidates and len(sites) < placements:
-        best, state = best_site(after[-1], candidates, where, samples, first.along)
-        candidates = [site for site in candidates if site is not best]
-        sites = [*sites, best]
-        after = [*after, state]
+    while candidates and len(route) < placements:
+        site, state = best_site(state, candidates, where, samples, first.along)
+        route.append((site, state))
+        candidates = [candidate for candidate in candidates if candidate is not site]
     return Plan(
         distance,
-        tuple(as_point(site.centres.mean(axis=0).round(3)) for site in sites),
-        tuple(state.error(where) for state in after),
+        tuple(as_point(site.centres.mean(axis=0).round(3)) for site, _ in route),
+        tuple(state.error(where) for _, state in route),
         turn,
     )
 

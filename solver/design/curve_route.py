@@ -41,10 +41,6 @@ class CurveAnnealing(Annealing):
         start: np.ndarray | None,
     ) -> None:
         pools = {k: pool[:POOL] for k, pool in pools.items()}
-        ends = np.cumsum([len(pool) for pool in pools.values()])
-        n = 3 * int(ends[-1])
-        triples: np.ndarray = np.arange(n).reshape(-1, 3)
-        rows = dict(zip(pools, np.split(triples, ends[:-1]), strict=True))
         of_pools = [(pool, k) for k, pool in pools.items()]
         K, lengths = _joint_covariance(state, [*taken, *of_pools])
         t = 3 * sum(len(q) for q, _ in taken)
@@ -52,16 +48,20 @@ class CurveAnnealing(Annealing):
         scale = lengths / np.linalg.norm(lengths)
         relative = np.eye(PAIRS) - np.outer(scale, scale)
         projection = np.vstack([scale, relative]) / PAIRS**0.5
-        after = np.concatenate([after[:n], projection @ after[n:]])
-        self.joint = np.concatenate([after[:, :n], after[:, n:] @ projection.T], axis=1)
+        n = len(after) - PAIRS
+        across = projection @ after[n:, :n]
+        of_distances = projection @ after[n:, n:] @ projection.T
+        self.joint = np.block([[after[:n, :n], across.T], [across, of_distances]])
         self.distances = np.arange(n, len(self.joint))
-        super().__init__(self.distances[:0], rows, projection, pools, order, start)
+        rows: np.ndarray = np.arange(n).reshape(-1, 3)
+        super().__init__(rows[:0].ravel(), rows, projection, pools, order, start)
 
     def updated(self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1) -> np.ndarray:
         """Return which rows of K are sampled, after more or without some."""
         if sign > 0:
             return np.append(covariance, rows)
-        return np.delete(covariance, np.flatnonzero(covariance == rows[0])[0] + np.arange(3))
+        first = np.flatnonzero(covariance == rows[0])[0]
+        return np.delete(covariance, first + np.arange(3))
 
     def seen(self, covariance: np.ndarray, rows: np.ndarray) -> Prospect:
         """Return as the base does, after the samples in some rows of K.
@@ -93,24 +93,25 @@ def _joint_covariance(
     q = np.concatenate([p for p, _ in some])
     ends = workspace(model.robot, 2 * PAIRS)
     _, _, by_joints = model.linearise(state.x, q, np.tile(0 * q, 2))
-    points, J, by_ends = model.linearise(state.x, ends, np.tile(0 * ends, 2))
+    points, by_unknowns, ends_by_joints = model.linearise(state.x, ends, np.tile(0 * ends, 2))
     offsets = points[1::2] - points[::2]
     lengths = np.linalg.norm(offsets, axis=1)
     along = np.repeat(unit * offsets / lengths[:, None], 2, axis=0)
     along[::2] *= -1
-    of_ends = np.zeros((len(ends), len(state.covariance)))
-    of_ends[:, : model.size] = np.einsum("ni,nij->nj", along, J)
-    of_samples = np.concatenate([state.whitened(p, k) for p, k in some])
-    A = np.concatenate([of_samples.reshape(-1, of_ends.shape[1]), of_ends])
+    ends_by_unknowns = np.zeros((len(ends), len(state.covariance)))
+    ends_by_unknowns[:, : model.size] = np.einsum("ni,nij->nj", along, by_unknowns)
+    of_samples = [np.concatenate(state.whitened(p, k)) for p, k in some]
+    A = np.concatenate([*of_samples, ends_by_unknowns])
     covariance = A @ state.covariance @ A.T
     # by the curve of each joint, at its angles
     angles = np.concatenate([np.repeat(q, 3, axis=0), ends])
-    of_ends = np.einsum("ni,nij->nj", along, by_ends)
-    slopes = np.concatenate([unit * by_joints.reshape(-1, q.shape[1]), of_ends])
+    along_joints = np.einsum("ni,nij->nj", along, ends_by_joints)
+    slopes = np.concatenate([unit * np.concatenate(by_joints), along_joints])
     slopes *= CURVE.typical_shift
     for angle, slope in zip(angles.T, slopes.T, strict=True):
-        chord = 2 * np.sin((angle[:, None] - angle) / 2)
+        chord = 2 * np.sin(np.subtract.outer(angle, angle) / 2)
         covariance += np.outer(slope, slope) * kernel(chord, TYPICAL_LENGTH)[0]
     n = 3 * len(q)
     first = [*range(n), *range(n, len(angles), 2)]  # a distance has two ends
-    return np.add.reduceat(np.add.reduceat(covariance, first, axis=0), first, axis=1), lengths
+    summed = np.add.reduceat(covariance, first, axis=0)
+    return np.add.reduceat(summed, first, axis=1), lengths

@@ -6,7 +6,6 @@ All of it follows from the posterior's covariance, to first order; docs/model.md
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from statistics import median
 from typing import NamedTuple
 
 import numpy as np
@@ -25,12 +24,13 @@ from ..data import (
     Measurement,
     RobotRecordings,
     SocketSamples,
+    as_point,
     observe,
 )
 from ..paper import NotConverged
 from ..results import ErrorMap, JointEffect, Scale
 from ..robot import Robot, choose_parameters, workspace
-from .information import from_fit, unit, updated
+from .information import from_fit, unit
 
 POSES = 2000
 """Random poses of the workspace."""
@@ -44,22 +44,21 @@ def predicted_posterior(posterior: Posterior, by_socket: Sequence[SocketSamples]
     The sockets are as far apart as before, but for how the base bends: an error of their distance
     is the same one, and recording more does not make it smaller.
     """
-    state = from_fit(posterior)
-    first = state.sockets
-    new = state.with_sockets(len(by_socket))
-    samples = [new.whitened(q, k, moments) for k, (q, moments) in enumerate(by_socket, first)]
-    rows = np.concatenate(samples).reshape(-1, len(new.covariance))
-    before = next((length for length in posterior.data.known if length.on_base), None)
-    if before is not None and len(by_socket) > 1:
+    before = from_fit(posterior)
+    first = before.sockets
+    after = before.with_sockets(len(by_socket))
+    for k, (q, moments) in enumerate(by_socket, first):
+        after = after.with_samples(q, k, moments)
+    on_base = [length for length in posterior.data.known if length.on_base]
+    if on_base and len(by_socket) > 1:
+        a, b = on_base[0].first, on_base[0].second
         means = [posterior.predict(*samples).mean(axis=0) for samples in by_socket[:2]]
-        u = unit(posterior.centres[before.second] - posterior.centres[before.first])
+        u = unit(posterior.centres[b] - posterior.centres[a])
         v = unit(means[1] - means[0])
-        ends = {before.first: u, before.second: -u, first: -v, first + 1: v}
-        rows = np.concatenate([rows, new.of_lengths(ends, 2**0.5 * SEAT_DEVIATION)])
-    # the new centres come first in the factorisation: what follows is free of them
-    centres = 3 * len(by_socket)
-    R = np.asarray(np.linalg.qr(np.roll(rows, centres, axis=1), mode="r"))
-    return replace(posterior, covariance=updated(state.covariance, R[centres:, centres:]))
+        ends = {a: u, b: -u, first: -v, first + 1: v}
+        after = after.with_lengths(ends, 2**0.5 * SEAT_DEVIATION)
+    size = len(before.covariance)
+    return replace(posterior, covariance=after.covariance[:size, :size])
 
 
 WorkspaceSamples = tuple[np.ndarray, np.ndarray]
@@ -87,12 +86,10 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     slopes = np.einsum("ni,nij->nj", directions, by_unknowns - J.mean(axis=0))
     variances = np.sum(slopes @ posterior.of_unknowns * slopes, axis=1)
     width = float(np.linalg.norm(points[:, :2], axis=1).max()) / CELLS
-    by_cell: dict[tuple[float, float], list[float]] = {}
-    middles = (np.floor(points[:, :2] / width) + 0.5) * width
-    for middle, variance in zip(middles.tolist(), variances.tolist(), strict=True):
-        by_cell.setdefault((middle[0], middle[1]), []).append(variance)
-    cells = ((x, y, median(values) ** 0.5) for (x, y), values in sorted(by_cell.items()))
-    return ErrorMap(width, tuple(cells))
+    cells, cell = np.unique(np.floor(points[:, :2] / width), axis=0, return_inverse=True)
+    medians = [np.median(variances[cell.ravel() == k]) for k in range(len(cells))]
+    rows = np.column_stack([(cells + 0.5) * width, np.sqrt(medians)])
+    return ErrorMap(width, tuple(map(as_point, rows)))
 
 
 def joint_effects(
@@ -107,9 +104,9 @@ def joint_effects(
     displacement, less its mean in each socket, or over random ``poses``. ``x`` are the model's
     unknowns, shape (size,), and ``by_socket`` is that of :func:`predicted_posterior`.
     """
-    owners = np.array([name.rpartition(".")[0] for name in model.names])
-    joints = list(dict.fromkeys(owners.tolist()))
-    changes = (np.array(joints)[:, None] == owners) * x
+    owners = [name.rpartition(".")[0] for name in model.names]
+    joints = list(dict.fromkeys(owners))
+    changes = np.equal.outer(joints, owners) * x
 
     def squares(J: np.ndarray) -> np.ndarray:
         return np.sum(((J - J.mean(axis=0)) @ changes.T) ** 2, axis=1)

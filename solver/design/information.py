@@ -98,11 +98,7 @@ class ParameterCovariance:
     def with_lengths(
         self, ends: Mapping[int, np.ndarray], deviation: float
     ) -> "ParameterCovariance":
-        """Return the same with a measured sum of lengths, see :meth:`of_lengths`."""
-        return self._updated(self.of_lengths(ends, deviation))
-
-    def of_lengths(self, ends: Mapping[int, np.ndarray], deviation: float) -> np.ndarray:
-        """Return C^-1/2 A of a measured sum of lengths between sockets, shape (1, n).
+        """Return the same with a measured sum of lengths between sockets.
 
         Args:
             ends: For each socket, the sum's derivative by its centre, shape (3,): for a distance
@@ -111,8 +107,8 @@ class ParameterCovariance:
         """
         row = np.zeros((1, len(self.covariance)))
         for socket, slope in ends.items():
-            row[0, self._centre(socket)] = slope
-        return row / deviation
+            row[0, self._centre(socket)] = slope / deviation
+        return replace(self, covariance=updated(self.covariance, row))
 
     def with_samples(
         self, q: np.ndarray, socket: int, moments: np.ndarray | None = None
@@ -122,7 +118,8 @@ class ParameterCovariance:
         Their configurations q have shape (N, m) [rad], and moments that hold the joints (N, 3 m) [N
         m]; None for a rigid arm.
         """
-        return self._updated(self.whitened(q, socket, moments).reshape(-1, len(self.covariance)))
+        rows = np.concatenate(self.whitened(q, socket, moments))
+        return replace(self, covariance=updated(self.covariance, rows))
 
     def whitened(self, q: np.ndarray, socket: int, moments: np.ndarray | None = None) -> np.ndarray:
         """Return L^-1 A of (D1) for each of some samples, shape (N, 3, n), with C = L L^T."""
@@ -152,9 +149,6 @@ class ParameterCovariance:
         """Return where a socket's centre stands among the unknowns."""
         begin = self.model.size + 3 * socket
         return slice(begin, begin + 3)
-
-    def _updated(self, A: np.ndarray) -> "ParameterCovariance":
-        return replace(self, covariance=updated(self.covariance, A))
 
 
 def updated(covariance: np.ndarray, A: np.ndarray, sign: int = 1) -> np.ndarray:

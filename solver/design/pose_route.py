@@ -58,7 +58,7 @@ def _costs(ways: np.ndarray, turns: np.ndarray, typical: np.ndarray) -> np.ndarr
 
 
 class Annealing:
-    """State of the annealing: the chosen poses, and the covariance after them."""
+    """State of the annealing: the chosen poses among those of all pools, one for each sample."""
 
     sweeps = SWEEPS
     slack = SLACK
@@ -66,46 +66,65 @@ class Annealing:
     def __init__(
         self,
         prior: np.ndarray,
-        rows: Mapping[int, np.ndarray],
-        projection: np.ndarray,
+        rows: np.ndarray,
+        judged: np.ndarray,
         pools: Mapping[int, np.ndarray],
         order: Sequence[int],
         start: np.ndarray | None = None,
     ) -> None:
+        """Begin without a choice.
+
+        Args:
+            prior: The covariance before all samples, or what stands for it.
+            rows: Derivatives of all poses, pool after pool, shape (P, 3, n), or what stands for
+                them.
+            judged: Of the distances, see :attr:`.Workspace.judged`.
+            pools: For each socket in the order, poses that reach it, shape (N, m).
+            order: The socket of each sample to come, T of them.
+            start: The arm's pose now, shape (m,).
+        """
         self.prior = prior
         self.rows = rows
-        self.judged = projection
-        self.pools = pools
-        self.order = list(order)
+        self.judged = judged
+        self.order = np.array(order)
         self.start = start
+        self.poses = np.concatenate([*pools.values()])
+        ends = np.cumsum([len(pool) for pool in pools.values()]).tolist()
+        self.pools = {
+            k: slice(end - len(pools[k]), end) for k, end in zip(pools, ends, strict=True)
+        }
         self.chosen = np.zeros(len(order), dtype=int)
         self.generator = np.random.default_rng(0)
-        self._first = 0 if start is None else 1
-        self._way = np.zeros((0, 0))
+        self._allowed = np.zeros(2)
+        self._typical = np.zeros(self.poses.shape[1])
 
     def greedy(self) -> np.ndarray:
         """Choose the poses that teach most, one by one, and return the covariance after them."""
         covariance = self.prior
         for t, k in enumerate(self.order):
-            _, relative = self.seen(covariance, self.rows[k]).mean_variances
-            self.chosen[t] = int(np.argmin(relative))
-            covariance = self.updated(covariance, self.rows[k][self.chosen[t]])
+            pool = self.pools[k]
+            _, relative = self.seen(covariance, self.rows[pool]).mean_variances
+            self.chosen[t] = pool.start + np.argmin(relative)
+            covariance = self.updated(covariance, self.rows[self.chosen[t]])
         return covariance
 
     def near(self, poses: np.ndarray) -> None:
         """Choose the poses of the pools that are nearest to some, in their order."""
         for t, (k, q) in enumerate(zip(self.order, poses, strict=False)):
-            self.chosen[t] = int(np.argmin(np.abs(self.pools[k] - q).max(axis=1)))
+            pool = self.pools[k]
+            self.chosen[t] = pool.start + np.argmin(np.abs(self.poses[pool] - q).max(axis=1))
 
-    def poses(self) -> np.ndarray:
-        """Return the chosen way, from the start on where it is known, shape (T, m)."""
-        way = [self.pools[k][i] for k, i in zip(self.order, self.chosen, strict=True)]
-        return np.stack(way if self.start is None else [self.start, *way])
+    def ways(self, chosen: np.ndarray) -> np.ndarray:
+        """Return ways through chosen poses, (..., T), from a known start on, (..., T + 1, m)."""
+        ways = self.poses[chosen]
+        if self.start is None:
+            return ways
+        starts = np.broadcast_to(self.start, (*ways.shape[:-2], 1, len(self.start)))
+        return np.concatenate([starts, ways], axis=-2)
 
     def covariance(self) -> np.ndarray:
         """Return the covariance after all chosen poses."""
-        some = [self.rows[k][i] for k, i in zip(self.order, self.chosen, strict=True)]
-        return self.updated(self.prior, np.concatenate(some))
+        return self.updated(self.prior, np.concatenate(self.rows[self.chosen]))
 
     def updated(self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1) -> np.ndarray:
         """Return a covariance after more samples, or without some (sign -1)."""
@@ -117,76 +136,76 @@ class Annealing:
 
     def allowed(self) -> np.ndarray:
         """Return both mean variances that no way may exceed, by the chosen poses, shape (2,)."""
-        none = next(iter(self.rows.values()))[:0]
-        return self.slack * with_and_without_scale(self.seen(self.covariance(), none).variances)
-
-    def anneal(self, hot: float, sweeps: int, allowed: np.ndarray, typical: np.ndarray) -> None:
-        """Draw each pose anew so many times, while it cools."""
-        self._way = self.poses()
-        for temperature in np.geomspace(hot, COLD, sweeps):
-            covariance = self.covariance()
-            for t in map(int, self.generator.permutation(len(self.order))):
-                covariance = self._drawn_anew(t, covariance, allowed, typical, temperature)
-                self._exchange(t, typical, temperature)
-
-    def _drawn_anew(
-        self,
-        t: int,
-        covariance: np.ndarray,
-        allowed: np.ndarray,
-        typical: np.ndarray,
-        temperature: float,
-    ) -> np.ndarray:
-        """Draw the pose of a sample from its pool, all others held; return the covariance after."""
-        k = self.order[t]
-        rows = self.rows[k]
-        remainder = self.updated(covariance, rows[self.chosen[t]], -1)
-        some = self.generator.integers(len(rows), size=DRAWN)
-        some[0] = self.chosen[t]
-        position = t + self._first
-        begin = max(position - 1, 0)
-        turns = np.abs(np.diff(self._way, axis=0))
-        turns[begin : position + 1] = 0
-        ways = np.tile(self._way[begin : position + 2], (DRAWN, 1, 1))
-        ways[:, position - begin] = self.pools[k][some]
-        variances = self.seen(remainder, rows[some]).mean_variances
-        excess = np.log(variances / allowed[:, None]).clip(0)
-        cost = _costs(ways, turns, typical) + HARD * excess.sum(axis=0)
-        drawn = some[self._draw(cost, temperature)]
-        if drawn == self.chosen[t]:
-            return covariance
-        self.chosen[t] = drawn
-        self._way[position] = self.pools[k][drawn]
-        return self.updated(remainder, rows[drawn])
-
-    def _exchange(self, t: int, typical: np.ndarray, temperature: float) -> None:
-        """Let a pose change places with one of its socket, or stay."""
-        matches = np.flatnonzero(np.array(self.order) == self.order[t])
-        places = np.tile(np.arange(len(self._way)), (len(matches), 1))
-        places[:, t + self._first] = matches + self._first
-        places[np.arange(len(matches)), matches + self._first] = t + self._first
-        still = np.zeros_like(self._way[1:])
-        swap = self._draw(_costs(self._way[places], still, typical), temperature)
-        self._way = self._way[places[swap]]
-        partner = matches[swap]
-        self.chosen[[t, partner]] = self.chosen[[partner, t]]
+        variances = self.seen(self.covariance(), self.rows[:0]).variances
+        return self.slack * with_and_without_scale(variances)
 
     def way(self, before: np.ndarray | None) -> np.ndarray:
         """Return the poses in their order, see :func:`plan_poses`, shape (T, m)."""
         self.greedy()
-        allowed = self.allowed()
-        typical = np.abs(np.diff(self.poses(), axis=0)).sum(axis=0).clip(1e-3)
+        self._allowed = self.allowed()
+        turns = np.abs(np.diff(self.ways(self.chosen), axis=0))
+        self._typical = turns.sum(axis=0).clip(1e-3)
         if before is None:
-            self.anneal(HOT, self.sweeps, allowed, typical)
+            self._anneal(HOT, self.sweeps)
         else:
             self.near(before)
-            self.anneal(WARM, AGAIN, allowed, typical)
-        return self.poses()[-len(self.order) :]
+            self._anneal(WARM, AGAIN)
+        return self.poses[self.chosen]
+
+    def _anneal(self, hot: float, sweeps: int) -> None:
+        """Draw each pose anew so many times, while it cools."""
+        for temperature in np.geomspace(hot, COLD, sweeps):
+            covariance = self.covariance()
+            for t in self.generator.permutation(len(self.order)):
+                covariance = self._drawn_anew(t, covariance, temperature)
+                self._exchange(t, temperature)
+
+    def _drawn_anew(self, t: int, covariance: np.ndarray, temperature: float) -> np.ndarray:
+        """Draw the pose of a sample from its pool, all others held; return the covariance after."""
+        old = self.chosen[t]
+        remainder = self.updated(covariance, self.rows[old], -1)
+        pool = self.pools[self.order[t]]
+        some = pool.start + self.generator.integers(pool.stop - pool.start, size=DRAWN)
+        some[0] = old
+        way = self.ways(self.chosen)
+        position = t + len(way) - len(self.chosen)
+        begin = max(position - 1, 0)
+        turns = np.abs(np.diff(way, axis=0))
+        turns[begin : position + 1] = 0
+        ways = np.tile(way[begin : position + 2], (DRAWN, 1, 1))
+        ways[:, position - begin] = self.poses[some]
+        variances = self.seen(remainder, self.rows[some]).mean_variances
+        excess = np.log(variances / self._allowed[:, None]).clip(0)
+        cost = _costs(ways, turns, self._typical) + HARD * excess.sum(axis=0)
+        self.chosen[t] = new = some[self._draw(cost, temperature)]
+        return covariance if new == old else self.updated(remainder, self.rows[new])
+
+    def _exchange(self, t: int, temperature: float) -> None:
+        """Let a pose change places with one of its socket, or stay."""
+        partners = np.flatnonzero(self.order == self.order[t])
+        chosen = np.tile(self.chosen, (len(partners), 1))
+        chosen[np.arange(len(partners)), partners] = self.chosen[t]
+        chosen[:, t] = self.chosen[partners]
+        ways = self.ways(chosen)
+        still = np.zeros_like(ways[0, 1:])
+        self.chosen = chosen[self._draw(_costs(ways, still, self._typical), temperature)]
 
     def _draw(self, cost: np.ndarray, temperature: float) -> int:
         """Return one of some states, by their costs."""
         sums = np.cumsum(np.exp((cost.min() - cost) / temperature))
         return int(np.searchsorted(sums, self.generator.uniform() * float(sums[-1])))
+
+
+def annealing(
+    state: ParameterCovariance,
+    where: Workspace,
+    pools: Mapping[int, np.ndarray],
+    order: Sequence[int],
+    start: np.ndarray | None = None,
+) -> Annealing:
+    """Return the annealing of poses by a covariance so far; see :func:`plan_poses`."""
+    rows = np.concatenate([state.whitened(pool, k) for k, pool in pools.items()])
+    return Annealing(state.covariance, rows, where.judged, pools, order, start)
 
 
 def plan_poses(
@@ -207,5 +226,4 @@ def plan_poses(
         start: The arm's pose now, shape (m,).
         before: A way that was returned before, of which this is the rest: only improved.
     """
-    rows = {k: state.whitened(pools[k], k) for k in set(order)}
-    return Annealing(state.covariance, rows, where.judged, pools, order, start).way(before)
+    return annealing(state, where, pools, order, start).way(before)

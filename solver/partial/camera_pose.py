@@ -195,7 +195,8 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     samples = [sample for m in data for sample in m.placement.samples]
     poses = prior.flanges(prior.mean, q, moments)
     starts = {way: poses.hand_eye(side(B), where) for way, side in SIDES.items()}
-    if not _fits(camera, starts):
+    misfit = _misfit(camera, starts, B)
+    if misfit or starts[camera].distance > LOOSE:
         reading = fitting_reading(samples, poses, SIDES[camera])
         if reading:
             raise UsageError(f"{where}: {reading}")
@@ -203,7 +204,8 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
         order = fitting_order(prior, q, SIDES[camera](B)) if in_order else None
         if order:
             raise UsageError(f"{where}: {order.words}")
-    _check_way(camera, starts, B, where)
+    if misfit:
+        raise UsageError(f"{where}: {misfit}")
     wheres = tuple(sample.where for sample in samples)
     rows = Rows(q, moments, np.zeros(len(q), int), ("",), wheres, turns=True)
     rows = replace(rows, left=B) if camera == "on-arm" else replace(rows, right=B)
@@ -213,32 +215,25 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     return Task(prior, rows, noise, widths, start=starts[camera], warnings=warnings)
 
 
-def _fits(camera: Camera, starts: dict[str, HandEye]) -> bool:
-    """Return True where the poses fit the camera, and the other kind far less."""
-    start, opposite = starts[camera], starts[OPPOSITE[camera]]
-    if start.distance > LOOSE or start.angle > NOTHING_FITS:
-        return False
-    return opposite.angle >= OTHER_WAY * start.angle
-
-
-def _check_way(camera: Camera, starts: dict[str, HandEye], B: np.ndarray, where: str) -> None:
-    """Refuse poses that fit the other kind of camera, or none."""
+def _misfit(camera: Camera, starts: dict[str, HandEye], B: np.ndarray) -> str:
+    """Return in words that poses fit the other kind of camera, or none; empty where they fit."""
     other = OPPOSITE[camera]
     angle, opposite_angle = starts[camera].angle, starts[other].angle
     if opposite_angle < OTHER_WAY * angle:
         mend = [f"use --camera {other}", "invert them, if they are the camera's in the board"]
         if not (B[:, 2, 3] > 0).all():  # a camera sees only what is before it
             mend.reverse()
-        raise UsageError(
-            f"{where}: {angle:.2g} rad are left by a camera {camera}, {opposite_angle:.2g} by one "
-            f"{other} or by inverse poses: {'; or '.join(mend)}"
+        return (
+            f"{angle:.2g} rad are left by a camera {camera}, {opposite_angle:.2g} by one {other} "
+            f"or by inverse poses: {'; or '.join(mend)}"
         )
     if angle > NOTHING_FITS:
-        raise UsageError(
-            f"{where}: the poses fit no camera on or beside this arm ({angle:.2g} rad "
-            "left): is it this arm's calibration? Do joints and poses belong together, in radians, "
-            "and qx,qy,qz,qw in this order? Is the board turned over in some views?"
+        return (
+            f"the poses fit no camera on or beside this arm ({angle:.2g} rad left): is it this "
+            "arm's calibration? Do joints and poses belong together, in radians, and qx,qy,qz,qw "
+            "in this order? Is the board turned over in some views?"
         )
+    return ""
 
 
 def _held_out(system: System) -> tuple[float, float]:

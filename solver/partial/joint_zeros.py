@@ -191,8 +191,7 @@ def rezero(
         raise UsageError(
             f"{count} samples for {asked} zeros and {sockets} sockets; record 6 in each"
         )
-    result = find_zeros(task, [names.index(joint) for joint in joints])
-    system, zeros, unchanged = result.system, result.joints, result.unchanged
+    system, unchanged, zeros = find_zeros(task, [names.index(joint) for joint in joints])
     limit = OTHER_MODEL
     if isinstance(arm, Calibration):
         changed = any(zero.offset for zero in zeros)

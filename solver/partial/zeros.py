@@ -80,19 +80,13 @@ def fit_with_zeros(task: Task, joints: Sequence[int] | np.ndarray) -> System:
     return fit(task.freeing(dict.fromkeys(zeros, ZERO)))
 
 
-@dataclass(frozen=True)
-class FoundZeros:
-    """A fit with free zeros, and what it tells of each joint."""
+def find_zeros(
+    task: Task, joints: Sequence[int]
+) -> tuple[System, float | None, tuple[JointZero, ...]]:
+    """Return the fit with free zeros of the named joints, or of those that the evidence names.
 
-    system: System
-    unchanged: float | None
-    """Probability that no zero changed; None where joints were named."""
-    joints: tuple[JointZero, ...]
-    """All of the arm's, in chain order."""
-
-
-def find_zeros(task: Task, joints: Sequence[int]) -> FoundZeros:
-    """Return the fit with free zeros of the named joints, or of those that the evidence names."""
+    Then the probability that none changed, None for joints that were named; and all joints' zeros.
+    """
     names, zeros = task.prior.robot.joint_names, task.prior.zeros
     if joints:
         probability = np.isin(np.arange(len(names)), joints) * 1.0
@@ -119,7 +113,7 @@ def find_zeros(task: Task, joints: Sequence[int]) -> FoundZeros:
         shifts = system.state.x[unknowns] - task.prior.mean[unknowns]
         offsets[changed] = np.where(deviations[changed] < UNIDENTIFIABLE, shifts, 0)
     columns = probability.tolist(), offsets.tolist(), deviations.tolist()
-    return FoundZeros(system, unchanged, tuple(map(JointZero, names, *columns)))
+    return system, unchanged, tuple(map(JointZero, names, *columns))
 
 
 def zero_deviations(system: System) -> np.ndarray:

@@ -41,12 +41,12 @@ def both(variances):
 
 def test_the_state_after_samples_is_that_of_the_whole_covariance(known, pools):
     state = CurveAnnealing(known, [(pools[0][:3], 0)], pools, ORDER, None)
-    state.chosen = np.arange(8) + 10
-    poses = [*pools[0][:3], *state.poses()]
+    state.chosen = np.arange(8) + 10 + len(pools[0]) * np.array(ORDER)
+    poses = [*pools[0][:3], *state.poses[state.chosen]]
     whole = left_unknown(known, poses, [0] * 3 + ORDER)
     assert state.allowed() / state.slack == pytest.approx(whole, rel=1e-6)
-    less = state.updated(state.covariance(), state.rows[1][17], -1)
-    variances = state.seen(less, state.rows[1][:0])[2]
+    less = state.updated(state.covariance(), state.rows[state.chosen[-1]], -1)
+    variances = state.seen(less, state.rows[:0]).variances
     without = left_unknown(known, poses[:-1], [0] * 3 + ORDER[:-1])
     assert both(variances) == pytest.approx(without, rel=1e-6)
 
