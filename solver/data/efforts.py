@@ -28,38 +28,34 @@ ENOUGH = 8
 """Fewest samples that show it."""
 
 
-def contradiction(placement: Placement, robot: Robot, load: Load) -> str | None:
-    """Return how efforts contradict the model's gravity torque, or None where they do not."""
+def with_plausible_efforts(placement: Placement, robot: Robot, load: Load) -> Placement:
+    """Return a placement without efforts that contradict the model, and a remark that says so."""
     efforts = placement.efforts
     q = placement.positions
     if efforts is None or len(q) < ENOUGH or not robot.bodies:
-        return None
-    tau = gravity_moments(robot, q, load.gravity, load.payload)[:, : q.shape[1]]
+        return placement
+    moments = gravity_moments(robot, q, load.gravity, load.payload)
+    tau = moments[:, : q.shape[1]]
     loaded = np.sqrt(np.mean(tau**2, axis=0)) > CARRIES
-    product = float(np.sum((tau * efforts)[:, loaded]))
-    square = float(np.sum(tau[:, loaded] ** 2))
-    of_efforts = float(np.sum(efforts[:, loaded] ** 2))
-    if square * of_efforts == 0:
-        return None
+    tau = tau[:, loaded]
+    e = efforts[:, loaded]
+    square = float(np.sum(tau**2))
+    square_of_efforts = float(np.sum(e**2))
+    if square * square_of_efforts == 0:
+        return placement
+    product = float(np.sum(tau * e))
     slope = product / square
-    correlation = product / math.sqrt(square * of_efforts)
+    correlation = product / math.sqrt(square * square_of_efforts)
     if abs(correlation) < CLEAR or LEAST_SLOPE < slope < LARGEST_SLOPE:
-        return None
+        return placement
     reason = "are they in N m"
     if -LARGEST_SLOPE < slope < 0:
         reason = (
             "is their sign turned (option `effort` of the driver), or does the arm hang (--gravity)"
         )
-    return (
+    remark = (
         f"{placement.where}: efforts are {slope:.3g} times the model's gravity torque "
         f"(correlation {correlation:.3f}); {reason}? The model's torque takes their place"
     )
-
-
-def with_plausible_efforts(placement: Placement, robot: Robot, load: Load) -> Placement:
-    """Return a placement without efforts that contradict the model, and a remark that says so."""
-    words = contradiction(placement, robot, load)
-    if words is None:
-        return placement
     samples = tuple(replace(sample, effort=None) for sample in placement.samples)
-    return replace(placement, samples=samples, remarks=(*placement.remarks, words))
+    return replace(placement, samples=samples, remarks=(*placement.remarks, remark))

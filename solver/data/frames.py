@@ -51,7 +51,10 @@ class Pose:
     @property
     def matrix(self) -> np.ndarray:
         """The pose as a matrix [R p; 0 0 0 1], shape (4, 4)."""
-        return np.block([[self.rotation, self.translation[:, None]], [np.eye(4)[3:]]])
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.rotation
+        matrix[:3, 3] = self.translation
+        return matrix
 
     def __matmul__(self, inner: "Pose") -> "Pose":
         """Return a pose of the outer frame that is given in the inner one."""
@@ -67,7 +70,8 @@ class Pose:
 
     def moved(self, change: np.ndarray) -> "Pose":
         """Return the pose after a turn about the outer axes [rad], then a shift [m], shape (6,)."""
-        return Pose(turn(change[:3]) @ self.rotation, self.translation + change[3:])
+        rotation = turn(change[:3]) @ self.rotation
+        return Pose(rotation, self.translation + change[3:])
 
     def slopes(self, points: np.ndarray) -> np.ndarray:
         """Return the derivatives of :meth:`apply` by the numbers of :meth:`moved`, (N, 3, 6).
@@ -89,6 +93,13 @@ def as_point(vector: np.ndarray) -> tuple[float, float, float]:
 IDENTITY = Pose(np.eye(3), np.zeros(3))
 
 
+def nearest_rotation(matrix: np.ndarray, *, mirrored: bool = False) -> np.ndarray:
+    """Return the rotation nearest to a matrix, or the reflection, shape (3, 3)."""
+    U, _, Vt = np.linalg.svd(matrix)
+    U[:, 2] *= np.sign(np.linalg.det(U @ Vt)) * (-1 if mirrored else 1)
+    return U @ Vt
+
+
 def kabsch_rotation(
     inner: np.ndarray,
     outer: np.ndarray,
@@ -101,9 +112,7 @@ def kabsch_rotation(
     ``inner`` is turned into ``outer``, both of shape (N, 3), with weights of shape (N,);
     ``mirrored`` asks for the best reflection instead, which no rigid motion can be.
     """
-    U, _, Vt = np.linalg.svd((np.reshape(weights, (-1, 1)) * inner).T @ outer)
-    sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt)) * (-1 if mirrored else 1)
-    return Vt.T @ np.diag([1.0, 1.0, sign]) @ U.T
+    return nearest_rotation((outer.T * weights) @ inner, mirrored=mirrored)
 
 
 def kabsch(
@@ -124,7 +133,8 @@ def kabsch(
 
 def robust_weights(squares: np.ndarray) -> np.ndarray:
     """Return weights that fall with squared errors, shape (N,)."""
-    return 1 / (1 + squares / (5 * max(float(np.median(squares)), 1e-24)))
+    typical = max(float(np.median(squares)), 1e-24)
+    return 1 / (1 + squares / (5 * typical))
 
 
 def fit_pose(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) -> Pose:
@@ -135,7 +145,8 @@ def fit_pose(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) ->
     """
     pose = kabsch(inner, outer, mirrored=mirrored)
     for _ in range(REWEIGHTINGS - 1):
-        weights = robust_weights(np.sum((pose.apply(inner) - outer) ** 2, axis=1))
+        errors = pose.apply(inner) - outer
+        weights = robust_weights(np.sum(errors**2, axis=1))
         pose = kabsch(inner, outer, weights, mirrored=mirrored)
     return pose
 
@@ -217,8 +228,9 @@ def _placed(frame: FrameObservations, world: np.ndarray) -> Pose:
     misfit = np.linalg.norm(pose.apply(inner) - outer, axis=1)
     if len(inner) > 3:
         mirror = fit_pose(inner, outer, mirrored=True)
-        misfit_of_mirror = np.linalg.norm(mirror.apply(inner) - outer, axis=1)
-        if np.median(misfit) > 0.01 and np.median(misfit_of_mirror) < MIRRORED * np.median(misfit):
+        typical = float(np.median(misfit))
+        typical_of_mirror = np.median(np.linalg.norm(mirror.apply(inner) - outer, axis=1))
+        if typical > 0.01 and typical_of_mirror < MIRRORED * typical:
             raise FrameError(
                 f"{wheres[0]}: coordinates of frame {frame.name!r} are mirrored (left-handed): "
                 "swap two axes, or change the sign of one"
@@ -249,4 +261,5 @@ def check_base(measured: FrameObservations, visited: FrameObservations) -> None:
 
 def _spread(points: np.ndarray) -> float:
     """Return the typical distance of points from their middle [m]."""
-    return float(np.median(np.linalg.norm(points - np.median(points, axis=0), axis=1)))
+    arms = points - np.median(points, axis=0)
+    return float(np.median(np.linalg.norm(arms, axis=1)))

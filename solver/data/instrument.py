@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from ..robot import cross_matrices, rotation_vectors
-from .frames import REWEIGHTINGS, FrameError, Pose, robust_weights
+from .frames import REWEIGHTINGS, FrameError, Pose, nearest_rotation, robust_weights
 
 ALONG_ONE_AXIS = 1e-3
 """Share of the turns about other axes below which the poses turn about one axis only."""
@@ -154,5 +154,4 @@ def _angle(R: np.ndarray, M: np.ndarray) -> float:
 
 def _nearest(matrix: np.ndarray) -> np.ndarray:
     """Return the rotation nearest to a matrix or to its opposite, shape (3, 3)."""
-    U, _, Vt = np.linalg.svd(matrix * np.sign(np.linalg.det(matrix)))
-    return U @ Vt
+    return nearest_rotation(matrix * np.sign(np.linalg.det(matrix)))

@@ -34,7 +34,7 @@ Frame = TypeVar("Frame")
 COLUMNS = ("frame", "socket", "x", "y", "z", "deviation")
 LARGEST_DEVIATION = 1.0
 """No coordinates are measured worse than this [m]."""
-_SOCKET = re.compile(r"(.+):(\d+)")
+_SOCKET = re.compile(r".+:\d+")
 _WORDS = re.compile(r"([^=/]+)/(.+:\d+)=([^,]+),([^,]+),([^,]+?)\+-(.+)")
 _FRAME = re.compile(r"[\w.-]+(:base)?")
 
@@ -121,7 +121,7 @@ def common_covariance(first: Sequence[Known[int]], second: Sequence[Known[int]])
     return covariance
 
 
-_KNOWN = re.compile(r"(.+):(\d+)-(.+):(\d+)=([^+]+?)(?:\+-(.+))?")
+_KNOWN = re.compile(r"(.+:\d+)-(.+:\d+)=([^+]+?)(?:\+-(.+))?")
 
 
 def parse_known(text: str) -> KnownDistance:
@@ -130,8 +130,8 @@ def parse_known(text: str) -> KnownDistance:
     try:
         if match is None:
             raise ValueError
-        distance = metres(match[5])
-        deviation = CALIPER_DEVIATION if match[6] is None else metres(match[6])
+        distance = metres(match[3])
+        deviation = CALIPER_DEVIATION if match[4] is None else metres(match[4])
     except ValueError:
         raise KnownError(
             f"known distance {text!r}: expected A:0-B:0=0.175+-0.0001: placement, socket, "
@@ -139,7 +139,13 @@ def parse_known(text: str) -> KnownDistance:
         ) from None
     if not (0 < distance < 20 and 0 < deviation < math.inf):
         raise KnownError(f"known distance {text!r}: distance and deviation are positive metres")
-    return KnownDistance((match[1], int(match[2])), (match[3], int(match[4])), distance, deviation)
+    return KnownDistance(_label(match[1]), _label(match[2]), distance, deviation)
+
+
+def _label(words: str) -> Label:
+    """Return the socket in words like ``left:0``."""
+    name, _, number = words.rpartition(":")
+    return name, int(number)
 
 
 def find_socket(
@@ -215,8 +221,7 @@ def _rows(file: Path) -> list[SocketAt]:
 
 
 def _socket_at(where: str, frame: str, socket: str, values: Sequence[float]) -> SocketAt:
-    match = _SOCKET.fullmatch(socket)
-    if match is None:
+    if not _SOCKET.fullmatch(socket):
         raise FrameError(f"{where}: socket {socket!r}: expected PLACEMENT:0")
     if not _FRAME.fullmatch(frame):
         raise FrameError(f"{where}: frame {frame!r} is no name: letters, digits, and . _ -")
@@ -225,7 +230,7 @@ def _socket_at(where: str, frame: str, socket: str, values: Sequence[float]) -> 
         raise FrameError(f"{where}: x, y, z are numbers, and the deviation a positive one")
     if deviation > LARGEST_DEVIATION:
         raise FrameError(f"{where}: a deviation of {deviation:g} m tells nothing; check its unit")
-    return SocketAt(frame, (match[1], int(match[2])), (x, y, z), deviation, where)
+    return SocketAt(frame, _label(socket), (x, y, z), deviation, where)
 
 
 def in_placements(

@@ -56,11 +56,13 @@ def parse_left_out(words: str) -> LeftOut:
     numbers: list[tuple[int, int]] = []
     for part in samples.split(",") if samples else ():
         ends = _RANGE.fullmatch(part)
-        first, last = (int(ends[1]), int(ends[2] or ends[1])) if ends else (1, 0)
+        first = int(ends[1]) if ends else 1
+        last = int(ends[2] or ends[1]) if ends else 0
         if last < first:
             raise LeaveOutError(f"--leave-out {words}: samples {part!r}; {EXAMPLE}")
         numbers.append((first, last))
-    return LeftOut(words, placement, None if socket is None else int(socket), tuple(numbers))
+    number = None if socket is None else int(socket)
+    return LeftOut(words, placement, number, tuple(numbers))
 
 
 def without(placements: Sequence[Placement], left_out: Iterable[str]) -> list[Placement]:

@@ -58,4 +58,5 @@ def read_lengths(
                 values.append(LENGTHS[column.unit] * float(cell))
             except ValueError:
                 raise error(f"{file}:{line}: {cell!r:.40} is no length") from None
-        yield line, [cells[column.index].strip() for column in columns[: len(names)]], values
+        texts = [cells[column.index].strip() for column in columns[: len(names)]]
+        yield line, texts, values

@@ -11,17 +11,16 @@ AGREEING = 1.2e-4
 _UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 
-def metres(text: str) -> float:
-    """Return a typed length, such as ``0.1001`` or ``100.1mm`` [m]; ValueError for no length."""
-    return _length(text, 1.0)
-
-
 def millimetres(text: str) -> float:
     """Return a typed length, such as ``0.1``, ``0.1mm`` or ``100um`` [mm]."""
-    return _length(text, 1e-3) / 1e-3
+    return metres(text, 1e-3) / 1e-3
 
 
-def _length(text: str, unit: float) -> float:
+def metres(text: str, unit: float = 1.0) -> float:
+    """Return a typed length, such as ``0.1001`` or ``100.1mm`` [m]; ValueError for no length.
+
+    ``unit`` is that of a number without one [m].
+    """
     word = text.strip()
     for name, factor in _UNITS.items():
         if word.endswith(name):
@@ -43,7 +42,8 @@ def agreed_length(readings: Sequence[float]) -> float:
 
     The last one stands where no two agree.
     """
-    a, b = min(pairwise(sorted(readings)), key=lambda pair: pair[1] - pair[0], default=(0.0, 1.0))
+    pairs = pairwise(sorted(readings))
+    a, b = min(pairs, key=lambda pair: pair[1] - pair[0], default=(0.0, 1.0))
     return round((a + b) / 2, 7) if b - a <= AGREEING else readings[-1]
 
 

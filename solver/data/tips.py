@@ -30,7 +30,8 @@ def tip_shift(points: np.ndarray, rotations: np.ndarray, measured: Measurement) 
         arms = places - places.mean(axis=0)
         turns = np.cross(arms[:, :, None], axes, axis=1)
         slopes = np.concatenate([rotations, turns, -axes], axis=2).reshape(-1, 9)
-        shift = shift + np.linalg.lstsq(slopes, (places - tips).ravel(), rcond=None)[0][:3]
+        errors = (places - tips).ravel()
+        shift = shift + np.linalg.lstsq(slopes, errors, rcond=None)[0][:3]
     return shift
 
 
