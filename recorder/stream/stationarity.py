@@ -90,6 +90,7 @@ class StationarityDetector:
 
     def __init__(self, joints: Sequence[JointLimits], length: float, still: float) -> None:
         self._joints = tuple(joints)
+        self._turn = np.array([0.0 if joint.prismatic else TURN for joint in joints])
         self.length = length
         self._still = still
         self._states: deque[JointState] = deque()
@@ -135,9 +136,8 @@ class StationarityDetector:
         stamps = [state.stamp for state in self._states]
         steps = [b - a for a, b in pairwise(stamps)] or [math.inf]
         lacking = FULL_SHARE * self.length - (stamps[-1] - stamps[0])
-        self.full = 2 * max(steps) <= self.length and (
-            lacking <= 0 or lacking <= median(steps)  # the last step may end just outside
-        )
+        # the last step may end just outside
+        self.full = 2 * max(steps) <= self.length and lacking <= median(steps)
         self.moving = "too few states yet: wait a moment"
         step = min(self._steps, default=math.inf)
         slow = 2 * step > self.length and len(self._steps) == MIN_STATES
@@ -152,7 +152,7 @@ class StationarityDetector:
             return None
         positions = np.array([state.position for state in self._states])
         turns = np.rint((positions - positions[0]) / TURN)
-        positions -= TURN * np.where([joint.prismatic for joint in self._joints], 0.0, turns)
+        positions -= turns * self._turn
         spread = positions.std(axis=0)
         worst = int(spread.argmax())
         self.fast = bool(spread[worst] > FAST * self._still)
@@ -161,20 +161,16 @@ class StationarityDetector:
             swing = float(np.ptp(positions[:, worst]))
             self.moving = f"still moving: {joint.name} by {joint.shown(swing)}"
             return None
-        efforts = [state.effort for state in self._states if state.effort is not None]
-        measured = np.array(efforts) if len(efforts) == len(stamps) else None
+        effort = effort_spread = None
+        if all(state.effort is not None for state in self._states):
+            efforts = np.array([state.effort for state in self._states])
+            effort = tuple(efforts.mean(axis=0).tolist())
+            effort_spread = tuple(efforts.std(axis=0).tolist())
+        position = tuple(positions.mean(axis=0).tolist())
+        spreads = tuple(spread.tolist())
         return StationaryPose(
-            position=_floats(positions.mean(axis=0)),
-            spread=_floats(spread),
-            effort=None if measured is None else _floats(measured.mean(axis=0)),
-            effort_spread=None if measured is None else _floats(measured.std(axis=0)),
-            stamp=stamps[-1],
-            states=len(stamps),
+            position, spreads, effort, effort_spread, stamp=stamps[-1], states=len(stamps)
         )
-
-
-def _floats(values: np.ndarray) -> tuple[float, ...]:
-    return tuple(values.tolist())
 
 
 LONG = 0.25

@@ -1,11 +1,13 @@
 """Single key presses and signals of a terminal, which is given back as it was whatever happens."""
 
+import json
 import os
 import re
 import signal
 import socket
 import sys
 from contextlib import suppress
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -13,18 +15,13 @@ from ...drivers import clock
 
 # Arrow keys, function keys, Alt with a letter: none of them may pass for a letter.
 _KEY = re.compile(rb"\x1b(\[\[?[0-?]*[ -/]*[@-~]|O[ -~]|[^\[O\x1b])|[^\x1b]|\x1b")
-_SEQUENCES = {
-    **dict(zip("ABCDHF", ("Up", "Down", "Right", "Left", "Home", "End"), strict=True)),
-    **dict(zip(("2~", "3~", "5~", "6~"), ("Insert", "Delete", "PageUp", "PageDown"), strict=True)),
-    **dict(zip(("1~", "4~", "7~", "8~"), ("Home", "End", "Home", "End"), strict=True)),
-    **dict(zip("PQRS", ("F1", "F2", "F3", "F4"), strict=True)),
-    **{f"{code}~": f"F{i}" for i, code in enumerate((11, 12, 13, 14, 15), start=1)},
-    **{f"{code}~": f"F{i}" for i, code in enumerate((17, 18, 19, 20, 21), start=6)},
-    "23~": "F11",
-    "24~": "F12",
-}
+_TABLES: dict[str, dict[str, str]] = json.loads(Path(__file__).with_name("keys.json").read_text())
+_SEQUENCES = _TABLES["of_sequences"]
 """Key by the sequence that follows ``ESC [`` or ``ESC O``."""
-_SINGLE = {"\r": "Enter", "\n": "Enter", "\t": "Tab", "\x7f": "Backspace", "\b": "Backspace"}
+_SINGLE = _TABLES["of_characters"]
+"""Key by the one character that it sends."""
+_SPECIAL = _TABLES["of_console"]
+"""What follows ESC in the place of a special key, by its second character in a console."""
 NAMES = frozenset({*_SEQUENCES.values(), *_SINGLE.values(), "space"})
 """Names of the keys that are no printable character."""
 _UNFINISHED = re.compile(rb"\x1b(\[[0-?]*[ -/]*|O)?$")
@@ -32,13 +29,6 @@ _ESCAPE_TIME = 0.1
 """The rest of an escape sequence follows within this time [s]."""
 
 POLL_SECONDS = 0.01
-_KEYPAD = ("[A", "[B", "[D", "[C", "[H", "[F", "[2~", "[3~", "[5~", "[6~")
-_FUNCTION = ("OP", "OQ", "OR", "OS", "[15~", "[17~", "[18~", "[19~", "[20~", "[21~", "[23~")
-_SPECIAL = {
-    **dict(zip("HPKMGORSIQ", _KEYPAD, strict=True)),
-    **dict(zip(";<=>?@ABCD\x85", _FUNCTION, strict=True)),
-}
-"""Rest of a special key after ESC, by its second character."""
 
 
 class HangUp(Exception):  # noqa: N818 - an event, not a fault
