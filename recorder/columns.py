@@ -104,8 +104,10 @@ def column_of(index: int, cell: str, below: str = "") -> Column:
     text = cell.strip()
     match = _UNIT.fullmatch(text)
     name, unit = text, below.strip(" []()")
-    if match and (match[3] is None or match[3].strip().lower() in {*ANGLES, *LENGTHS}):
-        name, unit = match[1], next(filter(None, match.groups()[1:]))
+    in_parentheses = match and match[3]
+    if match and (not in_parentheses or in_parentheses.strip().lower() in {*ANGLES, *LENGTHS}):
+        name = match[1]
+        unit = match[2] or in_parentheses or match[4]
     elif metres := _METRES.fullmatch(text):
         name, unit = metres[1], "m"
     elif not unit and (degrees := _DEGREES.search(text)):
@@ -214,12 +216,15 @@ def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
     The column may lack what the joint's name begins with, or its last word ``joint``.
     """
     without_last = joint[:-1]
-    short = without_last if joint[-1:] == ("joint",) and any(map(_is_word, without_last)) else joint
+    names = [joint] if joint else []
+    if joint[-1:] == ("joint",) and any(map(_is_word, without_last)):
+        names.append(without_last)
     text = " ".join(column)
-    for name in dict.fromkeys((joint, short)):
+    for name in names:
         match = re.fullmatch(rf"((?:\S+ )*){' '.join(name)}{_POSITIONS}", text)
-        if match and joint and not _any(_OTHER, match[1].split()):
-            return tuple(match[1].split()), tuple(match[2].split())
+        before = match[1].split() if match else []
+        if match and not _any(_OTHER, before):
+            return tuple(before), tuple(match[2].split())
     core = column
     while core and _POSITION.fullmatch(core[-1]):
         core = core[:-1]

@@ -112,15 +112,16 @@ class Placement:
             )
         if not len(q):
             raise RecordingError(f"{where}: no samples")
-        if ((seats != np.floor(seats)) | (seats < 0) | (seats > LAST_SOCKET)).any():
+        if not np.isin(seats, np.arange(LAST_SOCKET + 1)).all():
             raise RecordingError(
                 f"{where}: sockets are {seats.min():g} to {seats.max():g}; they are whole numbers, "
                 f"from 0 to {LAST_SOCKET}"
             )
         samples: list[Sample] = []
-        for row, seat, effort in zip(q.tolist(), seats.tolist(), tau.tolist(), strict=True):
+        rows = zip(q.tolist(), seats.tolist(), tau.tolist(), strict=True)
+        for position, seat, effort in rows:
             measured = None if efforts is None else tuple(effort)
-            samples.append(Sample(tuple(row), int(seat), measured))
+            samples.append(Sample(tuple(position), int(seat), measured))
         metres = None if distance is None else float(numbers_of(distance, f"{where}: distance"))
         return cls(str(name), tuple(samples), names, metres)
 
@@ -258,8 +259,9 @@ class Placement:
         Equal are the socket, the joint positions, and what an instrument measured there, the latter
         two to :data:`SAME_ROW`. The first of equal samples is kept.
         """
-        measured = [(*(s.point or ()), *(s.orientation or ())) for s in self.samples]
-        rows = np.column_stack([self.sockets.astype(float), self.positions, np.array(measured)])
+        points = [sample.point or () for sample in self.samples]
+        turns = [sample.orientation or () for sample in self.samples]
+        rows = np.column_stack([self.sockets.astype(float), self.positions, points, turns])
         copies = repeated_rows(rows)
         if not copies:
             return self

@@ -49,7 +49,8 @@ def read_points(file: Path, name: str) -> Placement:
     joints = table.joints(measured)
     if not joints:
         raise _no_columns(file, form)
-    clocks = [c for c in table.columns if c.name.lower() in CLOCKS and not table.is_text(c.index)]
+    called = [column for column in table.columns if column.name.lower() in CLOCKS]
+    clocks = [column for column in called if not table.is_text(column.index)]
     positions = table.numbers(joints, gaps=not headless)
     times = table.numbers(clocks)
     samples: list[Sample] = []

@@ -6,7 +6,7 @@ as many positions; ``rostopic echo -p /joint_states`` has field.name0, .., field
 
 import re
 from collections.abc import Sequence
-from itertools import chain
+from itertools import chain, takewhile
 
 Record = tuple[int, list[str]]
 """Line, and its cells."""
@@ -54,10 +54,9 @@ def _by_place(record: Record) -> tuple[int, str, dict[str, str]]:
     """Return the same of a message without a header."""
     line, cells = record
     texts = [cell.strip() for cell in cells]
-    end = next((i for i in range(3, len(texts)) if not _is_name(texts[i])), len(texts))
-    names, positions = texts[3:end], texts[end : 2 * end - 3]
-    complete = len(positions) == len(names) and texts[0].isdecimal() and texts[1].isdecimal()
-    if not complete:
+    names = list(takewhile(_is_name, texts[3:]))
+    positions = texts[3 + len(names) :][: len(names)]
+    if len(positions) < len(names) or not (texts[0].isdecimal() and texts[1].isdecimal()):
         return line, "", {}
     time = _seconds(int(texts[0]) * _SECOND + int(texts[1]))
     return line, time, dict(zip(names, positions, strict=True))

@@ -26,6 +26,8 @@ FORMAT_1 = "mukca-stream-1"
 ENDING = ".stream"
 BLOCK = 1000
 """States in a block at most."""
+LARGEST = 1 << 62
+"""No number of a state is as large in its unit of resolution."""
 Block = np.ndarray
 """Whole numbers of states, a row for each."""
 PACKED = b"\x78\x9c"
@@ -84,7 +86,7 @@ class StreamLog:
             row += [round(value * newton_metre) for value in efforts]
         except (ValueError, OverflowError):  # NaN, infinity
             return
-        if len(row) != 3 + 2 * self._count or not all(-(1 << 62) < n < 1 << 62 for n in row):
+        if len(row) != 3 + 2 * self._count or max(map(abs, row)) >= LARGEST:
             return
         self._rows.append(row)
         if len(self._rows) >= BLOCK:
@@ -111,8 +113,10 @@ class StreamLog:
 def _pack(rows: Block) -> bytes:
     steps = np.diff(rows, axis=0, prepend=0)
     zigzag = (steps << 1) ^ (steps >> 63)  # so that small steps to either side have small numbers
-    by_weight = zigzag.T.astype("<i8", order="C").view(np.uint8).reshape(rows.size, 8).T
-    return zlib.compress(struct.pack("<I", len(rows)) + by_weight.tobytes(), 6)
+    numbers = zigzag.T.astype("<i8", order="C")
+    by_weight = numbers.view(np.uint8).reshape(rows.size, 8).T
+    count = struct.pack("<I", len(rows))
+    return zlib.compress(count + by_weight.tobytes(), 6)
 
 
 def _unpack(packed: bytes, columns: int) -> Block:
@@ -123,7 +127,9 @@ def _unpack(packed: bytes, columns: int) -> Block:
     (total,) = struct.unpack_from("<I", data)
     by_weight = np.frombuffer(data, np.uint8, offset=4).reshape(8, total * columns)
     zigzag = np.ascontiguousarray(by_weight.T).view("<u8").reshape(columns, total).T
-    steps = (zigzag >> np.uint64(1)).astype(np.int64) ^ -(zigzag & np.uint64(1)).astype(np.int64)
+    halves = zigzag // 2
+    odd = zigzag % 2
+    steps = halves.astype(np.int64) ^ -odd.astype(np.int64)
     return np.cumsum(steps, axis=0)
 
 
@@ -155,19 +161,21 @@ def read_stream_log(file: Path) -> LoggedStates:
     rows = np.concatenate(blocks)
     numbers = rows.astype(np.float64)
     m = len(joints)
+    has_efforts = len(rows) and rows[:, 2].all()
     return LoggedStates(
         joints,
-        numbers[:, 0] * stamp,
-        numbers[:, 3 : 3 + m] * position,
-        numbers[:, 3 + m :] * effort if len(rows) and rows[:, 2].all() else None,
-        rows[:, 1],
-        tuple(_remark(file, blocks[gap - 1], blocks[gap:], stamp) for gap in gaps),
+        stamps=numbers[:, 0] * stamp,
+        positions=numbers[:, 3 : 3 + m] * position,
+        efforts=numbers[:, 3 + m :] * effort if has_efforts else None,
+        connections=rows[:, 1],
+        remarks=tuple(_remark(file, blocks[gap - 1], blocks[gap:], stamp) for gap in gaps),
     )
 
 
 def _blocks(data: bytes, columns: int) -> tuple[list[Block], list[int]]:
     """Return all whole blocks, and before which of them damaged ones are left out."""
-    blocks, gaps = [np.empty((0, columns), np.int64)], dict[int, None]()
+    blocks = [np.empty((0, columns), np.int64)]
+    gaps: list[int] = []
     place = 0
     while place < len(data):
         (length,) = struct.unpack_from("<I", data.ljust(place + 4, b"\0"), place)
@@ -176,10 +184,10 @@ def _blocks(data: bytes, columns: int) -> tuple[list[Block], list[int]]:
             blocks.append(_unpack(data[place + 4 : end], columns))
             place = end
         except (ValueError, zlib.error, struct.error):
-            gaps[len(blocks)] = None
+            gaps.append(len(blocks))
             begin = data.find(PACKED, place + 5)  # a block somewhere behind, perhaps
             place = begin - 4 if begin >= 0 else len(data)
-    return blocks, list(gaps)
+    return blocks, list(dict.fromkeys(gaps))
 
 
 def _remark(file: Path, before: Block, after: list[Block], second: float) -> str:

@@ -189,7 +189,8 @@ def _by_place(now: View) -> OperatorPrompt | None:
 def _by_motion(now: View) -> OperatorPrompt:
     """Return the step at a new pose."""
     if now.moving:
-        return OperatorPrompt(*(("MOVE", _CALM) if now.fast else ("HOLD", _STEADY)), now.moving)
+        words, colour = ("MOVE", _CALM) if now.fast else ("HOLD", _STEADY)
+        return OperatorPrompt(words, colour, now.moving)
     if now.contact:
         return OperatorPrompt("LET GO", _BAD, f"the arm is being pushed: {now.contact}")
     number = now.session.next_number

@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from operator import mul, sub
 from statistics import median
 
 import numpy as np
@@ -225,7 +226,7 @@ class FrozenStreamDetector:
             self.frozen = self.frozen or noisy or self._stopped_dead
 
     def _changes(self, before: JointState, state: JointState, elapsed: float) -> None:
-        step = _difference(before.position, state.position)
+        step = tuple(map(sub, state.position, before.position))
         length = max(map(abs, step))
         if before.stamp - self._since >= SHORT and length < self._goes_on:
             self._rests += 1
@@ -235,14 +236,11 @@ class FrozenStreamDetector:
         # smoothed over some ten states, so that noise alone makes no speed
         self._speed += 0.1 * (self._last_speed - self._speed)
         if before.effort is not None and state.effort is not None:
-            step += _difference(before.effort, state.effort)
+            step += tuple(map(sub, state.effort, before.effort))
         self._steps += 1
-        self._turns += any(a * b < 0 for a, b in zip(step, self._step, strict=False))
+        products = map(mul, step, self._step)
+        self._turns += min(products, default=0.0) < 0
         self._step = step
-
-
-def _difference(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
-    return tuple([y - x for x, y in zip(a, b, strict=True)])
 
 
 LOAD = 2.0
@@ -288,7 +286,7 @@ class ContactDetector:
 
     def _tremor(self, spread: tuple[float, ...]) -> str | None:
         quietest = self._quietest or spread
-        self._quietest = tuple([min(a, b) for a, b in zip(quietest, spread, strict=True)])
+        self._quietest = tuple(map(min, quietest, spread))
         for joint, now, quiet in zip(self._joints, spread, quietest, strict=True):
             if now > max(LEAST_TREMOR, TREMOR * quiet):
                 return f"the effort of {joint.name} trembles by {now:.2f} N m"

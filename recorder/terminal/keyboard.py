@@ -15,7 +15,8 @@ from ...drivers import clock
 
 # Arrow keys, function keys, Alt with a letter: none of them may pass for a letter.
 _KEY = re.compile(rb"\x1b(\[\[?[0-?]*[ -/]*[@-~]|O[ -~]|[^\[O\x1b])|[^\x1b]|\x1b")
-_TABLES: dict[str, dict[str, str]] = json.loads(Path(__file__).with_name("keys.json").read_text())
+_FILE = Path(__file__).with_name("keys.json")
+_TABLES: dict[str, dict[str, str]] = json.loads(_FILE.read_text())
 _SEQUENCES = _TABLES["of_sequences"]
 """Key by the sequence that follows ``ESC [`` or ``ESC O``."""
 _SINGLE = _TABLES["of_characters"]
@@ -105,9 +106,11 @@ class Keyboard:
 
 def _name(key: bytes) -> str:
     """Return a key's name; empty for one without."""
-    if key[:1] == b"\x1b":
-        return _SEQUENCES.get(key[2:].decode("latin1"), "") if key[1:2] in (b"[", b"O") else ""
     text = key.decode("latin1")
+    if text[:2] in ("\x1b[", "\x1bO"):
+        return _SEQUENCES.get(text[2:], "")
+    if text[:1] == "\x1b":
+        return ""
     if text == " ":
         return "space"
     return _SINGLE.get(text, text.lower() if text.isascii() else "")

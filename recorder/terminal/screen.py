@@ -160,7 +160,8 @@ def _joints(view: View, width: int) -> list[Text]:
         marks.append((target[i], "◆", "bold magenta"))
         marks.append((values[i], "┃", "bold red" if at_limit else "bold"))
         line = Text(f" {fit(joint.name, names):<{names}} ")
-        lines.append(line.append(_joint(joint, values[i], marks, width - names - 30)))
+        line.append(_joint(joint, values[i], marks, width - names - 30))
+        lines.append(line)
     return lines
 
 
@@ -173,7 +174,8 @@ def _joint(
     for position, mark, style in marks:
         if math.isfinite(position):
             share = (position - lower) / (upper - lower)
-            bar[min(length - 1, max(0, round(share * (length - 1))))] = (mark, style)
+            place = round(share * (length - 1))
+            bar[min(length - 1, max(0, place))] = (mark, style)
     line = Text().append(f"{joint.shown(lower):>8}├", style="dim")
     for style, run in groupby(bar, key=itemgetter(1)):
         line.append("".join(mark for mark, _ in run), style=style)

@@ -1,7 +1,7 @@
 """Priors of an arm's elasticity by calibrations of others of its type (``--type-prior``)."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from importlib.resources import files as resources
 from itertools import chain
 from pathlib import Path
@@ -17,8 +17,6 @@ from .option import UsageError
 
 _SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
 SHIPPED = "shipped"
-TypePriors = Sequence[Mapping[str, Expected]]
-"""Of each robot: by extension, expected coefficients and their deviations."""
 LEAST = 1e-9
 """No deviation is less [rad/(N m)], so that it can be divided by."""
 

@@ -213,4 +213,4 @@ def _are_in(measured: Measurement, row: results.PlacementSamples) -> bool:
         for sample in measured.placement.samples
     ]
     theirs = [tuple(np.round(sample.position, SAME_DIGITS).tolist()) for sample in row.samples]
-    return 2 * len({*theirs}.intersection(ours)) > len(ours)
+    return 2 * len(set(theirs).intersection(ours)) > len(ours)

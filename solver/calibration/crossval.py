@@ -61,9 +61,8 @@ def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
         train = [_half(measured, HALVES.index(job.kind)) for measured in train]
     names = {measured.name for measured in train}
     distances = named(problem.measurements, problem.options.distances)
-    options = replace(
-        problem.options, known=[k for k in distances if {k.first[0], k.second[0]} <= names]
-    )
+    known = [k for k in distances if {k.first[0], k.second[0]} <= names]
+    options = replace(problem.options, known=known)
     part = replace(problem, measurements=train)
     types = priors_of(options, [part])
     try:
@@ -79,9 +78,8 @@ def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
 
 def _half(measured: Measurement, first: int) -> Measurement:
     """Return every other sample of each socket, from the first or the second."""
-    return measured.only(
-        np.concatenate([measured.order[rows][first::2] for rows in measured.slices])
-    )
+    halves = [measured.order[rows][first::2] for rows in measured.slices]
+    return measured.only(np.concatenate(halves))
 
 
 def _resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:

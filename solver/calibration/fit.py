@@ -97,12 +97,12 @@ def fit_robots(
         chosen.append(selected)
     world = tie(visitors, places) if robots[0].name else None
     seconds = time.perf_counter() - begin
-    posteriors = [robot.fit for robot in (visitors if world is None else world.robots)]
-    rows = zip(robots, chosen, posteriors, strict=True)
-    return [
-        replace(_fit_of(recordings, replace(selected, full=fit), seconds), world=world)
-        for recordings, selected, fit in rows
-    ]
+    fits = list[Fit]()
+    tied = world.robots if world else visitors
+    for recordings, selected, visitor in zip(robots, chosen, tied, strict=True):
+        fit = _fit_of(recordings, replace(selected, full=visitor.fit), seconds)
+        fits.append(replace(fit, world=world))
+    return fits
 
 
 def _fit_by_paper(recordings: RobotRecordings, options: SolveOptions) -> Fit:

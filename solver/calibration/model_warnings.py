@@ -53,7 +53,8 @@ def _locked_angles(robot: Robot, options: SolveOptions) -> Iterator[str]:
     parameters = choose_parameters(robot, options.free, options.fix)
     variable = {parameter.joint for parameter in parameters if parameter.unit == "rad"}
     joints = [joint for joint in robot.actuated if joint.name in variable]
-    locked = [j.name for j in joints if abs(math.cos(j.origin.rpy[1])) < math.sin(LOCKED)]
+    near = math.sin(LOCKED)
+    locked = [joint.name for joint in joints if abs(math.cos(joint.origin.rpy[1])) < near]
     if locked:
         yield (
             f"{', '.join(locked)}: a pitch near 90 degrees makes roll and yaw one turn, and the "

@@ -84,14 +84,10 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
             UsageError: No such frame, or the recordings do not tell where it is.
         """
         robot, _, link = frame.partition("/")
-        measured = {
-            frame_pose.name: Pose.of(Origin(frame_pose.xyz, frame_pose.rpy))
-            for frame_pose in self.document.frames
-        }
+        measured = {f.name: Pose.of(Origin(f.xyz, f.rpy)) for f in self.document.frames}
         if robot not in self and (link or robot not in measured):
-            names = ", ".join(
-                [*(f"{robot_name}, {robot_name}/flange" for robot_name in self), *measured]
-            )
+            of_robots = [f"{robot_name}, {robot_name}/flange" for robot_name in self]
+            names = ", ".join([*of_robots, *measured])
             raise UsageError(f"frame {frame!r}: there is none; there are: {names}")
         place = (self.pose(robot) if robot in self else measured[robot]).matrix
         if link:
@@ -137,8 +133,9 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
             )
             outputs |= {f"{name}_{kind}": path for kind, path in written.items()}
         results.write_files(folder, contents)
-        kinds = {"urdf": "arms.urdf", "arms": "arms.json"}
-        return outputs | {k: str(folder / file) for k, file in kinds.items() if file in contents}
+        if "arms.urdf" in contents:
+            outputs["urdf"] = str(folder / "arms.urdf")
+        return outputs | {"arms": str(folder / "arms.json")}
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything by name, as the command line's JSON has it."""
@@ -146,9 +143,7 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         rows = list[dict[str, Any]]()
         for name, result in robots.items():
             rows += [{**row, "robot": name} for row in result["placements"]]
-        errors = Errors(
-            chain.from_iterable(calibration.document.placements for calibration in self.values())
-        )
+        errors = Errors(chain(*(calibration.document.placements for calibration in self.values())))
         first = next(iter(robots.values()))
         same = ("method", "optimizer", "iterations", "converged", "solve_seconds")
         shared = self.document.as_dict()
@@ -230,10 +225,7 @@ def common_document(
     """Return everything that robots have in common."""
     first, *names = calibrations
     relative = {f"{first}_to_{n}": base_to_base(world, i) for i, n in enumerate(names, 1)}
-    standing = [
-        0,
-        *(i for i, relative_pose in enumerate(relative.values(), 1) if relative_pose.xyz),
-    ]
+    standing = [0, *(i for i, pose in enumerate(relative.values(), 1) if pose.xyz)]
     return results.ArmsDocument(
         robots=tuple(calibrations),
         between=relative,
@@ -261,9 +253,9 @@ def _visited_sockets(
     visited = list[results.VisitedSocket]()
     for k, (placement, socket) in enumerate(world.places.labels):
         names = tuple(robot.name for robot in world.robots if k in robot.sockets)
-        label = f"{placement}:{socket}"
-        xyz = as_point(world.centres[k])
         if not known.isdisjoint(names):
+            label = f"{placement}:{socket}"
+            xyz = as_point(world.centres[k])
             visited.append(results.VisitedSocket(name=label, xyz=xyz, robots=names))
     return tuple(visited)
 
@@ -272,10 +264,11 @@ def _postures(world: TiedRobots, robot: int) -> list[list[list[float]]]:
     """Return how a robot stood at each base that it shares; see :attr:`GivenArm.postures`."""
     arm = world.arms[robot]
     visitor = world.robots[robot]
-    others = [other.sockets for other in world.robots if other is not visitor]
-    shared = np.flatnonzero(np.isin(visitor.sockets, [*chain.from_iterable(others)]))
+    others = chain(*(other.sockets for other in world.robots if other is not visitor))
+    shared = np.flatnonzero(np.isin(visitor.sockets, list(others)))
     rows = np.flatnonzero(np.isin(arm.data.sockets, shared))
     _, first = np.unique(arm.data.recorded_at[rows], return_index=True)
     q = arm.data.positions[rows[first]]
-    links = link_poses(arm.model.robot.joints, q, arm.model.ball.origins(arm.values))
-    return world.poses[visitor.frame].apply(links[..., 3]).round(5).tolist()
+    origins = arm.model.ball.origins(arm.values)
+    places = link_poses(arm.model.robot.joints, q, origins)[..., 3]
+    return world.poses[visitor.frame].apply(places).round(5).tolist()

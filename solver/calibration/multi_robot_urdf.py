@@ -4,6 +4,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
+from itertools import takewhile
 from pathlib import Path
 
 from ..data import IDENTITY, Pose
@@ -101,7 +102,8 @@ def _in_one_file(robots: Sequence[Placed]) -> bytes:
         ball = arm.robot.loaded_with.get("ball")
         if flange is not None and ball is not None and arm.robot.tip not in text.links:
             x, y, z = ball
-            text = scan(add_link(text, flange, Origin((x, y, z)), arm.robot.tip), first.source)
+            with_ball = add_link(text, flange, Origin((x, y, z)), arm.robot.tip)
+            text = scan(with_ball, first.source)
     changed: dict[str, Origin] = {}
     for arm in reversed(robots):
         if arm.robot.base != first.base:
@@ -109,18 +111,20 @@ def _in_one_file(robots: Sequence[Placed]) -> bytes:
                 f"{arm.name}: base {arm.robot.base!r}, but {robots[0].name} has {first.base!r}; "
                 "chains of one URDF start at one link: give it by --base"
             )
-        shared = 0
-        while arm.robot is not first and arm.robot.joints[shared].name == first.joints[shared].name:
-            if first.joints[shared].actuated:
-                raise ModelError(
-                    f"joint {first.joints[shared].name!r} moves both {robots[0].name} and "
-                    f"{arm.name}; give the link behind it by --base"
-                )
-            shared += 1
-        origins = [Origin.of(numbers) for numbers in arm.calibrated.origins]
+        names = [joint.name for joint in arm.robot.joints]
+        origins = list(map(Origin.of, arm.calibrated.origins))
         if arm.robot is not first:
-            before = reduce(Pose.__matmul__, map(Pose.of, origins[:shared]), IDENTITY)
+            pairs = zip(first.joints, names, strict=False)
+            shared = [joint for joint, _ in takewhile(lambda pair: pair[0].name == pair[1], pairs)]
+            moving = [joint.name for joint in shared if joint.actuated]
+            if moving:
+                raise ModelError(
+                    f"joint {moving[0]!r} moves both {robots[0].name} and {arm.name}; give the "
+                    "link behind it by --base"
+                )
+            k = len(shared)
+            before = reduce(Pose.__matmul__, map(Pose.of, origins[:k]), IDENTITY)
             shift = before.inverse() @ arm.pose @ before
-            origins[shared] = (shift @ Pose.of(origins[shared])).origin
-        changed |= {j.name: origin for j, origin in zip(arm.robot.joints, origins, strict=True)}
+            origins[k] = (shift @ Pose.of(origins[k])).origin
+        changed |= zip(names, origins, strict=True)
     return set_origins(text, changed)

@@ -81,11 +81,11 @@ def calibrate(
     problems = problems_of(robot, train, test, settings)
     if not isinstance(robot, Mapping):  # a known distance follows a placement that was split
         settings = replace(settings, known=problems[""].options.known)
-    training = chain.from_iterable(problem.measurements for problem in problems.values())
-    tested = chain.from_iterable(problem.test for problem in problems.values())
-    bases = [base_name(m, len(problems)) for m in training]
-    bases_of_test = [base_name(m, len(problems)) for m in tested]
-    settings = replace(settings, sockets_at=in_placements(settings.located, bases, bases_of_test))
+    bases: dict[str, list[str]] = {"train": [], "test": []}
+    for role, measured in chain(*(problem.placements for problem in problems.values())):
+        bases[role].append(base_name(measured, len(problems)))
+    located = in_placements(settings.located, bases["train"], bases["test"])
+    settings = replace(settings, sockets_at=located)
     fits = converged_fits([*problems.values()], settings, progress)
     calibrations = {
         name: Calibration(document_of(problem, fit), fit.calibrated)

@@ -143,13 +143,13 @@ class Inspector:
 
     def followed(self, measurements: Sequence[Measurement]) -> tuple[KnownDistance, ...]:
         """Return known distances by the first parts that hold their sockets, of what was split."""
-        labels = list(chain.from_iterable(m.labels for m in measurements))
-
-        def part(end: tuple[str, int]) -> tuple[str, int]:
-            parts = [(name, socket) for name, socket in labels if (whole_name(name), socket) == end]
-            return parts[0] if parts else end
-
-        return tuple(replace(k, first=part(k.first), second=part(k.second)) for k in self.lengths)
+        part: dict[tuple[str, int], tuple[str, int]] = {}
+        for name, socket in chain.from_iterable(m.labels for m in measurements):
+            part.setdefault((whole_name(name), socket), (name, socket))
+        return tuple(
+            replace(k, first=part.get(k.first, k.first), second=part.get(k.second, k.second))
+            for k in self.lengths
+        )
 
     def set_right(
         self,

@@ -51,7 +51,8 @@ def tool_distances(
         UsageError: The two share no place, or the recordings do not tell where a base stands.
     """
     first, second = data
-    both = [_at_places(arms[name].calibrated, arms.pose(name), data[name]) for name in data]
+    robots = {name: arms[name].calibrated for name in data}
+    both = [_at_places(robot, arms.pose(name), data[name]) for name, robot in robots.items()]
     places = [place for place in both[0] if place in both[1]]
     if not places:
         raise UsageError(
@@ -59,12 +60,13 @@ def tool_distances(
             "sockets (folders of one name), or by one instrument (one frame)"
         )
     urdfs = [
-        _at_places(arms[name].calibrated.geometric, arms.pose(name), data[name]) for name in data
+        _at_places(robot.geometric, arms.pose(name), data[name]) for name, robot in robots.items()
     ]
     errors = _errors(both, places)
+    counts = [sum(len(samples[place]) for place in places) for samples in both]
     return ToolToTool(
         robots=(first, second),
-        samples=(_count(both[0], places), _count(both[1], places)),
+        samples=(counts[0], counts[1]),
         pairs=len(errors),
         loaded=_spread(_errors(urdfs, places)),
         calibrated=_spread(errors),
@@ -105,12 +107,7 @@ def _errors(robots: Sequence[_AtPlaces], places: Sequence[tuple[str, int]]) -> n
     return np.concatenate(errors)
 
 
-def _count(samples: _AtPlaces, places: Sequence[tuple[str, int]]) -> int:
-    return sum(len(samples[place]) for place in places)
-
-
 def _spread(errors: np.ndarray) -> Spread:
     """Return the mean, the 95th percentile and the largest of some errors."""
-    return Spread(
-        mean=float(errors.mean()), p95=float(np.quantile(errors, 0.95)), max=float(errors.max())
-    )
+    p95 = float(np.quantile(errors, 0.95))
+    return Spread(mean=float(errors.mean()), p95=p95, max=float(errors.max()))
