@@ -72,16 +72,20 @@ def part(options: type[Any], names: str = "", group: str | None = None) -> Any:
 
 @dataclass_transform(kw_only_default=True, frozen_default=True)
 class Options:
-    """Base of the options of a verb: each subclass is a frozen dataclass, made by keywords."""
+    """Base of the options of a verb: each subclass is a frozen dataclass, made by keywords.
 
-    def __init_subclass__(cls) -> None:
+    The help lists the options of a subclass under the title of its ``group``.
+    """
+
+    def __init_subclass__(cls, group: str | None = None) -> None:
+        cls._group = group
         dataclass(frozen=True, kw_only=True)(cls)
 
 
-class JsonOption(Options):
+class JsonOption(Options, group="output"):
     """Option of each verb that scripts read."""
 
-    json: bool = option(False, "print one JSON object, SI units", group="output")
+    json: bool = option(False, "print one JSON object, SI units")
 
 
 class PayloadOptions(Options):
@@ -106,11 +110,11 @@ class PayloadOptions(Options):
         return None if self.payload is None else (self.payload, self.payload_at)
 
 
-class OutputOptions(JsonOption):
+class OutputOptions(JsonOption, group="output"):
     """Options of a verb that writes files."""
 
-    out: Path | None = option(None, "write the results to this folder", "DIR", group="output")
-    force: bool = option(False, "overwrite what is there", group="output", needs="out")
+    out: Path | None = option(None, "write the results to this folder", "DIR")
+    force: bool = option(False, "overwrite what is there", needs="out")
 
     def check_out(self) -> None:
         """Refuse a folder whose results would be overwritten, before any work."""
@@ -199,16 +203,21 @@ def _described(
     """Yield fields, types and descriptions, those of the class before those of its bases."""
     hints = get_type_hints(options)
     by_name = {entry.name: entry for entry in fields(options)}
-    order = dict.fromkeys(chain.from_iterable(get_annotations(base) for base in options.__mro__))
-    for name in order:
+    groups: dict[str, str | None] = {}
+    for base in options.__mro__:
+        for name in get_annotations(base):
+            groups[name] = groups.get(name) or vars(base).get("_group")
+    for name, group_of_class in groups.items():
         if name not in by_name or (names and name not in names):
             continue
-        entry, kind = by_name[name], hints[name]
-        if "names" in entry.metadata:
-            yield from _described(kind, entry.metadata["names"], entry.metadata["group"])
-            continue
-        about = {**entry.metadata, "group": group or entry.metadata["group"]}
-        yield entry, kind, about | {"text": _help(about, entry.default)}
+        entry = by_name[name]
+        kind = hints[name]
+        about = dict(entry.metadata)
+        about["group"] = group or about["group"] or group_of_class
+        if "names" in about:
+            yield from _described(kind, about["names"], about["group"])
+        else:
+            yield entry, kind, about | {"text": _help(about, entry.default)}
 
 
 def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:

@@ -20,20 +20,15 @@ SPREADS = (1e-9, 0.1)
 """Range of the standard deviation of an arm that is still [rad]."""
 
 
-class RobotOptions(Options):
+class RobotOptions(Options, group="robot"):
     """Options of one robot: its model, and the two ends of its chain."""
 
-    robot: str = option(..., "a shipped robot's name, or a URDF file", "R", group="robot")
-    base: str | None = option(None, "the base link (default: the root)", "LINK", group="robot")
-    tip: str = option("ball_link", "the ball's link", "LINK", group="robot")
-    flange: str | None = option(
-        None, "for a URDF without a ball: the link that carries it", "LINK", group="robot"
-    )
+    robot: str = option(..., "a shipped robot's name, or a URDF file", "R")
+    base: str | None = option(None, "the base link (default: the root)", "LINK")
+    tip: str = option("ball_link", "the ball's link", "LINK")
+    flange: str | None = option(None, "for a URDF without a ball: the link that carries it", "LINK")
     ball: tuple[float, float, float] | None = option(
-        None,
-        "with --flange: the ball's centre in that link's frame, in metres",
-        ("X", "Y", "Z"),
-        group="robot",
+        None, "with --flange: the ball's centre in that link's frame, in metres", ("X", "Y", "Z")
     )
 
     def load_robot(self) -> "robots.Robot":
@@ -45,42 +40,32 @@ class RobotOptions(Options):
         return {name: getattr(self, name) for name in RobotOptions.__annotations__}
 
 
-class RobotsOptions(Options):
+class RobotsOptions(Options, group="robot"):
     """Options of one robot, or of several by their names."""
 
     robot: Sequence[str] = option(
         ...,
         "a shipped robot's name, or a URDF file; several as NAME=R, each by an option of its own",
         "R",
-        group="robot",
         repeated=True,
     )
     base: Sequence[str] = option(
-        (),
-        "the base link (default: the root; of several robots NAME=LINK)",
-        "LINK",
-        group="robot",
-        repeated=True,
+        (), "the base link (default: the root; of several robots NAME=LINK)", "LINK", repeated=True
     )
     tip: Sequence[str] = option(
         (),
         "the ball's link (default: ball_link; of several robots NAME=LINK)",
         "LINK",
-        group="robot",
         repeated=True,
     )
     flange: Sequence[str] = option(
         (),
         "for a URDF without a ball: the link that carries it; of several robots NAME=LINK",
         "LINK",
-        group="robot",
         repeated=True,
     )
     ball: tuple[float, float, float] | None = option(
-        None,
-        "with --flange: the ball's centre in that link's frame, in metres",
-        ("X", "Y", "Z"),
-        group="robot",
+        None, "with --flange: the ball's centre in that link's frame, in metres", ("X", "Y", "Z")
     )
 
     def load_robots(self) -> "dict[str, robots.Robot]":
@@ -233,21 +218,16 @@ def measured_of(
     )
 
 
-class WorkerOptions(Options):
+class WorkerOptions(Options, group="workers"):
     """Options of a verb whose work is shared out."""
 
     processes: int = option(
-        os.cpu_count() or 1,
-        "number of processes (default: all cores)",
-        "N",
-        group="workers",
-        between=(1, 4096),
+        os.cpu_count() or 1, "number of processes (default: all cores)", "N", between=(1, 4096)
     )
     cluster: str | None = option(
         None,
         "address of a Dask scheduler, whose workers do the work; needs mukca[cluster]",
         "ADDRESS",
-        group="workers",
         unless="processes",
     )
 

@@ -12,7 +12,7 @@ from ...recorder.session import TARGET
 from ...recorder.stream import STILL, WINDOW, JointLimits
 from ...solver.calibration import SolveOptions
 from ...solver.robot import Robot
-from ..cli import DISTANCES, SPREADS, WINDOWS, RobotOptions, Terminal, option, part
+from ..cli import DISTANCES, SPREADS, WINDOWS, Options, RobotOptions, Terminal, option, part
 
 
 def has_keyboard() -> bool:
@@ -26,96 +26,77 @@ HELD = 6
 """Samples in each socket for a session that tests a calibration."""
 
 
-class RecordOptions(RobotOptions):
-    """Options of ``mukca record``."""
-
+class _SessionOptions(Options, group="recording"):
     driver: str = option(
         ...,
         "the arm's driver and address, as in franka:172.16.0.2; mukca drivers lists them",
         "NAME[:ADDRESS]",
-        group="recording",
     )
     out: Path = option(
-        ...,
-        "folder of this placement; if it is there, the recording goes on",
-        "DIR/PLACEMENT",
-        group="recording",
+        ..., "folder of this placement; if it is there, the recording goes on", "DIR/PLACEMENT"
     )
     robot_name: str | None = option(
-        None,
-        "which of several robots it is, as solve --robot NAME=R has it",
-        "NAME",
-        group="recording",
+        None, "which of several robots it is, as solve --robot NAME=R has it", "NAME"
     )
     distance: float | None = option(
         None,
         "distance of the centres of sockets 0 and 1 in metres, measured with a caliper "
         "(default: that of a recording that goes on; else you are asked)",
         "M",
-        group="recording",
         between=DISTANCES,
     )
     sockets: int | None = option(
         None,
         "number of sockets, 1 to 10 (default: {})",
         "N",
-        group="recording",
         between=(1, 10),
         usual=SOCKETS,
         unless="quick",
     )
     target: int | None = option(
-        None,
-        "samples for each socket (default: {})",
-        "N",
-        group="recording",
-        between=(1, 10_000),
-        usual=TARGET,
+        None, "samples for each socket (default: {})", "N", between=(1, 10_000), usual=TARGET
     )
-    window: float = option(
-        WINDOW, "seconds that a capture averages", "S", group="recording", between=WINDOWS
-    )
+    window: float = option(WINDOW, "seconds that a capture averages", "S", between=WINDOWS)
     still: float | None = option(
         None,
         "an arm whose standard deviation over the window is larger is not still (default: {}, "
         "or the step of its encoders)",
         "RAD",
-        group="recording",
         between=SPREADS,
         usual=STILL,
     )
-    keys: Path | None = option(None, "read keys from a script", "FILE", group="recording")
+    keys: Path | None = option(None, "read keys from a script", "FILE")
     keep_stream: bool = option(
-        False,
-        "also keep every state in a compact file, which mukca extract reads",
-        group="recording",
+        False, "also keep every state in a compact file, which mukca extract reads"
     )
+
+
+class _HandOptions(Options, group="hands and ears"):
     auto: bool = option(
         False,
         "capture without a key wherever the arm rests at a new, plausible pose; press a key at"
         " each change of socket",
-        group="hands and ears",
     )
     key: Sequence[str] = option(
         (),
         "let keys do something, as in capture=Enter,PageDown for a foot pedal or a presenter: "
         "capture, undo, redo, delete, relabel, next, finish, help",
         "ACTION=KEY,...",
-        group="hands and ears",
         repeated=True,
     )
     sound: Literal["bell", "off"] = option(
         "bell",
         "the terminal's bell: once for a capture, twice for a refusal, three times for a "
         "socket done",
-        group="hands and ears",
     )
+
+
+class _GuideOptions(Options, group="guide"):
     goal_mm: float | None = option(
         None,
         "aim for this predicted error of distances in the workspace (default: what mukca solve"
         " asks)",
         "MM",
-        group="guide",
         between=(1e-3, 1e3),
         unless="calibration no_guide quick keys",
     )
@@ -123,7 +104,6 @@ class RecordOptions(RobotOptions):
         None,
         "turn no joint farther than this from where the session began, to spare cables",
         "DEG",
-        group="guide",
         between=(30, 360),
         unless="no_guide quick keys",
     )
@@ -131,56 +111,52 @@ class RecordOptions(RobotOptions):
         False,
         "also show the session on a page for a tablet beside the arm; the page only reads, and"
         " the screen has its address",
-        group="guide",
     )
     page_host: str = option(
         "127.0.0.1",
         "address that serves the page; 0.0.0.0 lets the whole network see it (default: this "
         "computer alone)",
         "HOST",
-        group="guide",
         needs="page",
     )
-    no_guide: bool = option(False, "record without a fit: no advice, no alarms", group="guide")
-    quick: bool = option(
-        False,
-        "take ten poses in one socket: is this arm worth calibrating?",
-        group="in two minutes",
-    )
+    no_guide: bool = option(False, "record without a fit: no advice, no alarms")
+
+
+class _TestOptions(Options, group="in two minutes"):
+    quick: bool = option(False, "take ten poses in one socket: is this arm worth calibrating?")
     calibration: Path | None = option(
         None,
         "say whether this calibration still holds (exit status 1 if not). Without --quick: "
         "take {} samples in each of two sockets, at poses that tell the joints' zeros best",
         "FILE",
-        group="in two minutes",
         usual=HELD,
     )
-    load: SolveOptions = part(
-        SolveOptions, "payload gravity", "load, for noticing a hand on the arm"
-    )
-    operator: str | None = option(
-        None, "who records", "NAME", group="notes, kept with the recording"
-    )
-    serial_number: str | None = option(
-        None, "serial number of the arm", "TEXT", group="notes, kept with the recording"
-    )
-    warm_up: float | None = option(
-        None,
-        "minutes since power-on",
-        "MIN",
-        group="notes, kept with the recording",
-        between=(0, 1e6),
-    )
+
+
+class _LoadOptions(Options, group="load, for noticing a hand on the arm"):
+    load: SolveOptions = part(SolveOptions, "payload gravity")
+
+
+class _NoteOptions(Options, group="notes, kept with the recording"):
+    operator: str | None = option(None, "who records", "NAME")
+    serial_number: str | None = option(None, "serial number of the arm", "TEXT")
+    warm_up: float | None = option(None, "minutes since power-on", "MIN", between=(0, 1e6))
     temperature: float | None = option(
-        None,
-        "temperature in degrees Celsius",
-        "C",
-        group="notes, kept with the recording",
-        between=(-100, 200),
+        None, "temperature in degrees Celsius", "C", between=(-100, 200)
     )
-    notes: str | None = option(
-        None, "anything else worth keeping", "TEXT", group="notes, kept with the recording"
-    )
+    notes: str | None = option(None, "anything else worth keeping", "TEXT")
+
+
+class RecordOptions(
+    _SessionOptions,
+    _HandOptions,
+    _GuideOptions,
+    _TestOptions,
+    _LoadOptions,
+    _NoteOptions,
+    RobotOptions,
+):
+    """Options of ``mukca record``."""
 
     @property
     def scripted(self) -> bool:

@@ -27,10 +27,7 @@ NOTHING_WRONG = "Nothing wrong was seen."
 
 class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
     robot: str = cli.option(
-        "",
-        "a shipped robot's name, or a URDF file; needed without --calibration",
-        "R",
-        group="robot",
+        "", "a shipped robot's name, or a URDF file; needed without --calibration", "R"
     )
     calibration: Path | None = cli.option(
         None,

@@ -59,9 +59,7 @@ class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
         between=cli.SPREADS,
         usual=STILL,
     )
-    out: Path | None = cli.option(
-        None, "write a folder for each placement here", "DIR", group="output"
-    )
+    out: Path | None = cli.option(None, "write a folder for each placement here", "DIR")
 
 
 def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:

@@ -20,7 +20,7 @@ HEADS = ("arm", "last session", "before", "now", "verdict")
 
 class _FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.DetailsOptions):
     folder: Path = cli.argument("folder with a folder for each arm", "DIR")
-    out: Path = cli.option(..., "folder to write to", "DIR", group="output")
+    out: Path = cli.option(..., "folder to write to", "DIR")
     calibration: SolveOptions = cli.part(SolveOptions, "method distance repeatability_mm")
 
 

@@ -15,7 +15,7 @@ from ....solver import assessment, design, results
 from ....solver.results import refuse_existing, write_files
 from ... import printables
 from ...report.plots import to_scale
-from .. import OutputOptions, RobotOptions, Terminal, WorkerOptions, option
+from .. import Options, OutputOptions, RobotOptions, Terminal, WorkerOptions, option
 
 
 class _PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
@@ -30,8 +30,8 @@ class _PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
         "DEG",
         between=(30, 360),
     )
-    out: Path | None = option(None, "write a picture of the placements", "FILE.svg", group="output")
-    force: bool = option(False, "overwrite the picture", group="output", needs="out")
+    out: Path | None = option(None, "write a picture of the placements", "FILE.svg")
+    force: bool = option(False, "overwrite the picture", needs="out")
 
 
 def run_plan(options: _PlanOptions, terminal: Terminal) -> int:
@@ -103,8 +103,57 @@ def _show(plans: "list[design.Plan]", options: _PlanOptions, terminal: Terminal)
     terminal.say(f"Placements, in this order: {', then '.join([*texts, *moves])}.")
 
 
-class _PrintPartsOptions(OutputOptions):
-    out: Path = option(..., "folder to write to", "DIR", group="output")
+class _BaseOptions(Options, group="socket base"):
+    sockets: int = option(2, "number of sockets: 2, or 3 in a triangle", "N")
+    distance: float = option(0.1, "distance of the sockets' centres, in metres", "M")
+    height_mm: float = option(30.0, "height of the sockets' centres above the table", "MM")
+    clearance_mm: float = option(0.5, "gap between ball and seat, beside the pads", "MM")
+    anchor: str | None = option(
+        None, "add a clip for the base plate of this arm", choices=printables.ARMS, needs="plate_mm"
+    )
+    plate_mm: tuple[float, float] | None = option(
+        None,
+        "two measures of the arm's plate: its width at the front edge, and the distance from "
+        "that edge to the first joint's axis",
+        ("WIDTH", "FRONT"),
+        needs="anchor",
+    )
+
+
+class _BallOptions(Options, group="ball"):
+    ball_diameter_mm: float = option(20.0, "diameter of the ball, in all parts", "MM")
+    bought_ball: bool = option(False, "make a cup, into which you glue a bearing ball")
+    neck_mm: float | None = option(
+        None, "diameter of the neck at the ball (default: 0.45 of the ball's)", "MM"
+    )
+    reach_mm: float | None = option(
+        None, "distance from the flange to the ball's centre, for one mount", "MM"
+    )
+
+
+class _MountOptions(Options, group="a mount of your own"):
+    bolt_circle_mm: float | None = option(
+        None, "a plate with holes on a circle of this diameter", "MM"
+    )
+    bolts: int | None = option(
+        None, "number of holes in it (default: 4)", "N", needs="bolt_circle_mm"
+    )
+    screw: str | None = option(
+        None,
+        "screws for the holes (default: M6)",
+        choices=printables.SCREWS,
+        needs="bolt_circle_mm",
+    )
+    grip_mm: tuple[float, float, float] | None = option(
+        None,
+        "a block for a gripper: between its fingers, along their width, along their length; "
+        "the ball's place then counts from the fingertips",
+        ("WIDTH", "DEPTH", "LENGTH"),
+    )
+
+
+class _PrintPartsOptions(_BaseOptions, _BallOptions, _MountOptions, OutputOptions):
+    out: Path = option(..., "folder to write to", "DIR")
     mount: Sequence[str] | None = option(
         None,
         "what holds the ball at the arm: a robot's name, a code of ISO 9409-1 as iso-63-4-m6, "
@@ -117,65 +166,6 @@ class _PrintPartsOptions(OutputOptions):
         choices=printables.FORMATS,
     )
     author: str = option("mukca", "the author's name in 3MF files", "NAME")
-    sockets: int = option(2, "number of sockets: 2, or 3 in a triangle", "N", group="socket base")
-    distance: float = option(
-        0.1, "distance of the sockets' centres, in metres", "M", group="socket base"
-    )
-    height_mm: float = option(
-        30.0, "height of the sockets' centres above the table", "MM", group="socket base"
-    )
-    clearance_mm: float = option(
-        0.5, "gap between ball and seat, beside the pads", "MM", group="socket base"
-    )
-    anchor: str | None = option(
-        None,
-        "add a clip for the base plate of this arm",
-        group="socket base",
-        choices=printables.ARMS,
-        needs="plate_mm",
-    )
-    plate_mm: tuple[float, float] | None = option(
-        None,
-        "two measures of the arm's plate: its width at the front edge, and the distance from "
-        "that edge to the first joint's axis",
-        ("WIDTH", "FRONT"),
-        group="socket base",
-        needs="anchor",
-    )
-    ball_diameter_mm: float = option(20.0, "diameter of the ball, in all parts", "MM", group="ball")
-    bought_ball: bool = option(
-        False, "make a cup, into which you glue a bearing ball", group="ball"
-    )
-    neck_mm: float | None = option(
-        None, "diameter of the neck at the ball (default: 0.45 of the ball's)", "MM", group="ball"
-    )
-    reach_mm: float | None = option(
-        None, "distance from the flange to the ball's centre, for one mount", "MM", group="ball"
-    )
-    bolt_circle_mm: float | None = option(
-        None, "a plate with holes on a circle of this diameter", "MM", group="a mount of your own"
-    )
-    bolts: int | None = option(
-        None,
-        "number of holes in it (default: 4)",
-        "N",
-        group="a mount of your own",
-        needs="bolt_circle_mm",
-    )
-    screw: str | None = option(
-        None,
-        "screws for the holes (default: M6)",
-        group="a mount of your own",
-        choices=printables.SCREWS,
-        needs="bolt_circle_mm",
-    )
-    grip_mm: tuple[float, float, float] | None = option(
-        None,
-        "a block for a gripper: between its fingers, along their width, along their length; "
-        "the ball's place then counts from the fingertips",
-        ("WIDTH", "DEPTH", "LENGTH"),
-        group="a mount of your own",
-    )
 
 
 def run_print_parts(options: _PrintPartsOptions, terminal: Terminal) -> int:

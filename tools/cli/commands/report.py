@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from .... import recorder
 from ....solver import assessment, calibration, results
@@ -18,42 +19,28 @@ LONGEST = 26
 """Letters of a placement's name there."""
 
 
+_LIMITS = "limits (default: by the arm's repeatability)"
+
+
+def _limit(text: str) -> Any:
+    """Option of a limit in millimetres."""
+    return cli.option(None, text, "MM", group=_LIMITS, between=cli.MILLIMETRES)
+
+
 class _ReportOptions(cli.OutputOptions):
     calibration: Path = cli.argument("calibration.json or arms.json, or its folder", "CALIBRATION")
-    repeatability_mm: float | None = cli.option(
-        None,
-        "the arm's repeatability, from its data sheet",
-        "MM",
-        group="limits (default: by the arm's repeatability)",
-        between=cli.MILLIMETRES,
+    repeatability_mm: float | None = _limit("the arm's repeatability, from its data sheet")
+    limit_mae_mm: float | None = _limit("mean absolute error at held-out placements")
+    limit_distance_mm: float | None = _limit(
+        "error of the sockets' distance there, mean of absolute values"
     )
-    limit_mae_mm: float | None = cli.option(
-        None,
-        "mean absolute error at held-out placements",
-        "MM",
-        group="limits (default: by the arm's repeatability)",
-        between=cli.MILLIMETRES,
-    )
-    limit_distance_mm: float | None = cli.option(
-        None,
-        "error of the sockets' distance there, mean of absolute values",
-        "MM",
-        group="limits (default: by the arm's repeatability)",
-        between=cli.MILLIMETRES,
-    )
-    limit_between_mm: float | None = cli.option(
-        None,
-        "error of distances between placements, likewise",
-        "MM",
-        group="limits (default: by the arm's repeatability)",
-        between=cli.MILLIMETRES,
-    )
+    limit_between_mm: float | None = _limit("error of distances between placements, likewise")
     known: Sequence[str] = cli.option(
         (),
         "distances between sockets of different placements, measured from outside, in metres: "
         "A:0-B:0=0.175 or A:0-B:0=0.175+-0.0001, or a file with one a line",
         "K",
-        group="limits (default: by the arm's repeatability)",
+        group=_LIMITS,
     )
     tolerance_mm: float | None = cli.option(
         None,
@@ -67,12 +54,10 @@ class _ReportOptions(cli.OutputOptions):
         "FILE.pdf|.html",
         group="output",
     )
-    out: Path | None = cli.option(
-        None, "folder to write to (default: beside CALIBRATION)", "DIR", group="output"
-    )
-    force: bool = cli.option(False, "overwrite another report in DIR", group="output")
+    out: Path | None = cli.option(None, "folder to write to (default: beside CALIBRATION)", "DIR")
+    force: bool = cli.option(False, "overwrite another report in DIR")
     open: bool = cli.option(False, "show it in the web browser", group="output")
-    json: bool = cli.option(False, "print report.json, SI units", group="output")
+    json: bool = cli.option(False, "print report.json, SI units")
 
 
 def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
@@ -181,7 +166,7 @@ class _CompareOptions(cli.OutputOptions):
         "M",
         needs="data",
     )
-    out: Path | None = cli.option(None, "write compare.html and .json here", "DIR", group="output")
+    out: Path | None = cli.option(None, "write compare.html and .json here", "DIR")
     open: bool = cli.option(False, "show the page in the web browser", group="output", needs="out")
 
 
