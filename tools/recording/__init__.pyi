@@ -10,6 +10,7 @@ from .options import joints_of as joints_of
 from .options import with_distance as with_distance
 from .options import with_second_reading as with_second_reading
 from .session_alarms import SessionAlarms as SessionAlarms
+from .session_start import SessionStart as SessionStart
 from .session_start import page_of as page_of
 from .session_start import recorded_beside as recorded_beside
 from .setup import record_session as record_session

@@ -68,9 +68,9 @@ def odd_pose(robot: Robot, distance: float, samples: Sequence[Sample]) -> str | 
 def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
     """Return a warning where another shipped robot fits some poses far better than a model."""
     q = np.array([s.position for s in samples if s.socket == samples[-1].socket])
-    if len(q) < FIRST_POSES or (scatter := _scatter(robot, q)) < WRONG_SCATTER:
+    if len(q) < FIRST_POSES or (scatter := _scatter(robot, q).mean()) < WRONG_SCATTER:
         return None
-    scatters = {model.name: _scatter(model, q) for model in _shipped(len(robot.actuated))}
+    scatters = {model.name: _scatter(model, q).mean() for model in _shipped(len(robot.actuated))}
     best = min(scatters, key=lambda name: scatters[name], default=None)
     if best is None or scatters[best] > scatter / WRONG_RATIO or best == robot.name:
         return None
@@ -99,11 +99,10 @@ def _shipped(joints: int) -> tuple[Robot, ...]:
     return tuple(robot for robot in robots if len(robot.actuated) == joints)
 
 
-def _scatter(robot: Robot, q: np.ndarray) -> float:
-    """Return the ball's mean distance from its mean position over some configurations [m]."""
-    points = nominal_balls(robot, q)
-    distances: np.ndarray = np.linalg.norm(points - points.mean(axis=0), axis=1)
-    return float(distances.mean())
+def _scatter(robot: Robot, q: np.ndarray) -> np.ndarray:
+    """Return the ball's distances from its mean position over some configurations [m]."""
+    balls = nominal_balls(robot, q)
+    return np.asarray(np.linalg.norm(balls - balls.mean(axis=0), axis=1))
 
 
 FAILED = 1
@@ -126,8 +125,7 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
     judgement = assessment.judge([assessment.checks_row(survey.diagnostics)], survey.hypotheses)
     if judgement.status == "fail":
         return f"Verdict: {judgement.title}. {judgement.text}", judgement.exit_status
-    balls = nominal_balls(robot, measured.positions)
-    distances = np.linalg.norm(balls - balls.mean(axis=0), axis=1)
+    distances = _scatter(robot, measured.positions)
     error, limit = float(distances.mean()), limit_for(robot)
     verdict = "worth calibrating" if error > limit else "as good as a calibration would make it"
     return (

@@ -3,118 +3,100 @@
 import gc
 import logging
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from contextlib import ExitStack, closing, contextmanager
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ...recorder import DEFAULT_DISTANCE, Metadata, Sample, StreamLog, next_log_file
+from ...recorder import DEFAULT_DISTANCE, Metadata, StreamLog, next_log_file
+from ...recorder.session import BLOCK
 from ...recorder.stream import STILL, ContactDetector, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
-from ...solver.robot import Robot
 from ..cli import Terminal, one_arm
-from . import session_start
 from .checks import gravity_of, odd_pose
 from .guidance_process import BackgroundGuidance
-from .options import RecordOptions, joints_of
-
-if TYPE_CHECKING:
-    from .page import PageProcess
+from .options import RecordOptions
+from .session_start import SessionStart, recorded_beside
 
 
-def record_session(
-    options: RecordOptions,
-    metadata: Metadata,
-    robot: Robot,
-    terminal: Terminal,
-    samples: Sequence[Sample] | None = None,
-    page: "PageProcess | None" = None,
-    hand: session_start.FollowingHand | None = None,
-) -> Outcome:
-    """Record at one placement until the operator finishes.
-
-    At a further placement of the same run, ``samples`` are the samples since the base moved there;
-    the page goes on at its address, and the hand of a simulated arm leads on.
-    """
+def record_session(start: SessionStart) -> Outcome:
+    """Record at one placement until the operator finishes."""
+    options = start.options
+    metadata = start.metadata
+    hand = start.hand
     keys = keys_with(options.key)
-    base_moved = samples is not None and not samples
-    gravity = gravity_of(robot, options.load.validated().load)
+    base_moved = start.samples is not None and not start.samples
+    gravity = gravity_of(start.robot, options.load.validated().load)
     with ExitStack() as stack:
-        keyboard, script = session_start.keys_of(options, stack)
+        keyboard, script = start.keys(stack)
         stack.enter_context(_undisturbed())
-        terminal.say_at_once(f"connecting to {options.driver} ...")
-        driver = session_start.connect(options.driver, robot, hand)
+        start.terminal.say_at_once(f"connecting to {options.driver} ...")
+        driver = start.connect()
         stack.enter_context(driver)
         still = max(STILL, driver.resolution) if options.still is None else options.still
         stream = stack.enter_context(closing(Stream(driver)))
-        recording = stack.enter_context(session_start.open_recording(options, metadata, still))
-        stream.log = _stream_log(options, robot, terminal, stack)
-        monitor = _monitor(options, robot, still, driver.resolution, live=script is None)
+        recording = stack.enter_context(start.open_recording(still))
+        if options.keep_stream:
+            stream.log = _stream_log(start, stack)
         by_hand = keyboard is not None and script is None
-        session = session_start.first_session(options, metadata, robot, recording, samples or ())
-        session = session_start.announced(session, options, driver.remark, page)
+        session = start.first_session(recording, driver.remark)
         guidance = None
         if by_hand and not (options.no_guide or options.quick):
-            guidance = stack.enter_context(closing(_guidance(options, metadata, robot)))
-            session = session_start.with_blocks(options, session)
+            guidance = stack.enter_context(closing(_guidance(start)))
+            session = replace(session, block=None if options.calibration else BLOCK)
         if hand:
             hand.guided = guidance is not None
             if base_moved:
                 hand.move_base()
-        summary = session_start.summary_of(recording, session, metadata.distance) if by_hand else ()
         return Recorder(
             session=session,
             stream=stream,
-            monitor=monitor,
+            monitor=StreamMonitor(
+                session.joints,
+                window=options.window,
+                still=still,
+                live=script is None,
+                resolution=driver.resolution,
+            ),
             recording=recording,
-            display=_display(terminal),
+            display=_display(start.terminal),
             title=_title(options, metadata),
             keyboard=keyboard,
             script=script,
             contact=ContactDetector(session.joints, gravity),
-            plausible=partial(odd_pose, robot, metadata.distance or DEFAULT_DISTANCE),
+            plausible=partial(odd_pose, start.robot, metadata.distance or DEFAULT_DISTANCE),
             keys=keys,
             hands_free=options.auto,
             moved=base_moved,
             sound=options.sound != "off",
             guidance=guidance,
-            observers=[*filter(None, (page, hand and hand.follow))],
-            page=page.url if page else "",
-            resume_summary=summary,
+            observers=[*filter(None, (start.page, hand and hand.follow))],
+            page=start.page.url if start.page else "",
+            resume_summary=start.summary(recording, session) if by_hand else (),
         ).run()
 
 
-def _stream_log(
-    options: RecordOptions, robot: Robot, terminal: Terminal, stack: ExitStack
-) -> StreamLog | None:
-    """Return the file of the stream, closed at the end, when its trouble is said; None for none."""
-    if not options.keep_stream:
-        return None
-    log = StreamLog(next_log_file(options.out), robot.joint_names)
-    stack.callback(lambda: terminal.warn(*([log.trouble] if log.trouble else [])))
+def _stream_log(start: SessionStart, stack: ExitStack) -> StreamLog:
+    """Return the file of the stream, closed at the end, when its trouble is said."""
+    log = StreamLog(next_log_file(start.options.out), start.robot.joint_names)
+    stack.callback(lambda: start.terminal.warn(*filter(None, [log.trouble])))
     stack.callback(log.close)
     return log
 
 
-def _monitor(
-    options: RecordOptions, robot: Robot, still: float, resolution: float, *, live: bool
-) -> StreamMonitor:
-    return StreamMonitor(
-        joints_of(robot), window=options.window, still=still, live=live, resolution=resolution
-    )
-
-
-def _guidance(options: RecordOptions, metadata: Metadata, robot: Robot) -> BackgroundGuidance:
+def _guidance(start: SessionStart) -> BackgroundGuidance:
+    options = start.options
     settings: dict[str, Any] = {
-        "distance": metadata.distance or DEFAULT_DISTANCE,
-        "sockets": metadata.sockets,
+        "distance": start.metadata.distance or DEFAULT_DISTANCE,
+        "sockets": start.metadata.sockets,
         "turn": math.inf if options.turn is None else math.radians(options.turn),
     }
     if options.calibration is not None:
         settings |= {"calibration": one_arm(options.calibration), "target": options.samples}
     else:
-        goal = None if options.goal_mm is None else 1e-3 * options.goal_mm
-        settings |= {"goal": goal, "parts": session_start.recorded_beside(options.out, robot)}
+        settings["goal"] = None if options.goal_mm is None else 1e-3 * options.goal_mm
+        settings["parts"] = recorded_beside(options.out, start.robot)
     return BackgroundGuidance(options, **settings)
 
 

@@ -4,7 +4,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
@@ -15,7 +15,6 @@ from .... import recorder
 from ....recorder import terminal as recorder_terminal
 from ....solver import calibration, partial
 from ....solver.calibration import UsageError
-from ....solver.robot import Robot
 from ... import recording, simulation
 from ...recording import RecordOptions
 from ...report import figures
@@ -44,11 +43,13 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
             raise UsageError(
                 f"--calibration {options.calibration}: of another robot, whose joints are {names}"
             )
-        outcome, options, metadata = _recorded(options, metadata, robot, terminal)
+        outcome, start = _recorded(recording.SessionStart(options, metadata, robot, terminal))
+        options = start.options
     try:
         if asked and outcome.signal is None:
-            metadata = recording.with_second_reading(metadata, options.out, terminal)
-        _say_outcome(outcome, options, metadata, robot, terminal)
+            metadata = recording.with_second_reading(start.metadata, options.out, terminal)
+            start = replace(start, metadata=metadata)
+        _say_outcome(outcome, start)
         sys.stdout.flush()
     except OSError:  # the terminal is gone: write to nowhere from now on
         nowhere = os.open(os.devnull, os.O_RDWR)
@@ -74,32 +75,39 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
 
 
 def _recorded(
-    options: RecordOptions, metadata: recorder.Metadata, robot: Robot, terminal: Terminal
-) -> "tuple[recorder_terminal.Outcome, RecordOptions, recorder.Metadata]":
-    """Record one placement after the other; return the last, its options and its metadata."""
+    start: "recording.SessionStart",
+) -> "tuple[recorder_terminal.Outcome, recording.SessionStart]":
+    """Record one placement after the other; return the last, and how it began."""
     parts: list[recorder.Placement] = []
-    samples: Sequence[recorder.Sample] | None = None
-    hand = simulation.following_hand(options.driver, robot, metadata.distance)
-    with recording.page_of(options) as page:
+    robot = start.robot
+    hand = simulation.following_hand(start.options.driver, robot, start.metadata.distance)
+    with recording.page_of(start.options) as page:
+        start = replace(start, page=page, hand=hand)
         while True:
-            extras = samples, page, hand
-            outcome = recording.record_session(options, metadata, robot, terminal, *extras)
+            options = start.options
+            outcome = recording.record_session(start)
             again = outcome.session.distance
             if again is not None:
-                metadata = replace(metadata, distance=again, measured=True)
-            live, distance = outcome.session.live, metadata.distance or recorder.DEFAULT_DISTANCE
+                start = replace(
+                    start, metadata=replace(start.metadata, distance=again, measured=True)
+                )
+            live = outcome.session.live
+            distance = start.metadata.distance or recorder.DEFAULT_DISTANCE
             placement = recorder.Placement(options.out.name, live, robot.joint_names, distance)
             if options.scripted and not (options.no_guide or options.quick):
                 for alarm in recording.SessionAlarms(robot)([*parts, placement]):
-                    terminal.say(f"! {alarm.words}: {alarm.text}")
+                    start.terminal.say(f"! {alarm.words}: {alarm.text}")
             if not outcome.new_placement or outcome.signal is not None:
-                return outcome, options, metadata
-            options = replace(options, out=next_folder(options.out))
+                return outcome, start
             parts += [placement] if live else []
             if outcome.readings_changed:
                 parts = []
-            metadata = replace(metadata, readings_changed=outcome.readings_changed)
-            samples = outcome.moved
+            start = replace(
+                start,
+                options=replace(options, out=next_folder(options.out)),
+                metadata=replace(start.metadata, readings_changed=outcome.readings_changed),
+                samples=outcome.moved,
+            )
 
 
 def next_folder(folder: Path) -> Path:
@@ -125,13 +133,8 @@ def _interruptible() -> Generator[None, None, None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _say_outcome(
-    outcome: "recorder_terminal.Outcome",
-    options: RecordOptions,
-    metadata: recorder.Metadata,
-    arm: Robot,
-    terminal: Terminal,
-) -> None:
+def _say_outcome(outcome: "recorder_terminal.Outcome", start: "recording.SessionStart") -> None:
+    options, metadata, terminal = start.options, start.metadata, start.terminal
     session = outcome.session
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
     taken_back = f" ({len(session.withdrawn)} taken back)" if session.withdrawn else ""
@@ -147,18 +150,14 @@ def _say_outcome(
     if terminal.brief or options.quick or options.calibration:
         return
     if outcome.signal is None and min(session.counts) > 0:
-        folders = [str(p.files[0].parent) for p in recording.recorded_beside(options.out, arm)]
-        terminal.say(*_next_steps(outcome, options, metadata, arm, folders))
+        terminal.say(*_next_steps(outcome, start))
 
 
-def _next_steps(
-    outcome: "recorder_terminal.Outcome",
-    options: RecordOptions,
-    metadata: recorder.Metadata,
-    arm: Robot,
-    folders: Sequence[str],
-) -> list[str]:
+def _next_steps(outcome: "recorder_terminal.Outcome", start: "recording.SessionStart") -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
+    options, metadata = start.options, start.metadata
+    earlier = recording.recorded_beside(options.out, start.robot)
+    folders = [str(placement.files[0].parent) for placement in earlier]
     settings = replace(options, distance=metadata.distance if metadata.measured else None)
 
     def given(*names: str) -> list[str]:
@@ -170,7 +169,7 @@ def _next_steps(
     words_again += list(chain.from_iterable(("--key", keys) for keys in options.key))
     words_again += ["--out", str(next_folder(options.out))]
     advised = outcome.advice.closing if outcome.advice else ()
-    zeros = ["--zeros"] if recording.SessionAlarms(arm).coarse else []
+    zeros = ["--zeros"] if recording.SessionAlarms(start.robot).coarse else []
     again = ["mukca", "record", *robot, *words_again]
     solve = ["mukca", "solve", *folders, out, *robot, *zeros, "--out", calibrated]
     return [
