@@ -116,20 +116,16 @@ def contenders_of(files: Sequence[Path]) -> dict[str, Calibration]:
     tries.append([str(file) for file in files])
     names = next(names for names in tries if len({*names, NOMINAL}) > len(files))
     contenders = dict(zip(names, map(Calibration.of_file, files), strict=True))
-    first, *contestants = contenders.values()
-    for contender in contestants:
-        if contender.robot.joint_names != first.robot.joint_names:
+    first = next(iter(contenders.values()))
+    joints = ", ".join(first.robot.joint_names)
+    for contender in contenders.values():
+        others = ", ".join(contender.robot.joint_names)
+        if others != joints:
             raise ComparisonError(
-                f"{contender.source}: its joints are {', '.join(contender.robot.joint_names)}, "
-                f"but those of {first.source} "
-                f"are {', '.join(first.robot.joint_names)}; only calibrations "
-                "of one robot can be compared"
+                f"{contender.source}: its joints are {others}, but those of {first.source} "
+                f"are {joints}; only calibrations of one robot can be compared"
             )
     return contenders
-
-
-ByChance = tuple[Apart | None, tuple[Apart | None, ...]]
-"""In the workspace, and at each placement."""
 
 
 def shared_data(contenders: Iterable[Calibration]) -> list[Measurement]:
@@ -149,72 +145,73 @@ def compare(
     The ball of the nominal model is the refitted one, where that calibration keeps it.
     """
     contestants = list(contenders.values())
-    ball_refitted = contestants[0].ball_refitted
-    models = [ball_refitted or contestants[0].calibrated.nominal]
-    models += [contender.calibrated for contender in contestants]
+    first = contestants[0]
+    nominal = first.ball_refitted or first.calibrated.nominal
+    models = [nominal, *(contender.calibrated for contender in contestants)]
     points = [[model.predict(m) for model in models] for m in data]
-    by_model = [np.concatenate(column) for column in zip(*points, strict=True)]
     pairs = list(zip(points, data, strict=True))
     errors = [[np.linalg.norm(p - targets(p, m), axis=1) for p in row] for row, m in pairs]
-    metrics = [[evaluate(p, m) for p in row] for row, m in pairs]
-    uses = [[False, *(contender.was_trained_on(m) for contender in contestants)] for m in data]
-    fair = [i for i, row in enumerate(uses) if not any(row)]
-
-    def placement(i: int) -> ComparedPlacement:
-        rows = zip(metrics[i], errors[i], uses[i], strict=True)
-        return ComparedPlacement(
-            name=data[i].name,
-            samples=tuple(data[i].counts),
-            models=tuple(
-                ErrorsAtPlacement(**asdict(row), quantiles=quantiles(errors), trained_on=is_trained)
-                for row, errors, is_trained in rows
-            ),
+    placements: list[ComparedPlacement] = []
+    for i, (row, m) in enumerate(pairs):
+        trained_on = [False, *(contender.was_trained_on(m) for contender in contestants)]
+        at_placement = tuple(
+            ErrorsAtPlacement(
+                **asdict(evaluate(p, m)),
+                quantiles=quantiles(errors[i][k]),
+                trained_on=trained_on[k],
+            )
+            for k, p in enumerate(row)
         )
+        placements.append(
+            ComparedPlacement(name=m.name, samples=tuple(m.counts), models=at_placement)
+        )
+    fair = [i for i, row in enumerate(placements) if not any(m.trained_on for m in row.models)]
+
+    def model(k: int, name: str) -> ComparedModel:
+        summary = None
+        if fair:
+            mean = mean_metrics([placements[i].models[k] for i in fair])
+            summary = ErrorsOverall.filled(
+                quantiles(np.concatenate([errors[i][k] for i in fair])),
+                mean_absolute_error=mean.mean_absolute_error,
+                distance_error=mean.distance_error,
+            )
+        return ComparedModel(name=name, summary=summary)
 
     def pair(a: int, b: int) -> ComparedPair:
         rows = tuple(_beyond_noise(row[b] - row[a]) for row in errors)
+        workspace: Apart | None = None
+        by_chance: tuple[Apart | None, ...] = (None,) * len(data)
+        if a:
+            workspace, by_chance = differences(contestants[a - 1], contestants[b - 1], data)
+        balls = [np.concatenate([row[k] for row in points]) for k in (a, b)]
         return ComparedPair(
             a=a,
             b=b,
             placements=rows,
             summary=_overall([rows[i] for i in fair]) if fair else None,
-            workspace=by_pair[a, b][0],
-            by_chance=by_pair[a, b][1],
-            apart=_displacement(by_model[a], by_model[b]),
+            workspace=workspace,
+            by_chance=by_chance,
+            apart=_displacement(*balls),
             curves=agreement(curves[a], curves[b]),
         )
 
-    by_pair = _by_chance(contestants, data)
     curves = [None, *(contender.document.curves for contender in contestants)]
-    summaries = list[ErrorsOverall | None]()
-    for k in range(len(models)):
-        of_model = [metrics[i][k] for i in fair], [errors[i][k] for i in fair]
-        summaries.append(_errors_overall(*of_model) if fair else None)
-    pairs_by_name = zip((NOMINAL, *contenders), summaries, strict=True)
+    names = (NOMINAL, *contenders)
     return ComparisonDocument(
         format=COMPARISON,
-        robot_name=contestants[0].robot.name,
-        models=tuple(ComparedModel(name=name, summary=summary) for name, summary in pairs_by_name),
-        placements=tuple(map(placement, range(len(data)))),
+        robot_name=first.robot.name,
+        models=tuple(model(k, name) for k, name in enumerate(names)),
+        placements=tuple(placements),
         fair=tuple(fair),
         pairs=tuple(pair(a, b) for b in range(1, len(models)) for a in range(b)),
-        ball_refitted=ball_refitted is not None,
+        ball_refitted=first.ball_refitted is not None,
     )
 
 
 def _beyond_noise(changes: np.ndarray) -> Difference:
     """Return a placement's mean difference beside the noise that its samples leave in it."""
     return _beyond(changes.mean(), 2 * changes.std(ddof=1) / len(changes) ** 0.5)
-
-
-def _errors_overall(metrics: Sequence[Metrics], errors: Sequence[np.ndarray]) -> ErrorsOverall:
-    """Return a model's errors over some placements."""
-    mean = mean_metrics(metrics)
-    return ErrorsOverall.filled(
-        quantiles(np.concatenate(errors)),
-        mean_absolute_error=mean.mean_absolute_error,
-        distance_error=mean.distance_error,
-    )
 
 
 def _displacement(A: np.ndarray, B: np.ndarray) -> Displacement:
@@ -224,19 +221,6 @@ def _displacement(A: np.ndarray, B: np.ndarray) -> Displacement:
     """
     gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
     return Displacement(mean=float(gaps.mean()), max=float(gaps.max()))
-
-
-def _by_chance(
-    contestants: Sequence[Calibration], data: Sequence[Measurement]
-) -> dict[tuple[int, int], ByChance]:
-    """Return how far pairs are apart by chance, the nominal model, 0, with none."""
-    nothing: ByChance = (None, tuple(None for _ in data))
-    by_pair: dict[tuple[int, int], ByChance] = {}
-    by_pair |= {(0, b): nothing for b in range(1, len(contestants) + 1)}
-    for b, second in enumerate(contestants, 1):
-        for a, first in enumerate(contestants[: b - 1], 1):
-            by_pair[a, b] = differences(first, second, data)
-    return by_pair
 
 
 def _overall(rows: Sequence[Difference]) -> Difference:

@@ -1,6 +1,5 @@
 """Steps to do where the verdict is not PASS, the most useful first, each with a command."""
 
-import itertools
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -24,7 +23,7 @@ from ....solver.data import (
     whole_name,
 )
 from ....solver.paper import build_problem, solve
-from ....solver.results import CalibrationDocument, Role
+from ....solver.results import CalibrationDocument, GivenArm, Role
 from ....solver.robot import BALL_LINK
 from .answers import farthest_held_out, placements_with_errors
 from .types import Step
@@ -180,8 +179,9 @@ def _leave_out(result: Assessment) -> Iterator[Step]:
         yield Step(text, command, words, before, after)
 
 
-_CHAIN = ("base", "tip", "flange", "ball")
+_LINKS = ("base", "tip", "flange")
 """Settings that name the links of a robot."""
+_CHAIN = (*_LINKS, "ball")
 
 
 def record_command(document: CalibrationDocument) -> str:
@@ -229,39 +229,44 @@ def solve_command(
     settings_given: Mapping[str, str] | None = None,
 ) -> str:
     """Return the command that makes the calibration again, by other roles (None: out), settings."""
+    roles = {whole_name(name): now for name, now in (moves or {}).items()}
+    settings = {**document.settings, **(settings_given or {})}
+    arms = () if document.arms is None else document.arms.arms
 
     def folders(role: Role) -> list[str]:
         rows = [(row.folder, roles.get(whole_name(row.name), row.role)) for row in document.data]
-        folders_of_role = list(dict.fromkeys(folder for folder, now in rows if now == role))
-        if document.arms is None:
-            return folders_of_role
-        pairs = (
-            (a.name, folders_of_role if a.name == document.arm_name else getattr(a, role))
-            for a in arms
-        )
-        return [f"{name}:{folder}" for name, all_ in pairs for folder in all_]
+        own = list(dict.fromkeys(folder for folder, now in rows if now == role))
+        if not arms:
+            return own
+        folders_by_arm = {arm.name: getattr(arm, role) for arm in arms} | {document.arm_name: own}
+        return [f"{name}:{path}" for name, paths in folders_by_arm.items() for path in paths]
 
-    roles = {whole_name(name): now for name, now in (moves or {}).items()}
-    arms = () if document.arms is None else document.arms.arms
-    settings = {**document.settings, **(settings_given or {})}
     robots = ["--robot", document.robot]
     if arms:
         settings = {key: value for key, value in settings.items() if key not in _CHAIN}
-        robots = list(
-            itertools.chain.from_iterable(("--robot", f"{arm.name}={arm.robot}") for arm in arms)
-        )
-        for arm in arms:
-            links = {key: arm.options.get(key) for key in _CHAIN[:-1]}
-            if links["tip"] == BALL_LINK:
-                del links["tip"]
-            robots += as_options({key: f"{arm.name}={link}" for key, link in links.items() if link})
-        robots += as_options(
-            {"ball": next(filter(None, (a.options.get("ball") for a in arms)), None)}
-        )
+        robots = _robots(arms)
+    words = ["mukca", "solve", *folders("train")]
     held_out = folders("test")
-    words = ["mukca", "solve", *folders("train"), *(["--test"] if held_out else []), *held_out]
+    if held_out:
+        words += ["--test", *held_out]
     words += [*robots, *as_options(_unlike_defaults(document.method, settings))]
-    return shlex.join([*words, "--out", "calibrated-again"] if moves or settings_given else words)
+    if moves or settings_given:
+        words += ["--out", "calibrated-again"]
+    return shlex.join(words)
+
+
+def _robots(arms: Sequence[GivenArm]) -> list[str]:
+    """Return the options of several robots, and of the links that each names."""
+    words: list[str] = []
+    for arm in arms:
+        words += ["--robot", f"{arm.name}={arm.robot}"]
+    for arm in arms:
+        for key in _LINKS:
+            link = arm.options.get(key)
+            if link and (key, link) != ("tip", BALL_LINK):
+                words += [f"--{key}", f"{arm.name}={link}"]
+    balls = [arm.options["ball"] for arm in arms if arm.options.get("ball")]
+    return words + as_options({"ball": next(iter(balls), None)})
 
 
 def _unlike_defaults(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -276,15 +281,17 @@ def as_options(settings: Mapping[str, Any]) -> list[str]:
     """Return settings as options, those that were given."""
     words: list[str] = []
     for key, value in settings.items():
-        if value not in (None, [], (), False) and (key, value) != ("tip", BALL_LINK):
-            values = cast("list[Any]", value) if isinstance(value, list | tuple) else [value]
-            option = f"--{key.replace('_', '-')}"
-            if key == "distance":  # each reading by itself
-                words += list(
-                    itertools.chain.from_iterable((option, str(reading)) for reading in values)
-                )
-                continue
-            words += [option, *([] if value is True else map(str, values))]
+        if value in (None, [], (), False) or (key, value) == ("tip", BALL_LINK):
+            continue
+        values = cast("list[Any]", value) if isinstance(value, list | tuple) else [value]
+        option = f"--{key.replace('_', '-')}"
+        if value is True:
+            words.append(option)
+        elif key == "distance":  # each reading by itself
+            for reading in values:
+                words += [option, str(reading)]
+        else:
+            words += [option, *map(str, values)]
     return words
 
 
