@@ -3,6 +3,7 @@
 import math
 import sys
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -10,7 +11,8 @@ from typing import Literal
 from ...recorder import METADATA, SOCKETS, Metadata, add_reading, read_keys, read_metadata
 from ...recorder.session import TARGET
 from ...recorder.stream import STILL, WINDOW, JointLimits
-from ...solver.calibration import SolveOptions
+from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
+from ...solver.calibration import SolveOptions, UsageError
 from ...solver.robot import Robot
 from ..cli import DISTANCES, SPREADS, WINDOWS, Options, RobotOptions, Terminal, option, part
 
@@ -168,6 +170,31 @@ class RecordOptions(
         """Samples to take in each socket."""
         default = POSES if self.quick else HELD if self.calibration else TARGET
         return self.target or default
+
+    def open_keys(self, stack: ExitStack) -> tuple[Keyboard | None, Script | None]:
+        """Return the keyboard where there is a terminal, and the script where there is one."""
+        keyboard = None
+        if has_keyboard() and sys.platform == "win32":
+            import msvcrt
+
+            keyboard = ConsoleKeyboard(msvcrt)
+        elif has_keyboard():
+            keyboard = Keyboard()
+        if self.keys is not None:
+            try:
+                file = stack.enter_context(self.keys.open("rb"))
+            except OSError as error:
+                raise UsageError(f"--keys {self.keys}: {error.strerror}") from None
+            return keyboard, Script(file.fileno(), str(self.keys))
+        if keyboard:
+            return keyboard, None
+        if self.auto:
+            raise UsageError("--auto needs a terminal, for the keys between two sockets")
+        if self.goal_mm is not None or self.turn is not None:
+            raise UsageError("--goal-mm and --turn need a terminal, where the guide is")
+        if sys.stdin is None:  # pyright: ignore[reportUnnecessaryComparison]
+            raise UsageError("standard input is closed; run it in a terminal, or use --keys FILE")
+        return None, Script(sys.stdin.fileno())
 
     def metadata(self, robot: Robot) -> Metadata:
         """Return the placement's metadata by the options and the recording that is continued."""

@@ -1,9 +1,8 @@
 """Start of a session: its keys, driver and files; anew, or as an earlier one left it."""
 
-import sys
 import time
 from collections.abc import Generator, Sequence
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,13 +11,11 @@ from typing import TYPE_CHECKING
 from ... import recorder
 from ...drivers import Reconnecting, open_driver
 from ...recorder.session import Recording, Session
-from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver import robot as robots
-from ...solver.calibration import UsageError
 from ..cli import Terminal
 from ..simulation import FollowingHand, practice_driver
 from .checks import similar_models
-from .options import RecordOptions, has_keyboard, joints_of
+from .options import RecordOptions, joints_of
 
 if TYPE_CHECKING:
     from .page import PageProcess
@@ -79,32 +76,6 @@ class SessionStart:
     """The hand of a simulated arm, which leads on at the next placement."""
     samples: Sequence[recorder.Sample] | None = None
     """The samples since the base moved here; None at the first placement of a run."""
-
-    def keys(self, stack: ExitStack) -> tuple[Keyboard | None, Script | None]:
-        """Return the keyboard where there is a terminal, and the script where there is one."""
-        options = self.options
-        keyboard = None
-        if has_keyboard() and sys.platform == "win32":
-            import msvcrt
-
-            keyboard = ConsoleKeyboard(msvcrt)
-        elif has_keyboard():
-            keyboard = Keyboard()
-        if options.keys is not None:
-            try:
-                file = stack.enter_context(options.keys.open("rb"))
-            except OSError as error:
-                raise UsageError(f"--keys {options.keys}: {error.strerror}") from None
-            return keyboard, Script(file.fileno(), str(options.keys))
-        if keyboard:
-            return keyboard, None
-        if options.auto:
-            raise UsageError("--auto needs a terminal, for the keys between two sockets")
-        if options.goal_mm is not None or options.turn is not None:
-            raise UsageError("--goal-mm and --turn need a terminal, where the guide is")
-        if sys.stdin is None:  # pyright: ignore[reportUnnecessaryComparison]
-            raise UsageError("standard input is closed; run it in a terminal, or use --keys FILE")
-        return None, Script(sys.stdin.fileno())
 
     def connect(self) -> Reconnecting:
         """Open the driver, or the hand's arm, as a driver that connects again by itself."""

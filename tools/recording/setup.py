@@ -29,7 +29,7 @@ def record_session(start: SessionStart) -> Outcome:
     base_moved = start.samples is not None and not start.samples
     gravity = gravity_of(start.robot, options.load.validated().load)
     with ExitStack() as stack:
-        keyboard, script = start.keys(stack)
+        keyboard, script = options.open_keys(stack)
         stack.enter_context(_undisturbed())
         start.terminal.say_at_once(f"connecting to {options.driver} ...")
         driver = start.connect()
