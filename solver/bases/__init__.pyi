@@ -1,4 +1,3 @@
-from .frames import frames_of_robots as frames_of_robots
 from .meetings import base_to_base as base_to_base
 from .places import places_alone as places_alone
 from .ties import TiedRobots as TiedRobots

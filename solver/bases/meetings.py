@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..bayes.inference import Posterior
-from ..data import IDENTITY, Pose, as_point
+from ..data import SocketSamples, as_point
 from ..results import UNSEEN, BaseToBase
 from ..robot import PoseModel, PoseSolver, Solutions, workspace
 from .ties import TiedRobots
@@ -19,22 +19,21 @@ MEETINGS = 150
 
 def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     """Return where a robot stands seen from the first one; no numbers where a turn is left."""
-    names = (world.robots[0].name, world.robots[robot].name)
-    frame = world.robots[robot].frame
-    shared = sorted({*world.robots[0].sockets} & {*world.robots[robot].sockets})
-    origin = world.poses[frame].origin
-    covariance = world.frame_covariance(frame)
-    deviation = np.sqrt(np.diag(covariance).clip(min=0))
-    variances, axes = np.linalg.eigh(covariance[:3, :3])
+    first, second = world.robots[0], world.robots[robot]
+    names = (first.name, second.name)
+    shared = sorted({*first.sockets} & {*second.sockets})
+    pose = world.around.marginal(world.columns_of(second.frame))
+    variances, axes = np.linalg.eigh(pose.covariance[:3, :3])
     if variances[-1] > UNSEEN**2:
         text = _turned(names, len(shared), axes[:, -1])
         unknown = dict.fromkeys(("xyz", "rpy", "xyz_deviation", "turn_deviation", "tool_deviation"))
         return BaseToBase(**unknown, shared_sockets=len(shared), text=text)
+    origin = world.poses[second.frame].origin
     result = BaseToBase(
         xyz=origin.xyz,
         rpy=origin.rpy,
-        xyz_deviation=as_point(deviation[3:]),
-        turn_deviation=as_point(deviation[:3]),
+        xyz_deviation=as_point(pose.deviations[3:]),
+        turn_deviation=as_point(pose.deviations[:3]),
         tool_deviation=_tool_deviation(world, robot, shared),
         shared_sockets=len(shared),
         text="",
@@ -49,24 +48,23 @@ def _tool_deviation(world: TiedRobots, robot: int, shared: list[int]) -> float |
     are the derivatives of the vector by the unknowns of both robots and by the pose R, t of the
     second, and Sigma is their covariance.
     """
-    frame = world.robots[robot].frame
-    pose = world.poses[frame]
     region = world.centres[shared] if shared else _recorded_by_both(world, robot)
-    first = _inside(world, 0, IDENTITY, region)
-    second = _inside(world, robot, pose, region)
+    first = _inside(world, 0, region)
+    second = _inside(world, robot, region)
     if not len(first.q) or not len(second.q):
         return None
     gaps = np.linalg.norm(first.places[:, None] - second.places, axis=2)
     starts = second.q[np.argmin(gaps, axis=1)]
+    frame = world.robots[robot].frame
+    pose = world.poses[frame]
     met = _led_to(world.arms[robot], pose.inverse().apply(first.places), starts)
     if not met.reached.any():
         return None
-    _, by_first = _linear(world, 0, first.q[met.reached])
-    points, by_second = _linear(world, robot, met.positions[met.reached])
+    _, J1, _ = world.arms[0].linearise(*_unloaded(first.q[met.reached]))
+    points, J2, _ = world.arms[robot].linearise(*_unloaded(met.positions[met.reached]))
     slopes = np.zeros((len(points), 3, len(world.around.mean)))
-    for i, by_unknowns in ((0, -by_first), (robot, pose.rotation @ by_second)):
-        begin = world.columns[i].start
-        slopes[:, :, begin : begin + by_unknowns.shape[2]] = by_unknowns
+    slopes[:, :, world.columns[0]][:, :, : J1.shape[2]] = -J1
+    slopes[:, :, world.columns[robot]][:, :, : J2.shape[2]] = pose.rotation @ J2
     slopes[:, :, world.columns_of(frame)] = pose.slopes(points)
     squares: np.ndarray = np.sum((slopes @ world.around.root) ** 2, axis=(1, 2))
     return float(squares.mean()) ** 0.5
@@ -84,19 +82,21 @@ def _led_to(arm: Posterior, targets: np.ndarray, starts: np.ndarray) -> Solution
 
 def _recorded_by_both(world: TiedRobots, robot: int) -> np.ndarray:
     """Return corners of the region in the world where both recorded, or between where each did."""
-    lowest: list[np.ndarray] = []
-    highest: list[np.ndarray] = []
-    for i in (0, robot):
-        points, _ = _linear(world, i, world.arms[i].data.positions)
-        balls = world.poses[world.robots[i].frame].apply(points)
-        lowest.append(balls.min(axis=0))
-        highest.append(balls.max(axis=0))
-    return np.array([np.max(lowest, axis=0), np.min(highest, axis=0)])
+    balls = [_balls(world, k, world.arms[k].data.positions) for k in (0, robot)]
+    lowest = np.max([places.min(axis=0) for places in balls], axis=0)
+    highest = np.min([places.max(axis=0) for places in balls], axis=0)
+    return np.array([lowest, highest])
 
 
-def _linear(world: TiedRobots, robot: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return balls of a robot without load in its base, and their derivatives J."""
-    return world.arms[robot].linearise(q, np.tile(0 * q, 3))[:2]
+def _unloaded(q: np.ndarray) -> SocketSamples:
+    """Return configurations without moments."""
+    return SocketSamples(q, np.tile(0 * q, 3))
+
+
+def _balls(world: TiedRobots, robot: int, q: np.ndarray) -> np.ndarray:
+    """Return balls of a robot without load in the world, shape (N, 3) [m]."""
+    points = world.arms[robot].predict(*_unloaded(q))
+    return world.poses[world.robots[robot].frame].apply(points)
 
 
 class Configurations(NamedTuple):
@@ -108,14 +108,14 @@ class Configurations(NamedTuple):
     """In the world, shape (N, 3) [m]."""
 
 
-def _inside(world: TiedRobots, robot: int, pose: Pose, region: np.ndarray) -> Configurations:
+def _inside(world: TiedRobots, robot: int, region: np.ndarray) -> Configurations:
     """Return random configurations whose ball is in the region."""
     q = workspace(world.arms[robot].model.robot, TRIES, robot)
-    places = pose.apply(world.arms[robot].predict(q, np.tile(0 * q, 3)))
+    places = _balls(world, robot, q)
     low = region.min(axis=0) - MARGIN
     high = region.max(axis=0) + MARGIN
-    inside = ((places > low) & (places < high)).all(axis=1)
-    return Configurations(q[inside][:MEETINGS], places[inside][:MEETINGS])
+    inside = np.flatnonzero(((places > low) & (places < high)).all(axis=1))[:MEETINGS]
+    return Configurations(q[inside], places[inside])
 
 
 def _words(names: tuple[str, str], base: BaseToBase) -> str:
@@ -145,8 +145,8 @@ def _turned(names: tuple[str, str], shared: int, axis: np.ndarray) -> str:
     """Return what is missing where a turn of one robot against the other is left."""
     first, second = names
     along = " ".join(f"{value:+.2f}" for value in axis)
-    counts = {0: "no socket", 1: "one socket", 2: "two sockets"}
-    count = counts.get(shared, f"{shared} sockets on one line")
+    counts = ("no socket", "one socket", "two sockets")
+    count = counts[shared] if shared < 3 else f"{shared} sockets on one line"
     freedom = "about their line" if shared > 1 else "about it"
     return (
         f"{second} stands nowhere yet seen from {first}: {count} shared leave it free to turn "

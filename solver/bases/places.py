@@ -14,24 +14,25 @@ def places_alone(
     They have the names of its own placements; coordinates in the base of another robot are left
     out.
     """
-    recordings = robots[robot]
-    visited = dict[tuple[str, int], tuple[str, int]]()
-    for m in recordings.measurements:
-        for name, socket in m.labels:
-            visited[base_name(m, len(robots)), socket] = (name, socket)
-    sockets = [k for k, label in enumerate(places.labels) if label in visited]
+    own = robots[robot]
+    label_of = {
+        (base_name(m, len(robots)), socket): (m.name, socket)
+        for m in own.measurements
+        if m.kind == "sockets"
+        for socket in m.sockets
+    }
+    sockets = [k for k, label in enumerate(places.labels) if label in label_of]
     part = places.at(sockets)
     names = (*places.frames, robots[0].base_frame)
-    others = {other.base_frame for other in robots}
-    measured = {m.frame for m in recordings.measurements if m.kind == "points"}
-    measured |= {names[item.frame] for item in part.located} - others
-    frames = [name for name in places.frames if name in measured]
-    indices = {name: k for k, name in enumerate(frames)} | {recordings.base_frame: WORLD}
-    located = [item for item in part.located if names[item.frame] in indices]
-    alone = replace(
-        part,
-        labels=tuple(visited[label] for label in part.labels),
-        located=tuple(replace(item, frame=indices[names[item.frame]]) for item in located),
-        frames=tuple(frames),
+    bases = {recordings.base_frame for recordings in robots}
+    measured = {m.frame for m in own.measurements if m.kind == "points"}
+    measured |= {names[item.frame] for item in part.located} - bases
+    frames = tuple(name for name in places.frames if name in measured)
+    indices = {name: k for k, name in enumerate(frames)} | {own.base_frame: WORLD}
+    located = tuple(
+        replace(item, frame=indices[names[item.frame]])
+        for item in part.located
+        if names[item.frame] in indices
     )
-    return alone, tuple(sockets)
+    labels = tuple(label_of[label] for label in part.labels)
+    return replace(part, labels=labels, located=located, frames=frames), tuple(sockets)

@@ -17,8 +17,10 @@ import numpy as np
 
 from ..bayes.inference import FRAME_PRIOR_PRECISION, Posterior
 from ..bayes.model import Gaussian
+from ..bayes.results import frame_pose
 from ..data import IDENTITY, WORLD, Places, Pose, check_base, distance_covariance, place_frames
-from .views import Seen, Visitor, view_of_frame
+from ..results import FramePose
+from .views import Seen, View, Visitor, view_of_frame
 
 ROUNDS, SETTLED = 10, 1e-10
 """Times at most that all is made linear again, and the largest change of a pose after them."""
@@ -57,6 +59,22 @@ class TiedRobots:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6)."""
         return self.around.marginal(self.columns_of(frame)).covariance
 
+    @property
+    def frames(self) -> tuple[FramePose, ...]:
+        """The frames but bases; that of the first robot where coordinates are known in it."""
+        places = self.places
+        bases = {robot.frame for robot in self.robots}
+        frames = [k for k in range(len(places.frames)) if k not in bases]
+        if any(item.frame == WORLD for item in places.located):
+            frames.append(WORLD)
+        poses: list[FramePose] = []
+        for k in frames:
+            name = "" if k == WORLD else places.frames[k]
+            points = sum(arm.data.points_in(name) for arm in self.arms)
+            covariance = self.frame_covariance(k)
+            poses.append(frame_pose(places, k, self.poses[k], covariance, self.centres, points))
+        return tuple(poses)
+
     @cached_property
     def centres(self) -> np.ndarray:
         """Centres of all sockets in the world, by the first robot that visited each, (S, 3) [m]."""
@@ -76,12 +94,13 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
     Raises:
         FrameError: Nothing ties a robot or a frame to the first robot.
     """
-    fits = [robot.fit for robot in robots]
-    count = len(places.frames)
-    weak = np.diag(np.append(np.tile(1 / FRAME_PRIOR_PRECISION, count), np.zeros(6)))
-    parts = [fit.gaussian.conditioned(*fit.state.constraints, count=-1) for fit in fits]
-    prior = Gaussian.independent([*parts, Gaussian(np.zeros(len(weak)), weak)])
-    tied = TiedRobots(tuple(robots), places, prior, (IDENTITY,) * (count + 1))
+    parts = [
+        robot.fit.gaussian.conditioned(*robot.fit.state.constraints, count=-1) for robot in robots
+    ]
+    of_poses = np.tile(1 / FRAME_PRIOR_PRECISION, len(places.frames) + 1)
+    of_poses[-6:] = 0.0  # the world stands still
+    prior = Gaussian.independent([*parts, Gaussian(0 * of_poses, np.diag(of_poses))])
+    tied = TiedRobots(tuple(robots), places, prior, (IDENTITY,) * (len(places.frames) + 1))
     tied = replace(tied, poses=_first_poses(tied))
     change = np.zeros(len(prior.mean))
     begin = tied.columns[-1].stop
@@ -94,10 +113,9 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
         change = np.append(around.mean[:begin], np.zeros(steps.size))
         if np.abs(steps).max() < SETTLED:
             break
-    parts = [tied.around.marginal(rows) for rows in tied.columns]
     updated = [
-        replace(robot, fit=robot.fit.changed(part))
-        for robot, part in zip(robots, parts, strict=True)
+        replace(robot, fit=robot.fit.changed(tied.around.marginal(rows)))
+        for robot, rows in zip(robots, tied.columns, strict=True)
     ]
     return replace(tied, robots=tuple(updated))
 
@@ -105,15 +123,22 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
 def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
     """Return first poses of all frames in the world, by the places that they have in common."""
     places = tied.places
-    unknowns = np.eye(len(tied.around.mean))
-    numbers = range(WORLD, len(places.frames))
-    frames = {k: view_of_frame(places, k, len(unknowns)).seen for k in numbers}
-    for robot, rows in zip(tied.robots, tied.columns, strict=True):
-        seen = robot.view(places, np.zeros(len(unknowns[rows])), unknowns[rows]).seen
-        check_base(frames[robot.frame], seen)
-        frames[robot.frame] = seen.joined(frames[robot.frame])
+    n = len(tied.around.mean)
+    frames = {k: view_of_frame(places, k, n).seen for k in range(WORLD, len(places.frames))}
+    for view in _views_of_robots(tied, np.zeros(n)):
+        check_base(frames[view.frame], view.seen)
+        frames[view.frame] = view.seen.joined(frames[view.frame])
     world, *poses = place_frames([*frames.values()])
     return (*poses, world)
+
+
+def _views_of_robots(tied: TiedRobots, change: np.ndarray) -> list[View]:
+    """Return what each robot sees, at a change of all unknowns, shape (n,)."""
+    unknowns = np.eye(len(change))
+    return [
+        robot.view(tied.places, change[rows], unknowns[rows])
+        for robot, rows in zip(tied.robots, tied.columns, strict=True)
+    ]
 
 
 class Equations(NamedTuple):
@@ -129,23 +154,17 @@ def _equations(tied: TiedRobots, change: np.ndarray) -> Equations:
     """Return the equations of what robots share, and of known lengths."""
     places = tied.places
     unknowns = np.eye(len(change))
-    pairs = zip(tied.robots, tied.columns, strict=True)
-    views = [robot.view(places, change[rows], unknowns[rows]) for robot, rows in pairs]
+    views = _views_of_robots(tied, change)
     views += [view_of_frame(places, k, len(change)) for k in range(WORLD, len(places.frames))]
-    rows_of_poses = [unknowns[tied.columns_of(view.frame)] for view in views]
     placed = [
-        view.in_world(tied.poses[view.frame], rows)
-        for view, rows in zip(views, rows_of_poses, strict=True)
+        view.in_world(tied.poses[view.frame], unknowns[tied.columns_of(view.frame)])
+        for view in views
     ]
     world = Seen(*map(np.concatenate, zip(*placed, strict=True)))
     # every socket is seen by a robot, so that the first places are the sockets
     _, first, place = np.unique(world.numbers, return_index=True, return_inverse=True)
-    shared = _of_shared_places(world, first[place])
-    lengths = _of_lengths(world, first, places)
-    return Equations(
-        np.concatenate([shared.slopes, lengths.slopes]),
-        np.concatenate([shared.errors, lengths.errors]),
-    )
+    equations = _of_shared_places(world, first[place]), _of_lengths(world, first, places)
+    return Equations(*map(np.concatenate, zip(*equations, strict=True)))
 
 
 def _of_shared_places(world: Seen, first: np.ndarray) -> Equations:

@@ -83,22 +83,23 @@ class Visitor:
             change: Of its d unknowns, shape (d,).
             unknowns: Derivatives of these by all unknowns, shape (d, n).
         """
-        objective = self.fit.objective
-        size = unknowns.shape[1]
-        data = self.fit.data
+        fit, objective = self.fit, self.fit.objective
+        data, state = fit.data, fit.state
         centres = slice(objective.dense, objective.size)
-        points = self.fit.state.centres + change[centres].reshape(-1, 3)
         labels = [places.labels[k] for k in self.sockets]
-        lines = [f"{self.name}: socket {placement}:{socket}" for placement, socket in labels]
-        numbers = np.array(self.sockets, dtype=np.int64)
-        seen = FrameObservations(f"the base of {self.name}", numbers, points, lines)
-        slopes = [unknowns[centres].reshape(-1, 3, size)]
+        seen = FrameObservations(
+            f"the base of {self.name}",
+            np.array(self.sockets, dtype=np.int64),
+            state.centres + change[centres].reshape(-1, 3),
+            [f"{self.name}: socket {placement}:{socket}" for placement, socket in labels],
+        )
+        slopes = [unknowns[centres].reshape(-1, 3, unknowns.shape[1])]
         for k, name in enumerate(data.frames):
             measured = (data.measured_in == k) | (data.turned_in == k)
-            turn = self.fit.frame_covariance(name)[:3, :3]
+            turn = fit.frame_covariance(name)[:3, :3]
             if measured.any() and np.trace(turn) < HELD**2:
                 columns = objective.of_frame(k)
-                pose = self.fit.state.frames[k].moved(change[columns])
+                pose = state.frames[k].moved(change[columns])
                 seen = seen.joined(_corners(places, name, pose.apply(CORNERS)))
                 slopes.append(pose.slopes(CORNERS) @ unknowns[columns])
         deviations = np.full(len(seen.points), SAME)

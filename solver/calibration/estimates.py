@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from .. import results
-from ..bases import frames_of_robots
 from ..bayes import results as bayes
 from ..bayes.inference import Posterior
 from ..bayes.model import extend
@@ -143,7 +142,7 @@ def _frames(fit: Fit) -> tuple[results.FramePose, ...]:
     assert fit.selected is not None
     if fit.world is None:
         return bayes.frame_poses(fit.selected.full)
-    return frames_of_robots(fit.world) if fit.selected.full is fit.world.robots[0].fit else ()
+    return fit.world.frames if fit.selected.full is fit.world.robots[0].fit else ()
 
 
 def _error_parts(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import results
-from ..bases import TiedRobots, base_to_base, frames_of_robots
+from ..bases import TiedRobots, base_to_base
 from ..data import IDENTITY, Pose, as_point
 from ..robot import Origin, link_poses, shipped_robots
 from .calibration import Calibration, DistortedError
@@ -229,7 +229,7 @@ def common_document(
     return results.ArmsDocument(
         robots=tuple(calibrations),
         between=relative,
-        frames=frames_of_robots(world),
+        frames=world.frames,
         arms=tuple(
             results.GivenArm(
                 name=name,
