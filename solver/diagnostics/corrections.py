@@ -3,16 +3,16 @@
 What follows a move stands apart, as a placement of its own: its sockets are as far apart as before.
 """
 
-from collections import Counter
-from collections.abc import Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
+from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
 
 from ...recorder import Sample
-from ..data import BALL, DRIFT, PART, Apart, Measurement
+from ..data import BALL, DRIFT, PART, Apart, Measurement, whole_name
 from ..results import Diagnostic
 from .hypotheses import Candidate
 
@@ -49,8 +49,6 @@ class Correction:
     """The samples that the finding concerns, by their rank in the recording."""
     seat: Seat
     """Socket in which the ball lay, for samples to relabel."""
-    of_points: bool = False
-    """True where an instrument measured the samples."""
     apart: Apart | None = None
     """What has unknowns of its own in the placement from now on."""
 
@@ -67,54 +65,46 @@ def correction_of(
     name, p = finding.kind.name, finding.parameters
     if name not in ACTIONS or (name == "ball_sample" and diagnostic.code != "elsewhere"):
         return None
-    seat = p.get("of") or measured.name, p.get("other", 0)
     if name == "one_socket":
         socket, *others = measured.sockets
-        samples = enumerate(measured.placement.samples)
-        ranks = tuple(i for i, sample in samples if sample.socket in others)
+        ranks = tuple(np.flatnonzero(np.isin(measured.placement.sockets, others)).tolist())
         return Correction(diagnostic, "merge", ranks, (measured.name, socket))
-    action, ranks = ACTIONS[name], _ranks(finding, measured)
+    seat = (p.get("of") or measured.name, p.get("other", 0))
+    correction = Correction(diagnostic, ACTIONS[name], _ranks(finding, measured), seat)
+    turned_base = name == "zero_lost" and p["joint"] == finding.scene.robot.actuated[0].name
+    if name not in ("drift", "ball_bent", "zero_lost") or turned_base:
+        return correction
+    if diagnostic.level == "note":
+        return None
     if name == "drift":
-        drift = Apart(DRIFT, p["size"], tuple(p["shift"]))
-        slight = diagnostic.level == "note"
-        return None if slight else Correction(diagnostic, action, ranks, seat, apart=drift)
-    turned = name == "zero_lost" and p["joint"] == finding.scene.robot.actuated[0].name
-    if name == "ball_bent" or (name == "zero_lost" and not turned):
-        if diagnostic.level == "note":
-            return None
-        if p.get("throughout"):
-            part = BALL if name == "ball_bent" else p["joint"]
-            size = p["size"] if name == "ball_bent" else p["offset"]
-            return Correction(diagnostic, "set apart", ranks, seat, apart=Apart(part, size))
-        action, count = "leave out", len(measured.placement.samples)
-        before = range(ranks[0])
-        ranks = (*before,) if len(before) < count / 2 else (*range(ranks[0], count),)
-        if measured.kind == "sockets" and not _keeps_sockets(measured, ranks):
-            return None
-    return Correction(diagnostic, action, ranks, seat, measured.kind == "points")
+        return replace(correction, apart=Apart(DRIFT, p["size"], tuple(p["shift"])))
+    if p.get("throughout"):
+        apart = Apart(BALL, p["size"]) if name == "ball_bent" else Apart(p["joint"], p["offset"])
+        return replace(correction, action="set apart", apart=apart)
+    first, count = correction.ranks[0], len(measured.placement.samples)
+    smaller = range(first) if first < count / 2 else range(first, count)
+    if measured.kind == "sockets" and not _keeps_sockets(measured, smaller):
+        return None
+    return replace(correction, action="leave out", ranks=tuple(smaller))
 
 
 def _keeps_sockets(measured: Measurement, ranks: Sequence[int]) -> bool:
     """Tell whether each socket keeps samples where those of some ranks are left out."""
-    samples = measured.placement.samples
-    counts = Counter(sample.socket for i, sample in enumerate(samples) if i not in set(ranks))
+    counts = Counter(np.delete(measured.placement.sockets, ranks).tolist())
     return all(counts[socket] >= LEAST for socket in measured.sockets)
 
 
 def _ranks(finding: Candidate, measured: Measurement) -> tuple[int, ...]:
     """Return the samples whose residuals a finding changes, by their rank in the recording."""
     scene = finding.scene
-    names = [m.name for m in scene.measurements]
-    rows = scene.places[names.index(measured.name)]
-    columns = finding.block.columns[0]
-    changed = columns.reshape(rows.stop - rows.start, -1).any(axis=1)
+    rows = scene.places[[m.name for m in scene.measurements].index(measured.name)]
+    changed = finding.block.columns.reshape(rows.stop - rows.start, -1).any(axis=1)
     ranks: list[int] = []
-    of_arm: list[int] = (rows.start + np.flatnonzero(changed)).tolist()
-    for row in of_arm:
-        _, socket = scene.labels[int(scene.sockets[row])]
+    for row in np.flatnonzero(changed) + rows.start:
+        socket = scene.labels[scene.sockets[row]][1]
         seat = 0 if measured.kind == "points" else measured.sockets.index(socket)
-        ranks_in_seat = measured.order[measured.slices[seat]]
-        ranks.append(int(ranks_in_seat[int(scene.numbers[row])]))
+        index = measured.slices[seat].start + scene.numbers[row]
+        ranks.append(int(measured.order[index]))
     return tuple(sorted(ranks))
 
 
@@ -131,64 +121,79 @@ def corrected(
     if not any(corrections):
         return list(measurements), []
     names = {m.name for m in measurements}
-    moving: dict[str, list[Sample]] = {name: [] for name in names}
-    parts: list[list[Measurement]] = []
+    moving = defaultdict[str, list[Sample]](list)
+    parts: list[Measurement] = []
     remarks: list[Diagnostic] = []
     for measured, corrections_here in zip(measurements, corrections, strict=True):
         samples: list[Sample | None] = list(measured.placement.samples)
+        cuts, differences = set[int](), list(measured.apart)
         for correction in corrections_here:
-            name, socket = correction.seat
-            for rank in correction.ranks if correction.action in OF_SAMPLES else ():
-                sample = samples[rank]
-                samples[rank] = None
-                relabels = correction.action in ("relabel", "merge")
-                if relabels and name in names and sample is not None:
-                    relabelled = replace(sample, socket=socket)
-                    if name == measured.name:
-                        samples[rank] = relabelled
-                    else:
-                        moving[name].append(relabelled)
-            remarks.append(_remark(correction, measured.name, names))
-        cuts = sorted(
-            {correction.ranks[0] for correction in corrections_here if correction.action == "split"}
-        )
-        ends = zip([0, *cuts], [*cuts, len(samples)], strict=True)
-        pieces = [list(filter(None, samples[a:b])) for a, b in ends]
-        differences = [
-            correction.apart for correction in corrections_here if correction.apart is not None
-        ]
-        parts.append(_parts(replace(measured, apart=(*measured.apart, *differences)), pieces))
-    merged = [_with(part, moving.pop(part.name, [])) for part in chain(*parts)]
-    remaining = [_told(part, minimum) for part in merged]
-    return _named([part for part in remaining if part is not None]), remarks
+            if correction.action in OF_SAMPLES:
+                moved = _taken_out(samples, correction, measured.name)
+                moving[correction.seat[0]] += moved
+            if correction.action == "split":
+                cuts.add(correction.ranks[0])
+            if correction.apart is not None:
+                differences.append(correction.apart)
+            remarks.append(_remark(correction, measured, names))
+        ends = pairwise([0, *sorted(cuts), len(samples)])
+        pieces = [[*filter(None, samples[a:b])] for a, b in ends]
+        parts += _parts(replace(measured, apart=tuple(differences)), pieces)
+    kept = [_kept(part, moving.pop(part.name, ()), minimum) for part in parts]
+    return _named([part for part in kept if part is not None]), remarks
 
 
-def _parts(measured: Measurement, pieces: Sequence[Sequence[Sample]]) -> list[Measurement]:
-    """Return a placement's parts, each a placement; the first has its name for now, and alarms.
+def _taken_out(samples: list[Sample | None], correction: Correction, name: str) -> list[Sample]:
+    """Take samples out of a placement, and return those that lie in a socket of another."""
+    true_placement, socket = correction.seat
+    elsewhere: list[Sample] = []
+    for rank in correction.ranks:
+        sample, samples[rank] = samples[rank], None
+        if sample is None or correction.action == "leave out":
+            continue
+        relabelled = replace(sample, socket=socket)
+        if true_placement == name:
+            samples[rank] = relabelled
+        else:
+            elsewhere.append(relabelled)
+    return elsewhere
+
+
+def _parts(measured: Measurement, pieces: Sequence[Sequence[Sample]]) -> Iterator[Measurement]:
+    """Yield a placement's parts, each a placement; the first has its name for now, and alarms.
 
     Parts after the first of an instrument's points have a frame of their own.
     """
-    parts: list[Measurement] = []
     before = 0
     for number, samples in enumerate(pieces):
-        name = measured.name + PART * min(number, 1)
-        alarms = () if number else measured.placement.kept_alarms
-        frame = measured.placement.frame
+        placement = replace(measured.placement, samples=tuple(samples))
+        if number:
+            placement = replace(placement, name=measured.name + PART, kept_alarms=())
         if number and measured.kind == "points":  # the instrument stands elsewhere
             frame = f"{measured.frame} from point {before + 1} of {measured.name}"
+            placement = replace(placement, frame=frame)
         before += len(samples)
-        part = replace(measured.placement, name=name, samples=tuple(samples))
-        placement = replace(part, kept_alarms=alarms, frame=frame)
-        parts.append(replace(measured, placement=placement))
-    return parts
+        yield replace(measured, placement=placement)
+
+
+def _kept(part: Measurement, more: Sequence[Sample], minimum: int) -> Measurement | None:
+    """Return a part with more samples, recorded last, and the sockets that tell something.
+
+    None where no socket does.
+    """
+    samples = (*part.placement.samples, *more)
+    counts = Counter(sample.socket for sample in samples)
+    if max(counts.values(), default=0) < minimum:
+        return None
+    telling = tuple(sample for sample in samples if counts[sample.socket] >= LEAST)
+    return replace(part, placement=replace(part.placement, samples=telling))
 
 
 def _named(parts: Sequence[Measurement]) -> list[Measurement]:
     """Return parts with names of their own: the first of a placement has that of the placement."""
     numbers, unique = Counter[str](), list[Measurement]()
     for part in parts:
-        name = part.name.partition(PART)[0]
-        place = part.placement.place.partition(PART)[0]
+        name, place = whole_name(part.name), whole_name(part.placement.place)
         numbers[name] += 1
         number = f"{PART}{numbers[name]}" * (numbers[name] > 1)
         placement = replace(part.placement, name=name + number, place=place + number)
@@ -196,26 +201,11 @@ def _named(parts: Sequence[Measurement]) -> list[Measurement]:
     return unique
 
 
-def _with(measured: Measurement, samples: Sequence[Sample]) -> Measurement:
-    """Return a placement with more samples, which were recorded last."""
-    placement = measured.placement
-    return replace(measured, placement=replace(placement, samples=(*placement.samples, *samples)))
-
-
-def _told(measured: Measurement, minimum: int) -> Measurement | None:
-    """Return a placement with the sockets that tell something; None where there is none."""
-    placement = measured.placement
-    counts = Counter(sample.socket for sample in placement.samples)
-    samples = tuple(s for s in placement.samples if counts[s.socket] >= LEAST)
-    enough = any(count >= minimum for count in counts.values())
-    return replace(measured, placement=replace(placement, samples=samples)) if enough else None
-
-
-def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
+def _remark(correction: Correction, measured: Measurement, names: set[str]) -> Diagnostic:
     """Return what was done, in place of the advice."""
     count = len(correction.ranks)
     samples = f"{count} samples {'before' if correction.ranks[0] == 0 else 'from there on'} are"
-    of_frame = ", in a frame of its own" * correction.of_points
+    of_frame = ", in a frame of its own" * (measured.kind == "points")
     samples = "the sample is" if count == 1 else samples
     done = {
         "split": "what follows is taken for a placement of its own" + of_frame,
@@ -225,7 +215,8 @@ def _remark(correction: Correction, name: str, names: set[str]) -> Diagnostic:
         "set apart": "fitted by itself in that placement",
         "follow": "the fit and the errors are without it",
     }[correction.action]
-    prefix = f"{name}: " * (name not in correction.diagnostic.where)
-    hint = PLAY_HINT if PLAY_HINT in correction.diagnostic.advice else ""
+    diagnostic, name = correction.diagnostic, measured.name
+    prefix = f"{name}: " * (name not in diagnostic.where)
+    hint = PLAY_HINT * (PLAY_HINT in diagnostic.advice)
     advice = f"{prefix}{done}; {AS_RECORDED}{hint}"
-    return replace(correction.diagnostic, level="warning", code=SET_RIGHT, advice=advice)
+    return replace(diagnostic, level="warning", code=SET_RIGHT, advice=advice)

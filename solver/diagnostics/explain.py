@@ -91,21 +91,20 @@ def scene_of(
     """Return recordings as a linear model about a robust fit, begun at some unknowns."""
     width = USUAL_WIDTH if model.zeros or repeatability is None else KNOWN_WIDTH
     width = INSTRUMENTS if any(m.kind == "points" for m in measurements) else width
-    thin = [_thinned(m) for m in measurements]
-    odd = [typical is not None for typical in standing_out(floors)]
-    sound = [m for (m, _), bad in zip(thin, odd, strict=True) if not bad]
-    some = samples_of(sound or [m for m, _ in thin]).thinned(ABOUT, FEW)
-    fit = model.fit(some, start=start)
+    thin, numbers = zip(*map(_thinned, measurements), strict=True)
+    outliers = standing_out(floors)
+    sound = [m for m, typical in zip(thin, outliers, strict=True) if typical is None]
+    fit = model.fit(samples_of(sound or thin).thinned(ABOUT, FEW), start=start)
     centres, turns = fit.centres, fit.R
-    all_samples = samples_of([m for m, _ in thin])
-    if any(odd):
-        balls = model.points(fit.x, all_samples.positions)
-        turns = all_samples.robustly_aligned(balls)
-        centres = medians(balls - all_samples.offsets(turns), all_samples)
+    if len(sound) < len(thin):
+        samples = samples_of(thin)
+        balls = model.points(fit.x, samples.positions)
+        turns = samples.robustly_aligned(balls)
+        centres = medians(balls - samples.offsets(turns), samples)
     return Scene(
         robot=model.robot,
         parameters=model.parameters,
-        measurements=tuple(m for m, _ in thin),
+        measurements=thin,
         known=tuple(lengths),
         x=fit.x,
         by_scale=model.by_scale,
@@ -115,7 +114,7 @@ def scene_of(
         noise=SERVOS if model.zeros else max(RESOLUTION, repeatability or USUAL),
         noise_width=width,
         zeros=model.zeros,
-        sample_numbers=np.concatenate([numbers for _, numbers in thin]),
+        sample_numbers=np.concatenate(numbers),
     )
 
 
@@ -226,17 +225,17 @@ def _turned_back(model: RigidModel, accepted: Candidate) -> Candidate:
 
     There its unknown stays among the nuisances: its size is known only so well.
     """
-    scene, kind, parameters = accepted.scene, accepted.kind, accepted.parameters
-    assert kind.turns is not None
-    joint = scene.robot.joint_names.index(parameters["joint"])
-    measurements = list[Measurement]()
+    scene, turns = accepted.scene, accepted.kind.turns
+    assert turns is not None
+    joint = scene.robot.joint_names.index(accepted.parameters["joint"])
+    measurements: list[Measurement] = []
     for m in scene.measurements:
         offsets = np.zeros_like(m.positions)
-        turns = kind.turns(m.placement.positions[:, joint])
-        offsets[:, joint] = -parameters["offset"] * turns
+        readings = m.placement.positions[:, joint]
+        offsets[:, joint] = -accepted.parameters["offset"] * turns(readings)
         measurements.append(m.shifted(offsets))
     fitted, _ = model.refitted(replace(scene, measurements=tuple(measurements)), scene.x)
-    (block,) = kind.blocks(fitted)
+    (block,) = accepted.kind.blocks(fitted)
     return replace(accepted, scene=fitted, block=block.only([joint]))
 
 
@@ -256,12 +255,12 @@ def standing_out(floors: Sequence[float]) -> list[float | None]:
     """
     outliers: list[float | None] = []
     for i, floor in enumerate(floors):
-        floors_beside = [*floors[:i], *floors[i + 1 :]]
-        typical = float(np.median(floors_beside)) if floors_beside else np.inf
-        if len(floors_beside) == 1:
+        others = [*floors[:i], *floors[i + 1 :]]
+        typical = float(np.median(others)) if others else np.inf
+        if len(others) == 1:
             typical = max(typical, UNEXPLAINED / BAD_RATIO)
-        typical = typical if typical < UNEXPLAINED else np.inf
-        outliers.append(typical if floor > BAD_RATIO * max(typical, EXACT) else None)
+        stands_out = typical < UNEXPLAINED and floor > BAD_RATIO * max(typical, EXACT)
+        outliers.append(typical if stands_out else None)
     return outliers
 
 
@@ -279,10 +278,9 @@ def listed_of(
     best: dict[str, Candidate] = {}
     for candidate in sorted(candidates, key=lambda c: -round(c.log_evidence, 6)):
         best.setdefault(candidate.kind.name, candidate)
-    names = sorted((n for n in best if shares[n] >= LISTED), key=lambda n: -shares[n])
-    first = best[names[0]]
-    rivals = [n for n in best if _fits_as_well(best[n], first)]
-    names += [n for n in rivals if n not in names]
+    likely = sorted((n for n in best if shares[n] >= LISTED), key=lambda n: -shares[n])
+    rivals = {n for n in best if _fits_as_well(best[n], best[likely[0]])}
+    names = [*likely, *(n for n in best if n in rivals and n not in likely)]
     hypotheses = {name: best[name].hypothesis(shares[name]) for name in names}
     return tuple(replace(h, fits_as_well=name in rivals) for name, h in hypotheses.items())
 

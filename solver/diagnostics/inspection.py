@@ -129,26 +129,31 @@ def inspect_all(
     scene = scene_loaded(model, measurements, given, repeatability)
     findings, hypotheses = explain(model, scene)
     told = [(f, _diagnostic(f, measurements, given, zeros=zeros)) for f in findings]
-    shared = tuple(d for f, d in told if "placement" not in f.parameters)
+    explained = any(_explains_errors(finding, diagnostic) for finding, diagnostic in told)
     balls = model.points(scene.x, scene.q)
     inspections: list[Inspection] = []
     for m, rows, floor in zip(measurements, scene.places, scene.floors, strict=True):
-        own = [(f, d) for f, d in told if f.parameters.get("placement") == m.name]
-        mends = [correction_of(f, d, m) for f, d in own]
-        corrections = tuple(one for one in mends if one is not None)
-        diagnostics = [*(d for _, d in own), *of_placement(robot, m)]
-        wrong = any(d.level == "error" or d.advice.endswith(HELD_OUT) for _, d in told)
-        wrong = wrong or any("frame" in f.parameters or f.kind.name in FITTED for f, _ in told)
-        if floor > MANY * scene.noise and not wrong:
+        here = [(f, d) for f, d in told if f.parameters.get("placement") == m.name]
+        corrections = filter(None, (correction_of(f, d, m) for f, d in here))
+        diagnostics = [*(d for _, d in here), *of_placement(robot, m)]
+        if floor > MANY * scene.noise and not explained:
             worst = int(np.argmax(np.linalg.norm(scene.remaining[rows], axis=1)))
             diagnostics.append(_unexplained(m, floor, scene.noise, worst))
-        middle = np.median(balls[rows], axis=0)
-        seen = tuple(diagnostics)
-        inspections.append(Inspection(m, floor, corrections, seen, middle))
-    hypotheses = tuple(replace(h, advice=_by_mender(h.advice, given)) for h in hypotheses)
-    causes = tuple(finding.kind.name for finding in findings)
-    gains = tuple(f.parameters["joint"] for f in findings if f.kind.name == "gain")
-    return Survey(tuple(inspections), shared, hypotheses, causes, gains)
+        centre = np.median(balls[rows], axis=0)
+        inspections.append(Inspection(m, floor, (*corrections,), (*diagnostics,), centre))
+    return Survey(
+        tuple(inspections),
+        shared=tuple(d for f, d in told if f.of_all),
+        hypotheses=tuple(replace(h, advice=_by_mender(h.advice, given)) for h in hypotheses),
+        causes=tuple(finding.kind.name for finding in findings),
+        gains=tuple(f.parameters["joint"] for f in findings if f.kind.name == "gain"),
+    )
+
+
+def _explains_errors(finding: Candidate, diagnostic: Diagnostic) -> bool:
+    """Tell whether a finding may be why placements fitted alone leave much."""
+    is_serious = diagnostic.level == "error" or diagnostic.advice.endswith(HELD_OUT)
+    return is_serious or "frame" in finding.parameters or finding.kind.name in FITTED
 
 
 def _unexplained(measured: Measurement, floor: float, noise: float, worst: int) -> Diagnostic:
@@ -167,13 +172,9 @@ def _unexplained(measured: Measurement, floor: float, noise: float, worst: int) 
 def _diagnostic(
     finding: Candidate, measurements: Sequence[Measurement], given: Given, *, zeros: bool
 ) -> Diagnostic:
+    """Return a finding in words, and how much it matters."""
     told, kind, p = finding.hypothesis(), finding.kind, finding.parameters
     level, code, advice = kind.level, kind.code, told.advice
-    where = f"--known {p['known']}" if "known" in p else where_of(measurements)
-    if "placement" in p:
-        measured = next(m for m in measurements if m.name == p["placement"])
-        single = "sample" in p and not p.get("throughout")
-        where = row_of(measured, p["socket"], p["sample"]) if single else where_of([measured])
     held_out = bool(given.trained) and p.get("placement", given.trained[0]) not in given.trained
     weighed = kind in KINDS and told.name not in UNWEIGHED
     costs = consequence_of(finding, given.trained) if weighed and not held_out else None
@@ -181,13 +182,8 @@ def _diagnostic(
     scattered = p.get("noise_here", 0.0) >= MOST_NOISE
     if costs is not None and not scattered:
         level = level_of(costs, finding.scene.noise)
-    usual = {"base_moved": SMALLEST_MOVE, "drift": PLAY if zeros else MOST_DRIFT}
-    usual |= {"gain": LEAST_GAIN}
-    size = abs(p["offset"]) if told.name == "gain" else p.get("size", 0.0)
-    slight = told.name == "distance" or size < usual.get(told.name, 0.0)
-    slight = slight or (told.name in FITTED and p["noise"] <= LOOSE)
-    if level == "error" and (slight or _is_noise(finding)):
-        level = "warning"  # of a distance, the size of the arm decides; of the fitted, the errors
+    if level == "error" and (_is_slight(finding, zeros=zeros) or _is_noise(finding)):
+        level = "warning"
     if told.name == "ball_sample" and p["size"] > SEATED:
         code = "elsewhere"
         advice = "it was recorded elsewhere, by another base or arm; solve leaves it out"
@@ -201,7 +197,34 @@ def _diagnostic(
     sound_enough = not (scattered or _is_garbage(finding))
     if held_out and (weighed or level == "error") and sound_enough:
         level, advice = "warning", f"{advice}{HELD_OUT}"
-    return Diagnostic(level, code, where, told.text, advice, costs)
+    return Diagnostic(level, code, _where(finding, measurements), told.text, advice, costs)
+
+
+def _where(finding: Candidate, measurements: Sequence[Measurement]) -> str:
+    """Return the sample, the placement or the known distance that a finding concerns."""
+    p = finding.parameters
+    if "known" in p:
+        return f"--known {p['known']}"
+    if finding.of_all:
+        return where_of(measurements)
+    measured = next(m for m in measurements if m.name == p["placement"])
+    if "sample" in p and not p.get("throughout"):
+        return row_of(measured, p["socket"], p["sample"])
+    return where_of([measured])
+
+
+def _is_slight(finding: Candidate, *, zeros: bool) -> bool:
+    """Tell whether something else says how much a finding matters, or it is a small one.
+
+    Of a distance, the size of the arm decides; of what is fitted, the errors.
+    """
+    name, p = finding.kind.name, finding.parameters
+    if name == "gain":
+        return abs(p["offset"]) < LEAST_GAIN
+    if name in FITTED:
+        return p["noise"] <= LOOSE
+    smallest = {"base_moved": SMALLEST_MOVE, "drift": PLAY if zeros else MOST_DRIFT}
+    return name == "distance" or p.get("size", 0.0) < smallest.get(name, 0.0)
 
 
 def _by_mender(advice: str, given: Given) -> str:
@@ -234,21 +257,22 @@ def next_placement(robot: Robot, survey: Survey) -> str:
     if mistaken:  # what all have may be of that alone
         return words[0]
     seated = [one for one in survey.placements if one.measured.kind == "sockets"]
+    good = [one for one in seated if one.sound]
     if not seated:
-        return " ".join([*words, POINTS_HINT])
-    kept = [one for one in seated if one.measured.name not in wrong]
-    good = [one.measured.name for one in kept]
-    centres = np.array([one.centre for one in kept])
+        words.append(POINTS_HINT)
     if not good:
         return " ".join(words)
+    centres = np.array([one.centre for one in good])
     if len(good) > 1:
         apart = np.linalg.norm(centres[:, None] - centres, axis=2)
-        best = " and ".join(good[i] for i in divmod(int(np.argmax(apart)), len(good)))
+        farthest = divmod(int(np.argmax(apart)), len(good))
+        best = " and ".join(good[i].measured.name for i in farthest)
         words.append(f"To train on two, {best} serve best: they are the most distant.")
     place = farthest_place(centres)
     x, y, z = place.tolist()
     gap = float(np.linalg.norm(centres - place, axis=1).min())
-    side = "left" if y > 0.1 * np.hypot(x, y) else "right" if y < -0.1 * np.hypot(x, y) else "front"
+    aside = y / float(np.hypot(x, y))
+    side = "left" if aside > 0.1 else "right" if aside < -0.1 else "front"
     words.append(
         f"Next, record a placement near x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m in the frame of "
         f"{robot.base} (to its {side}), {gap:.2f} m from the nearest so far, or as far that "
