@@ -5,6 +5,7 @@ Both models are fitted to the same samples, whose weights are robust.
 
 from collections.abc import Collection, Sequence
 from functools import cached_property
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -38,12 +39,12 @@ def level_of(consequence: Consequence, noise: float) -> str:
     ``error``: the model could be worse than the nominal one by it, or it is more than a third of
     the limit on predicted errors of distances. ``note``: it is below a tenth of that limit.
     """
-    limit = predicted_limit(MARGIN * noise)
-    size = max(consequence.near, consequence.workspace)
-    worse = consequence.near > consequence.near_before
-    if worse or consequence.workspace > consequence.workspace_before or size > SEVERE * limit:
-        return "error" if size > SLIGHT * limit else "note"
-    return "warning" if size > SLIGHT * limit else "note"
+    near, workspace = consequence.near, consequence.workspace
+    share = max(near, workspace) / predicted_limit(MARGIN * noise)
+    if share <= SLIGHT:
+        return "note"
+    worse = near > consequence.near_before or workspace > consequence.workspace_before
+    return "error" if worse or share > SEVERE else "warning"
 
 
 def consequence_of(finding: Candidate, training: Collection[str] = ()) -> Consequence | None:
@@ -59,10 +60,10 @@ def consequence_of(finding: Candidate, training: Collection[str] = ()) -> Conseq
     counted = [p for p, m in pairs if not training or m.name in training]
     plain_fit, fit = _Fit(scene, counted), _Fit(finding.after(), counted)
     poses = [workspace(scene.robot, POSES), *(scene.q[scene.places[p]] for p in counted)]
-    everywhere, *at_places = [spread(fit.points(q, finding) - plain_fit.points(q)) for q in poses]
-    place = int(np.argmax(at_places))
+    shifts = [spread(fit.points(q, finding) - plain_fit.points(q)) for q in poses]
     before = [spread(plain_fit.points(q) - plain_fit.nominal_points(q)) for q in poses]
-    return Consequence(at_places[place], everywhere, before[1 + place], before[0])
+    place = 1 + int(np.argmax(shifts[1:]))
+    return Consequence(shifts[place], shifts[0], before[place], before[0])
 
 
 def nominal_errors(scene: Scene) -> float:
@@ -89,14 +90,13 @@ class _Fit:
     def __init__(self, scene: Scene, counted: Sequence[int]) -> None:
         """Fit the placements of some indices."""
         self.scene = scene
-        rows = _rows_of(scene, counted)
+        rows, samples = _rows_of(scene, counted)
         B, r = scene.nuisances[rows], scene.residuals[rows]
-        samples = 3 * sum(scene.places[p].stop - scene.places[p].start for p in counted)
         weights, x = np.ones(len(r)), np.zeros(B.shape[1])
         for _ in range(ROUNDS):
-            residuals = (r - B @ x)[:samples].reshape(-1, 3)
-            noise = float(typical(residuals))
-            weights[:samples] = np.repeat(robust_weights(residuals, noise), 3)
+            errors = (r - B @ x)[:samples].reshape(-1, 3)
+            noise = float(typical(errors))
+            weights[:samples] = np.repeat(robust_weights(errors, noise), 3)
             across = (B * weights[:, None]).T
             precision = noise**2 / INDEPENDENT * np.eye(len(x))
             x = np.linalg.solve(across @ B + precision, across @ r)
@@ -105,25 +105,28 @@ class _Fit:
     @cached_property
     def unknowns(self) -> np.ndarray:
         """Geometry and effects of the arm, shape (size,)."""
-        first, n = self.scene.centres.size, len(self.scene.parameters)
-        widths = self.scene.widths_of_effects(self.scene.as_readings)
-        of_effects = self._x[first + n : first + n + len(widths)]
-        return np.concatenate([self.scene.usual @ self._x[first : first + n], widths * of_effects])
+        scene = self.scene
+        widths = scene.widths_of_effects(scene.as_readings)
+        ends = scene.centres.size + np.cumsum([0, len(scene.parameters), len(widths)])
+        of_geometry, of_effects = (self._x[a:b] for a, b in pairwise(ends))
+        return np.concatenate([scene.usual @ of_geometry, widths * of_effects])
 
     def points(self, q: np.ndarray, finding: Candidate | None = None) -> np.ndarray:
         """Return the ball's places as the fit has them, with an explanation of the arm if any."""
         unknowns, true = self.unknowns.copy(), q.copy()
-        if finding is not None and finding.kind.name in SHIFTED + OF_GEOMETRY:
-            block, scene = finding.block, self.scene
-            values = max(block.widths) * self._x[-block.unknowns :]
-            if finding.kind.name in OF_GEOMETRY:
-                columns: np.ndarray = scene.by_geometry @ scene.usual
-                shift: np.ndarray = block.columns[0] @ values
-                change = scene.usual @ np.linalg.pinv(columns, rcond=1e-6) @ shift
-                unknowns[: len(change)] += change
-            else:
-                j = scene.robot.joint_names.index(block.parameters[0]["joint"])
-                true[:, j] += values[0] * (q[:, j] if finding.kind.name == "gain" else 1.0)
+        name = "" if finding is None else finding.kind.name
+        if finding is None or name not in SHIFTED + OF_GEOMETRY:
+            return self._predict(unknowns, true)
+        block, scene = finding.block, self.scene
+        values = max(block.widths) * self._x[-block.unknowns :]
+        if name in OF_GEOMETRY:
+            columns: np.ndarray = scene.by_geometry @ scene.usual
+            shift: np.ndarray = block.columns[0] @ values
+            change = scene.usual @ np.linalg.pinv(columns, rcond=1e-6) @ shift
+            unknowns[: len(change)] += change
+        else:
+            joint = scene.robot.joint_names.index(block.parameters[0]["joint"])
+            true[:, joint] += values[0] * (q[:, joint] if name == "gain" else 1.0)
         return self._predict(unknowns, true)
 
     def nominal_points(self, q: np.ndarray) -> np.ndarray:
@@ -138,14 +141,16 @@ class _Fit:
         return self.scene.model.predict(unknowns, q, moments)
 
 
-def _rows_of(scene: Scene, counted: Sequence[int]) -> np.ndarray:
-    """Return the rows of some placements: of their samples, then of distances between these."""
-    rows: list[int] = []
-    for p in counted:
-        rows_of_place = scene.rows(scene.places[p])
-        rows += range(rows_of_place.start, rows_of_place.stop)
+def _rows_of(scene: Scene, counted: Sequence[int]) -> tuple[list[int], int]:
+    """Return the rows of some placements' samples, then of distances between these; and how many.
+
+    The number is that of the rows of samples.
+    """
+    every = range(scene.all_lengths.stop)
+    rows = [*chain.from_iterable(every[scene.rows(scene.places[p])] for p in counted)]
     names = {scene.measurements[p].name for p in counted}
-    for i, k in enumerate(scene.known, scene.all_samples.stop):
-        if {scene.labels[k.first][0], scene.labels[k.second][0]} <= names:
-            rows.append(i)
-    return np.array(rows)
+    lengths: list[int] = []
+    for row, length in enumerate(scene.known, scene.all_lengths.start):
+        if {scene.labels[length.first][0], scene.labels[length.second][0]} <= names:
+            lengths.append(row)
+    return rows + lengths, len(rows)

@@ -81,19 +81,19 @@ def fault_of(candidate: Candidate, evidence: float) -> Fault:
     names = [m.name for m in scene.measurements]
     place = names.index(p["placement"]) if "placement" in p else len(names) - 1
     placement, rows = scene.measurements[place].placement, scene.places[place]
-    first, last = 0, len(placement.samples)
+    first, end = 0, len(placement.samples)
     if "sample" in p:
-        label = scene.labels.index((names[place], p["socket"]))
-        is_first = (scene.sockets[rows] == label) & (scene.numbers[rows] == p["sample"])
+        seat = scene.labels.index((names[place], p["socket"]))
+        is_first = (scene.sockets[rows] == seat) & (scene.numbers[rows] == p["sample"])
         first = int(scene.times[place][np.argmax(is_first)])
     if candidate.kind.name == "ball_sample":
-        last = first + 1
-    numbers = p.get("numbers") or tuple(number_of(placement, i) for i in range(first, last))
+        end = first + 1
+    numbers = p.get("numbers") or tuple(number_of(placement, i) for i in range(first, end))
     hypothesis = candidate.hypothesis()
     if "offset" in p and "size" not in p:  # of a joint, how far its ball moved
         joint = scene.robot.joint_names.index(p["joint"])
-        arms = np.linalg.norm(scene.by_joints[rows, :, joint], axis=1)
-        size = abs(p["offset"]) * float(arms.mean())
+        levers = np.linalg.norm(scene.by_joints[rows, :, joint], axis=1)
+        size = abs(p["offset"]) * float(levers.mean())
         hypothesis = replace(hypothesis, parameters={**hypothesis.parameters, "size": size})
     return Fault(hypothesis, place, numbers, evidence, p.get("other"))
 

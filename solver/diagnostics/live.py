@@ -87,8 +87,7 @@ class LiveCheck:
                 break
             best = comparison.best
             if best.kind.noise is not None:
-                faults += self._unseated(comparison) or [comparison.fault]
-                break
+                return (*faults, *(self._unseated(comparison) or [comparison.fault]))
             faults.append(comparison.fault)
             scene = best.after()
             if best.kind.name == FORGOTTEN.name:
@@ -102,11 +101,12 @@ class LiveCheck:
         evidence_loose = comparison.factor(comparison.best)
         for _ in range(FAULTS):
             balls = [c for c in comparison.causes if c.kind.name == "ball_sample"]
-            best = max(balls, key=comparison.factor, default=None)
-            if best is None or comparison.factor(best) < 0:
+            best = max(balls, key=comparison.factor, default=comparison.sound)
+            factor = comparison.factor(best)
+            if best is comparison.sound or factor < 0:
                 break
-            evidence += comparison.factor(best)
-            faults.append(fault_of(best, comparison.factor(best)))
+            evidence += factor
+            faults.append(fault_of(best, factor))
             if evidence > evidence_loose:
                 return faults
             comparison = self._compared(best.after())
@@ -161,17 +161,18 @@ class LiveCheck:
         self, placements: Sequence[Placement], x: np.ndarray, runs: Sequence[Run]
     ) -> list[float]:
         """Return the mean error of a linear fit with each of some runs corrected [m]."""
-        count = max(ABOUT // (len(placements) or 1), FEW)
+        count = max(ABOUT // len(placements), FEW)
         few = [p.samples[:: max(len(p.samples) // count, 1)] for p in placements[:-1]]
         parts = [*few, placements[-1].samples]
         q = np.array([s.position for s in chain(*parts)])
-        of_parts = np.repeat(np.arange(len(parts)), [*map(len, parts)])
-        labels_recorded = np.column_stack([of_parts, [s.socket for s in chain(*parts)]])
+        seats = np.array([MANY * i + s.socket for i, part in enumerate(parts) for s in part])
+        last = len(few)
+        start = len(q) - len(parts[last])
         linear, errors = self._model.linearised(x, q), list[float]()
         for rows, socket in runs:
-            labels = labels_recorded.copy()
-            labels[len(labels_recorded) - len(parts[-1]) + np.array(rows), 1] = socket
-            sockets = np.unique(labels @ [MANY, 1], return_inverse=True)[1]
+            seats_of_run = seats.copy()
+            seats_of_run[start + np.array(rows)] = MANY * last + socket
+            sockets = np.unique(seats_of_run, return_inverse=True)[1]
             fit = self._model.fit(Samples(q, sockets, np.zeros((len(q), 3))), STEPS, x, linear)
             errors.append(float(fit.errors.mean()))
         return errors

@@ -166,15 +166,17 @@ class RigidModel:
         centres = medians(points, few)
         noise = float(typical(points - centres[few.sockets]))
         for _ in range(iterations):
-            points, by_geometry = linear or self.linearised(x, few.positions)
-            offsets = few.offsets(rotations)
-            points = (balls(x, few.positions) if linear else points) - offsets
-            by_unknowns = np.concatenate([by_geometry, few.by_turns(offsets)], axis=2)
+            points, slopes = linear or self.linearised(x, few.positions)
+            if linear:
+                points = balls(x, few.positions)
+            arms = few.offsets(rotations)
+            points = points - arms
+            slopes = np.concatenate([slopes, few.by_turns(arms)], axis=2)
             weights = robust_weights(points - centres[few.sockets], noise)
             centres = means(points, few, weights)
+            of_centres = means(slopes, few, weights)
             e = points - centres[few.sockets]
-            slopes = means(by_unknowns, few, weights)
-            D = by_unknowns - slopes[few.sockets]
+            D = slopes - of_centres[few.sockets]
             A = (D * weights[:, None, None] / noise**2).reshape(-1, unknowns)
             H = A.T @ D.reshape(-1, unknowns) + P
             covariance = np.linalg.inv(H)
@@ -182,7 +184,7 @@ class RigidModel:
             step *= min(1.0, LARGEST_STEP / float(np.abs(step).max()))
             x = x + step[:n]
             rotations = few.turned(rotations, step[n:])
-            centres = centres + slopes @ step
+            centres = centres + of_centres @ step
             squares: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
             degrees = 3 * few.count + unknowns - float(np.sum(covariance * P))
             variance = float(weights @ squares) / max(3 * len(e) - degrees, 1.0)

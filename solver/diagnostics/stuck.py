@@ -31,11 +31,10 @@ def of_stuck(model: RigidModel, scene: Scene) -> list[Candidate]:
     candidates = list[Candidate]()
     for joint in range(scene.q.shape[1]):
         runs = dict(_runs(scene, joint))
-        tried = [([rows], scene.named(place)) for place, rows in runs.items()]
+        tried = [(rows, scene.named(place)) for place, rows in runs.items()]
         if len(runs) == len(scene.places) > 1:
-            tried = [([*runs.values()], dict[str, str]())]
-        for parts, names in tried:
-            rows = np.concatenate(parts)
+            tried = [(np.concatenate([*runs.values()]), dict[str, str]())]
+        for rows, names in tried:
             changed = _freed(model, scene, joint, rows)
             if changed is not None:
                 candidates.append(_candidate(changed, joint, rows, names))
@@ -85,25 +84,25 @@ def _angles(
     with P_i = 1 - u_i u_i^T / |u_i|^2, and 1 for all others, the seat is at
     c = (sum P_i)^-1 sum P_i p_i. Angles all round are tried first.
     """
-    q = scene.q.copy()
+    q, seats = scene.q.copy(), scene.sockets
     is_free = np.isin(np.arange(len(q)), rows)
-    circles = _circles(model, x, q[is_free], joint) - scene.offsets[is_free]
+    circles = _circles(model, x, q[rows], joint) - scene.offsets[rows]
     for step in range(STEPS):
         points, by_joints = model.moved_by_joints(x, q)
         p, u = points - scene.offsets, by_joints[:, :, joint] * is_free[:, None]
         size = np.sum(u**2, axis=1) + 1e-6
         P = np.eye(3) - u[:, :, None] * u[:, None] / size[:, None, None]
         centres = np.zeros_like(scene.centres)
-        for seat in np.unique(scene.sockets):
-            in_seat = scene.sockets == seat
+        for seat in np.unique(seats):
+            in_seat = seats == seat
             across = np.einsum("nij,nj->i", P[in_seat], p[in_seat])
             centres[seat] = np.linalg.lstsq(P[in_seat].sum(axis=0), across, rcond=None)[0]
             if step == 0 and is_free[in_seat].all():
-                centres[seat] = _meeting(circles[:, scene.sockets[is_free] == seat])
-        goal = centres[scene.sockets]
+                centres[seat] = _meeting(circles[:, seats[rows] == seat])
+        goal = centres[seats]
         if step in ALL_ROUND:
-            distances = np.linalg.norm(circles - goal[is_free], axis=2)
-            q[is_free, joint] = scene.q[is_free, joint] + ANGLES[np.argmin(distances, axis=0)]
+            distances = np.linalg.norm(circles - goal[rows], axis=2)
+            q[rows, joint] = scene.q[rows, joint] + ANGLES[np.argmin(distances, axis=0)]
         else:
             change = -np.sum(u * (p - goal), axis=1) / size
             q[:, joint] += np.clip(change, -LARGEST_STEP, LARGEST_STEP)

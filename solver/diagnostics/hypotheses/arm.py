@@ -34,16 +34,20 @@ def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Bl
     The axes are those of :func:`.link_axes`, so that how a URDF's frames are drawn does not count.
     """
     joints = [joint for joint in scene.robot.joints if joint is not scene.robot.ball_joint]
-    directions = {joint.name: _directions(scene, joint, unit) for joint in joints}
-    directions = {name: along for name, along in directions.items() if along.any()}
-    if not directions:
+    of_joints = {joint.name: _directions(scene, joint, unit) for joint in joints}
+    of_joints = {name: directions for name, directions in of_joints.items() if directions.any()}
+    if not of_joints:
         return
-    axes = [(name, k) for name, along in directions.items() for k in np.flatnonzero(along.any(0))]
-    columns = np.array([scene.by_geometry @ directions[name][:, [k]] for name, k in axes])
-    parameters = [{"joint": name, "axis": AXES[k]} for name, k in axes]
-    yield Block(scene.all_samples, columns, parameters, widths)
-    columns = np.array([scene.by_geometry @ along for along in directions.values()])
-    yield Block(scene.all_samples, columns, [{"joint": name} for name in directions], widths)
+    axes: list[Parameters] = []
+    of_axes: list[np.ndarray] = []
+    for name, directions in of_joints.items():
+        for axis, direction in zip(AXES, directions.T, strict=True):
+            if direction.any():
+                axes.append({"joint": name, "axis": axis})
+                of_axes.append(direction[:, None])
+    yield Block(scene.all_samples, scene.by_geometry @ np.array(of_axes), axes, widths)
+    columns = scene.by_geometry @ np.array([*of_joints.values()])
+    yield Block(scene.all_samples, columns, [{"joint": name} for name in of_joints], widths)
 
 
 def _directions(scene: Scene, joint: Joint, unit: str) -> np.ndarray:

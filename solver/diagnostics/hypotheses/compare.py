@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, groupby, repeat
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +19,7 @@ LARGEST, HALVES = 0.3, 1.6
 STEP, SPAN = 0.04, 11
 """Step of the logarithm of the noise over which it is averaged, and steps each side of the best of
 the former trials."""
+FACTORS = np.exp(STEP * np.arange(-SPAN, SPAN + 1))
 TINY = 0.1
 """Largest joint position, below which another unit is likely [rad]: 4 rad, taken for degrees, are
 0.07."""
@@ -77,16 +77,15 @@ class Candidate:
     @property
     def has_no_effect(self) -> bool:
         """True where accepting it leaves the scene as it is, so that it would be found again."""
-        follows = self.kind.noise or self.kind.scene_after
-        return not follows and not self.block.columns.size
+        return not (self.kind.noise or self.kind.scene_after or self.block.columns.size)
 
     @property
     def residuals(self) -> set[str]:
         """Of ``samples`` or of ``distances``, or both, that it changes."""
         if self.kind.noise is not None:
             return {"samples", "distances"}
-        of_samples = self.block.rows.start < self.scene.all_samples.stop
-        return {"samples" if of_samples else "distances"}
+        of_distances = self.block.rows.start >= self.scene.all_lengths.start
+        return {"distances" if of_distances else "samples"}
 
     @property
     def shift(self) -> np.ndarray:
@@ -141,9 +140,9 @@ class Comparison:
         noise = usual if kind.noise is None else kind.noise(scene)
         prior = math.log(STEP * kind.prior / max(total, 1))
         for trial, few in self._likeliest(blocks, noise, SEPARATE if kind.separate else REFINED):
-            trials = trial * np.exp(STEP * np.arange(-SPAN, SPAN + 1))
-            base = self.evidence.log_likelihood(trials) + noise.log_density(trials)
+            trials = trial * FACTORS
             ratios = np.logaddexp.reduce(self.evidence.log_ratios(few, trials), axis=1)
+            base = self.evidence.log_likelihood(trials) + noise.log_density(trials)
             logs = ratios + base[:, None]
             evidence = np.logaddexp.reduce(logs, axis=0) + prior
             best = trials[np.argmax(logs, axis=0)]
@@ -155,17 +154,16 @@ class Comparison:
     ) -> Iterator[tuple[float, Block]]:
         """Yield the best columns of each block by few trials, and the noise at which they are."""
         prior = self._base + noise.log_density(self._trials)
-        rough = list[_Trial]()
+        tried: list[tuple[float, int, int, int]] = []
         for b, block in enumerate(blocks):
-            logs = self.evidence.log_ratios(block, self._trials).max(axis=1) + prior[:, None]
-            trials = np.argmax(logs, axis=0).tolist()
-            evidence = logs.max(axis=0).tolist()
-            rough += map(_Trial, evidence, repeat(b), trials, range(len(trials)))
-        rough.sort(reverse=True)
-        near = [trial for trial in rough[:count] if trial.evidence > rough[0].evidence - NEAR]
-        near.sort(key=lambda trial: trial[1:])
-        for (b, noise_index), group in groupby(near, key=lambda trial: (trial.block, trial.noise)):
-            columns = [trial.column for trial in group]
+            ratios = self.evidence.log_ratios(block, self._trials).max(axis=1)
+            logs = ratios + prior[:, None]
+            evidence, best = logs.max(axis=0).tolist(), np.argmax(logs, axis=0).tolist()
+            tried += zip(evidence, repeat(b), best, range(len(best)))
+        tried.sort(reverse=True)
+        near = [trial[1:] for trial in tried[:count] if trial[0] > tried[0][0] - NEAR]
+        for (b, noise_index), group in groupby(sorted(near), lambda trial: trial[:2]):
+            columns = [column for *_, column in group]
             yield float(self._trials[noise_index]), blocks[b].only(columns)
 
 
@@ -178,12 +176,3 @@ def sound_recordings(scene: Scene, share: float = INDEPENDENT) -> Candidate:
     """Return the candidate by which nothing is wrong in a scene."""
     (candidate,) = Comparison(scene, ONLY_SOUND, share).candidates
     return candidate
-
-
-class _Trial(NamedTuple):
-    """A candidate's evidence by one of few trials of the noise."""
-
-    evidence: float
-    block: int
-    noise: int
-    column: int

@@ -7,7 +7,6 @@ import numpy as np
 from .ball import loose_here, scattered_placements
 from .evidence import INDEPENDENT
 from .kinds import Block, NoisePrior, without_columns
-from .samples import means
 from .scene import Scene
 
 SAME, COPIED = 2e-3, 0.5
@@ -26,32 +25,34 @@ PUSHED, PUSHED_HERE = np.geomspace(2e-4, 5e-3, 8), (5e-4, 4e-3, 0.05)
 
 
 def copies(scene: Scene) -> Iterable[Block]:
-    """Return blocks of sockets whose samples are those of an earlier one."""
-    q, seats = scene.q, scene.sockets
-    most = q[:, int(np.argmax(np.ptp(q, axis=0)))]
-    i, j = np.nonzero(np.abs(most[:, None] - most) < SAME)
-    same = np.abs(q[i] - q[j]).max(axis=1) < SAME
-    twins = np.zeros((len(q), len(scene.centres)))
-    twins[i[same], seats[j[same]]] = 1
-    shares = means(twins, scene.samples, np.ones(len(q)))
-    shares[scene.frames] = 0.0  # an instrument measures a pose again
-    pairs: list[list[int]] = np.argwhere(np.tril(shares, -1) > COPIED).tolist()
-    for later, earlier in pairs[:1]:
-        name, socket = scene.labels[later]
-        of, of_socket = scene.labels[earlier]
-        names = {"placement": name, "socket": socket, "of": of, "of_socket": of_socket}
-        yield without_columns(names, CHANCE)
+    """Return the block of the first socket whose samples are those of an earlier one."""
+    sockets = [scene.q[rows] for rows in scene.samples.rows]
+    # an instrument measures a pose again
+    count = len(sockets) - len(scene.frames)
+    for later, earlier in ((k, j) for k in range(count) for j in range(k)):
+        twins = _alike(sockets[later], sockets[earlier], SAME)
+        if twins.any(axis=1).mean() > COPIED:
+            name, socket = scene.labels[later]
+            of, of_socket = scene.labels[earlier]
+            names = {"placement": name, "socket": socket, "of": of, "of_socket": of_socket}
+            yield without_columns(names, CHANCE)
+            return
 
 
 def repeated(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements most of whose samples are in postures of others in the socket."""
     for place, rows in enumerate(scene.places):
         q, seats = scene.q[rows], scene.sockets[rows]
-        near = np.abs(q[:, None] - q).max(axis=2) < NEAR
-        again = np.tril(near & (seats[:, None] == seats), -1).any(axis=1)
+        near = _alike(q, q, NEAR) & (seats[:, None] == seats)
+        again = np.tril(near, -1).any(axis=1)
         if scene.measurements[place].kind == "sockets" and again.mean() > REPEATED:
             counts = {"samples": len(q), "postures": int(np.sum(~again))}
             yield without_columns({**scene.named(place), **counts}, CHANCE)
+
+
+def _alike(q: np.ndarray, others: np.ndarray, tolerance: float) -> np.ndarray:
+    """Tell which postures differ by less from which others on every joint, shape (N, M)."""
+    return np.abs(q[:, None] - others).max(axis=2) < tolerance
 
 
 def steps(scene: Scene) -> np.ndarray:

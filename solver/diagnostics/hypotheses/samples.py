@@ -90,14 +90,13 @@ class Samples:
 
     def robustly_aligned(self, points: np.ndarray) -> np.ndarray:
         """Return the same of one model's balls, shape (N, 3), by robust weights, (S, 3, 3)."""
-        weights = np.ones((len(points), 1))
-        turns = self.aligned(points[:, None], weights)[:, 0]
+        balls = points[:, None]
+        turns = self.aligned(balls, np.ones((len(points), 1)))
         for _ in range(ROUNDS if self.frames else 0):
-            places = points - self.offsets(turns)
+            places = balls - self.offsets(turns)
             e = places - medians(places, self)[self.sockets]
-            weights = robust_weights(e, float(typical(e)))[:, None]
-            turns = self.aligned(points[:, None], weights)[:, 0]
-        return turns
+            turns = self.aligned(balls, robust_weights(e, typical(e)))
+        return turns[:, 0]
 
     def offsets(self, R: np.ndarray) -> np.ndarray:
         """Return R y of the samples by the rotations of their seats, shape (N, ..., 3) [m]."""

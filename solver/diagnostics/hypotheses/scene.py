@@ -189,11 +189,11 @@ class Scene:
     @cached_property
     def residuals(self) -> np.ndarray:
         """Residuals of samples, then of distances, shape (3 N + K,) [m]."""
-        of_samples = (self.seats - self.centres[self.sockets]).ravel()
-        slopes = self.linear[1][:, :, : len(self.x)].reshape(-1, len(self.x))
-        of_samples = of_samples - slopes @ self.x  # beside those at the nominal model
-        of_distances = [n - k.distance for n, k in zip(self.expected, self.known, strict=True)]
-        r = np.concatenate([of_samples, nuisances.DISTANCE_WEIGHT * np.array(of_distances)])
+        # beside those at the nominal model
+        by_x = self.linear[1][:, :, : len(self.x)]
+        of_samples = self.seats - self.centres[self.sockets] - by_x @ self.x
+        of_lengths = np.array(self.expected) - [length.distance for length in self.known]
+        r = np.append(of_samples, nuisances.DISTANCE_WEIGHT * of_lengths)
         for rows, _, shift in self.explained:
             r[rows] -= shift
         return r
