@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import chain, product
+from itertools import chain, islice, product
 from typing import Literal
 
 import numpy as np
@@ -12,7 +12,6 @@ import numpy as np
 from ..data import (
     CALIPER_DEVIATION,
     SAMPLES_ADVISED,
-    Known,
     KnownDistance,
     Measurement,
     find_socket,
@@ -78,26 +77,6 @@ def gross_error(value: float, deviation: float, distance: float) -> float:
     return odds / (1 + odds)
 
 
-def known_distances(
-    measurements: Sequence[Measurement], lengths: Sequence[KnownDistance], deviation: float
-) -> tuple[Known[int], ...]:
-    """Return the distances of bases, then those known beside them, by the sockets' indices.
-
-    Raises:
-        KnownError: One names a socket that is not there.
-    """
-    labels, distances = _labels(measurements), list[Known[int]]()
-    for m in measurements:
-        if m.has_distance:
-            a, b = [labels.index((m.name, socket)) for socket in m.sockets[:2]]
-            distances.append(Known(a, b, m.distance, deviation, on_base=True))
-    for k in lengths:
-        a = find_socket(labels, k.first)
-        b = find_socket(labels, k.second)
-        distances.append(Known(a, b, k.distance, k.deviation))
-    return tuple(distances)
-
-
 def named(
     measurements: Sequence[Measurement], lengths: Sequence[KnownDistance]
 ) -> list[KnownDistance]:
@@ -106,16 +85,12 @@ def named(
     Raises:
         KnownError: One names a socket that is not there.
     """
-    labels = _labels(measurements)
+    labels = [*chain.from_iterable(m.labels for m in measurements)]
     resolved = list[KnownDistance]()
     for k in lengths:
         a, b = [labels[find_socket(labels, end)] for end in (k.first, k.second)]
         resolved.append(replace(k, first=a, second=b))
     return resolved
-
-
-def _labels(measurements: Sequence[Measurement]) -> list[tuple[str, int]]:
-    return list(chain.from_iterable(m.labels for m in measurements))
 
 
 def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
@@ -147,7 +122,7 @@ def _of_sockets(measured: Measurement) -> Iterator[Diagnostic]:
         samples = [s for s in measured.placement.samples if s.socket == socket]
         twins = near_duplicates(rows)
         addition = f", one of {len(twins)} such" if len(twins) > LISTED else ""
-        for second, first in list(twins.items())[:LISTED]:
+        for second, first in islice(twins.items(), LISTED):
             text = f"nearly the configuration of {samples[first].named}{addition}"
             advice = "it adds little: guide the arm to other configurations"
             row = row_of(measured, socket, second)
@@ -160,19 +135,18 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
     places = rows[:, widest] / (2 * NEAR)
     cells = np.floor(places)
     sides = np.where(places - cells < 0.5, -1, 1)
+    steps = np.array([*product((0, 1), repeat=len(widest))])
+    neighbours = (cells[:, None] + steps * sides[:, None]).tolist()
     members: dict[tuple[float, ...], list[int]] = {}
     nearest: dict[int, int] = {}
-    steps = np.array(list(product((0, 1), repeat=len(widest))))
-    for i in range(len(rows)):
-        neighbours = cells[i] + steps * sides[i]
-        candidates = sorted(
-            chain.from_iterable(members.get(cell, ()) for cell in map(tuple, neighbours.tolist()))
-        )
-        close = np.abs(rows[candidates] - rows[i]).max(axis=1) < NEAR if candidates else np.zeros(1)
+    for i, row in enumerate(rows):
+        beside = (members.get(tuple(cell), ()) for cell in neighbours[i])
+        candidates = sorted(chain.from_iterable(beside))
+        close = np.abs(rows[candidates] - row).max(axis=1) < NEAR if candidates else np.zeros(1)
         if close.any():
             nearest[i] = candidates[int(np.argmax(close))]
         else:
-            members.setdefault(tuple(cells[i].tolist()), []).append(i)
+            members.setdefault(tuple(neighbours[i][0]), []).append(i)
     return nearest
 
 
@@ -184,15 +158,14 @@ def single_socket_diagnostics(
     Beside one with two sockets they tell of the arm's shape alone. Of those that were divided, what
     was done says so.
     """
-    named_lengths = named(measurements, lengths)
-    ends = chain.from_iterable((k.first, k.second) for k in named_lengths)
-    scaled = {name for name, _ in ends}
-    sized = [m for m in measurements if m.has_distance or m.name in scaled]
+    ends = chain.from_iterable((k.first, k.second) for k in named(measurements, lengths))
+    tied = {name for name, _ in ends}
+    sized = {m.name for m in measurements if m.has_distance or m.name in tied}
+    parts = Counter(whole_name(m.name) for m in measurements if sized)
+    lone = [m for m in measurements if m.kind == "sockets" and m.name not in sized]
     level, code, use = "warning", "few", "it tells of the arm's shape, not of its size"
-    parts = Counter(whole_name(m.name) for m in measurements)
     if not sized:
         level, code, use = "error", "lone", "so solve refuses it"
-        parts.clear()
     return [
         Diagnostic(
             level,
@@ -201,8 +174,7 @@ def single_socket_diagnostics(
             f"only socket {m.sockets[0]} has samples, {use}",
             "record the other socket too, or tie it by a known distance, solve --known",
         )
-        for m in measurements
-        if m.kind == "sockets" and not m.has_distance and m.name not in scaled
+        for m in lone
         if parts[whole_name(m.name)] < 2
     ]
 

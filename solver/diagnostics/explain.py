@@ -10,11 +10,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..bayes.model import probabilities_by_name
-from ..data import CALIPER_DEVIATION, STANDARD_LOAD, Known, KnownDistance, Load, Measurement
+from ..data import (
+    CALIPER_DEVIATION,
+    STANDARD_LOAD,
+    Known,
+    KnownDistance,
+    Load,
+    Measurement,
+    RobotRecordings,
+    places_of,
+)
 from ..results import Hypothesis
 from ..robot import Robot
 from .columns import of_columns
-from .configurations import known_distances
 from .hypotheses import (
     KINDS,
     Candidate,
@@ -129,9 +137,12 @@ def scene_loaded(
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
-    known = known_distances(measurements, given.known, given.deviation)
+    recordings = RobotRecordings(model.robot, measurements)
+    places = places_of(
+        [recordings], lengths=given.known, deviation=given.deviation, require_scale=False
+    )
     floors = list(fitted_alone(model.robot, measurements).values())
-    scene = scene_of(model, measurements, known, repeatability, floors)
+    scene = scene_of(model, measurements, places.known, repeatability, floors)
     return replace(scene, load=given.load)
 
 

@@ -11,9 +11,8 @@ from itertools import chain, compress
 import numpy as np
 
 from ...recorder import Placement
-from ..data import CALIPER_DEVIATION, Measurement
+from ..data import Measurement, RobotRecordings, places_of
 from ..robot import Robot
-from .configurations import known_distances
 from .explain import scene_of
 from .fault import Fault, FaultComparison, evidence_of, fault_of
 from .hypotheses import (
@@ -115,7 +114,8 @@ class LiveCheck:
     def scene(self, placements: Sequence[Placement], start: np.ndarray | None = None) -> Scene:
         """Return the samples as a linear model about a robust fit, begun at some unknowns."""
         measured = [Measurement(p, p.distance or 0.0) for p in placements]
-        lengths = [k for k in known_distances(measured, (), CALIPER_DEVIATION) if k.distance]
+        places = places_of([RobotRecordings(self._model.robot, measured)], require_scale=False)
+        lengths = [length for length in places.known if length.distance]
         nothing = [0.0] * len(measured)
         return scene_of(self._model, measured, lengths, self._repeatability, nothing, start)
 
