@@ -20,6 +20,7 @@ from .hypotheses import (
     Scene,
     means,
     medians,
+    precision,
     robust_weights,
     typical,
     widths_of,
@@ -66,6 +67,10 @@ class RigidFit:
     """Rotations of the instruments' frames, by the seats, shape (S, 3, 3)."""
 
 
+Linear = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Balls, and their derivatives by unknowns and by joints."""
+
+
 class RigidModel:
     """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets, too."""
 
@@ -75,23 +80,17 @@ class RigidModel:
         self._least = BACKLASH_NOISE if zeros else SMALLEST
         offsets = np.full(model.size - model.geometry, JOINT_OFFSET.typical_shift)
         self.widths = np.append(widths_of(self.parameters), offsets)
+        self.by_scale = model.by_scale()
         of_place = [p.index for p in self.parameters if p.of_ball and p.unit == "m"]
         self._place = BallModel(robot, of_place)
-        by_scale = model.by_scale()
-        self.by_scale = by_scale[: model.geometry]
-        widths = np.diag(self.widths**-2)
-        by_size = np.outer(by_scale, by_scale)
-        self._prior = widths + by_size / SCALE**2
-        self._prior_of_points = widths + by_size / ARMS**2
 
     def points(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Return ball centres for unknowns, shape (n,), and joint positions, (N, m), as (N, 3)."""
         return self._model.predict(x, q, np.tile(0 * q, 3))
 
-    def moved_by_joints(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the balls, shape (N, 3) [m], and their derivatives by the joints, (N, 3, m)."""
-        points, _, by_joints = self._model.linearise(x, q, np.tile(0 * q, 3))
-        return points, by_joints
+    def linearised(self, x: np.ndarray, q: np.ndarray) -> Linear:
+        """Return balls, (N, 3), and derivatives by unknowns, (N, 3, n), and joints, (N, 3, m)."""
+        return self._model.linearise(x, q, np.tile(0 * q, 3))
 
     def nominal_errors(self, variants: Sequence[Samples]) -> list[float]:
         """Return the mean errors by the nominal model, its ball put right, of each reading [m]."""
@@ -147,14 +146,14 @@ class RigidModel:
         samples: Samples,
         iterations: int = ITERATIONS,
         start: np.ndarray | None = None,
-        linear: tuple[np.ndarray, np.ndarray] | None = None,
+        linear: Linear | None = None,
     ) -> RigidFit:
         """Return the fit from unknowns ``start``, or to ``linear``: balls and derivatives there."""
         few = samples.thinned(ENOUGH, LEAST) if linear is None else samples
         n, turns = len(self.widths), 3 * len(few.frames)
         unknowns = n + turns
         P = np.eye(unknowns) / TURN**2
-        P[:n, :n] = self._prior_of_points if turns else self._prior
+        P[:n, :n] = precision(self.widths, self.by_scale, ARMS if turns else SCALE)
         first = np.zeros(n) if start is None else start
 
         def balls(x: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -166,7 +165,7 @@ class RigidModel:
         centres = medians(points, few)
         noise = float(typical(points - centres[few.sockets]))
         for _ in range(iterations):
-            points, slopes = linear or self.linearised(x, few.positions)
+            points, slopes, _ = linear or self.linearised(x, few.positions)
             if linear:
                 points = balls(x, few.positions)
             arms = few.offsets(rotations)
@@ -205,10 +204,6 @@ class RigidModel:
         """Return a scene about a fit to its samples, and the noise of that [m]."""
         fit = self.fit(scene.samples.thinned(ABOUT, FEW), start=start)
         return replace(scene, x=fit.x, centres=fit.centres, R=fit.R), fit.noise
-
-    def linearised(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the balls at some poses, shape (N, 3) [m], and their derivatives, (N, 3, n)."""
-        return self._model.linearise(x, q, np.tile(0 * q, 3))[:2]
 
 
 def _with_turns(

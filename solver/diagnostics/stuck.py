@@ -88,7 +88,7 @@ def _angles(
     is_free = np.isin(np.arange(len(q)), rows)
     circles = _circles(model, x, q[rows], joint) - scene.offsets[rows]
     for step in range(STEPS):
-        points, by_joints = model.moved_by_joints(x, q)
+        points, _, by_joints = model.linearised(x, q)
         p, u = points - scene.offsets, by_joints[:, :, joint] * is_free[:, None]
         size = np.sum(u**2, axis=1) + 1e-6
         P = np.eye(3) - u[:, :, None] * u[:, None] / size[:, None, None]
@@ -113,7 +113,7 @@ def _circles(model: RigidModel, x: np.ndarray, q: np.ndarray, joint: int) -> np.
     """Return the balls of N samples with a joint at A angles all round, shape (A, N, 3) [m]."""
     turned = np.repeat(q[None], len(ANGLES), axis=0)
     turned[:, :, joint] += ANGLES[:, None]
-    points, _ = model.moved_by_joints(x, turned.reshape(-1, q.shape[1]))
+    points = model.points(x, turned.reshape(-1, q.shape[1]))
     return points.reshape(len(ANGLES), len(q), 3)
 
 

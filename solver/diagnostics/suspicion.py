@@ -9,7 +9,7 @@ the widths of their priors and the noise sigma::
 which is compared with what the same fit leaves of the recordings.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
@@ -27,6 +27,7 @@ from .hypotheses import (
     Comparison,
     Flaw,
     Kind,
+    Noise,
     NoisePrior,
     Parameters,
     Scene,
@@ -175,7 +176,7 @@ def _of_size(likeliest: Candidate, direction: np.ndarray, size: float) -> Kind:
     return kind.only([_block_of_size(likeliest.scene, kind, likeliest.block, direction, size)])
 
 
-def _noise_of_size(size: float) -> Callable[[Scene], NoisePrior]:
+def _noise_of_size(size: float) -> Noise:
     return lambda _: NoisePrior(size, SIZE_WIDTH)
 
 

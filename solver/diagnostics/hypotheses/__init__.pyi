@@ -9,12 +9,14 @@ from .flaws import Flaw as Flaw
 from .flaws import FlawError as FlawError
 from .kinds import Block as Block
 from .kinds import Kind as Kind
+from .kinds import Noise as Noise
 from .kinds import NoisePrior as NoisePrior
 from .kinds import Parameters as Parameters
 from .kinds import kind_of as kind_of
 from .nuisances import ARMS as ARMS
 from .nuisances import BALL as BALL
 from .nuisances import DISTANCE_WEIGHT as DISTANCE_WEIGHT
+from .nuisances import precision as precision
 from .nuisances import widths_of as widths_of
 from .samples import SMALLEST as SMALLEST
 from .samples import Samples as Samples

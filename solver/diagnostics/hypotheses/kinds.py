@@ -15,6 +15,7 @@ from .scene import Scene
 Parameters = Mapping[str, Any]
 """Numbers and names in an explanation, by name [m, rad]."""
 
+Values = Callable[[Scene, Parameters, np.ndarray], Parameters]
 DECADES = 5.0
 """Logarithm of the range over which less noise is as likely."""
 UNITS = {"mm": 1e3, "deg": 180 / np.pi, "%": 100.0}
@@ -60,6 +61,9 @@ def of_samples(
     return Block(rows, columns.reshape(C, -1, k), parameters, widths, fixed)
 
 
+Blocks = Callable[[Scene], Iterable[Block]]
+
+
 def without_columns(parameters: Parameters, bonus: float = 0.0) -> Block:
     """Return a candidate that changes no residuals."""
     return Block(slice(0, 0), np.zeros((1, 0, 0)), [parameters], bonus=bonus)
@@ -81,6 +85,9 @@ class NoisePrior:
         if self.below:
             return -0.5 * np.maximum(away, 0) ** 2 - np.log(DECADES)
         return -0.5 * away**2 - 0.5 * np.log(2 * np.pi * self.width**2)
+
+
+Noise = Callable[[Scene], NoisePrior]
 
 
 def sized(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
@@ -122,15 +129,15 @@ class Kind:
     tell: str
     """Step that distinguishes it from others."""
     code: str
-    blocks: Callable[[Scene], Iterable[Block]]
-    values: Callable[[Scene, Parameters, np.ndarray], Parameters]
+    blocks: Blocks
+    values: Values
     """Further parameters by the estimate of the unknowns."""
     level: str = "error"
     curable: bool = False
     """True where an operator can cure it while recording."""
     rigid: bool = False
     """True where an arm with play and zeros off by degrees would look the same."""
-    noise: Callable[[Scene], NoisePrior] | None = None
+    noise: Noise | None = None
     """Prior of the noise; None for that of sound recordings."""
     sentence: Callable[[Parameters], str] | None = None
     """Function that writes its sentence in place of :attr:`form`."""
@@ -183,11 +190,16 @@ _WORDS = json.loads((resources(__package__ or "") / "causes.json").read_bytes())
 """Prior probabilities and words of all explanations, in the order in which they are compared."""
 
 
+def nothing(scene: Scene) -> Iterable[Block]:
+    """Return the candidate that changes no residuals, and has no parameters."""
+    return (without_columns({}),)
+
+
 def kind_of(
     key: str,
-    blocks: Callable[[Scene], Iterable[Block]] = lambda scene: (without_columns({}),),
-    values: Callable[[Scene, Parameters, np.ndarray], Parameters] = sized,
-    noise: Callable[[Scene], NoisePrior] | None = None,
+    blocks: Blocks = nothing,
+    values: Values = sized,
+    noise: Noise | None = None,
     **more: Any,
 ) -> Kind:
     """Return the explanation with the words of a key."""

@@ -30,11 +30,9 @@ def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
     )
 
 
-def root_of_geometry(parameters: Sequence[Parameter], by_scale: np.ndarray) -> np.ndarray:
-    """Return a root of the covariance of a geometry whose size is held to that of arms, (n, n)."""
-    size = np.outer(by_scale, by_scale) / ARMS**2
-    precision = np.diag(1 / widths_of(parameters) ** 2) + size
-    return np.linalg.cholesky(np.linalg.inv(precision))
+def precision(widths: np.ndarray, by_scale: np.ndarray, scale: float) -> np.ndarray:
+    """Return the inverse covariance of unknowns whose size is held to a scale, shape (n, n)."""
+    return np.diag(widths**-2) + np.outer(by_scale, by_scale) / scale**2
 
 
 def of_centres(

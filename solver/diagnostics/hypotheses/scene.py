@@ -39,7 +39,7 @@ class Scene:
     x: np.ndarray
     """Change of the geometry, and joint offsets if any, at which all is linear, shape (n,)."""
     by_scale: np.ndarray
-    """Derivative of the logarithm of the arm's size by the geometry, shape (n,)."""
+    """Derivative of the logarithm of the arm's size by the unknowns, geometry first."""
     centres: np.ndarray
     """Places of the seats, sockets and then frames of instruments, shape (S, 3) [m]."""
     noise: float
@@ -239,7 +239,10 @@ class Scene:
     @cached_property
     def usual(self) -> np.ndarray:
         """Root of the covariance of the geometry, shape (n, n)."""
-        return nuisances.root_of_geometry(self.parameters, self.by_scale)
+        widths = nuisances.widths_of(self.parameters)
+        by_scale = self.by_scale[: len(widths)]
+        precision = nuisances.precision(widths, by_scale, nuisances.ARMS)
+        return np.linalg.cholesky(np.linalg.inv(precision))
 
     @cached_property
     def by_readings(self) -> np.ndarray:
