@@ -6,11 +6,7 @@ from .files import RecordingError
 
 
 def numbers_of(values: object, what: str) -> np.ndarray:
-    """Return values as an array of finite numbers.
-
-    Raises:
-        RecordingError: One of the values, which is called ``what``, is no number.
-    """
+    """Return values as an array of finite numbers; the error for another calls it ``what``."""
     try:
         numbers = np.array(values)
         if np.iscomplexobj(numbers):

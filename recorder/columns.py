@@ -171,8 +171,7 @@ Ways = dict[tuple[Words, Words], dict[int, list[int]]]
 def in_one_way(ways: Ways, wanted: Sequence[str], columns: Sequence[str]) -> list[int] | None:
     """Return the column of each of some names, if one way of writing has all; bare names do best.
 
-    Raises:
-        ColumnError: Several columns may be one of them.
+    A ColumnError names one that several columns may be.
     """
     complete = [way for way, named in ways.items() if len(named) == len(wanted)]
     if ((), ()) in complete:

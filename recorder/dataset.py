@@ -32,16 +32,9 @@ _HOLE = re.compile(r"hole_(\d+)\.csv")
 
 
 def find_placements(paths: Iterable[Path]) -> list[Path]:
-    """Return the folders of all placements that some paths stand for.
+    """Return the folders of all placements that some paths stand for; refuse other paths.
 
-    Args:
-        paths: Each a placement's folder, or a folder of placements, which stands for all of them.
-
-    Returns:
-        The placements' folders, in the order of the paths; those inside one folder by name.
-
-    Raises:
-        RecordingError: A path that does not exist, is no folder, or holds no placement.
+    A folder of placements stands for all of them, by name.
     """
     folders: list[Path] = []
     for path in paths:
@@ -127,9 +120,6 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
 
 def read_placement(folder: Path) -> Placement:
     """Read the recording in one placement's folder.
-
-    Args:
-        folder: Holds ``samples.csv``, or ``hole_0.csv`` and ``hole_1.csv``.
 
     Raises:
         RecordingError: A missing, empty or malformed file; the message names file and line.

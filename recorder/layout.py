@@ -42,10 +42,8 @@ def read_rows(
     Args:
         file: A table with or without a header, see :func:`.read_table`.
         joint_names: The model's joints, in chain order; none for poses.
-        forms: Names of other columns, the richest form first.
-
-    Raises:
-        RecordingError: Columns are missing, or may be several; the message says which are needed.
+        forms: Names of other columns, the richest form first. The error for a table that has none
+            says which columns are needed.
     """
     return rows_of(read_table(file, joint_names), joint_names, forms)
 
@@ -130,11 +128,7 @@ class _Search:
 def find_joints(
     table: Table, joint_names: Sequence[str], reserved: Sequence[Column] = ()
 ) -> tuple[list[Column], str] | None:
-    """Return the columns of a model's joints in chain order, and a remark; None without them.
-
-    Raises:
-        ColumnError: Several columns may be one joint.
-    """
+    """Return the columns of a model's joints in chain order, and a remark; None without them."""
     if not joint_names:
         return [], ""
     columns = table.joints(reserved)

@@ -87,11 +87,7 @@ class Metadata:
 
 
 def read_metadata(file: Path) -> dict[str, Any]:
-    """Return the keys of a ``placement.json``; none where there is no such file.
-
-    Raises:
-        RecordingError: The file cannot be read, or holds no JSON object.
-    """
+    """Return the keys of a ``placement.json``; none where there is no such file."""
     if not file.exists():
         return {}
     try:
@@ -104,12 +100,7 @@ def read_metadata(file: Path) -> dict[str, Any]:
 
 
 def read_keys(file: Path) -> PlacementKeys:
-    """Return the checked keys of a ``placement.json`` that a recording is read by.
-
-    Raises:
-        RecordingError: The file is no JSON object, the distance is not a positive number, the
-            payload is no mass, or a name has other characters than letters, digits, and ``. _ -``.
-    """
+    """Return the keys of a ``placement.json`` that a recording is read by; refuse other values."""
     metadata = read_metadata(file)
     distance = metadata.get("distance")
     if not (distance is None or _is_length(distance)):
@@ -155,19 +146,12 @@ def write_metadata(file: Path, metadata: dict[str, Any]) -> None:
 
 
 def set_distance(folder: Path, distance: float) -> float | None:
-    """Correct the distance between a placement's sockets [m]; return the earlier one, kept too.
-
-    Raises:
-        RecordingError: The file cannot be read or written, or a recorder has it open.
-    """
+    """Correct the distance between a placement's sockets [m]; return the earlier one, kept too."""
     return _rewrite(folder, distance, with_distance)
 
 
 def add_reading(folder: Path, distance: float) -> float | None:
-    """Add a reading of the distance between a placement's sockets [m]; return the one before.
-
-    Raises as :func:`set_distance`.
-    """
+    """Add a reading of the distance between a placement's sockets [m]; return the one before."""
     return _rewrite(folder, distance, with_reading)
 
 
@@ -176,7 +160,11 @@ def _rewrite(
     distance: float,
     change: Callable[[Mapping[str, Any], float], dict[str, Any]],
 ) -> float | None:
-    """Write a placement's metadata with its distance changed; return the earlier one."""
+    """Write a placement's metadata with its distance changed; return the earlier one.
+
+    Raises:
+        RecordingError: The file cannot be read or written, or a recorder has it open.
+    """
     file = folder / METADATA
     before = read_keys(file).distance
     metadata = change(read_metadata(file), distance)

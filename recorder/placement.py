@@ -171,12 +171,6 @@ class Placement:
         Joints are matched by name, see :mod:`.columns`. Where the file names none of them, they are
         taken to be in the model's order already, and a remark says so.
 
-        Args:
-            joint_names: The model's actuated joints, in chain order.
-
-        Returns:
-            The same samples, each with one position for each of the joint names.
-
         Raises:
             RecordingError: Another number of joints, or a header that names only some of them.
         """

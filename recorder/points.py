@@ -33,11 +33,7 @@ _ROUNDED = 0.01
 
 
 def read_points(file: Path, name: str) -> Placement:
-    """Return the placement of a file that an instrument measured.
-
-    Args:
-        file: ``points.csv``, or of any other name one with poses.
-        name: Of the placement.
+    """Return the placement of a file that an instrument measured, ``points.csv`` or poses.
 
     Raises:
         RecordingError: Missing columns, unknown units, or a quaternion not of unit length; the
@@ -93,11 +89,7 @@ def _no_columns(file: Path, form: tuple[str, ...]) -> RecordingError:
 
 
 def coordinates(table: Table, names: Sequence[str], reserved: str = "") -> list[Column] | None:
-    """Return the columns of coordinates as by :func:`.match_coordinates`, their units checked.
-
-    Raises:
-        RecordingError: Several columns may be one of them, or have a unit of something else.
-    """
+    """Return the columns of coordinates as by :func:`.match_coordinates`, their units checked."""
     try:
         columns = match_coordinates(table.columns, names, reserved)
     except ColumnError as error:
@@ -116,10 +108,9 @@ def coordinates(table: Table, names: Sequence[str], reserved: str = "") -> list[
 def unit_quaternion(
     turn: Sequence[float], form: Sequence[str], where: str
 ) -> tuple[float, float, float, float]:
-    """Return the unit quaternion of a rotation in one of the forms :data:`.TURNS`.
+    """Return the unit quaternion of a rotation in one of the forms :data:`.TURNS`; refuse others.
 
-    Raises:
-        RecordingError: The quaternion's length is not 1, or the matrix is no rotation.
+    ``where`` begins the message.
     """
     quaternion = list(turn)
     if tuple(form) == RPY:

@@ -119,12 +119,7 @@ def _line(cells: Sequence[object]) -> bytes:
 
 
 def read_samples(file: Path) -> SampleFile:
-    """Read a ``samples.csv``.
-
-    Raises:
-        RecordingError: It cannot be read, has no complete header, or a complete line that is
-            no event; the message names the line.
-    """
+    """Read a ``samples.csv``; refuse one without a complete header, or with a line of no event."""
     try:
         complete, _, torn = table_bytes(file).rpartition(b"\n")
         text = complete.decode("utf-8-sig")

@@ -140,11 +140,7 @@ def next_log_file(folder: Path) -> Path:
 
 
 def read_stream_log(file: Path) -> LoggedStates:
-    """Read a file of states.
-
-    Raises:
-        RecordingError: It cannot be read, or is no such file.
-    """
+    """Read a file of states; refuse what is none."""
     try:
         data = read_bytes(file)
     except OSError as error:

@@ -70,12 +70,7 @@ class Table:
     def numbers(self, columns: Sequence[Column], *, gaps: bool = False) -> list[tuple[float, ...]]:
         """Return the numbers of some columns in radians and metres, row by row.
 
-        Args:
-            columns: Some of :attr:`columns`.
-            gaps: Return NaN for a cell that is no finite number, since it may not be needed.
-
-        Raises:
-            RecordingError: A cell is no finite number; the message names line and column.
+        A cell that is no finite number is refused; with ``gaps`` it is NaN, which may not matter.
         """
         scales = [(column.index, scale_of(column)) for column in columns]
         rows: list[tuple[float, ...]] = []

@@ -37,11 +37,7 @@ class KeyMapError(MukcaError):
 
 
 def keys_with(settings: Iterable[str]) -> dict[str, str]:
-    """Return each key's action, with some given by the operator, as in ``capture=Enter,PageDown``.
-
-    Raises:
-        KeyMapError: No such action, or no such key.
-    """
+    """Return each key's action, some given by the operator, as in ``capture=Enter,PageDown``."""
     keys = dict(KEYS)
     for setting in settings:
         action, _, names = setting.partition("=")
@@ -187,11 +183,7 @@ class Script:
             )
 
     def read(self) -> None:
-        """Read all that there is; call it when the descriptor is ready.
-
-        Raises:
-            ScriptError: A word that means nothing, or a script without end.
-        """
+        """Read all that there is; call it when the descriptor is ready."""
         while not self._read_all and (
             sys.platform == "win32" or select.select([self], [], [], 0)[0]
         ):
