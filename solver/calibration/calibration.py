@@ -169,14 +169,13 @@ class Calibration(FittedModel):
 
         ``other_tip``: points were measured with another probe, whose tip is refitted.
         """
-        data = [self.as_read_now(m) for m in data]
-        roles: list[results.Role] = ["train" if self.was_trained_on(m) else "test" for m in data]
         ball_refitted = self.ball_refitted
         beside = {} if ball_refitted is None else {"ball_refitted": ball_refitted}
-        rows = [
-            placement_errors(self.calibrated, role, m, None, beside, other_tip=other_tip)
-            for role, m in zip(roles, data, strict=True)
-        ]
+        rows: list[results.PlacementErrors] = []
+        for m in map(self.as_read_now, data):
+            role = "train" if self.was_trained_on(m) else "test"
+            errors = placement_errors(self.calibrated, role, m, None, beside, other_tip=other_tip)
+            rows.append(errors)
         return Errors(sorted(rows, key=lambda row: row.role == "test"))
 
     def was_trained_on(self, measured: Measurement) -> bool:

@@ -81,7 +81,8 @@ def stored_posterior(
     first = len(covariance) - arm.centres.size
     labels = chain.from_iterable(m.labels for m in recordings.measurements)
     indices = [arm.data.labels.index(name) for name in labels]
-    of_centres = (first + 3 * np.array(indices, dtype=int)[:, None] + np.arange(3)).ravel()
+    begins = first + 3 * np.array(indices, dtype=int)
+    of_centres = (begins[:, None] + np.arange(3)).ravel()
     rows = np.r_[: arm.model.scalars, size:first, of_centres]  # none of the curves
     noises = {kind: (noise.space, noise.joint, noise.nu) for kind, noise in arm.noises.items()}
     places = tuple(map(as_point, arm.centres[indices]))
@@ -147,22 +148,24 @@ def _stored(
         raise results.misfit(source, "posterior.covariance", "damaged; calibrate again") from None
     training = [part for part in document.data if part.role == "train"]
     rows = list(chain.from_iterable(part.by_socket for part in training))
-    weights = [*(s.weight for s in rows), *(s.orientation_weight for s in rows if s.orientation)]
+    weights = [sample.weight for sample in rows]
+    weights += [sample.orientation_weight for sample in rows if sample.orientation]
+    widths = {group.name: group.width for group in document.groups or ()}
     posterior = Posterior(
         model,
         data,
         x,
         np.reshape(stored.centres, (-1, 3)),
         covariance,
-        groups_at(model, data, {group.name: group.width for group in document.groups or ()}),
+        groups_at(model, data, widths),
         {kind: Noise(*stored.noises[kind]) for kind in SOURCE_KINDS if kind in stored.noises},
         model.predict(x, data.positions, data.torques, data.clocks),
         np.array(weights, dtype=float),
         document.log_evidence or 0.0,
         (x,),
     )
-    frames = {frame.name: Pose.of(Origin(frame.xyz, frame.rpy)) for frame in document.frames or ()}
-    poses = tuple(frames[name] for name in data.frames)
+    origins = {frame.name: Origin(frame.xyz, frame.rpy) for frame in document.frames or ()}
+    poses = tuple(Pose.of(origins[name]) for name in data.frames)
     restored = restored_covariance(posterior, data, poses, _scales(document))
     return replace(posterior, covariance=restored)
 

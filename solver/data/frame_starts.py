@@ -21,22 +21,25 @@ def first_frames(data: Observations, points: np.ndarray) -> tuple[Pose, ...]:
 
 def _visited(data: Observations, points: np.ndarray) -> FrameObservations:
     """Return the places that the robot visited: sockets, then measured balls by their row."""
-    sockets = range(data.socket_count)
-    centres = [np.median(points[data.sockets == k], axis=0) for k in sockets]
-    measured = np.flatnonzero(~data.seated & ~data.turned)
+    sockets = np.arange(data.socket_count)
+    centres = [np.median(points[data.sockets == k], axis=0) for k in sockets.tolist()]
     wheres = [f"socket {placement}:{number}" for placement, number in data.labels]
-    return FrameObservations(
-        "the base of the robot",
-        np.array([*sockets, *data.socket_count + measured], dtype=np.int64),
-        np.concatenate([np.reshape(centres, (-1, 3)), points[measured]]),
-        [*wheres, *data.wheres[measured].tolist()],
-    )
+    base = "the base of the robot"
+    visited = FrameObservations(base, sockets, np.reshape(centres, (-1, 3)), wheres)
+    measured = np.flatnonzero(~data.seated & ~data.turned)
+    return visited.joined(_balls(data, measured, base, points))
+
+
+def _balls(
+    data: Observations, rows: np.ndarray, name: str, points: np.ndarray
+) -> FrameObservations:
+    """Return measured balls by their rows, at some points."""
+    numbers = data.socket_count + rows
+    return FrameObservations(name, numbers, points[rows], data.wheres[rows].tolist())
 
 
 def _measured(data: Observations, frame: int, name: str) -> FrameObservations:
     """Return the places whose coordinates in a frame were measured."""
     rows = np.flatnonzero(data.measured_in == frame)
-    numbers = data.socket_count + rows
-    wheres = data.wheres[rows].tolist()
-    balls = FrameObservations(name, numbers, data.points[rows], wheres)
+    balls = _balls(data, rows, name, data.points)
     return measured_in_frame(data, frame, name).joined(balls)

@@ -65,21 +65,24 @@ def hand_eye(
     The rotations follow from the largest singular value of sum M_i (x) R_i (Shah 2013), the places
     from linear least squares, both with weights that fall with the error that is left.
     """
-    spread = np.linalg.svd(np.cov(R.reshape(len(R), 9).T), compute_uv=False)
+    covariance = np.cov(R.reshape(len(R), 9).T)
+    spread = np.linalg.svd(covariance, compute_uv=False)
     if spread[3] < ALONG_ONE_AXIS * spread[0]:
         raise FrameError(
             f"{where}: the link turns about one axis only, which leaves open what it carries; turn "
             "it about two axes at least"
         )
     tool, frame, angles = _turns(R, M)
-    rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], axis=2)
+    minus_axes = np.broadcast_to(-np.eye(3), R.shape)
+    rows = np.concatenate([R, minus_axes], axis=2)
     offset = t @ frame.T - p
     distances = np.zeros(len(R))
     places = np.zeros(6)
     for _ in range(REWEIGHTINGS):
         root = np.sqrt(robust_weights(distances**2))[:, None]
         flat = (rows * root[..., None]).reshape(-1, 6)
-        places = np.linalg.lstsq(flat, (offset * root).ravel(), rcond=1e-6)[0]
+        targets = (offset * root).ravel()
+        places = np.linalg.lstsq(flat, targets, rcond=1e-6)[0]
         distances = np.linalg.norm(rows @ places - offset, axis=1)
     return HandEye(Pose(tool, places[:3]), Pose(frame, places[3:]), angles, distances)
 
@@ -87,13 +90,16 @@ def hand_eye(
 def _turns(R: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the rotations of the tool and of the frame, and the angles that they leave."""
     K = np.einsum("nbc,nad->abdc", M, R).reshape(9, 9)
-    tool = _nearest(np.linalg.svd(K)[2][0].reshape(3, 3))
+    _, _, Vt = np.linalg.svd(K)
+    tool = _nearest(Vt[0].reshape(3, 3))
     frame = tool
     angles = np.zeros(len(R))
     for _ in range(REWEIGHTINGS):
         weights = robust_weights(angles**2)
-        frame = _nearest(np.einsum("n,nij->ij", weights, R @ tool @ M.swapaxes(1, 2)))
-        tool = _nearest(np.einsum("n,nij->ij", weights, R.swapaxes(1, 2) @ frame @ M))
+        frames = R @ tool @ M.swapaxes(1, 2)
+        frame = _nearest(np.einsum("n,nij->ij", weights, frames))
+        tools = R.swapaxes(1, 2) @ frame @ M
+        tool = _nearest(np.einsum("n,nij->ij", weights, tools))
         errors = R @ tool @ (frame @ M).swapaxes(1, 2)
         angles = np.linalg.norm(rotation_vectors(errors), axis=1)
     return tool, frame, angles

@@ -119,9 +119,8 @@ class Measurement:
     @cached_property
     def slices(self) -> tuple[slice, ...]:
         """Rows of :attr:`positions` of each socket's samples."""
-        return tuple(
-            slice(end - n, end) for n, end in zip(self.counts, accumulate(self.counts), strict=True)
-        )
+        ends = accumulate(self.counts)
+        return tuple(slice(end - n, end) for n, end in zip(self.counts, ends, strict=True))
 
     @cached_property
     def by_socket(self) -> tuple[np.ndarray, ...]:
@@ -156,7 +155,8 @@ class Measurement:
         """
         samples = self.placement.samples
         t = np.array([getattr(sample, name) for sample in samples], dtype=float)
-        if name == "time" and np.isnan(t).any() and all(sample.number for sample in samples):
+        numbered = all(sample.number for sample in samples)
+        if name == "time" and numbered and np.isnan(t).any():
             t = np.arange(len(samples), dtype=float)
         return t[self.order]
 

@@ -65,7 +65,8 @@ class Observations(Places):
     @cached_property
     def sources(self) -> tuple[np.ndarray, ...]:
         """Samples that share one noise, those of one of :data:`SOURCE_KINDS`."""
-        return tuple(np.flatnonzero(self.source_of == k) for k in range(len(self.source_kinds)))
+        numbers = range(len(self.source_kinds))
+        return tuple(np.flatnonzero(self.source_of == k) for k in numbers)
 
     @cached_property
     def source_of(self) -> np.ndarray:

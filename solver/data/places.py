@@ -99,16 +99,11 @@ def places_of(
     names = [m.frame for m in measured if m.kind == "points"]
     names += [item.frame for item in sockets_at if item.frame not in (world, *bases)]
     frames = list(dict.fromkeys((*names, *bases)))
-    located = tuple(
-        Located(
-            WORLD if item.frame == world else frames.index(item.frame),
-            find_socket(labels, item.socket, FrameError, f"{item.where}: "),
-            item.coordinates,
-            item.deviation,
-            item.where,
-        )
-        for item in sockets_at
-    )
+    located: list[Located[int, int]] = []
+    for item in sockets_at:
+        frame = WORLD if item.frame == world else frames.index(item.frame)
+        socket = find_socket(labels, item.socket, FrameError, f"{item.where}: ")
+        located.append(Located(frame, socket, item.coordinates, item.deviation, item.where))
     pairs = _pairs(measured, labels, located, deviation)
     for length in lengths:
         a = find_socket(labels, length.first)
@@ -124,7 +119,9 @@ def places_of(
             "distance ties it; record the other socket too, or give "
             f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
         )
-    return Places(labels=tuple(labels), known=tuple(pairs), located=located, frames=tuple(frames))
+    return Places(
+        labels=tuple(labels), known=tuple(pairs), located=tuple(located), frames=tuple(frames)
+    )
 
 
 def measured_in_frame(places: Places, frame: int, name: str) -> FrameObservations:
