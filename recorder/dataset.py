@@ -141,7 +141,7 @@ def read_placement(folder: Path) -> Placement:
         placement = read_points(files[0], placement_name(folder))
     keys = vars(read_keys(folder / METADATA))
     stated = {key: value for key, value in keys.items() if value is not None}
-    if placement.samples[0].point:
+    if placement.kind == "points":
         stated.pop("distance", None)
     return replace(placement, **stated)
 

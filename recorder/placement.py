@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -147,6 +148,12 @@ class Placement:
         if any(sample.effort is None for sample in self.samples):
             return None
         return np.array([sample.effort for sample in self.samples], dtype=float)
+
+    @property
+    def kind(self) -> Literal["sockets", "points"]:
+        """``points`` where an instrument measured each sample's ball, in no socket."""
+        measured = any(sample.point is not None for sample in self.samples)
+        return "points" if measured else "sockets"
 
     @property
     def path(self) -> Path | None:

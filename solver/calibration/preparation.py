@@ -32,7 +32,12 @@ def problems_of(
     placements = [*training, *held_out]
     check_left_out(distinctly_named(placements), options.leave_out)
     options.payloads.check(placements)
-    return {"": _with_lone_sockets(_prepare(robot, training, held_out, options))}
+    problem = _prepare(robot, training, held_out, options)
+    if not options.located:
+        measurements = [measured for _, measured in problem.placements]
+        lone_sockets = single_socket_diagnostics(measurements, problem.options.distances)
+        problem = replace(problem, checks=(*problem.checks, *lone_sockets))
+    return {"": problem}
 
 
 def _problems_of_robots(
@@ -111,15 +116,6 @@ def _prepare(
     return replace(problem, checks=checks, next_placement=place)
 
 
-def _with_lone_sockets(problem: CalibrationProblem) -> CalibrationProblem:
-    """Return one robot's recordings with diagnostics of lone sockets, which nothing ties."""
-    if problem.options.located:
-        return problem
-    measurements = [m for _, m in problem.placements]
-    diagnostics = single_socket_diagnostics(measurements, problem.options.distances)
-    return replace(problem, checks=(*problem.checks, *diagnostics))
-
-
 def _measured(
     robot: Robot, train: list[Placement], test: list[Placement], options: SolveOptions
 ) -> CalibrationProblem:
@@ -133,7 +129,7 @@ def _measured(
     paths = {p.path.resolve() for p in train if p.path is not None}
     trained_on = [p for p in test if p.path is not None and p.path.resolve() in paths]
     warnings = [f"{p.path}: trained on, so left out of the test" for p in trained_on]
-    measured = [p for p in distinct if p.samples and p.samples[0].point is not None]
+    measured = [placement for placement in distinct if placement.kind == "points"]
     if measured and options.method == "paper":
         raise UsageError(
             f"{measured[0].where}: measured points; --method paper knows sockets only, "

@@ -182,7 +182,7 @@ def _samples_of(placement: Placement, socket: int) -> str:
     file = f"hole_{socket}.csv"
     if placement.path is not None and placement.path / file in placement.files:
         return str(placement.path / file)
-    if placement.samples[0].point is not None:
+    if placement.kind == "points":
         return str(placement.first_file)
     return f"{placement.where} socket {socket}"
 

@@ -70,10 +70,10 @@ class Measurement:
         """The placement's name."""
         return self.placement.name
 
-    @property
+    @cached_property
     def kind(self) -> Literal["sockets", "points"]:
-        """``points`` where an instrument measured each sample's ball, in no socket."""
-        return "points" if self.placement.samples[0].point is not None else "sockets"
+        """``points`` where an instrument measured each sample's ball."""
+        return self.placement.kind
 
     @property
     def frame(self) -> str:

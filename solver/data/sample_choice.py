@@ -34,8 +34,7 @@ def without_single(placement: Placement, warnings: list[str]) -> Placement:
     """Leave out a socket's only sample, which tells nothing, where another socket has more."""
     counts = np.bincount(placement.sockets)
     single: list[int] = np.flatnonzero(counts == 1).tolist()
-    measured = any(sample.point is not None for sample in placement.samples)
-    if measured or not single or counts.max() < 2:
+    if placement.kind == "points" or not single or counts.max() < 2:
         return placement
     warnings += [
         f"{placement.where}: socket {socket} has one sample, which is left out; "

@@ -70,7 +70,7 @@ def _describe(folder: Path) -> dict[str, Any]:
         "name": placement.name,
         "files": [str(file) for file in placement.files],
         "samples": {str(socket): sockets.count(socket) for socket in sorted(set(sockets))},
-        "kind": "sockets" if placement.samples[0].point is None else "points",
+        "kind": placement.kind,
         "joints": list(placement.joint_names or unnamed),
         "lowest": lowest,
         "highest": highest,
