@@ -1,9 +1,10 @@
 """``mukca crossval``: one calibration for each placement, shared out over workers."""
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from statistics import stdev
+from statistics import fmean, stdev
 from typing import Any
 
 from ....solver import assessment, calibration, data, results
@@ -58,27 +59,27 @@ def summary(
     metrics: "list[list[results.PlacementErrors] | None]",
 ) -> dict[str, Any]:
     """Errors with each placement left out, matrix, and spread; None where a fit did not settle."""
-    left_out = [row for job, row in zip(work, metrics, strict=True) if job.kind == "left_out"]
-    lone = [row for job, row in zip(work, metrics, strict=True) if job.kind == "alone"]
-    bootstrap = [row for job, row in zip(work, metrics, strict=True) if job.kind == "bootstrap"]
-    corrected_metrics = [row[i].calibrated if row else None for i, row in enumerate(left_out)]
-    loaded = [row[i].loaded if row else None for i, row in enumerate(left_out)]
+    rows_by_kind: dict[str, list[list[results.PlacementErrors] | None]] = defaultdict(list)
+    for job, row in zip(work, metrics, strict=True):
+        rows_by_kind[job.kind].append(row)
+    errors = [row[i] if row else None for i, row in enumerate(rows_by_kind["left_out"])]
+    left_out: list[dict[str, Any]] = []
+    for name, row in zip(names, errors, strict=True):
+        figures = _figures(row and row.calibrated)
+        left_out.append({"name": name, **figures, "loaded": _figures(row and row.loaded)})
+    settled = [row for row in errors if row is not None]
+    loaded = _mean([row.loaded for row in settled])
+    matrix = [row and _means(row) for row in rows_by_kind["alone"]]
     result: dict[str, Any] = {
-        "left_out": [
-            {"name": name, **_figures(corrected), "loaded": _figures(loaded_metrics)}
-            for name, corrected, loaded_metrics in zip(
-                names, corrected_metrics, loaded, strict=True
-            )
-        ],
-        "summary": {**_mean(corrected_metrics), "loaded": _mean(loaded)},
-        "cross_placement": {"names": names, "matrix": [row and _means(row) for row in lone]},
+        "left_out": left_out,
+        "summary": {**_mean([row.calibrated for row in settled]), "loaded": loaded},
+        "cross_placement": {"names": names, "matrix": matrix},
     }
-    drawn = [_means(row) for row in bootstrap if row is not None]
+    drawn = [_means(row) for row in rows_by_kind["bootstrap"] if row is not None]
     if len(drawn) > 1:
-        result["bootstrap"] = [
-            {"name": name, "standard_deviation": stdev(values)}
-            for name, values in zip(names, zip(*drawn, strict=True), strict=True)
-        ]
+        spreads = map(stdev, zip(*drawn, strict=True))
+        pairs = zip(names, spreads, strict=True)
+        result["bootstrap"] = [{"name": n, "standard_deviation": spread} for n, spread in pairs]
     return result
 
 
@@ -96,17 +97,18 @@ def apart(
         for job, fit in zip(work, fits, strict=True)
         if fit is not None and job.seed is None
     }
-    everything, rows = tuple(range(len(problem.measurements))), list[dict[str, Any]]()
+    everything = tuple(range(len(problem.measurements)))
+    rows: list[dict[str, Any]] = []
     for i, measured in enumerate(problem.measurements):
-        remainder = everything[:i] + everything[i + 1 :]
-        pairs = {
-            "others": (("left_out", remainder), ("alone", (i,))),
-            "halves": (("odd", (i,)), ("even", (i,))),
-        }
-        row: dict[str, Any] = {"name": measured.name}
-        for name, (a, b) in pairs.items():
-            first, second = posteriors.get(a), posteriors.get(b)
-            row[name] = None
+        alone = (i,)
+        others = everything[:i] + everything[i + 1 :]
+        row: dict[str, Any] = {"name": measured.name, "others": None, "halves": None}
+        for name, a, b in (
+            ("others", ("left_out", others), ("alone", alone)),
+            ("halves", ("odd", alone), ("even", alone)),
+        ):
+            first = posteriors.get(a)
+            second = posteriors.get(b)
             if first is not None and second is not None:
                 row[name] = calibration.Comparison(first, second, problem.load).at(measured)
         rows.append(row)
@@ -121,14 +123,14 @@ def _figures(metrics: "data.Metrics | None") -> Mapping[str, float | None]:
     return metrics.as_dict() if metrics else _NOTHING
 
 
-def _mean(metrics: "Sequence[data.Metrics | None]") -> Mapping[str, float | None]:
-    present = [m for m in metrics if m is not None]
-    return _figures(data.mean_metrics(present) if present else None)
+def _mean(metrics: "Sequence[data.Metrics]") -> Mapping[str, float | None]:
+    return _figures(data.mean_metrics(metrics) if metrics else None)
 
 
 def advice(result: Mapping[str, Any], faulty: Sequence[str]) -> str:
     """Advice in one sentence; ``faulty`` names the placements with errors."""
-    names, matrix = result["cross_placement"]["names"], result["cross_placement"]["matrix"]
+    names = result["cross_placement"]["names"]
+    matrix = result["cross_placement"]["matrix"]
     unsettled = [name for name, row in zip(names, matrix, strict=True) if row is None]
     faulty = [name for name in names if name in (*faulty, *unsettled)]
     if faulty:
@@ -139,17 +141,16 @@ def advice(result: Mapping[str, Any], faulty: Sequence[str]) -> str:
     error = result["summary"]["mean_absolute_error"]
     if error is None:
         return "No fit settled: see mukca check on what the data lack."
-    rows_beside = [[v for j, v in enumerate(row) if j != i] for i, row in enumerate(matrix)]
-    means = [sum(row) / len(row) for row in rows_beside]
-    best = min(range(len(means)), key=means.__getitem__)
-    gain = 1 - error / means[best]
+    others = [fmean(row[:i] + row[i + 1 :]) for i, row in enumerate(matrix)]
+    least, best = min(zip(others, names, strict=True))
+    gain = 1 - error / least
     if gain > WORTH:
         return (
             f"Train on all: one left out is then off by {1e3 * error:.3f} mm, {100 * gain:.0f} % "
-            f"less than by the best alone, {names[best]} ({1e3 * means[best]:.3f} mm)."
+            f"less than by the best alone, {best} ({1e3 * least:.3f} mm)."
         )
     return (
-        f"More placements would bring little: {names[best]} alone leaves {1e3 * means[best]:.3f} "
+        f"More placements would bring little: {best} alone leaves {1e3 * least:.3f} "
         f"mm in the others, all but one together {1e3 * error:.3f} mm."
     )
 
@@ -162,19 +163,21 @@ def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
     rows: list[list[str]] = []
     mean: dict[str, Any] = {"name": "= mean", **result["summary"]}
     for row in (*result["left_out"], mean):
-        cells = [millimetres(row[name]) for name in _NOTHING]
-        cells.append(millimetres(row["loaded"]["mean_absolute_error"]))
-        spread = spreads.get(row["name"])
-        cells += ["" if spread is None else f"+- {millimetres(spread)}"] if spreads else []
-        rows.append([row["name"], *cells])
-    title = "errors in mm of each placement, trained on all others"
-    terminal.tabulate(title, heads, rows)
-    names, matrix = result["cross_placement"]["names"], result["cross_placement"]["matrix"]
+        lengths: list[float | None] = [row[name] for name in _NOTHING]
+        lengths.append(row["loaded"]["mean_absolute_error"])
+        cells = [row["name"], *map(millimetres, lengths)]
+        if spreads:
+            spread = spreads.get(row["name"])
+            cells.append("" if spread is None else f"+- {millimetres(spread)}")
+        rows.append(cells)
+    terminal.tabulate("errors in mm of each placement, trained on all others", heads, rows)
+    names = result["cross_placement"]["names"]
+    nothing = [None] * len(names)
     rows = []
-    for i, (name, errors) in enumerate(zip(names, matrix, strict=True)):
-        cells = [millimetres(error) for error in errors or [None] * len(names)]
-        cells[i] = f"({cells[i]})"
-        rows.append([f"{i + 1} {name}", *cells])
+    for i, errors in enumerate(result["cross_placement"]["matrix"]):
+        cells = [f"{i + 1} {names[i]}", *map(millimetres, errors or nothing)]
+        cells[i + 1] = f"({cells[i + 1]})"
+        rows.append(cells)
     title = "MAE in mm: trained on the row's placement alone, measured on the column's"
     numbers = map(str, range(1, len(names) + 1))
     terminal.tabulate(title, ["", *numbers], rows)
