@@ -11,7 +11,7 @@ from .formatting import short_where
 from .predictions import DRAWN, ByModel, ModelName, PlacementPrediction, Point, Predictions
 
 
-class Quantiles(Document, kw_only=True, frozen=True):
+class Quantiles(Document):
     """Distribution of the errors of single samples [m]."""
 
     median: float
@@ -20,7 +20,7 @@ class Quantiles(Document, kw_only=True, frozen=True):
     max: float
 
 
-class RoleSummary(Summary, kw_only=True, frozen=True):
+class RoleSummary(Summary):
     """All placements of one role (trained on, or held out) taken together."""
 
     placements: int
@@ -30,7 +30,7 @@ class RoleSummary(Summary, kw_only=True, frozen=True):
     """Share of the samples whose error is within the task's tolerance, 0 to 1."""
 
 
-class RoleSummaries(Document, kw_only=True, frozen=True):
+class RoleSummaries(Document):
     """A summary for each role; None where no placement has it."""
 
     train: RoleSummary | None
@@ -45,7 +45,7 @@ class RoleSummaries(Document, kw_only=True, frozen=True):
         return "train", self.train
 
 
-class Socket(Document, kw_only=True, frozen=True):
+class Socket(Document):
     """Position of a socket by the calibrated model."""
 
     socket: int
@@ -53,7 +53,7 @@ class Socket(Document, kw_only=True, frozen=True):
     """Mean of the predicted ball centres [m]."""
 
 
-class PlacementReport(PlacementErrors, kw_only=True, frozen=True):
+class PlacementReport(PlacementErrors):
     """One placement: its errors, and where it stands."""
 
     position: Point
@@ -64,7 +64,7 @@ class PlacementReport(PlacementErrors, kw_only=True, frozen=True):
     """Share of the samples within the task's tolerance, by the calibrated URDF."""
 
 
-class SampleErrors(ByModel[Point], kw_only=True, frozen=True):
+class SampleErrors(ByModel[Point]):
     """One sample: the predicted ball centre less the mean of its socket, by each model [m]."""
 
     placement: int
@@ -151,7 +151,7 @@ def sample_errors(predictions: Predictions) -> tuple[SampleErrors, ...]:
     return tuple(rows[:: -(-len(rows) // DRAWN)])
 
 
-class KnownDistanceErrors(Document, kw_only=True, frozen=True):
+class KnownDistanceErrors(Document):
     """A distance between two sockets that was measured from outside, and the errors of models."""
 
     a: str

@@ -23,7 +23,7 @@ Status = Literal["pass", "warning", "fail", "not enough", "not evaluated"]
 """``warning``: look at it; ``not enough``: too little was recorded to say."""
 
 
-class Limit(Document, kw_only=True, frozen=True):
+class Limit(Document):
     """The largest value that passes."""
 
     value: float | None
@@ -32,7 +32,7 @@ class Limit(Document, kw_only=True, frozen=True):
     """Origin of the limit, or what is needed to have it."""
 
 
-class Limits(Document, kw_only=True, frozen=True):
+class Limits(Document):
     """Limits on the errors of a calibration."""
 
     repeatability: float | None
@@ -43,7 +43,7 @@ class Limits(Document, kw_only=True, frozen=True):
     between_placements: Limit
 
 
-class LimitResult(Document, kw_only=True, frozen=True):
+class LimitResult(Document):
     """One limit of the verdict, and whether it is kept."""
 
     name: str

@@ -28,7 +28,7 @@ Other = TypeVar("Other")
 Point = tuple[float, float, float]
 
 
-class ByModel(Document, Generic[Value], kw_only=True, frozen=True):
+class ByModel(Document, Generic[Value]):
     """The same figure by each model."""
 
     nominal: Value
@@ -200,7 +200,7 @@ def _check(
                 )
 
 
-class JointRange(Document, kw_only=True, frozen=True):
+class JointRange(Document):
     """A joint and its limits."""
 
     name: str
@@ -209,7 +209,7 @@ class JointRange(Document, kw_only=True, frozen=True):
     upper: float | None
 
 
-class SocketCoverage(Document, kw_only=True, frozen=True):
+class SocketCoverage(Document):
     """Joint positions in one socket [rad, m for prismatic joints]."""
 
     placement: str
@@ -222,7 +222,7 @@ class SocketCoverage(Document, kw_only=True, frozen=True):
     """Of the samples, thinned out where there are many; shape (N, joints)."""
 
 
-class Coverage(Document, kw_only=True, frozen=True):
+class Coverage(Document):
     """Range of each joint in each socket."""
 
     joints: tuple[JointRange, ...]

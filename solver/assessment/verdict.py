@@ -30,7 +30,7 @@ STAMPS: dict[tuple[str, str | None], str] = {
 _EXIT: dict[Outcome, int] = {"pass": 0, "fail": 1, "incomplete": 3}
 
 
-class Premise(Document, kw_only=True, frozen=True):
+class Premise(Document):
     """A premise of a PASS that no recording can test."""
 
     name: str
@@ -43,7 +43,7 @@ class Premise(Document, kw_only=True, frozen=True):
     """Share by which every length changes if that distance is 0.1 mm more."""
 
 
-class Verdict(Document, kw_only=True, frozen=True):
+class Verdict(Document):
     """Verdict on a model: is it better than the nominal one, and within its limits?"""
 
     status: Outcome

@@ -10,7 +10,7 @@ from .multi_robot_calibration import MultiRobotCalibration
 from .option import UsageError
 
 
-class Spread(Document, kw_only=True, frozen=True):
+class Spread(Document):
     """Absolute errors of distances [m]."""
 
     mean: float
@@ -19,7 +19,7 @@ class Spread(Document, kw_only=True, frozen=True):
     max: float
 
 
-class ToolToTool(Document, kw_only=True, frozen=True):
+class ToolToTool(Document):
     """How far predicted distances of two tools are from measured ones."""
 
     robots: tuple[str, str]

@@ -32,7 +32,7 @@ UNSEEN = 0.1
 """A turn whose standard deviation is larger than this counts as unknown [rad]."""
 
 
-class FramePose(Document, kw_only=True, frozen=True):
+class FramePose(Document):
     """Pose of a frame in the robot's base, with its uncertainty."""
 
     name: str
@@ -57,7 +57,7 @@ class FramePose(Document, kw_only=True, frozen=True):
         return max(self.turn_deviation) < UNSEEN
 
 
-class BaseToBase(Document, kw_only=True, frozen=True):
+class BaseToBase(Document):
     """Pose of a robot's base in the first one's, and the error between their tools."""
 
     xyz: tuple[float, float, float] | None
@@ -78,7 +78,7 @@ class BaseToBase(Document, kw_only=True, frozen=True):
     """All that in words."""
 
 
-class GivenArm(Document, kw_only=True, frozen=True):
+class GivenArm(Document):
     """One of the robots: what was given of it, and how it stood."""
 
     name: str
@@ -95,7 +95,7 @@ class GivenArm(Document, kw_only=True, frozen=True):
     shape (sockets, joints + 1, 3) [m]: base first, ball last. Empty where its pose is not known."""
 
 
-class VisitedSocket(Document, kw_only=True, frozen=True):
+class VisitedSocket(Document):
     """A socket, and who was there."""
 
     name: str
@@ -105,7 +105,7 @@ class VisitedSocket(Document, kw_only=True, frozen=True):
     robots: tuple[str, ...]
 
 
-class ArmsDocument(Document, kw_only=True, frozen=True):
+class ArmsDocument(Document):
     """Relations between several robots that were calibrated together."""
 
     format: str = ""
@@ -121,7 +121,7 @@ class ArmsDocument(Document, kw_only=True, frozen=True):
     sockets: tuple[VisitedSocket, ...] = ()
 
 
-class Provenance(Document, kw_only=True, frozen=True):
+class Provenance(Document):
     """Provenance of a result: digests of its data, versions, time."""
 
     created: str
@@ -130,7 +130,7 @@ class Provenance(Document, kw_only=True, frozen=True):
     versions: dict[str, str]
 
 
-class FitResult(Document, kw_only=True, frozen=True):
+class FitResult(Document):
     """Result of a fit: parameters, uncertainty and history, in calibration.json and report.json."""
 
     robot: str
@@ -179,7 +179,7 @@ class FitResult(Document, kw_only=True, frozen=True):
     """Tools found since."""
 
 
-class Result(FitResult, kw_only=True, frozen=True):
+class Result(FitResult):
     """Result of a calibration: the object that ``mukca solve --json`` prints."""
 
     converged: bool
@@ -195,7 +195,7 @@ class Result(FitResult, kw_only=True, frozen=True):
     """The files written, by kind."""
 
 
-class Model(Document, kw_only=True, frozen=True):
+class Model(Document):
     """The robot's model, before and after."""
 
     name: str
@@ -208,7 +208,7 @@ class Model(Document, kw_only=True, frozen=True):
     calibrated_urdf: str
 
 
-class CalibrationDocument(Result, kw_only=True, frozen=True):
+class CalibrationDocument(Result):
     """All of ``calibration.json``."""
 
     format: str
@@ -225,7 +225,7 @@ class CalibrationDocument(Result, kw_only=True, frozen=True):
     """None by the paper's method, of several robots, and in older files."""
 
 
-class TypeElasticity(Document, kw_only=True, frozen=True):
+class TypeElasticity(Document):
     """Of one type: the mean over arms, each weighted by its precision."""
 
     joint_names: tuple[str, ...]
@@ -239,7 +239,7 @@ class TypeElasticity(Document, kw_only=True, frozen=True):
     """Axes of the tilts: those of the joints' frames, as in files of 1.0, or of the links."""
 
 
-class ElasticityDocument(Document, kw_only=True, frozen=True):
+class ElasticityDocument(Document):
     """All of ``elasticity.json``."""
 
     format: str

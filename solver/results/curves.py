@@ -9,7 +9,7 @@ from .estimates import ErrorCurves
 from .files import Document
 
 
-class CurveAgreement(Document, kw_only=True, frozen=True):
+class CurveAgreement(Document):
     """Agreement of two error curves of one joint, where both are known."""
 
     joint: str

@@ -6,7 +6,7 @@ from ..robot import Origin
 from .files import Document
 
 
-class ParameterValue(Document, kw_only=True, frozen=True):
+class ParameterValue(Document):
     """One number of a joint's origin, in metres or radians."""
 
     name: str
@@ -21,7 +21,7 @@ class ParameterValue(Document, kw_only=True, frozen=True):
     standard_deviation: float | None = None
 
 
-class Coefficient(Document, kw_only=True, frozen=True):
+class Coefficient(Document):
     """One coefficient beyond the geometry: a joint's elasticity or transmission error."""
 
     name: str
@@ -30,7 +30,7 @@ class Coefficient(Document, kw_only=True, frozen=True):
     standard_deviation: float
 
 
-class LaterZero(Document, kw_only=True, frozen=True):
+class LaterZero(Document):
     """Zero of a joint that was found since the calibration was made (``mukca rezero``)."""
 
     joint: str
@@ -39,7 +39,7 @@ class LaterZero(Document, kw_only=True, frozen=True):
     standard_deviation: float
 
 
-class ToolFrame(Document, kw_only=True, frozen=True):
+class ToolFrame(Document):
     """A tool or camera found since the calibration was made (``mukca tool``, ``handeye``)."""
 
     name: str
@@ -59,7 +59,7 @@ class ToolFrame(Document, kw_only=True, frozen=True):
         return Origin(self.xyz, self.rpy)
 
 
-class JointCurve(Document, kw_only=True, frozen=True):
+class JointCurve(Document):
     """Error curve of one joint: true position less what its encoder reads."""
 
     joint: str
@@ -71,7 +71,7 @@ class JointCurve(Document, kw_only=True, frozen=True):
     """Ranges of angles within a length of a sample, from 0 to a turn [rad]."""
 
 
-class ErrorCurves(Document, kw_only=True, frozen=True):
+class ErrorCurves(Document):
     """Error curves of all joints that turn: a Gaussian process (Matern 5/2, periodic in a turn)."""
 
     amplitude: float
@@ -81,7 +81,7 @@ class ErrorCurves(Document, kw_only=True, frozen=True):
     joints: tuple[JointCurve, ...]
 
 
-class PriorWidth(Document, kw_only=True, frozen=True):
+class PriorWidth(Document):
     """A group of parameters that share a prior, and how wide the data made that prior."""
 
     name: str
@@ -94,7 +94,7 @@ class PriorWidth(Document, kw_only=True, frozen=True):
     active: bool
 
 
-class NoiseScale(Document, kw_only=True, frozen=True):
+class NoiseScale(Document):
     """Noise of the recordings, as the fit estimates it."""
 
     space: float
@@ -111,7 +111,7 @@ class NoiseScale(Document, kw_only=True, frozen=True):
     """Of orientations that an instrument measured, about each axis [rad]."""
 
 
-class StoredPosterior(Document, kw_only=True, frozen=True):
+class StoredPosterior(Document):
     """Beginning of a later calibration: with values and samples, it gives all covariances."""
 
     version: int = 1
@@ -124,7 +124,7 @@ class StoredPosterior(Document, kw_only=True, frozen=True):
     """Of the sockets in the base [m]."""
 
 
-class Scale(Document, kw_only=True, frozen=True):
+class Scale(Document):
     """By how much the arm's lengths came out larger than nominal."""
 
     value: float
@@ -133,7 +133,7 @@ class Scale(Document, kw_only=True, frozen=True):
     """Its standard deviation; None where it could not be computed, and in older files."""
 
 
-class DistanceDeviation(Document, kw_only=True, frozen=True):
+class DistanceDeviation(Document):
     """Predicted error, one standard deviation, of distances between random poses [m]."""
 
     median: float
@@ -163,7 +163,7 @@ class Correlation:
     value: float
 
 
-class Uncertainty(Document, kw_only=True, frozen=True):
+class Uncertainty(Document):
     """Uncertainty of the calibration."""
 
     weak_directions: tuple[Direction, ...]

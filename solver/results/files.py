@@ -10,19 +10,35 @@ import os
 import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
 from ..._version import __version__
 from ...errors import MukcaError, read_json
 
+if TYPE_CHECKING:
+    from typing_extensions import dataclass_transform
+else:  # Python 3.10 has none
+
+    def dataclass_transform(**_):
+        """Do nothing: the decorator is for type checkers."""
+        return lambda cls: cls
+
 
 class DocumentError(MukcaError):
     """A file that a command is to read is missing, damaged, or of another kind."""
 
 
-class Document(msgspec.Struct, frozen=True, omit_defaults=True):
+@dataclass_transform(kw_only_default=True, frozen_default=True)
+class _Kind(msgspec.StructMeta):
+    """Makes documents: each is frozen, and made by keywords unless its class says otherwise."""
+
+    def __new__(cls, *parts: Any, kw_only: bool = True, **settings: Any) -> "_Kind":
+        return super().__new__(cls, *parts, kw_only=kw_only, frozen=True, **settings)
+
+
+class Document(msgspec.Struct, metaclass=_Kind, omit_defaults=True):
     """Base of all values that stand in a file."""
 
     @classmethod

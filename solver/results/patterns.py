@@ -5,7 +5,7 @@ import math
 from .files import Document
 
 
-class ErrorPattern(Document, kw_only=True, frozen=True):
+class ErrorPattern(Document):
     """Errors that a fit leaves over one quantity, with their running mean and its band."""
 
     over: str
@@ -29,7 +29,7 @@ class ErrorPattern(Document, kw_only=True, frozen=True):
     """Logarithm of the odds of the pattern against noise, less that of the number tried."""
 
 
-class ErrorPatterns(Document, kw_only=True, frozen=True):
+class ErrorPatterns(Document):
     """Where the rest of the error sits."""
 
     patterns: tuple[ErrorPattern, ...]

@@ -16,7 +16,7 @@ Role = Literal["train", "test"]
 """Role of a placement: fitted, or held out to test the fit."""
 
 
-class PlacementErrors(Document, kw_only=True, frozen=True):
+class PlacementErrors(Document):
     """Errors of a placement, by each model."""
 
     name: str
@@ -61,7 +61,7 @@ class PlacementErrors(Document, kw_only=True, frozen=True):
         return self.ball_refitted or self.nominal
 
 
-class Summary(Document, kw_only=True, frozen=True):
+class Summary(Document):
     """The means over the placements of one role."""
 
     nominal: Metrics
@@ -92,21 +92,21 @@ class Summary(Document, kw_only=True, frozen=True):
         return removed_share(self.before, self.calibrated)
 
 
-class Summaries(Document, kw_only=True, frozen=True):
+class Summaries(Document):
     """A summary for each role; None where no placement has it."""
 
     train: Summary | None
     test: Summary | None
 
 
-class CostTerms(Document, kw_only=True, frozen=True):
+class CostTerms(Document):
     """The first two terms of Eq. (5), mean over the placements of a role [m^2]."""
 
     inconsistency: float
     distortion: float
 
 
-class Iteration(Document, kw_only=True, frozen=True):
+class Iteration(Document):
     """Cost after one step of the fit."""
 
     iteration: int
@@ -118,7 +118,7 @@ _KEPT = ("socket", "position", "effort", "point", "orientation", "where", "numbe
 """All that a document keeps of a :class:`.Sample`."""
 
 
-class RecordedSample(Document, kw_only=True, frozen=True):
+class RecordedSample(Document):
     """One sample; its joint positions in the chain's order [rad, m for prismatic joints]."""
 
     socket: int
@@ -145,7 +145,7 @@ class RecordedSample(Document, kw_only=True, frozen=True):
     """Movement of its place until then, as the fit found it [m]; None where it stood still."""
 
 
-class PlacementSamples(Document, kw_only=True, frozen=True):
+class PlacementSamples(Document):
     """The samples of one placement."""
 
     name: str
@@ -253,7 +253,7 @@ class Hypothesis:
     """True where it explains the samples as well as the first, by more unknowns or fewer."""
 
 
-class NextPlacement(Document, kw_only=True, frozen=True):
+class NextPlacement(Document):
     """Place to record next, in words."""
 
     text: str

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from .files import Document
 
 
-class Interval(Document, kw_only=True, frozen=True):
+class Interval(Document):
     """An error of distances [m], with its 68 % interval."""
 
     value: float
@@ -13,7 +13,7 @@ class Interval(Document, kw_only=True, frozen=True):
     high: float
 
 
-class ErrorParts(Document, kw_only=True, frozen=True):
+class ErrorParts(Document):
     """Held-out error in three parts that add in squares: root mean squares over samples [m]."""
 
     error: float
@@ -48,7 +48,7 @@ class ErrorParts(Document, kw_only=True, frozen=True):
         return f"{self.brief[:-1]} (95 %: {low} to {high}); the parts add in squares."
 
 
-class Improvement(Document, kw_only=True, frozen=True):
+class Improvement(Document):
     """Errors of distances before a calibration and after it: medians over pairs of poses."""
 
     before: Interval
@@ -63,7 +63,7 @@ class Improvement(Document, kw_only=True, frozen=True):
     """The same with joint positions corrected first."""
 
 
-class Better(Document, kw_only=True, frozen=True):
+class Better(Document):
     """Improvement by a calibration."""
 
     workspace: Improvement
@@ -88,7 +88,7 @@ class Better(Document, kw_only=True, frozen=True):
         return min((p for p in those if p is not None), default=None)
 
 
-class Apart(Document, kw_only=True, frozen=True):
+class Apart(Document):
     """Mean distance of the balls of two calibrations, and what chance would make of it [m]."""
 
     value: float
@@ -108,7 +108,7 @@ class Apart(Document, kw_only=True, frozen=True):
         return self.value > self.largest
 
 
-class Forecast(Document, kw_only=True, frozen=True):
+class Forecast(Document):
     """Gain of another placement, if it were trained on too."""
 
     placement: str | None
@@ -139,7 +139,7 @@ class JointEffect:
     """Over random poses of the workspace."""
 
 
-class Outlook(Document, kw_only=True, frozen=True):
+class Outlook(Document):
     """Predicted worth of a calibration."""
 
     joints: tuple[JointEffect, ...]

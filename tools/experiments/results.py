@@ -7,7 +7,7 @@ import numpy as np
 from ...solver.results import Document
 
 
-class Statistics(Document, kw_only=True, frozen=True):
+class Statistics(Document):
     """Mean and range of some trials' values."""
 
     mean: float
@@ -20,7 +20,7 @@ class Statistics(Document, kw_only=True, frozen=True):
         return cls(mean=float(np.mean(values)), min=min(values), max=max(values))
 
 
-class Motion(Document, kw_only=True, frozen=True):
+class Motion(Document):
     """One trial."""
 
     elbow: float
@@ -30,7 +30,7 @@ class Motion(Document, kw_only=True, frozen=True):
     peak_force: float
 
 
-class Insertion(Motion, kw_only=True, frozen=True):
+class Insertion(Motion):
     """One peg put into a hole, or beside it."""
 
     hole: tuple[float, ...]
@@ -42,7 +42,7 @@ class Insertion(Motion, kw_only=True, frozen=True):
     """Offset of the peg above the hole, just before it went down [m]."""
 
 
-class Retracing(Motion, kw_only=True, frozen=True):
+class Retracing(Motion):
     """One line drawn."""
 
     tracking_error: float
@@ -53,7 +53,7 @@ class Retracing(Motion, kw_only=True, frozen=True):
     """The pen's true path over the paper [m]."""
 
 
-class Trials(Document, kw_only=True, frozen=True):
+class Trials(Document):
     """All trials with one model at one place."""
 
     tracking_error: float
@@ -74,7 +74,7 @@ class Trials(Document, kw_only=True, frozen=True):
         )
 
 
-class Insertions(Trials, kw_only=True, frozen=True):
+class Insertions(Trials):
     """Pegs put into holes."""
 
     inserted: int
@@ -82,7 +82,7 @@ class Insertions(Trials, kw_only=True, frozen=True):
     each: tuple[Insertion, ...]
 
 
-class Drawing(Trials, kw_only=True, frozen=True):
+class Drawing(Trials):
     """Lines drawn one over the other."""
 
     retracings: int
@@ -92,7 +92,7 @@ class Drawing(Trials, kw_only=True, frozen=True):
     each: tuple[Retracing, ...]
 
 
-class ModelTrials(Document, kw_only=True, frozen=True):
+class ModelTrials(Document):
     """All trials of one model."""
 
     model: str
@@ -103,7 +103,7 @@ class ModelTrials(Document, kw_only=True, frozen=True):
     drawing: Drawing | None = None
 
 
-class SimulationDocument(ModelTrials, kw_only=True, frozen=True):
+class SimulationDocument(ModelTrials):
     """The whole experiment."""
 
     experiment: str

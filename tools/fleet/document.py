@@ -13,7 +13,7 @@ from ..report.figures import Step
 FORMAT = "mukca-fleet-1"
 
 
-class FleetDrift(Document, kw_only=True, frozen=True):
+class FleetDrift(Document):
     """Errors of the session before's calibration on the recordings of this one."""
 
     since: str
@@ -26,7 +26,7 @@ class FleetDrift(Document, kw_only=True, frozen=True):
     """The text without the advice that follows it."""
 
 
-class FleetSession(Document, kw_only=True, frozen=True):
+class FleetSession(Document):
     """One arm's recordings of one date, and the calibration by them."""
 
     name: str
@@ -55,7 +55,7 @@ class FleetSession(Document, kw_only=True, frozen=True):
     outputs: dict[str, str]
 
 
-class FleetArm(Document, kw_only=True, frozen=True):
+class FleetArm(Document):
     """One arm."""
 
     name: str
@@ -77,7 +77,7 @@ class FleetArm(Document, kw_only=True, frozen=True):
         return 1 if drifted else 3 if last.status == "incomplete" else 0
 
 
-class FleetParameter(Document, kw_only=True, frozen=True):
+class FleetParameter(Document):
     """One number over all arms of one model, by their last calibrations."""
 
     robot: str
@@ -94,7 +94,7 @@ class FleetParameter(Document, kw_only=True, frozen=True):
     """Its change from nominal."""
 
 
-class FleetCurves(Document, kw_only=True, frozen=True):
+class FleetCurves(Document):
     """Error curves of two arms of one type, joint by joint: are they alike?"""
 
     robot: str
@@ -103,7 +103,7 @@ class FleetCurves(Document, kw_only=True, frozen=True):
     joints: tuple[CurveAgreement, ...]
 
 
-class FleetDocument(Document, kw_only=True, frozen=True):
+class FleetDocument(Document):
     """All of ``fleet.json``."""
 
     format: str

@@ -25,7 +25,7 @@ class ComparisonError(MukcaError):
     """Calibrations that cannot be compared."""
 
 
-class ErrorsOverall(Quantiles, kw_only=True, frozen=True):
+class ErrorsOverall(Quantiles):
     """A model's errors over all placements that none of the models was trained on."""
 
     mean_absolute_error: float
@@ -33,7 +33,7 @@ class ErrorsOverall(Quantiles, kw_only=True, frozen=True):
     """Mean of the absolute values; None where no placement has two sockets."""
 
 
-class ComparedModel(Document, kw_only=True, frozen=True):
+class ComparedModel(Document):
     """One of the models: the nominal one, or a calibration."""
 
     name: str
@@ -49,7 +49,7 @@ class ErrorsAtPlacement(Metrics):
     trained_on: bool
 
 
-class ComparedPlacement(Document, kw_only=True, frozen=True):
+class ComparedPlacement(Document):
     """One placement, and the errors of all models there."""
 
     name: str
@@ -58,7 +58,7 @@ class ComparedPlacement(Document, kw_only=True, frozen=True):
     models: tuple[ErrorsAtPlacement, ...]
 
 
-class Difference(Document, kw_only=True, frozen=True):
+class Difference(Document):
     """By how much the error of one model exceeds that of another."""
 
     mean: float
@@ -67,7 +67,7 @@ class Difference(Document, kw_only=True, frozen=True):
     beyond_noise: bool
 
 
-class ComparedPair(Document, kw_only=True, frozen=True):
+class ComparedPair(Document):
     """Model b less model a."""
 
     a: int
@@ -87,7 +87,7 @@ class ComparedPair(Document, kw_only=True, frozen=True):
     """Of the joints' error curves, where both have them."""
 
 
-class ComparisonDocument(Document, kw_only=True, frozen=True):
+class ComparisonDocument(Document):
     """All of ``compare.json``."""
 
     format: str

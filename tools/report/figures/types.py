@@ -14,7 +14,7 @@ Answer = Literal["yes", "mostly", "no", "trained on"]
 """``mostly``: 19 of 20 samples; ``trained on``: its errors prove nothing."""
 
 
-class Step(Document, frozen=True):
+class Step(Document, kw_only=False):
     """One thing to do next."""
 
     text: str
@@ -26,7 +26,7 @@ class Step(Document, frozen=True):
     after: float | None = None
 
 
-class UseAtPlacement(Document, kw_only=True, frozen=True):
+class UseAtPlacement(Document):
     """May the arm be used for the task at this placement?"""
 
     name: str
@@ -39,7 +39,7 @@ class UseAtPlacement(Document, kw_only=True, frozen=True):
     """Least error that a task may allow for a yes [m]; None where it was trained on."""
 
 
-class UseAnswer(Document, kw_only=True, frozen=True):
+class UseAnswer(Document):
     """The answer to "May I use this arm for my task?"."""
 
     rows: tuple[UseAtPlacement, ...]
@@ -54,7 +54,7 @@ class UseAnswer(Document, kw_only=True, frozen=True):
     """Quantities that a ball in a socket cannot tell."""
 
 
-class NextAnswer(Document, kw_only=True, frozen=True):
+class NextAnswer(Document):
     """The answer to "Which placement next?"."""
 
     text: str
@@ -66,7 +66,7 @@ class NextAnswer(Document, kw_only=True, frozen=True):
     """Those that hardly moved."""
 
 
-class WorstSample(Document, kw_only=True, frozen=True):
+class WorstSample(Document):
     """A sample far from its socket."""
 
     where: str
@@ -83,7 +83,7 @@ class WorstSample(Document, kw_only=True, frozen=True):
     """That distance over the mean of its placement."""
 
 
-class LoneFit(Document, kw_only=True, frozen=True):
+class LoneFit(Document):
     """Error of a placement when fitted alone, the figure of ``mukca check``."""
 
     name: str
@@ -91,7 +91,7 @@ class LoneFit(Document, kw_only=True, frozen=True):
     """Mean distance of its samples from their socket, each by its weight [m]."""
 
 
-class DataAnswer(Document, kw_only=True, frozen=True):
+class DataAnswer(Document):
     """The answer to "Is my data all right?"."""
 
     text: str
@@ -99,7 +99,7 @@ class DataAnswer(Document, kw_only=True, frozen=True):
     floors: tuple[LoneFit, ...]
 
 
-class Answers(Document, kw_only=True, frozen=True):
+class Answers(Document):
     """The answers to the three questions that a user has."""
 
     use: UseAnswer
@@ -107,14 +107,14 @@ class Answers(Document, kw_only=True, frozen=True):
     data: DataAnswer
 
 
-class Displacement(Document, kw_only=True, frozen=True):
+class Displacement(Document):
     """Distance between the balls of two models [m]."""
 
     mean: float
     max: float
 
 
-class LinkMesh(Document, kw_only=True, frozen=True):
+class LinkMesh(Document):
     """The shape of one link."""
 
     frame: int
@@ -125,7 +125,7 @@ class LinkMesh(Document, kw_only=True, frozen=True):
     """Triangles by vertex, shape (F, 3)."""
 
 
-class ArmDrawing(Document, kw_only=True, frozen=True):
+class ArmDrawing(Document):
     """The arm in its recorded configurations, by both models."""
 
     joints: tuple[str, ...]
@@ -149,7 +149,7 @@ class ArmDrawing(Document, kw_only=True, frozen=True):
     position; None where there are no meshes."""
 
 
-class CrossPlacement(Document, kw_only=True, frozen=True):
+class CrossPlacement(Document):
     """Errors everywhere after training on one placement alone, the paper's Fig. 6."""
 
     method: str
@@ -158,7 +158,7 @@ class CrossPlacement(Document, kw_only=True, frozen=True):
     """[i][j]: MAE on placement j after training on i [m]; None where i cannot be fitted alone."""
 
 
-class PlotCaption(Document, kw_only=True, frozen=True):
+class PlotCaption(Document):
     """A plot of a page, in short sentences."""
 
     id: str
@@ -167,13 +167,13 @@ class PlotCaption(Document, kw_only=True, frozen=True):
     section: str = ""
 
 
-class ReportProvenance(Provenance, kw_only=True, frozen=True):
+class ReportProvenance(Provenance):
     """Origin of the calibration: its data, programs and options."""
 
     settings: dict[str, Any]
 
 
-class ReportDocument(FitResult, kw_only=True, frozen=True):
+class ReportDocument(FitResult):
     """All of ``report.json``."""
 
     format: str
