@@ -145,12 +145,11 @@ def handeye(
         task = camera_task(prior, as_list(data), camera)
         system, wrong_size = with_right_size(fit(task))
     state = system.state
-    tool, place = (Pose(T[:3, :3], T[:3, 3]) for T in (state.tool, state.places[0]))
     if camera == "on-arm":
-        pose, target = tool, place
+        pose, target = system.tool, system.place
         mount, parent = prior.ball, prior.robot.ball_joint.parent
     else:
-        pose, target = place, tool
+        pose, target = system.place, system.tool
         mount, parent = task.places[0, :3], prior.robot.base
     zeros = changed_zeros(system, mount)
     doubts = wrong_size or _inconsistent(system) or zeros.rival(system)
@@ -166,7 +165,7 @@ def handeye(
         held_out=_held_out(system),
         residuals=system.residuals,
         outliers=_outliers(system),
-        size=float(np.exp(state.size)),
+        size=float(np.exp(system.size)),
     )
 
 
@@ -201,9 +200,9 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
         if reading:
             raise UsageError(f"{where}: {reading}")
         in_order = any(p.order_note(prior.robot.joint_names) for p in placements)
-        order = fitting_order(prior, q, SIDES[camera](B)) if in_order else None
+        order = fitting_order(prior, q, SIDES[camera](B)) if in_order else ""
         if order:
-            raise UsageError(f"{where}: {order.words}")
+            raise UsageError(f"{where}: {order}")
     if misfit:
         raise UsageError(f"{where}: {misfit}")
     wheres = tuple(sample.where for sample in samples)

@@ -124,7 +124,7 @@ def changes_since(
     if not ball_moved:
         return changes, None
     system = fit(task.with_exact_arm)
-    shift = (system.state.x - prior.mean)[prior.ball]
+    shift = system.shift[prior.ball]
     if shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift) > FAR_MOVED**2:
         changes = replace(changes, ball=float(np.linalg.norm(shift)))
     distances = np.linalg.norm(system.residuals, axis=1)
@@ -138,8 +138,8 @@ def _nearest_cause(
     system = fit_with_zeros(task, [joint])
     if next_step(system) > DIVERGED:
         return None
-    zeros, moved = task.prior.zeros, system.state.x - task.prior.mean
-    offset = float(moved[zeros[joint]])
+    zeros = task.prior.zeros
+    offset = float(system.shift[zeros[joint]])
     offsets = offset * (np.arange(len(zeros)) == joint)
     shifted = [m.shifted(offsets) for m in data]
     metrics = mean_metrics([evaluate(calibration.calibrated.predict(m), m) for m in shifted])

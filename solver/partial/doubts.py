@@ -34,7 +34,7 @@ def with_right_size(system: System) -> tuple[System, tuple[str, ...]]:
     gain = resized.log_evidence() - system.log_evidence()
     if gain + odds < 0 or resized.state.noise.place > SCATTER:
         return system, ()
-    percent = 100 * math.expm1(resized.state.size)
+    percent = 100 * math.expm1(resized.size)
     deviation = float(resized.posterior_covariance(task.scale)[0, 0]) ** 0.5
     smaller = "smaller" if percent < 0 else "larger"
     return resized, (

@@ -52,49 +52,50 @@ def next_step(system: System) -> float:
 
 def _start(task: Task) -> State:
     """Return the state before the first step."""
-    rows, x = task.rows, task.prior.mean
-    tool = place = np.eye(4)
-    if task.start is not None:
-        tool, place = task.start.tool.matrix, task.start.frame.matrix
+    rows, prior, start = task.rows, task.prior, task.start
+    x = np.zeros(task.size)
+    x[: len(prior.mean)] = prior.mean
+    new = [k for k in range(len(rows.names)) if k not in task.known]
+    tool = place = np.eye(3)
+    if start is None:
+        poses = prior.flanges(x, rows.q, rows.moments)
+        tips = poses.p + poses.R @ prior.tip(x)
+        for k in new:
+            x[task.places[k, :3]] = np.median(tips[rows.places == k], axis=0)
+    else:
+        tool, place = start.tool.rotation, start.frame.rotation
+        x[task.places[new, :3]] = start.frame.translation
     places = np.tile(place, (len(rows.names), 1, 1))
-    state = _placed(task, State(x, tool, places, task.noise, np.ones(len(rows.q))))
-    if task.start is None:
-        poses = task.prior.flanges(x, rows.q, rows.moments)
-        tips = poses.p + poses.R @ state.tool[:3, 3]
-        for k in {*range(len(places))} - {*task.known}:
-            state.places[k, :3, 3] = np.median(tips[rows.places == k], axis=0)
-    return state
+    return State(x, tool, places, task.noise, np.ones(len(rows.q)))
 
 
 def _moved(system: System) -> State:
     """Return the state at the most probable unknowns."""
-    task, state, y = system.task, system.state, system.change
-    tool, places = state.tool.copy(), state.places.copy()
-    places[:, :3, 3] += y[task.places[:, :3]]
-    if task.rows.turns:
-        tool[:3, :3] = turn(y[task.tool_turn]) @ tool[:3, :3]
-        places[:, :3, :3] = turn(y[task.places[:, 3:]]) @ places[:, :3, :3]
-    x = task.prior.mean + y[: len(state.x)]
-    size = float(y[task.scale].sum())
-    return _placed(task, replace(state, x=x, tool=tool, places=places, size=size))
-
-
-def _placed(task: Task, state: State) -> State:
-    """Return the state, U's place and the known places put where the arm's unknowns have them."""
-    prior, x = task.prior, state.x
-    tool, places = state.tool.copy(), state.places.copy()
-    tool[:3, 3] = x[prior.ball] + prior.model.ball.nominal[prior.ball]
-    places[task.known, :3, 3] = x[task.places[task.known, :3]]
-    return replace(state, tool=tool, places=places)
+    task, state = system.task, system.state
+    x = task.mean(state.x) + system.change
+    if not task.rows.turns:
+        return replace(state, x=x)
+    turns = task.places[:, 3:]
+    tool = turn(x[task.tool_turn]) @ state.tool
+    places = turn(x[turns]) @ state.places
+    x[task.tool_turn] = x[turns] = 0.0
+    return replace(state, x=x, tool=tool, places=places)
 
 
 def _step(system: System, state: State) -> float:
     """Return by how much samples and places moved in a step [m], [rad]."""
-    before = system.state
-    chain = system.slopes[:, : len(before.x)] @ (state.x - before.x)
-    size = state.size - before.size
-    parts = (chain, state.places - before.places, state.tool - before.tool, size)
-    return max(float(np.abs(part).max()) for part in parts)
+    task, before = system.task, system.state
+    moved = state.x - before.x
+    n = len(task.prior.mean)
+    places = np.concatenate([task.prior.ball, task.places[:, :3].ravel()])
+    parts = [
+        system.slopes[:, :n] @ moved[:n],
+        moved[places],
+        moved[task.scale],
+        np.ravel(state.tool - before.tool),
+        np.ravel(state.places - before.places),
+    ]
+    return float(np.abs(np.concatenate(parts)).max())
 
 
 def _noise(system: System) -> NoiseBelief:

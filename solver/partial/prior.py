@@ -79,6 +79,10 @@ class ArmPrior:
         """Index of the unknown of each joint's zero, shape (m,)."""
         return np.arange(self.model.size)[self.model.slices[0]]
 
+    def tip(self, x: np.ndarray) -> np.ndarray:
+        """Return the ball's, or a tool's, place on the flange by the unknowns x, shape (3,) [m]."""
+        return x[self.ball] + self.model.ball.nominal[self.ball]
+
     def flanges(self, x: np.ndarray, q: np.ndarray, moments: np.ndarray) -> Flanges:
         """Return the flange's poses by the unknowns x: those of a ball in its origin."""
         model = self.model

@@ -17,6 +17,7 @@ measured places, too.
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from itertools import permutations
 from typing import NamedTuple
 
@@ -132,25 +133,8 @@ def fitting_reading(
     )
 
 
-class Order(NamedTuple):
-    """An order of columns that fits, where that in which they stand does not."""
-
-    names: tuple[str, ...]
-    """Joint names, column by column."""
-    distance: float
-    """Typical distance that it leaves [m]."""
-
-    @property
-    def words(self) -> str:
-        """What it is, and what to do."""
-        return (
-            f"the poses fit if the columns are {','.join(self.names)} ({1e3 * self.distance:.1f} "
-            "mm are left): write these names above them"
-        )
-
-
-def fitting_order(prior: ArmPrior, q: np.ndarray, M: np.ndarray) -> Order | None:
-    """Return the one order of columns that fits measured poses; None where none does.
+def fitting_order(prior: ArmPrior, q: np.ndarray, M: np.ndarray) -> str:
+    """Return in words the one order of columns that fits measured poses; empty where none does.
 
     Args:
         prior: The arm.
@@ -160,27 +144,27 @@ def fitting_order(prior: ArmPrior, q: np.ndarray, M: np.ndarray) -> Order | None
     joints = prior.robot.joint_names
     N, m = q.shape
     if m > MOST_JOINTS:
-        return None
-    orders = np.array(list(permutations(range(m))))
+        return ""
+    orders = np.array(list(permutations(range(m))))  # that in which they stand first
     rows = q[:, orders].swapaxes(0, 1).reshape(-1, m)
     poses = prior.flanges(prior.mean, rows, np.zeros((len(rows), 3 * m)))
     R, p = poses.R.reshape(-1, N, 3, 3), poses.p.reshape(-1, N, 3)
     differences = np.median(np.abs(_angles(R) - _angles(M[None, :, :3, :3])), axis=1)
     ranks = np.argsort(differences)[:CANDIDATES]
-    distances: dict[int, float] = {}
+    distances: list[tuple[float, int]] = []
     for k in ranks[differences[ranks] < ANGLES_FIT].tolist():
-        try:
+        with suppress(MukcaError):
             start = hand_eye(R[k], p[k], M[:, :3, :3], M[:, :3, 3])
-        except MukcaError:
-            continue
-        distances[k] = start.distance
-    best, *others = sorted(distances, key=distances.__getitem__) or [0]
-    if not best or distances[best] > NEAR:
-        return None
-    if others and distances[best] > FAR_BETTER * distances[others[0]]:
-        return None
+            distances.append((start.distance, k))
+    (distance, best), (next_distance, _), *_ = [*sorted(distances), (np.inf, 0), (np.inf, 0)]
+    if best == 0 or distance > NEAR or distance > FAR_BETTER * next_distance:
+        return ""
     column_of: list[int] = np.argsort(orders[best]).tolist()
-    return Order(tuple(joints[j] for j in column_of), distances[best])
+    columns = ",".join(joints[j] for j in column_of)
+    return (
+        f"the poses fit if the columns are {columns} ({1e3 * distance:.1f} mm are left): write "
+        "these names above them"
+    )
 
 
 def _angles(R: np.ndarray) -> np.ndarray:

@@ -50,7 +50,7 @@ def prior_by_all_samples(calibration: Calibration) -> ArmPrior:
     unknowns = slice(len(prior.mean))
     return replace(
         prior,
-        mean=system.state.x,
+        mean=prior.mean + system.shift,
         covariance=system.posterior_covariance(unknowns),
         noise=replace(prior.noise, space=system.state.noise.place),
     )

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ..bayes.model import Gaussian
-from ..data import CALIPER_DEVIATION
+from ..data import CALIPER_DEVIATION, Pose
 from ..robot import rotation_vectors
 from .task import NoiseBelief, State, Task
 
@@ -33,6 +33,27 @@ class System:
     """G, shape (R, size)."""
     by_joints: np.ndarray
     """J, shape (N, axes, m)."""
+
+    @property
+    def shift(self) -> np.ndarray:
+        """Change of the arm's unknowns from their prior mean, shape (n,)."""
+        mean = self.task.prior.mean
+        return self.state.x[: len(mean)] - mean
+
+    @property
+    def tool(self) -> Pose:
+        """U, on the flange."""
+        return Pose(self.state.tool, self.task.prior.tip(self.state.x))
+
+    @property
+    def place(self) -> Pose:
+        """V of the first place, in the base."""
+        return Pose(self.state.places[0], self.state.x[self.task.places[0, :3]])
+
+    @property
+    def size(self) -> float:
+        """Logarithm of the factor by which measured places are too small."""
+        return float(self.state.x[self.task.scale].sum())
 
     @cached_property
     def spread(self) -> np.ndarray:
@@ -111,21 +132,20 @@ class System:
 
 def linear(task: Task, state: State) -> System:
     """Return a task, linear about a state."""
-    prior, rows = task.prior, task.rows
-    R, p, by_unknowns, by_joints = prior.flanges(state.x, rows.q, rows.moments)
-    left, right = rows.resized(state.size)
-    U, V = state.tool, state.places[rows.places]
-    measured = U @ left
-    seen = V @ right
-    arm = np.einsum("nij,nj->ni", R, measured[:, :3, 3] - U[:3, 3])
-    lever = arm + R @ U[:3, 3]
-    reach = seen[:, :3, 3] - V[:, :3, 3]
-    place_errors = p + lever - seen[:, :3, 3]
-    turn_errors = rotation_vectors(R @ measured[:, :3, :3] @ seen[:, :3, :3].transpose(0, 2, 1))
-    errors = np.hstack([place_errors, turn_errors])[:, : rows.axes]
+    prior, rows, x = task.prior, task.rows, state.x
+    R, p, by_unknowns, by_joints = prior.flanges(x, rows.q, rows.moments)
+    left, right = rows.resized(float(x[task.scale].sum()))
+    turns = state.places[rows.places]
+    centres = x[task.places[rows.places, :3]]
+    arm = np.einsum("nij,nj->ni", R @ state.tool, left[:, :3, 3])
+    lever = arm + R @ prior.tip(x)
+    reach = np.einsum("nij,nj->ni", turns, right[:, :3, 3])
+    measured = R @ state.tool @ left[:, :3, :3]
+    seen = turns @ right[:, :3, :3]
+    turn_errors = rotation_vectors(measured @ seen.transpose(0, 2, 1))
+    errors = np.hstack([p + lever - centres - reach, turn_errors])[:, : rows.axes]
 
     N = len(R)
-    each = np.arange(N)
     G = np.zeros((N, 6, task.size))
     G[:, :, : prior.model.size] = _at_end(by_unknowns, lever)
     G[:, :3, prior.ball] = R
@@ -133,13 +153,10 @@ def linear(task: Task, state: State) -> System:
         G[:, :, task.tool_turn] = _at_end(np.hstack([0 * R, R]), arm)
         G[:, :3, task.scale.start] = arm - reach
     by_place = _at_end(np.tile(-np.eye(6), (N, 1, 1)), reach)[:, :, : rows.axes]
-    G[each[:, None], :, task.places[rows.places]] = by_place.transpose(0, 2, 1)
-    lengths, by_lengths = _distances(task, state)
+    G[np.arange(N)[:, None], :, task.places[rows.places]] = by_place.transpose(0, 2, 1)
+    lengths, by_lengths = _distances(task, x)
     slopes = np.vstack([G[:, : rows.axes].reshape(-1, task.size), by_lengths])
-    errors = np.concatenate([errors.ravel(), lengths])
-    # turns, and places nothing is known of, are about where they are
-    errors -= slopes[:, : len(prior.mean)] @ (state.x - prior.mean)
-    errors -= slopes[:, task.scale].sum(axis=1) * state.size
+    errors = np.concatenate([errors.ravel(), lengths]) - slopes @ (x - task.mean(x))
     return System(task, state, errors, slopes, _at_end(by_joints, lever)[:, : rows.axes])
 
 
@@ -157,14 +174,15 @@ def _at_end(slopes: np.ndarray, levers: np.ndarray) -> np.ndarray:
     return moved
 
 
-def _distances(task: Task, state: State) -> tuple[np.ndarray, np.ndarray]:
+def _distances(task: Task, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return errors of known distances, shape (D,) [m], and their derivatives, (D, size)."""
     slopes = np.zeros((len(task.distances), task.size))
     errors = np.zeros(len(task.distances))
-    for row, (a, b, length) in enumerate(task.distances):
-        offset = state.places[b, :3, 3] - state.places[a, :3, 3]
-        measure = float(np.linalg.norm(offset))
-        slopes[row, task.places[b, :3]] = offset / measure
-        slopes[row, task.places[a, :3]] = -offset / measure
-        errors[row] = measure - length
+    for row, (a, b, distance) in enumerate(task.distances):
+        first, second = task.places[[a, b], :3]
+        offset = x[second] - x[first]
+        length = float(np.linalg.norm(offset))
+        slopes[row, second] = offset / length
+        slopes[row, first] = -offset / length
+        errors[row] = length - distance
     return errors, slopes

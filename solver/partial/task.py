@@ -135,6 +135,13 @@ class Task:
         """Return the same with more that is free."""
         return replace(self, free={**self.free, **widths})
 
+    def mean(self, x: np.ndarray) -> np.ndarray:
+        """Return mu, of which turns, and places that nothing is known of, are where x has them."""
+        mean = x.copy()
+        mean[: len(self.prior.mean)] = self.prior.mean
+        mean[self.scale] = 0.0
+        return mean
+
     @cached_property
     def covariance(self) -> np.ndarray:
         """S, shape (size, size)."""
@@ -152,15 +159,14 @@ class Task:
 
 @dataclass(frozen=True)
 class State:
-    """Unknowns of a task: the arm's and known places' numbers, U, and the places."""
+    """Unknowns of a task, and what the samples weigh by them."""
 
     x: np.ndarray
+    """The unknowns, shape (size,); their turns are 0, since these are in the rotations."""
     tool: np.ndarray
-    """U, shape (4, 4)."""
+    """Rotation of U, shape (3, 3)."""
     places: np.ndarray
-    """V, shape (K, 4, 4)."""
+    """Rotations of V, shape (K, 3, 3)."""
     noise: NoiseBelief
     weights: np.ndarray
     """Robust weight of each sample, shape (N,)."""
-    size: float = 0.0
-    """Logarithm of the factor by which measured places are too small."""

@@ -98,7 +98,7 @@ def tool(
     prior = prior_of(calibration)
     touches = as_list(data)
     system, trained = fit(_touches(prior, touches, stood)), _trained_on(calibration, touches)
-    tip = system.state.tool[:3, 3]
+    tip = system.tool.translation
     scatter = system.state.noise.place
     zeros = changed_zeros(system, prior.ball)
     doubts = zeros.rival(system)
@@ -111,7 +111,7 @@ def tool(
         remedy = "turn the tool about two more axes at the point"
         doubts = not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
     others = [as_list(axis)] if axis else [[face_touches] for face_touches in face or ()]
-    R = _turned(tip, [fit(_touches(prior, group)).state.tool[:3, 3] for group in others])
+    R = _turned(tip, [fit(_touches(prior, group)).tool.translation for group in others])
     link = (name, prior.robot.ball_joint.parent)
     frame = found(calibration, system, link, Pose(R, tip), zeros, (*trained, *doubts))
     residuals = np.linalg.norm(system.residuals, axis=1)

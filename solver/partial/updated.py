@@ -115,9 +115,8 @@ def updated(
 ) -> Calibration:
     """Return a calibration with the estimates of a fit: the arm's parameters, zeros, a tool."""
     document, old = calibration.document, calibration.calibrated
-    prior, x = system.task.prior, system.state.x
-    model = prior.model
-    changes = dict(zip(model.names, x - prior.mean, strict=False))
+    model, x = system.task.prior.model, system.state.x
+    changes = dict(zip(model.names, system.shift, strict=False))
     change = np.array([0.0 if tool and p.of_ball else changes[p.name] for p in old.parameters])
     values, exported = old.values + change, old.geometry + change
     offsets = np.array([zero.offset for zero in zeros])

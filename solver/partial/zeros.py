@@ -110,7 +110,7 @@ def find_zeros(
     if len(changed):
         unknowns = zeros[changed]
         deviations[changed] = np.sqrt(np.diag(system.posterior_covariance(unknowns)))
-        shifts = system.state.x[unknowns] - task.prior.mean[unknowns]
+        shifts = system.shift[unknowns]
         offsets[changed] = np.where(deviations[changed] < UNIDENTIFIABLE, shifts, 0)
     columns = probability.tolist(), offsets.tolist(), deviations.tolist()
     return system, unchanged, tuple(map(JointZero, names, *columns))
