@@ -9,13 +9,12 @@ Another package adds an arm by an entry point of the group ``mukca.drivers``::
 
 import importlib
 import inspect
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
+from ..errors import read_json
 from .driver import Driver, DriverError, Reason
 
 ENTRY_POINT_GROUP = "mukca.drivers"
@@ -45,8 +44,8 @@ class DriverInfo:
         return tuple(module for module in self.needs if find_spec(module) is None)
 
 
-_OWN: list[dict[str, Any]] = json.loads((Path(__file__).parent / "arms.json").read_text("utf-8"))
-DRIVERS = {row["name"]: DriverInfo(**row) for row in _OWN}
+_OWN = read_json(Path(__file__).with_name("arms.json"))
+DRIVERS: dict[str, DriverInfo] = {row["name"]: DriverInfo(**row) for row in _OWN}
 
 
 def list_drivers() -> list[DriverInfo]:

@@ -13,7 +13,6 @@ gravity torque (not proven on a robot here). RobotState datagrams are little-end
 Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is given.
 """
 
-import json
 import math
 import struct
 from collections.abc import Callable, Sequence
@@ -21,6 +20,7 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any, cast
 
+from ...errors import read_json
 from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
 from ..transport import CONNECT_SECONDS, DatagramSocket, Endpoint, TcpStream, cut, parse_endpoint
 
@@ -38,7 +38,7 @@ JOINTS = 7
 PERIOD = 1e-3  # s
 LARGEST_ANGLE = 2 * math.pi  # no joint of these arms turns further
 
-_NAMES = json.loads((Path(__file__).parent / "franka.json").read_text("utf-8"))
+_NAMES = read_json(Path(__file__).with_name("franka.json"))
 MODES: list[str] = _NAMES["modes"]
 ERRORS: list[str] = _NAMES["errors"]
 """In the order of the flags, as libfranka names them; where there are 37, the last four lack."""

@@ -4,22 +4,21 @@ FCI is field by field as libfranka's header, proven against libfranka 0.9.2 (ver
 (version 10). An FRI session monitors, and is ready once a reply has come.
 """
 
-import json
 import struct
 from abc import abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from ...drivers import JointState
 from ...drivers.arms import framed, nested, numbers
 from ...drivers.transport import parse_endpoint
+from ...errors import read_json
 from .arm import COMMON_KINDS
 from .emulator import Emulator, Version
 from .ports import STRANGER, TcpServer, UdpPort
 
-FRANKA: dict[str, Any] = json.loads((Path(__file__).parent / "franka.json").read_text("utf-8"))
+FRANKA = read_json(Path(__file__).with_name("franka.json"))
 """The robot model, a pose, and the layout of a datagram's numbers, each since a server version."""
 GET_ROBOT_MODEL = {8: 12, 9: 12, 10: 11}
 GUIDING = 3

@@ -1,12 +1,12 @@
 """The formats that a calibration can be written in, and writing it in one of them."""
 
 import importlib
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from ...errors import read_json
 from ...solver.calibration import check_keywords
 from ...solver.results import refuse_existing, write_files
 from .request import Exported, ExportError, ExportOptions, Request, identify
@@ -27,8 +27,8 @@ class Format:
     """Names of the :class:`.request.ExportOptions` that it has."""
 
 
-_TABLE: dict[str, Any] = json.loads((Path(__file__).parent / "formats.json").read_text("utf-8"))
-FORMATS = {name: Format(**fields) for name, fields in _TABLE.items()}
+_TABLE = read_json(Path(__file__).with_name("formats.json"))
+FORMATS: dict[str, Format] = {name: Format(**fields) for name, fields in _TABLE.items()}
 """By the word that ``--to`` takes. A new format is a line of the file, and its module."""
 
 

@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...errors import LARGEST_DOCUMENT, read_bytes
+from ...errors import LARGEST_DOCUMENT, read_bytes, read_json
 from ...solver.robot import COMPONENTS, ModelError, Origin, add_comment, add_link, scan
 from .request import (
     Exported,
@@ -44,7 +44,7 @@ class Vendor:
 
 def write(request: Request) -> Exported:
     """Return the file of the maker that ``request.format`` names."""
-    tables = json.loads((Path(__file__).parent / "vendors.json").read_text("utf-8"))
+    tables = read_json(Path(__file__).with_name("vendors.json"))
     vendor = Vendor(**tables[request.format])
     keys = _keys(request, vendor)
     request.require_ending(".yaml", ".yml")

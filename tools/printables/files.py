@@ -38,15 +38,17 @@ def _threemf(part: Part, author: str) -> bytes:
         "LicenseTerms": "Apache-2.0",
         "Description": part.making,
     }
-    words = {"vertices": part.mesh.vertices.tolist(), "triangles": part.mesh.faces.tolist()}
+    vertices = part.mesh.vertices.tolist()
+    words = {"metadata": metadata, "vertices": vertices, "triangles": part.mesh.faces.tolist()}
+    files = {
+        "[Content_Types].xml": "content_types.xml",
+        "_rels/.rels": "_rels.rels",
+        "3D/3dmodel.model": "3dmodel.model.j2",
+    }
     stream = BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, template in (
-            ("[Content_Types].xml", "content_types.xml"),
-            ("_rels/.rels", "_rels.rels"),
-            ("3D/3dmodel.model", "3dmodel.model.j2"),
-        ):
-            text = templates().get_template(template).render(metadata=metadata, **words)
+        for path, template in files.items():
+            text = templates().get_template(template).render(words)
             archive.writestr(zipfile.ZipInfo(path), text, zipfile.ZIP_DEFLATED)
     return stream.getvalue()
 
@@ -64,17 +66,18 @@ def _drawing(part: Part) -> bytes:
     x_right = MARGIN + wide
     below = above - low[1]
     foot = below + MARGIN + STEP * len(part.spans)
+    levels = [(low[2], high[2]), *part.levels]
     dimensions = [  # x and y of both ends
-        *(
-            (x_right + STEP * i, front - a, x_right + STEP * i, front - b)
-            for i, (a, b) in enumerate(((low[2], high[2]), *part.levels), 1)
-        ),
+        (x_right + STEP * i, front - a, x_right + STEP * i, front - b)
+        for i, (a, b) in enumerate(levels, 1)
+    ]
+    dimensions += [
         (MARGIN, front + STEP, x_right, front + STEP),
         (MARGIN - STEP, below, MARGIN - STEP, above - high[1]),
-        *(
-            (middle + a, below + STEP * i, middle + b, below + STEP * i)
-            for i, (a, b) in enumerate(part.spans, 1)
-        ),
+    ]
+    dimensions += [
+        (middle + a, below + STEP * i, middle + b, below + STEP * i)
+        for i, (a, b) in enumerate(part.spans, 1)
     ]
     page = templates().get_template("drawing.svg.j2")
     return page.render(
@@ -93,5 +96,8 @@ def _drawing(part: Part) -> bytes:
 
 def _path(body: Any, x: float, y: float) -> str:
     """Return the outline of a body's shadow along z, its origin drawn at x, y."""
-    rings = (ring * (1, -1) + (x, y) for ring in body.project().to_polygons())
-    return "".join("M" + "L".join(f"{a:.2f} {b:.2f}" for a, b in ring) + "Z" for ring in rings)
+    path = ""
+    for ring in body.project().to_polygons():
+        corners = [f"{a:.2f} {b:.2f}" for a, b in ring * (1, -1) + (x, y)]
+        path += f"M{'L'.join(corners)}Z"
+    return path

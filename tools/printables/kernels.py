@@ -118,8 +118,8 @@ def _shape(solid: Solid) -> Shape:
         case "frustum", height, low, high:
             return _occ("BRepPrimAPI_MakeCone")(low, high, height).Shape()
         case "prism", height, *outlines:  # what runs anticlockwise, less what runs clockwise
-            bodies = [_extruded(o, height) for o in outlines if 1 * signed_area(o) > 0]
-            holes = [_extruded(o, height) for o in outlines if (-1) * signed_area(o) > 0]
+            bodies = [_extruded(o, height) for o in outlines if signed_area(o) > 0]
+            holes = [_extruded(o, height) for o in outlines if signed_area(o) < 0]
             return _boolean("Cut", [_boolean("Fuse", bodies), *holes])
         case "moved", *offset:
             move = _occ("gp_Trsf")()

@@ -103,8 +103,9 @@ def bolt_circle(
 
     def holes(radius: float, height: float, z: float) -> Solid:
         """Return the space of all holes or heads; the first is half a step off the x axis."""
-        angles = ((i + 0.5) * 2 * math.pi / count for i in range(count))
-        return union(*(_slot(angle, inner, outer, radius, height).at(z=z) for angle in angles))
+        angles = [(i + 0.5) * 2 * math.pi / count for i in range(count)]
+        slots = [_slot(angle, inner, outer, radius, height).at(z=z) for angle in angles]
+        return union(*slots)
 
     return Mount(
         body=cylinder(edge, PLATE) - holes(size.hole / 2, PLATE + 2, -1),
@@ -123,7 +124,7 @@ def _slot(angle: float, inner: float, outer: float, radius: float, height: float
     """Return a slot of rounded ends along a direction, between two distances from the z axis."""
     c = math.cos(angle)
     s = math.sin(angle)
-    ends = [cylinder(radius, height).at(r * c, r * s) for r in (inner, outer)]
+    ends = cylinder(radius, height).at_each([(inner * c, inner * s), (outer * c, outer * s)])
     if inner == outer:
         return ends[0]
     corners = ((inner, -radius), (outer, -radius), (outer, radius), (inner, radius))
@@ -181,8 +182,8 @@ def _strap_plate(**frame: Any) -> Mount:
     height = radius - 8
     upright = prism(PLATE + 2, rectangle(_middle(thick), _middle(long)))
     level = prism(PLATE + 2, rectangle(_middle(long), _middle(thick)))
-    slots = [upright.at(x, 0, -1) for x in (-height, height)]
-    slots += [level.at(0, y, -1) for y in (-height, height)]
+    slots = upright.at_each([(-height, 0), (height, 0)], z=-1)
+    slots += level.at_each([(0, -height), (0, height)], z=-1)
     return Mount(
         body=cylinder(radius, PLATE) - union(*slots),
         top=PLATE,

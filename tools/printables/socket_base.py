@@ -191,10 +191,11 @@ class SocketBase:
         """Return the part, standing on z = 0."""
         (x0, y0), (x1, y1) = self.plate
         plate = prism(PLATE, rectangle((x0, x1), (y0, y1), 5.0))
-        posts = [self._post().at(x, y) for x, y in self.centres]
-        seats = [self._seat().at(x, y) for x, y in self.centres]
-        holes = [cylinder(SCREW_HOLE / 2, PLATE + 2).at(x, y, -1) for x, y in self.holes]
-        return union(plate, *posts) - union(*seats, *holes, *self._engravings())
+        posts = self._post().at_each(self.centres)
+        seats = self._seat().at_each(self.centres)
+        holes = cylinder(SCREW_HOLE / 2, PLATE + 2).at_each(self.holes, z=-1)
+        removed = union(*seats, *holes, *self._engravings())
+        return union(plate, *posts) - removed
 
     def _post(self) -> Solid:
         """Return a hexagonal post with a waist, whose ceiling leans less than 45 degrees."""
@@ -228,14 +229,14 @@ class SocketBase:
         x = (x0 + x1) / 2
         y = (y0 + y1) / 2
         step = HEIGHT / 2 + 0.6
-        lines = zip(self.readings, (y + step, y - step), strict=True)
-        return [
-            *(
-                engraving(str(i), (a + c) / 2, (b + d) / 2, PLATE, DIGIT_SCALE)
-                for i, (a, b, c, d) in enumerate(digits)
-            ),
-            *(engraving(reading, x, height, PLATE) for reading, height in lines),
+        outside, inside = self.readings
+        numbers = [
+            engraving(str(i), (a + c) / 2, (b + d) / 2, PLATE, DIGIT_SCALE)
+            for i, (a, b, c, d) in enumerate(digits)
         ]
+        upper = engraving(outside, x, y + step, PLATE)
+        lower = engraving(inside, x, y - step, PLATE)
+        return [*numbers, upper, lower]
 
 
 def place_holes(

@@ -4,14 +4,13 @@ A part is described once, and evaluated by two :mod:`.kernels`. Lengths are mill
 """
 
 import itertools
-import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from ...errors import MukcaError
+from ...errors import MukcaError, read_json
 
 TILT = math.radians(60)
 """Largest lean of the ball's neck from the vertical, in every direction [rad]."""
@@ -46,7 +45,8 @@ class Solid:
         return union(self, solid)
 
     def __sub__(self, solid: "Solid") -> "Solid":
-        return Solid("Subtract", (), (self, *(solid.parts if solid.kind == "Add" else (solid,))))
+        removed = solid.parts if solid.kind == "Add" else (solid,)
+        return Solid("Subtract", (), (self, *removed))
 
     def __and__(self, solid: "Solid") -> "Solid":
         return Solid("Intersect", (), (self, solid))
@@ -54,6 +54,10 @@ class Solid:
     def at(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Solid":
         """Return the solid moved by an offset."""
         return Solid("moved", (x, y, z), (self,))
+
+    def at_each(self, places: Iterable[tuple[float, float]], z: float = 0.0) -> list["Solid"]:
+        """Return the solid moved by each of some offsets."""
+        return [self.at(x, y, z) for x, y in places]
 
     def leaned(self, lean: float, azimuth: float) -> "Solid":
         """Return the solid turned about y, so that z leans towards x, and then about z [rad]."""
@@ -92,10 +96,9 @@ def rectangle(x: tuple[float, float], y: tuple[float, float], corner: float = 0.
     c = corner
     if c == 0.0:
         return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
-    return (
-        *((x0 + c, y0), (x1 - c, y0), (x1, y0 + c), (x1, y1 - c)),
-        *((x1 - c, y1), (x0 + c, y1), (x0, y1 - c), (x0, y0 + c)),
-    )
+    right = ((x1 - c, y0), (x1, y0 + c), (x1, y1 - c), (x1 - c, y1))
+    left = ((x0 + c, y1), (x0, y1 - c), (x0, y0 + c))
+    return ((x0 + c, y0), *right, *left)
 
 
 def hexagon(apothem: float) -> Outline:
@@ -108,7 +111,7 @@ def hexagon(apothem: float) -> Outline:
 def signed_area(points: Sequence[tuple[float, float]]) -> float:
     """Return the area of a polygon by the shoelace formula, negative if it runs clockwise."""
     pairs = zip(points, (*points[1:], *points[:1]), strict=True)
-    return math.fsum(a[0] * b[1] - b[0] * a[1] for a, b in pairs) / 2
+    return math.fsum(x * v - u * y for (x, y), (u, v) in pairs) / 2
 
 
 HEIGHT = 5.4
@@ -116,7 +119,7 @@ HEIGHT = 5.4
 STROKE = 0.9
 DEPTH = 0.8
 
-TABLES: Mapping[str, Any] = json.loads((Path(__file__).parent / "tables.json").read_text("utf-8"))
+TABLES = read_json(Path(__file__).with_name("tables.json"))
 """Screws, mounts, and letters: the width between the middles of the outermost strokes [mm], and
 corners of polylines on a grid of 2 by 4, digits being those of a seven-segment display."""
 _LETTERS: Mapping[str, tuple[float, Sequence[str]]] = TABLES["letters"]
@@ -145,8 +148,10 @@ def _outlines(text: str, scale: float) -> Iterator[Outline]:
     for letter in text:
         width, strokes = _LETTERS[letter]
         for stroke in strokes:
-            words = [(int(word[0]) / 2, int(word[1]) / 4) for word in stroke.split()]
-            corners = [square.translate((begin + x * width, y * _RISE)) for x, y in words]
+            corners: list[CrossSection] = []
+            for column, row in stroke.split():
+                x = begin + int(column) / 2 * width
+                corners.append(square.translate((x, int(row) / 4 * _RISE)))
             bars += [CrossSection.batch_hull([*pair]) for pair in itertools.pairwise(corners)]
         begin += width + STROKE + _GAP
     shape = CrossSection.batch_boolean(bars, OpType.Add).scale((scale, scale))
