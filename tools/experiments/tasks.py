@@ -180,10 +180,10 @@ def retrace(cell: Cell, count: int, seed: int) -> Iterator[Trial[Retracing]]:
     path = [shifted(pose, -PRESS * up) for pose in taught]
     above = shifted(taught[0], PEN_HOVER * up)
     first = np.array([*figure(np.zeros(())), TABLE + PEN_HOVER])
+    lower = move("lower", 2.0, above, path[0])
+    draw = Phase("draw", SECONDS, lambda fraction: _along(path, smooth(fraction)))
     for fraction in stratified(count, generator):
         start = cell.start(first, float(fraction), generator)
-        lower = move("lower", 2.0, above, path[0])
-        draw = Phase("draw", SECONDS, lambda fraction: _along(path, smooth(fraction)))
         log, motion = cell.perform(start, above, [lower, draw], ["draw"])
         yield Trial(log, _retracing(log, motion))
 

@@ -168,19 +168,21 @@ def _plain_finder(cv: Any, board: Board) -> Finder:
         raise RecordingError(
             f"--board {board.columns} {board.rows}: a plain chessboard needs 4 columns and rows"
         )
-    x, y = np.meshgrid(np.arange(1, board.columns), np.arange(1, board.rows))
-    corners = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 1, 3) * board.square
+    rows, columns = np.mgrid[1 : board.rows, 1 : board.columns]
+    corners = np.stack([columns, rows, 0 * rows], axis=-1) * board.square
+    objects = corners.reshape(-1, 1, 3).astype(np.float32)
+    odd = (board.columns + board.rows) % 2 == 1
 
     def find(picture: Any) -> tuple[Any, Any] | None:
         success, pixels = cv.findChessboardCornersSB(picture, size)
         if not success:
             return None
         cells = pixels.reshape(size[1], size[0], 2)
-        first = cells[:2, :2].mean(axis=(0, 1))
-        last = cells[-2:, -2:].mean(axis=(0, 1))
-        darkness = [picture[int(v), int(u)] for u, v in (first, last)]
-        turned = (board.columns + board.rows) % 2 == 1 and darkness[0] > darkness[1]
-        return corners.astype(np.float32), pixels[::-1] if turned else pixels
+        u, v = cells[:2, :2].mean(axis=(0, 1)).astype(int)
+        first = picture[v, u]
+        u, v = cells[-2:, -2:].mean(axis=(0, 1)).astype(int)
+        turned = odd and first > picture[v, u]
+        return objects, pixels[::-1] if turned else pixels
 
     return find
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder import ColumnError, match_joints
+from ...recorder import TURN, ColumnError, match_joints
 from ...solver.calibration import joints_named
 
 FULL_TURN = 2 * np.pi + 0.1
@@ -90,6 +90,12 @@ def in_parts(
     rows = np.unique(np.stack([parts, times]), axis=1, return_index=True)[1]
     torques = None if efforts is None else np.array(efforts, dtype=float)[rows]
     return Log(times[rows], np.array(positions)[rows], torques, parts[rows], (*notes, *remarks))
+
+
+def around(differences: np.ndarray, turning: Sequence[bool]) -> np.ndarray:
+    """Return differences of joint positions the short way round the circle, shape (..., m)."""
+    turns = np.rint(differences / TURN)
+    return differences - np.where(turning, TURN * turns, 0.0)
 
 
 def columns_of(names: Sequence[str], question: Question) -> list[int] | None:

@@ -14,11 +14,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...recorder import TURN, Placement
+from ...recorder import Placement
 from ...solver.calibration import Calibration, UsageError, pose_of_numbers
-from ...solver.data import FrameError, HandEye, hand_eye, rotation_matrices
+from ...solver.data import FrameError, HandEye, hand_eye
 from ...solver.partial import LEAST_ANGLE, LEAST_PLACE, SURE, Camera
 from ...solver.robot import workspace
+from .log import around
 from .spanning_tree import spanning_tree
 
 COLUMNS = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw"))
@@ -58,15 +59,16 @@ class Session:
         """Standard deviations an axis of the distances [m] and angles [rad] that are left."""
         if self.fit is None:
             return np.ones(2)
-        medians = np.median([self.fit.distances, self.fit.angles], axis=1) / MEDIAN
-        return np.maximum(medians, [LEAST_PLACE, LEAST_ANGLE])
+        medians = np.median([self.fit.distances, self.fit.angles], axis=1)
+        return np.maximum(medians / MEDIAN, [LEAST_PLACE, LEAST_ANGLE])
 
     def evidence(self, scales: np.ndarray) -> float:
         """Return ln L, by the scales of the best posture."""
         if self.fit is None:
             return 0.0
         pulls = np.array([self.fit.distances, self.fit.angles]) / scales[:, None]
-        return float(-(FREEDOM + 3) / 2 * np.sum(np.log1p(pulls**2 / FREEDOM)))
+        logarithms = np.log1p(pulls**2 / FREEDOM)
+        return float(-(FREEDOM + 3) / 2 * np.sum(logarithms))
 
     def mostly(self, session: "Session") -> bool:
         """Return whether most views stand in another session as they do in this one."""
@@ -96,9 +98,9 @@ class FlangePoses:
         return str(self.views.files[0]) if self.views.files else self.views.name
 
     @property
-    def turning(self) -> np.ndarray:
-        """Which joints turn, shape (m,)."""
-        return np.array([joint.type != "prismatic" for joint in self.calibration.robot.actuated])
+    def turning(self) -> list[bool]:
+        """Which joints turn."""
+        return [joint.type != "prismatic" for joint in self.calibration.robot.actuated]
 
     def sessions(self, poses: np.ndarray) -> list[Session]:
         """Return the postures in which a session may bring the flange to poses, shape (N, 4, 4)."""
@@ -127,22 +129,23 @@ class FlangePoses:
         """Return a posture, beside the one that was told and by what the views leave."""
         robot = self.calibration.robot
         reference = np.zeros(q.shape[1]) if self.near is None else self.near
-        away = _around(q - reference, self.turning)
+        away = around(q - reference, self.turning)
         on_turn = reference + away
         within = (on_turn >= robot.lower) & (on_turn <= robot.upper)
-        distances: np.ndarray = np.linalg.norm(away, axis=1) * (self.near is not None)
+        positions = np.where(within, on_turn, q)
+        if self.near is None:
+            return Session(positions, 0.0, 0.0, self._fit(q))
+        distances: np.ndarray = np.linalg.norm(away, axis=1)
         distance = float(np.sqrt(np.mean(distances**2)))
-        nearest = float(distances.min())
-        return Session(np.where(within, on_turn, q), distance, nearest, self._fit(q))
+        return Session(positions, distance, float(distances.min()), self._fit(q))
 
     def _fit(self, q: np.ndarray) -> HandEye | None:
         """Return camera and board by the calibrated arm, and what they leave of the views."""
         samples = self.views.samples
         if self.camera is None or any(s.orientation is None or s.point is None for s in samples):
             return None
-        B = np.tile(np.eye(4), (len(q), 1, 1))
-        B[:, :3, :3] = rotation_matrices(np.array([s.orientation for s in samples]))
-        B[:, :3, 3] = [s.point for s in samples]
+        numbers = [(*(s.point or ()), *(s.orientation or ())) for s in samples]
+        B = pose_of_numbers(numbers)
         M = np.linalg.inv(B) if self.camera == "on-arm" else B
         F = self.calibration.flange(q)
         try:
@@ -232,22 +235,17 @@ def _chosen(sessions: Sequence[Session], flange: FlangePoses) -> tuple[Session, 
     return session, [f"{flange.where}: {words}; is the calibration this arm's?"]
 
 
-def _around(differences: np.ndarray, turning: np.ndarray) -> np.ndarray:
-    """Return differences of joint positions round the circle, shape (..., m) [rad]."""
-    return differences - np.where(turning, TURN * np.rint(differences / TURN), 0.0)
-
-
-def _distinct(postures: Iterable[np.ndarray], turning: np.ndarray) -> list[np.ndarray]:
+def _distinct(postures: Iterable[np.ndarray], turning: list[bool]) -> list[np.ndarray]:
     """Return each of some joint positions, shape (..., m) each, once, up to whole turns."""
     distinct: list[np.ndarray] = []
     for q in postures:
-        differences = [np.abs(_around(q - other, turning)) for other in distinct]
+        differences = [np.abs(around(q - other, turning)) for other in distinct]
         if all(difference.max() > SAME for difference in differences):
             distinct.append(q)
     return distinct
 
 
-def _postures(solutions: list[np.ndarray], turning: np.ndarray) -> list[np.ndarray]:
+def _postures(solutions: list[np.ndarray], turning: list[bool]) -> list[np.ndarray]:
     """Return the joint positions of all views in each posture, shape (N, m) each.
 
     From each solution of the view that has most, the nearest solution of another view is added,
@@ -256,7 +254,7 @@ def _postures(solutions: list[np.ndarray], turning: np.ndarray) -> list[np.ndarr
     counts = [len(rows) for rows in solutions]
     view = np.repeat(np.arange(len(counts)), counts)
     q = np.concatenate(solutions)
-    distances: np.ndarray = np.linalg.norm(_around(q[:, None] - q, turning), axis=2)
+    distances: np.ndarray = np.linalg.norm(around(q[:, None] - q, turning), axis=2)
     postures: list[np.ndarray] = []
     for root in np.flatnonzero(view == np.argmax(counts)).tolist():
         nodes = [root, *(node for node, _ in spanning_tree(distances, root, view))]

@@ -12,12 +12,12 @@ from itertools import combinations
 import numpy as np
 
 from ...drivers import JointState
-from ...recorder import TURN, Placement, Sample, sample_files
+from ...recorder import Placement, Sample, sample_files
 from ...recorder.session import STOOD_STILL, Session
 from ...recorder.stream import JUMP, JointLimits, StationaryPose, StreamMonitor
 from ...solver.calibration import UsageError
 from ...solver.robot import Robot, nominal_balls
-from .log import Log
+from .log import Log, around
 
 
 @dataclass(frozen=True)
@@ -107,15 +107,15 @@ def _note(why: str, stamp: float, stretches: list[Stretch]) -> None:
 def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:
     """Return the states but those at the beginning of a part in which the arm was already fast."""
     # The speed before the first state is not known, so the next one would look like a jump.
-    moved = np.diff(log.positions, axis=0)
-    turns = np.where([joint.prismatic for joint in joints], 0.0, np.rint(moved / TURN))
-    steps = np.abs(moved - TURN * turns).max(axis=1, initial=0.0)
+    turning = [not joint.prismatic for joint in joints]
+    steps = np.abs(around(np.diff(log.positions, axis=0), turning))
     ends = np.diff(log.parts) != 0
-    slow = np.append((steps < JUMP / 2) & ~ends, False)
-    parts = np.split(np.arange(len(slow)), np.flatnonzero(ends) + 1)
-    first_slow = [int(slow[part].argmax()) for part in parts]  # 0 where none is
-    kept = [part[first:] for part, first in zip(parts, first_slow, strict=True)]
-    return np.concatenate(kept).tolist()
+    slow = (steps.max(axis=1, initial=0.0) < JUMP / 2) & ~ends
+    kept: list[int] = []
+    for part in np.split(np.arange(len(log.parts)), np.flatnonzero(ends) + 1):
+        first_slow = np.append(slow, False)[part].argmax()  # 0 where none is
+        kept += part[first_slow:].tolist()
+    return kept
 
 
 def _joined(first: Rest, second: Rest) -> Rest:
@@ -164,14 +164,16 @@ def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[
     """Return the sockets of each base, the earlier first; the bases in order of time."""
     centres = [np.median(balls[group], axis=0) for group in groups]
     pairs = combinations(range(len(groups)), 2)
-    lengths = {(i, j): float(np.linalg.norm(centres[i] - centres[j])) for i, j in pairs}
-    mismatch = {pair: abs(length - distance) for pair, length in lengths.items()}
-    bases: list[tuple[int, ...]] = [(i,) for i in range(len(groups))]
+    mismatch: dict[tuple[int, int], float] = {}
+    for i, j in pairs:
+        length = float(np.linalg.norm(centres[i] - centres[j]))
+        mismatch[i, j] = abs(length - distance)
+    partner: dict[int, int] = {}
     for i, j in sorted(mismatch, key=lambda pair: mismatch[pair]):
-        if mismatch[i, j] <= APART * distance and (i,) in bases and (j,) in bases:
-            bases.remove((i,))
-            bases.remove((j,))
-            bases.append((i, j))
+        if mismatch[i, j] <= APART * distance and not {i, j} & partner.keys():
+            partner[i] = j
+            partner[j] = i
+    bases = {tuple(sorted({i, partner.get(i, i)})) for i in range(len(groups))}
     return [[groups[i] for i in base] for base in sorted(bases)]
 
 

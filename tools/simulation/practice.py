@@ -8,7 +8,6 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, product
 from pathlib import Path
 
 import numpy as np
@@ -278,8 +277,7 @@ def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
         efforts = gravity_moments(arm, led.positions)[:, : len(arm.actuated)].tolist()
         pairs = zip(led.samples, efforts, strict=True)
         loaded = [replace(sample, effort=tuple(effort)) for sample, effort in pairs]
-        half = len(loaded) // 2
-        begins = [start + first for start, first in product(range(0, half, TURN), (0, half))]
-        turns = tuple(chain.from_iterable(loaded[i : i + TURN] for i in begins))
-        write_files(folder / base.name, sample_files(replace(led, samples=turns)))
+        order = np.arange(len(loaded)).reshape(2, -1, TURN).swapaxes(0, 1).ravel()
+        in_turns = replace(led, samples=tuple(loaded[i] for i in order))
+        write_files(folder / base.name, sample_files(in_turns))
     write_files(keys.parent, {keys.name: b"a*6 s  " * 9 + b"a*6 q\n"})
