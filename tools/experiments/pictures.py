@@ -133,22 +133,21 @@ def _frames(model: ExperimentRun) -> list[list[Image.Image]]:
     if insertion:
         model.scene.place_hole(np.array(trial_shown.result.hole))
     q = trial_shown.log.q
-    rows = np.arange(len(q) - 1, 0, -round(INTERVAL * ROWS_PER_SECOND))[::-1]
+    step = round(INTERVAL * ROWS_PER_SECOND)
+    frames: list[list[Image.Image]] = []
     with _camera(model.scene) as render:
-        return [
-            [
-                render(q[row], ALL),
-                render(q[row], AT_HOLE) if insertion else _paper(model.trials, row),
-            ]
-            for row in rows.tolist()
-        ]
+        for row in reversed(range(len(q) - 1, 0, -step)):
+            close = render(q[row], AT_HOLE) if insertion else _paper(model.trials, row)
+            frames.append([render(q[row], ALL), close])
+    return frames
 
 
 def _paper(trials: Sequence[Trial[Any]], row: int) -> Image.Image:
     """Return the paper from above, as the robot sees it, with what was drawn up to a row."""
     paper = Image.new("RGB", (WIDTH, HEIGHT), "white")
     draw = ImageDraw.Draw(paper)
-    draw.line(_pixels(figure(np.linspace(0, 1, 200))), fill="#c8ccd2", width=5)
+    demonstrated = figure(np.linspace(0, 1, 200))
+    draw.line(_pixels(demonstrated), fill="#c8ccd2", width=5)
     for i, trial in enumerate(trials):
         drawn = trial.log.during("draw")
         drawn = drawn[drawn <= row]
@@ -161,6 +160,6 @@ def _paper(trials: Sequence[Trial[Any]], row: int) -> Image.Image:
 
 def _pixels(points: np.ndarray) -> list[tuple[float, float]]:
     """Return points on the table, shape (N, 2) [m], in the picture: x is up and y to the left."""
-    across = WIDTH / 2 - SCALE * (points[:, 1] - PAPER[1])
-    down = HEIGHT / 2 - SCALE * (points[:, 0] - PAPER[0])
-    return list(zip(across.tolist(), down.tolist(), strict=True))
+    middle = np.array([WIDTH, HEIGHT]) / 2
+    pixels = middle - SCALE * (points - PAPER)[:, ::-1]
+    return [(x, y) for x, y in pixels.tolist()]

@@ -40,19 +40,19 @@ def add_visuals(spec: Any, arm: Robot) -> None:
     lengths = np.linalg.norm(ends, axis=1)
     to_tip = np.cumsum(lengths[::-1])[::-1] - lengths
     visible = np.clip(1 - (TOOL - to_tip) / np.maximum(lengths, 1e-9), 0, 1)
-    for joint, end, length in zip(
-        arm.joints, ends * visible[:, None], lengths * visible, strict=False
-    ):
+    ends *= visible[:, None]
+    for joint, end in zip(arm.joints, ends, strict=False):
         body = spec.body(joint.child)
         if joint.actuated:
             _ghost(body, "cylinder", [0.055, 0.06], rgba=DARK)
-        if length > 0.02:
+        if np.linalg.norm(end) > 0.02:
             _ghost(body, "capsule", [0.04], fromto=[0, 0, 0, *end], rgba=LIGHT)
 
 
-def add_stem(body: Any, radius: float, ends: list[float]) -> None:
-    """Add a peg's or pen's cylinder between two heights on the z axis [m]."""
-    _ghost(body, "cylinder", [radius], fromto=[0, 0, ends[0], 0, 0, ends[1]], rgba=ORANGE)
+def add_stem(body: Any, end: float) -> None:
+    """Add a peg's or pen's cylinder up to a height on the z axis [m]."""
+    axis = [0, 0, -PEG_LENGTH, 0, 0, end]
+    _ghost(body, "cylinder", [PEG_RADIUS], fromto=axis, rgba=ORANGE)
 
 
 def add_open_block(spec: Any, body: Any, radii: tuple[float, float], height: float) -> None:
@@ -129,7 +129,8 @@ class Scene:
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         for joint in spec.joints:  # MuJoCo keeps the URDF's effort limits
-            joint.armature, joint.frictionloss = ROTOR_INERTIA, JOINT_FRICTION
+            joint.armature = ROTOR_INERTIA
+            joint.frictionloss = JOINT_FRICTION
             motor = spec.add_actuator(name=joint.name, target=joint.name)
             motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
             motor.gainprm[0] = 1.0
@@ -137,12 +138,12 @@ class Scene:
         top = [0.55, 0, TABLE - 0.01]
         pale = [0.55, 0.6, 0.65, 1]
         _geom(spec.worldbody, "box", [0.45, 0.6, 0.01], pos=top, rgba=pale)
-        if hole is None:
-            # A pen is fixed like a peg; its tip is one sphere.
-            add_stem(spec.body(arm.tip), PEG_RADIUS, [-PEG_LENGTH, -4 * PEG_FILLET])
-            _bead(spec.body(arm.tip), [0, 0, -PEG_FILLET], PEN_TOUCH)
+        tool = spec.body(arm.tip)
+        if hole is None:  # a pen is fixed like a peg; its tip is one sphere
+            add_stem(tool, -4 * PEG_FILLET)
+            _bead(tool, [0, 0, -PEG_FILLET], PEN_TOUCH)
         else:
-            _add_peg(spec.body(arm.tip))
+            _add_peg(tool)
             _add_hole(spec, hole)
         self.model: Any = spec.compile()
         self.data: Any = mujoco.MjData(self.model)
@@ -185,7 +186,7 @@ def _add_peg(body: Any) -> None:
     """Fix a peg along the ball link's z axis, the middle of its end where the ball's centre was."""
     # A capsule is its side, and a ring of spheres the rounded edge of its flat end: shapes whose
     # contacts MuJoCo computes exactly.
-    add_stem(body, PEG_RADIUS, [-PEG_LENGTH, 0.0])
+    add_stem(body, 0.0)
     side = [0, 0, -PEG_LENGTH, 0, 0, -PEG_RADIUS]
     _geom(body, "capsule", [PEG_RADIUS], fromto=side, group=HIDDEN, **PEG_TOUCH)
     for angle in ANGLES:

@@ -133,7 +133,9 @@ def _literal(text: str) -> str:
 
 def _limits(robot: Robot) -> tuple[list[float], list[float]]:
     """Return the limits of the joints as C can write them."""
-    return robot.lower.clip(min=-FAR).tolist(), robot.upper.clip(max=FAR).tolist()
+    lower = robot.lower.clip(min=-FAR)
+    upper = robot.upper.clip(max=FAR)
+    return lower.tolist(), upper.tolist()
 
 
 def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], Any]:
@@ -150,7 +152,8 @@ def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], A
 
 def _body(arguments: dict[str, Any], value: Any) -> str:
     """Return the statements of C that compute an expression of named arguments into ``out``."""
-    function = ca.Function("model", [*arguments.values()], [ca.densify(value)], {"cse": True})
+    outputs = [ca.densify(value)]
+    function = ca.Function("model", [*arguments.values()], outputs, {"cse": True})
     generator = ca.CodeGenerator("model", {"casadi_int": "int"})
     generator.add(function)
     match = _BODY.search(generator.dump())

@@ -42,8 +42,10 @@ class Row(NamedTuple):
     @property
     def matrix(self) -> np.ndarray:
         """The step's transform, shape (4, 4)."""
-        moves = ((0, 0, self.d, 0, 0, self.theta), (self.a, 0, 0, self.alpha, 0, 0))
-        return reduce(np.matmul, pose_of_numbers([*moves, (0, 0, 0, 0, self.beta, 0)]))
+        along = (0, 0, self.d, 0, 0, self.theta)
+        across = (self.a, 0, 0, self.alpha, 0, 0)
+        hayati = (0, 0, 0, 0, self.beta, 0)
+        return reduce(np.matmul, pose_of_numbers([along, across, hayati]))
 
 
 def dh_table(
@@ -120,11 +122,12 @@ def _step(to_line: np.ndarray) -> Row:
 def _hayati(point: np.ndarray, line: np.ndarray) -> Row:
     x, y, _ = point - point[2] / line[2] * line  # where the line pierces the plane z = 0
     sign = -1.0 if x < 0 else 1.0
+    a = sign * math.hypot(x, y)
     theta = math.atan2(sign * y, sign * x)
-    turned = pose_of_numbers((0, 0, 0, 0, 0, -theta))[:3, :3] @ line
-    beta = math.atan2(turned[0], math.hypot(turned[1], turned[2]))
-    alpha = math.atan2(-turned[1], turned[2])
-    return Row(form="hayati", theta=theta, a=sign * math.hypot(x, y), alpha=alpha, beta=beta)
+    u, v, w = pose_of_numbers((0, 0, 0, 0, 0, -theta))[:3, :3] @ line
+    beta = math.atan2(u, math.hypot(v, w))
+    alpha = math.atan2(-v, w)
+    return Row(form="hayati", theta=theta, a=a, alpha=alpha, beta=beta)
 
 
 def write(request: Request) -> Exported:

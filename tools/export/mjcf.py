@@ -52,7 +52,7 @@ def write(request: Request) -> Exported:
         raise ExportError("--to mjcf needs --like FILE, your own MuJoCo model, which it corrects")
     joints = _joints(request)
     robot = request.calibration.robot
-    nominal = _links([joint.origin.numbers for joint in robot.joints], request)
+    nominal = _links(robot.origins, request)
     base, aligned, lines = _align(request, joints, nominal)
     # the motion of each body, and of the one before, from its place in the nominal model
     calibrated = _links(request.origins, request)
@@ -77,9 +77,8 @@ def write(request: Request) -> Exported:
 
 def _links(origins: Any, request: Request) -> np.ndarray:
     """Return the pose of each moving joint's child link in the base frame, at zero, (N, 4, 4)."""
-    poses = accumulate(pose_of_numbers(origins), np.matmul)
-    joints = request.calibration.robot.joints
-    return np.array([T for T, joint in zip(poses, joints, strict=True) if joint.actuated])
+    poses = np.array(list(accumulate(pose_of_numbers(origins), np.matmul)))
+    return poses[[joint.actuated for joint in request.calibration.robot.joints]]
 
 
 def _joints(request: Request) -> MjcfJoints:
@@ -169,11 +168,13 @@ def _align(
     """Return poses of the URDF's base and links that fit the model's axes, and what differs."""
     actuated = request.calibration.robot.actuated
     axes = joints.axes
+    places = joints.poses[:, :3, 3]
     turning = np.array([joint.type != "prismatic" for joint in actuated])
     # a turning joint may be anywhere along its axis, a sliding one anywhere at all
-    across = turning[:, None, None] * (np.eye(3) - axes[:, :, None] * axes[:, None, :])
-    urdf_axes = np.einsum("nij,nj->ni", nominal[:, :3, :3], [joint.axis for joint in actuated])
-    places = joints.poses[:, :3, 3]
+    along = axes[:, :, None] * axes[:, None, :]
+    across = turning[:, None, None] * (np.eye(3) - along)
+    axes_in_links = [joint.axis for joint in actuated]
+    urdf_axes = np.einsum("nij,nj->ni", nominal[:, :3, :3], axes_in_links)
     base = _base_of(nominal[:, :3, 3], urdf_axes, places, axes, across)
     aligned = base @ nominal
     offsets = np.einsum("nij,nj->ni", across, places - aligned[:, :3, 3])
@@ -187,11 +188,12 @@ def _align(
     )
     if distances.max() > SAME_AXIS or angles.max() > SAME_DIRECTION:
         raise ExportError(f"{text}; it is another arm's model, or counts its angles otherwise")
-    aligned[:, :3, :3] = np.array([turn(vector) for vector in turns]) @ aligned[:, :3, :3]
+    rotations = np.array([turn(vector) for vector in turns])
+    aligned[:, :3, :3] = rotations @ aligned[:, :3, :3]
     aligned[:, :3, 3] += offsets
-    differ = max(distances.max(), angles.max()) > ROUNDED
-    lines = [f"{text}; in the new file it is the calibrated arm's."] if differ else []
-    return base, aligned, lines
+    if max(distances.max(), angles.max()) <= ROUNDED:
+        return base, aligned, []
+    return base, aligned, [f"{text}; in the new file it is the calibrated arm's."]
 
 
 def _base_of(
@@ -207,9 +209,10 @@ def _base_of(
     """
     weights = WEIGHT ** np.arange(len(axes))  # axes next to the base count most
     base = np.eye(4)
-    base[:3, :3] = R = kabsch_rotation(urdf_axes, axes, weights)
+    R = kabsch_rotation(urdf_axes, axes, weights)
     rows = weights[:, None, None] * across
     aims = np.einsum("nij,nj->ni", rows, places - urdf_places @ R.T)
+    base[:3, :3] = R
     base[:3, 3] = np.linalg.lstsq(rows.reshape(-1, 3), aims.ravel(), rcond=None)[0]
     return base
 

@@ -218,8 +218,9 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
         words = "corrections of the joints (" + ", ".join(calibrated.deflection.extensions) + ")"
         # Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
         balls = [calibrated.ball(q) for q in poses]
-        fitted_places = [kabsch(a, b).apply(a) for a, b in zip(geometric, balls, strict=True)]
-        losses.append(_loss(words, fitted_places, balls))
+        pairs = zip(geometric, balls, strict=True)
+        aligned = [kabsch(places, truths).apply(places) for places, truths in pairs]
+        losses.append(_loss(words, aligned, balls))
     exported = calibrated.geometry
     nominal = calibrated.model.nominal
     joints = [parameter.joint for parameter in calibrated.parameters]
@@ -238,5 +239,6 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
 def _loss(what: str, balls: Sequence[np.ndarray], targets: Sequence[np.ndarray]) -> Loss:
     """Return the loss by balls at recorded poses and anywhere, and where they should be [m]."""
     pairs = zip(balls, targets, strict=True)
-    at_places, anywhere = (np.linalg.norm(ball - target, axis=1) for ball, target in pairs)
-    return Loss(what, float(at_places.mean()), float(at_places.max()), float(anywhere.mean()))
+    recorded, anywhere = (np.linalg.norm(ball - target, axis=1) for ball, target in pairs)
+    mean = float(recorded.mean())
+    return Loss(what, mean, float(recorded.max()), float(anywhere.mean()))

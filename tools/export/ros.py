@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import product
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -74,10 +75,9 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
     """Return the file's key of each joint it carries."""
     robot = request.calibration.robot
     keys: dict[str, str] = {}
-    for joint in robot.joints:
-        suffix = next((s for s in vendor.keys if re.search(rf"(^|[_/]){s}$", joint.name)), None)
-        if suffix is not None:
-            keys[joint.name] = vendor.keys[suffix]
+    for joint, (suffix, key) in product(robot.joints, vendor.keys.items()):
+        if re.search(rf"(^|[_/]){suffix}$", joint.name):
+            keys.setdefault(joint.name, key)
     moving = set(robot.joint_names)
     first = next((joint for joint in robot.joints if joint.name in keys), None)
     complete = set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
@@ -164,8 +164,9 @@ def write_urdf(request: Request) -> Exported:
                 "metres and a turn in radians, as in --tool gripper=0,0,0.12,0,0,1.57"
             )
         x, y, z, roll, pitch, yaw = numbers
+        origin = Origin((x, y, z), (roll, pitch, yaw))
         try:
-            data = add_link(text, flange, Origin((x, y, z), (roll, pitch, yaw)), tool)
+            data = add_link(text, flange, origin, tool)
         except ModelError as error:
             raise ExportError(f"--tool {tool}: {error}") from None
         text = scan(data, name)
