@@ -19,6 +19,11 @@ SOON_SECONDS = 30.0
 OPEN_SECONDS = 60.0
 
 
+def _read(driver: Driver, count: int) -> list[JointState]:
+    """Return so many states."""
+    return [driver.read(READ_SECONDS) for _ in range(count)]
+
+
 class DriverContract:
     """The contract that every driver keeps.
 
@@ -87,13 +92,13 @@ class DriverContract:
 
     def test_streams_states_in_order(self, opened: Driver) -> None:
         """Stamps grow from state to state."""
-        stamps = [opened.read(READ_SECONDS).stamp for _ in range(STATES)]
+        stamps = [state.stamp for state in _read(opened, STATES)]
         assert all(first < second for first, second in pairwise(stamps))
         assert stamps[-1] - stamps[0] < 600, "stamps are in seconds"
 
     def test_states_are_whole(self, opened: Driver) -> None:
         """A state has a finite number for each joint, and efforts for all joints or for none."""
-        states = [opened.read(READ_SECONDS) for _ in range(STATES)]
+        states = _read(opened, STATES)
         for state in states:
             for values in (state.position, state.effort or state.position):
                 assert isinstance(values, tuple)
@@ -103,17 +108,16 @@ class DriverContract:
 
     def test_positions_move_as_an_arm_can(self, opened: Driver) -> None:
         """No joint jumps by more than half a radian from one state to the next."""
-        states = [opened.read(READ_SECONDS) for _ in range(STATES)]
+        states = _read(opened, STATES)
         for first, second in pairwise(states):
-            assert all(
-                abs(a - b) < 0.5 for a, b in zip(first.position, second.position, strict=True)
-            )
+            pairs = zip(first.position, second.position, strict=True)
+            assert all(abs(a - b) < 0.5 for a, b in pairs)
 
     def test_states_are_those_that_were_sent(self, opened: Driver, sent: Sent | None) -> None:
         """Positions and efforts are what the robot sent: in SI units, in order, none made up."""
         if sent is None:
             pytest.skip("nobody knows what was sent")
-        states = [opened.read(READ_SECONDS) for _ in range(STATES)]
+        states = _read(opened, STATES)
         truths = sent()
         assert any(any(truth.position) for truth in truths), "an arm at zero proves nothing"
         for state, place in zip(states, self._places(states, truths), strict=True):
@@ -208,9 +212,9 @@ class DriverContract:
         """Return states, and how many the driver missed from the first to the last of them."""
         states = [driver.read(READ_SECONDS)]
         before = driver.missed
-        states += [driver.read(READ_SECONDS) for _ in range(STATES)]
+        states += _read(driver, STATES)
         clock.sleep(PAUSE_SECONDS)
-        states += [driver.read(READ_SECONDS) for _ in range(2 * STATES)]
+        states += _read(driver, 2 * STATES)
         return states, driver.missed - before
 
     def _assert_complete(

@@ -86,8 +86,8 @@ class Reconnecting(Driver):
 
     def _matched(self, joint_names: Sequence[str]) -> tuple[int, ...]:
         """Return where each of the model's joints stands among those of the driver."""
-        names, model = self._names, tuple(joint_names)
-        order = tuple(range(len(names)))
+        names = self._names
+        model = tuple(joint_names)
         if sorted(names) == sorted(model):
             return tuple(names.index(name) for name in model)
         text = f"the driver's joints are {', '.join(names)}; the model's {', '.join(model)}"
@@ -95,19 +95,18 @@ class Reconnecting(Driver):
             a == b or a not in model for a, b in zip(names, model, strict=True)
         ):
             self.remark = f"{text}: they are taken in this order"
-            return order
+            return tuple(range(len(names)))
         self.close()
         raise Reason.WRONG_ROBOT(f"{text}; choose the model of this robot")
 
     def _ordered(self, state: JointState) -> JointState:
         """Return a state with its joints in the model's order."""
-        if self._order == tuple(range(len(state.position))):
+        driver_order = tuple(range(len(state.position)))
+        if self._order == driver_order or len(self._order) != len(driver_order):  # refused later
             return state
-        if len(state.position) != len(self._order):
-            return state  # refused later
-        position, effort = state.position, state.effort
-        effort = effort and tuple(effort[i] for i in self._order)
-        return replace(state, position=tuple(position[i] for i in self._order), effort=effort)
+        position = tuple(state.position[i] for i in self._order)
+        effort = state.effort and tuple(state.effort[i] for i in self._order)
+        return replace(state, position=position, effort=effort)
 
     def _read(self, driver: Driver, timeout: float) -> JointState:
         """Read a connection, and bring the counts over all connections up to date."""

@@ -16,7 +16,7 @@ from typing import Any
 
 from .. import DriverError, JointState, PolledDriver, Reason, clock, match_joints
 from ..transport import Endpoint, open_tcp, parse_endpoint
-from .kinova_arm import Answers, KinovaArm
+from .kinova_bus import Answers, KinovaArm, open_can, open_serial
 
 TURN = 360.0  # degrees
 KORTEX_PORT = 10000
@@ -80,12 +80,9 @@ class Kinova(PolledDriver):
 def _connect(address: str) -> KinovaArm:
     """Open the kind of connection that an address names."""
     scheme, separator, path = address.partition("://")
-    if separator and scheme in ("serial", "can"):
-        from .kinova_bus import open_can, open_serial
-
-        return open_serial(path) if scheme == "serial" else open_can(path)
-    if separator and scheme == "kortex":
-        return Kortex(path)
+    kinds = {"serial": open_serial, "can": open_can, "kortex": Kortex}
+    if separator and scheme in kinds:
+        return kinds[scheme](path)
     raise Reason.BAD_ADDRESS(
         f"kinova address {address!r}: expected serial://PORT (Gen2, JACO), can://CHANNEL, or "
         "kortex://HOST (Gen3, Gen3 lite)"
@@ -130,9 +127,9 @@ class Kortex(KinovaArm):
         except Exception as error:
             raise self._failed(error) from error
         actuators = feedback.actuators
-        return [float(actuator.position) for actuator in actuators], [
-            float(actuator.torque) for actuator in actuators
-        ]
+        angles = [float(actuator.position) for actuator in actuators]
+        torques = [float(actuator.torque) for actuator in actuators]
+        return angles, torques
 
     def close(self) -> None:
         """End the session and the connection; safe to call twice."""

@@ -8,13 +8,14 @@ GET_ACTUALPOSITION is ever sent; other commands move the arm or rewrite its zero
 import logging
 import math
 import struct
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import serial
 
 from .. import DriverError, Reason, clock
 from ..transport import CanBus, FreshAnswers, Options, SerialLine, parse_can_address, parse_options
-from .kinova_arm import Answers, KinovaArm
 
 if TYPE_CHECKING:
     import isotp
@@ -31,6 +32,33 @@ LINE_OPTIONS = ("baud", "parity", "stopbits", "databits")
 PARITIES = {name.lower(): letter for letter, name in serial.PARITY_NAMES.items()}
 FIRST_ANSWER_SECONDS = 1.0
 ANSWER_SECONDS = 0.1  # then the actuator is asked again
+
+
+Answers = tuple[Sequence[float], Sequence[float]]
+"""Angles [degrees] and torques [N m] of all joints, from base to flange, by the arm's own sign."""
+
+
+class KinovaArm(ABC):
+    """A connection that is asked for the joints again and again."""
+
+    joints: int
+    """Number of the arm's joints."""
+    sign: int
+    """1, or -1 where the torques have the opposite sign of what a state needs."""
+    rate: float
+    """Rate at which to ask [Hz]."""
+    centred: bool = False
+    """True where the first angle of each joint is brought between -180 and 180 degrees."""
+    rejected: int = 0
+    """Number of answers that could not be used."""
+
+    @abstractmethod
+    def measure(self, deadline: float) -> Answers:
+        """Ask all joints once; raise SILENT when one does not answer until the deadline [s]."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End the connection; safe to call twice."""
 
 
 def decode_reply(message: bytes, actuator: int) -> tuple[float, float]:

@@ -7,7 +7,6 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from itertools import chain
 from pathlib import Path
 from urllib.parse import parse_qsl
 
@@ -141,13 +140,14 @@ def arm_at(address: str) -> SimulatedArm:
 
 def _build(path: Path, options: dict[str, float], faults: list[Fault]) -> SimulatedArm:
     """Return the arm that replays a CSV file, or all recordings in a placement's folder."""
-    files = sorted([*path.glob("hole_*.csv"), *path.glob("samples.csv")]) if path.is_dir() else []
-    parts = [_read(file) for file in files or [path]]
-    configurations = list(chain.from_iterable(part for _, part, _ in parts))
-    efforts = list(chain.from_iterable(part for *_, part in parts))
+    files = sorted([*path.glob("hole_*.csv"), *path.glob("samples.csv")]) or [path]
+    parts = [_read(file) for file in files]
+    configurations = [row for _, rows, _ in parts for row in rows]
+    efforts = [row for _, _, rows in parts for row in rows]
     if not configurations:
         raise Reason.BAD_ADDRESS(f"mock: {path}: no configuration to replay")
-    hold, move = options.pop("hold", Motion.hold), options.pop("move", Motion.move)
+    hold = options.pop("hold", Motion.hold)
+    move = options.pop("move", Motion.move)
     return SimulatedArm(
         Motion(configurations, hold=hold, move=move),
         joint_names=parts[0][0],
