@@ -34,6 +34,11 @@ def sleep(seconds: float) -> None:
     time.sleep(seconds)
 
 
+def left(deadline: float) -> float:
+    """Return the time from now to a deadline, 0 after it [s]."""
+    return max(0.0, deadline - now())
+
+
 def wait(sources: Sequence[_Source], seconds: float) -> list[_Source]:
     """Return the sources that can be read, as soon as one can; none once the time is up [s].
 

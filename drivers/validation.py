@@ -40,6 +40,8 @@ class ValidatingDriver(Driver):
         self._joint_names: tuple[str, ...] = ()
         self._closed = False
         self._unread: JointState | None = None
+        self._asked = 0.0
+        """Time at which a state was last asked for [s]."""
         self._proven, self._useless = False, 0
         self._begin_anew()
 
@@ -104,11 +106,9 @@ class ValidatingDriver(Driver):
             raise Reason.UNREACHABLE(f"{error}: {advice}") from None
         return self._unread
 
-    def _silence(
-        self, asked: float, deadline: float, kind: str = "state", advice: str = ""
-    ) -> DriverError:
-        """Return the error for a time in which nothing came, between two moments [s]."""
-        waited = max(0.0, deadline - asked)
+    def _silence(self, deadline: float, kind: str = "state", advice: str = "") -> DriverError:
+        """Return the error for a time up to a deadline in which nothing came."""
+        waited = max(0.0, deadline - self._asked)
         return Reason.SILENT(f"no {kind} from {self._where} for {waited:.3g} s{advice}")
 
     def _begin_anew(self) -> None:
@@ -129,6 +129,7 @@ class ValidatingDriver(Driver):
         bad = ""
         while not self._closed:
             try:
+                self._asked = clock.now()
                 state = self._receive(deadline)
                 self._check_values(state)
                 self._check_stamp(state.stamp)
@@ -187,11 +188,10 @@ class PolledDriver(ValidatingDriver):
 
         Raise SILENT when it is after the deadline.
         """
-        asked = clock.now()
         if self._next_poll > deadline:
-            clock.sleep(max(0.0, deadline - asked))
-            raise self._silence(asked, deadline)
-        clock.sleep(max(0.0, self._next_poll - asked))
+            clock.sleep(clock.left(deadline))
+            raise self._silence(deadline)
+        clock.sleep(clock.left(self._next_poll))
         start = clock.now()
         self._next_poll = start + interval
         return start

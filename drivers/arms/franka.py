@@ -57,7 +57,6 @@ class Franka(ValidatingDriver):
         self._tcp, self._udp = _connect(endpoint, version, self._count_rejected)
 
     def _receive(self, deadline: float) -> JointState:
-        asked = clock.now()
         for datagram, _ in self._udp.until(deadline):
             state, self.status = decode_state(datagram)
             return state
@@ -66,7 +65,7 @@ class Franka(ValidatingDriver):
         hint = "does a firewall here block UDP from it?"
         if self.status:
             hint = f"its last mode: {self.status}. Desk may pause FCI in its programming mode"
-        raise self._silence(asked, deadline, advice=f"; {hint}")
+        raise self._silence(deadline, advice=f"; {hint}")
 
     def _disconnect(self) -> None:
         self._tcp.close()

@@ -190,7 +190,7 @@ class PolledArm(KinovaArm):
         """Return an actuator's answer; other messages are counted."""
         self._link.send(MESSAGE.pack(GET_ACTUALPOSITION, HOST, actuator, bytes(VALUES.size)))
         until = min(deadline, clock.now() + ANSWER_SECONDS)
-        while message := self._link.receive(max(0.0, until - clock.now())):
+        while message := self._link.receive(clock.left(until)):
             try:
                 return decode_reply(message, actuator)
             except ValueError:

@@ -9,7 +9,7 @@ Address: ``HOST[:PORT][?bind=LOCAL&effort=1]``; PORT (30200) is opened here, on 
 
 from collections.abc import Sequence
 
-from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
+from .. import DriverError, JointState, Reason, ValidatingDriver, match_joints
 from ..transport import DatagramSocket, parse_endpoint, resolve
 from .fri import Session, StateMessage, decode_message, encode_reply
 
@@ -36,7 +36,6 @@ class Kuka(ValidatingDriver):
             self._joint_names = match_joints(joint_names, count, "the KUKA arm")
 
     def _receive(self, deadline: float) -> JointState:
-        asked = clock.now()
         for datagram, source in self._udp.until(deadline):
             message = decode_message(datagram)
             self._follow(message)
@@ -45,7 +44,7 @@ class Kuka(ValidatingDriver):
                 effort = message.torque and tuple(self._sign * torque for torque in message.torque)
                 return JointState(message.stamp, message.position, effort)
         last = f"; its session was {self.status}" if self.status else ""
-        raise self._silence(asked, deadline, "FRI message with joint angles", last)
+        raise self._silence(deadline, "FRI message with joint angles", last)
 
     def _disconnect(self) -> None:
         self._udp.close()

@@ -54,12 +54,11 @@ class Piper(ValidatingDriver):
             self._await_first(FIRST_STATE_SECONDS, "is the arm on, and the bus at 1 Mbit/s?")
 
     def _receive(self, deadline: float) -> JointState:
-        asked = clock.now()
         while (frame := self._bus.receive(deadline)) is not None:
             state = self._take(frame)
             if state is not None:
                 return state
-        raise self._silence(asked, deadline, "joint angles")
+        raise self._silence(deadline, "joint angles")
 
     def _disconnect(self) -> None:
         self._bus.close()

@@ -74,7 +74,6 @@ class Ros(ValidatingDriver):
             self._joint_names = self._match(joint_names)
 
     def _receive(self, deadline: float) -> JointState:
-        asked = clock.now()
         others: tuple[str, ...] = ()
         while (came := self._get(deadline)) is not None:
             arrival, message = came
@@ -84,9 +83,8 @@ class Ros(ValidatingDriver):
             others = names
         if self._ended.is_set():
             raise Reason.UNREACHABLE(f"the connection to {self._where} is lost")
-        waited = max(0.0, deadline - asked)
         instead = f", only messages of {', '.join(others)}" if others else ""
-        raise Reason.SILENT(f"no joint states on {self._where} for {waited:.3g} s{instead}")
+        raise self._silence(deadline, "joint states", instead)
 
     def _state(self, arrival: float, message: Any) -> JointState:
         """Return the state of a message, and keep count of those that are not later."""
@@ -138,7 +136,7 @@ class Ros(ValidatingDriver):
     def _get(self, deadline: float) -> tuple[float, Any] | None:
         """Return the next message, and when it came [s]."""
         try:
-            return self._messages.get(timeout=max(0.0, deadline - clock.now()))
+            return self._messages.get(timeout=clock.left(deadline))
         except queue.Empty:
             return None
 

@@ -60,9 +60,8 @@ class UrRtde(ValidatingDriver):
                 ) from None
 
     def _receive(self, deadline: float) -> JointState:
-        asked = clock.now()
-        if not clock.wait([self._states], max(0.0, deadline - asked)):
-            raise self._silence(asked, deadline)
+        if not clock.wait([self._states], clock.left(deadline)):
+            raise self._silence(deadline)
         if not (data := os.read(self._states, STATE.size)):
             output = (
                 cast(IO[bytes], self._process.stderr).read().decode(errors="replace").split("\n")

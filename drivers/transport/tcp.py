@@ -81,7 +81,7 @@ class TcpStream:
 
     def _receive(self, deadline: float) -> None:
         try:
-            if not clock.wait([self], max(0.0, deadline - clock.now())):
+            if not clock.wait([self], clock.left(deadline)):
                 raise Reason.SILENT(f"no state from {self._where}")
             received = self._socket.recv(1 << 16)
         except (OSError, ValueError):  # a closed socket cannot be waited for
@@ -158,7 +158,7 @@ class DatagramSocket:
 
     def _receive(self, deadline: float) -> tuple[bytes, tuple[str, int]] | None:
         try:
-            if not clock.wait([self._socket], max(0.0, deadline - clock.now())):
+            if not clock.wait([self._socket], clock.left(deadline)):
                 return None
             return self._socket.recvfrom(LARGEST_DATAGRAM)
         except BlockingIOError:
