@@ -39,9 +39,10 @@ def read_bag(question: Question) -> Log:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise ExtractError("bags need rosbags: pip install 'mukca[bags]'") from None
-    inside = question.path.glob("*") if question.path.is_dir() else (question.path,)
-    for file in (file for file in inside if not file.is_dir()):
-        require_file(file, largest=None)
+    files = question.path.glob("*") if question.path.is_dir() else [question.path]
+    for file in files:
+        if not file.is_dir():
+            require_file(file, largest=None)
     store = get_typestore(Stores.ROS2_HUMBLE)
     try:
         with AnyReader([question.path], default_typestore=store) as reader:
@@ -128,9 +129,11 @@ def _state(message: Any, joints: Sequence[str], time: int) -> _State | None:
     order = [names.index(joint) for joint in joints]
     stamp = message.header.stamp
     nanoseconds = stamp.sec * 1_000_000_000 + stamp.nanosec
+    seconds = 1e-9 * (nanoseconds or time)
     effort = np.asarray(message.effort, dtype=float)
-    complete = len(effort) == len(position) and bool(np.isfinite(effort).all())
-    return 1e-9 * (nanoseconds or time), position[order], effort[order] if complete else None
+    if len(effort) != len(position) or not np.isfinite(effort).all():
+        return seconds, position[order], None
+    return seconds, position[order], effort[order]
 
 
 INFO = Path("meta") / "info.json"
@@ -147,8 +150,9 @@ def read_lerobot_log(question: Question) -> Log:
     info = _info(question.path)
     names = [name.removesuffix(".pos").removeprefix("main_") for name in _names(info, question)]
     columns = needed_columns(names, question)
+    motors = [names[i] for i in columns]
     values, stamps, episodes = _table(question)
-    positions, usable = _radians(values[:, columns], [names[i] for i in columns], info, question)
+    positions, usable = _radians(values[:, columns], motors, info, question)
     order = np.lexsort((stamps, episodes))
     order = order[usable[order]]
     fps = float(info.get("fps") or 30)

@@ -87,17 +87,21 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
     else:
         objects, points = zip(*found.values(), strict=True)
         rms, matrix, distortion = cv.calibrateCamera(objects, points, size, None, None)[:3]
-        values = (*matrix[[0, 1, 0, 1], [0, 1, 2, 2]], *distortion.ravel()[:5])
+        focal_and_centre = matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
+        values = [*focal_and_centre, *distortion.ravel()[:5]]
         numbers = ",".join(f"{value:.6g}" for value in values)
         remarks.append(
             f"--intrinsics {numbers}: by {len(found)} images, {rms:.2f} pixels off (rms)"
         )
     samples: list[Sample] = []
     for i, (corners, pixels) in found.items():
-        _, turned, place = cv.solvePnP(corners, pixels, matrix, distortion)
-        R = tuple(quaternion_of(turn(turned.ravel())[None])[0].tolist())
+        _, vector, place = cv.solvePnP(corners, pixels, matrix, distortion)
+        R = turn(vector.ravel())
+        quaternion = quaternion_of(R[None])[0].tolist()
         point = tuple(place.ravel().tolist())
-        samples.append(Sample(rows[i], 0, where=str(files[i]), point=point, orientation=R))
+        where = str(files[i])
+        view = Sample(rows[i], 0, where=where, point=point, orientation=tuple(quaternion))
+        samples.append(view)
     return Placement(
         folder.name,
         tuple(samples),
@@ -112,7 +116,8 @@ def _images(folder: Path, table: Table) -> list[Path]:
     """Return the image of each row: by a column with its name, else in the order of numbers."""
     images = {f.name: f for f in folder.iterdir() if f.suffix.lower() in IMAGES}
     for column in table.columns:
-        names = [Path(row[column.index].strip().replace("\\", "/")).name for row in table.rows]
+        cells = [row[column.index].strip() for row in table.rows]
+        names = [cell.replace("\\", "/").rpartition("/")[2] for cell in cells]
         if set(names) <= set(images):
             return [images[name] for name in names]
     if len(images) != len(table.rows):
@@ -148,9 +153,14 @@ def _corners(
         finders = [_plain_finder(cv, board)]
     else:
         finders = [_finder(cv, board, older) for older in (False, True)]
-    views = [{i: find(picture) for i, picture in enumerate(pictures)} for find in finders]
-    seen = [{i: view for i, view in some.items() if view is not None} for some in views]
+    seen = [_seen(find, pictures) for find in finders]
     return max(seen, key=len), size
+
+
+def _seen(find: "Finder", pictures: Sequence[Any]) -> dict[int, tuple[Any, Any]]:
+    """Return what a finder finds, by the number of each picture that shows the board."""
+    views = {i: find(picture) for i, picture in enumerate(pictures)}
+    return {i: view for i, view in views.items() if view is not None}
 
 
 Finder = Callable[[Any], "tuple[Any, Any] | None"]

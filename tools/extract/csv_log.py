@@ -47,9 +47,10 @@ def read_csv_log(question: Question) -> Log:
             f"columns: {', '.join(table.header)}"
         )
     columns, notes = _joint_columns(table, times, question)
-    rows = [i for i, row in enumerate(table.rows) if any(row[c.index].strip() for c in columns)]
-    if len(rows) < len(table.rows):
-        notes.append(f"{len(table.rows) - len(rows)} lines without positions are left out")
+    cells = [[row[column.index].strip() for column in columns] for row in table.rows]
+    rows = [i for i, numbers in enumerate(cells) if any(numbers)]
+    if empty := len(cells) - len(rows):
+        notes.append(f"{empty} lines without positions are left out")
     table = table.at(rows)
     positions = _in_radians(np.array(table.numbers(columns)), columns, question)
     log = in_parts(_stamps(table, times[0]), positions, None, notes)
@@ -102,7 +103,8 @@ def _in_radians(positions: np.ndarray, columns: Sequence[Column], question: Ques
     if question.units not in (None, "radians", "degrees"):
         raise ExtractError(f"--units {question.units}: for a CSV log, radians or degrees")
     turning = ~np.array(question.prismatic)
-    degrees = any(c.unit in DEGREES for c, turns in zip(columns, turning, strict=True) if turns)
+    in_degrees = np.array([column.unit in DEGREES for column in columns])
+    degrees = bool((in_degrees & turning).any())
     if question.units is not None:
         degrees = question.units == "degrees"
         unit = np.radians(1.0) if degrees else 1.0

@@ -87,9 +87,10 @@ def in_parts(
         for i in last
     ]
     parts = np.searchsorted(last, np.arange(len(times)))
-    rows = np.unique(np.stack([parts, times]), axis=1, return_index=True)[1]
+    _, rows = np.unique([parts, times], axis=1, return_index=True)
+    q = np.array(positions)[rows]
     torques = None if efforts is None else np.array(efforts, dtype=float)[rows]
-    return Log(times[rows], np.array(positions)[rows], torques, parts[rows], (*notes, *remarks))
+    return Log(times[rows], q, torques, parts[rows], (*notes, *remarks))
 
 
 def around(differences: np.ndarray, turning: Sequence[bool]) -> np.ndarray:

@@ -1,7 +1,6 @@
 """Picture of the rests in a log."""
 
 from collections.abc import Sequence
-from itertools import product
 
 import numpy as np
 
@@ -60,7 +59,10 @@ def _curve(panel: Panel, lane: int, times: np.ndarray, positions: np.ndarray) ->
     """Draw a joint's positions over the times, both (N,), over the height of its lane."""
     extent = max(np.ptp(positions), 1e-9)
     heights = lane + 0.42 - 0.84 * (positions - positions.min()) / extent
-    blocks = np.array_split(np.arange(len(times)), min(COLUMNS, len(times)))
-    ends = product(blocks, (np.max, np.min))
-    points = [(float(times[block[0]]), float(end(heights[block]))) for block, end in ends]
+    count = min(COLUMNS, len(times))
+    blocks = zip(np.array_split(times, count), np.array_split(heights, count), strict=True)
+    points: list[tuple[float, float]] = []
+    for moments, values in blocks:
+        begin = float(moments[0])
+        points += [(begin, float(values.max())), (begin, float(values.min()))]
     panel.line(points, "curve")

@@ -120,7 +120,8 @@ def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:
 
 def _joined(first: Rest, second: Rest) -> Rest:
     """Return two rests at one place as one, with the stiller window of both."""
-    stiller = min((first.pose, second.pose), key=lambda pose: max(pose.spread))
+    poses = (first.pose, second.pose)
+    stiller = min(poses, key=lambda pose: max(pose.spread))
     return replace(second, begin=first.begin, pose=stiller)
 
 
@@ -140,9 +141,8 @@ def propose_samples(
         return []
     positions = np.array([pause.pose.position for pause in rests])
     balls = nominal_balls(robot, positions)
-    proposed = [
-        replace(pause, ball=tuple(p)) for pause, p in zip(rests, balls.tolist(), strict=True)
-    ]
+    pairs = zip(rests, balls.tolist(), strict=True)
+    proposed = [replace(pause, ball=tuple(ball)) for pause, ball in pairs]
     sockets = [group for group in _together(balls, TOGETHER * distance) if len(group) >= LEAST]
     for number, pair in enumerate(_pairs(sockets, balls, distance), start=1):
         name = f"placement_{number}"
@@ -154,10 +154,12 @@ def propose_samples(
 
 def _together(points: np.ndarray, within: float) -> list[list[int]]:
     """Return groups of points, each within a distance of another one of its group."""
-    joined = np.linalg.norm(points[:, None] - points[None], axis=2) <= within
+    distances = np.linalg.norm(points[:, None] - points, axis=2)
+    joined = distances <= within
     while (wider := joined.astype(np.float32) @ joined > 0).sum() > joined.sum():
         joined = wider
-    return [np.flatnonzero(row).tolist() for i, row in enumerate(joined) if row.argmax() == i]
+    firsts = np.unique(joined.argmax(axis=1))
+    return [np.flatnonzero(joined[i]).tolist() for i in firsts]
 
 
 def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[list[list[int]]]:

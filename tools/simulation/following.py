@@ -55,9 +55,11 @@ class FollowingHand:
         order = list(range(len(names)))
         if sorted(arm.joint_names) == sorted(names):
             order = [arm.joint_names.index(name) for name in names]
-        rows = np.array(arm.motion.configurations)
-        self._session = fitted_session(rows[:, order], robot, arm.seed)
-        self._torques = None if arm.efforts is None else np.array(arm.efforts)[:, order]
+        recorded = np.array(arm.motion.configurations)[:, order]
+        self._session = fitted_session(recorded, robot, arm.seed)
+        self._torques: np.ndarray | None = None
+        if arm.efforts is not None:
+            self._torques = np.array(arm.efforts)[:, order]
         self._truth = self._session.robot
         self._seed = arm.seed
         self._generator = np.random.default_rng(arm.seed)
@@ -72,7 +74,8 @@ class FollowingHand:
         self._rows_led = {0}
         self._poses = list[tuple[float, ...]]()
         self._efforts = list[list[float]]()
-        self._rest_at(self._session.positions[0], int(self._session.sockets[0]), 0)
+        first_socket = int(self._session.sockets[0])
+        self._rest_at(self._session.positions[0], first_socket, row=0)
         self._motion = LedMotion(self._poses, move=arm.motion.move)
         efforts = None if self._torques is None else self._efforts
         self._arm = replace(arm, motion=self._motion, joint_names=names, efforts=efforts)
@@ -136,8 +139,9 @@ class FollowingHand:
 
     def _unused(self, socket: int) -> int | None:
         """Return the first sample of the recording in a socket that was not led to, or None."""
-        rows = np.flatnonzero(self._session.sockets == socket).tolist()
-        return next((row for row in rows if row not in self._rows_led), None)
+        rows = np.flatnonzero(self._session.sockets == socket)
+        unused = set(rows.tolist()) - self._rows_led
+        return min(unused, default=None)
 
     def _seated_at(self, reference: np.ndarray | None, socket: int) -> np.ndarray:
         """Return a configuration with the ball in a socket, near another if one is given."""
@@ -160,11 +164,14 @@ class FollowingHand:
         if not self._faults:
             return self._led[-1]
         count = len(self._led)
-        rows = self._session
-        q = np.concatenate([self._led, rows.positions[count:]])
-        labels = np.concatenate([self._labels, rows.sockets[count:]])
-        generator = np.random.default_rng(self._seed)  # a fault stays as it was
-        session = Session(self._truth, q, labels, self._sockets, generator)
+        recorded = self._session
+        session = Session(
+            self._truth,
+            np.concatenate([self._led, recorded.positions[count:]]),
+            np.concatenate([self._labels, recorded.sockets[count:]]),
+            self._sockets,
+            np.random.default_rng(self._seed),  # a fault stays as it was
+        )
         return with_faults(session, self._faults)[count - 1]
 
 
@@ -179,5 +186,6 @@ def following_hand(driver: str, robot: Robot, distance: float | None) -> Followi
     words = query.split("&")
     if name != "mock" or FOLLOW not in words:
         return None
-    query = "&".join(word for word in words if word != FOLLOW)
+    words.remove(FOLLOW)
+    query = "&".join(words)
     return FollowingHand(f"{path}?{query}" if query else path, robot, distance)

@@ -67,11 +67,13 @@ def _unit(v: np.ndarray) -> np.ndarray:
 def _turned_base(s: Session, size: float) -> np.ndarray:
     radius = s.centres[s.sockets] - s.centres[0]
     tangent = np.cross([0.0, 0.0, 1.0], radius)
-    return math.sin(size) * tangent + (math.cos(size) - 1) * radius
+    inwards = math.cos(size) - 1
+    return math.sin(size) * tangent + inwards * radius
 
 
 def _bent_ball(s: Session, size: float) -> np.ndarray:
-    place = [p.index for p in all_parameters(s.robot) if p.of_ball and p.unit == "m"]
+    parameters = all_parameters(s.robot)
+    place = [p.index for p in parameters if p.of_ball and p.unit == "m"]
     model = BallModel(s.robot, place)
     linear = model.linearise(model.nominal, s.positions)
     return linear.by_parameters @ s.aside(size)
@@ -151,7 +153,8 @@ class SessionFault:
         """Return by how much it moves the ball of each sample, shape (N, 3) [m]."""
         numbers = np.arange(1, len(session.positions) + 1)
         last = np.inf if self.count is None else self.start + self.count
-        share = ((numbers >= self.start) & (numbers < last)).astype(float)
+        concerned = (numbers >= self.start) & (numbers < last)
+        share = concerned.astype(float)
         if self.kind == "drift":
             share = share.cumsum() / max(share.sum(), 1)
         elif self.kind == "distance":
@@ -261,7 +264,11 @@ def demo_arm(seed: int = DEMO_SEED, *, keep_size: bool = True) -> tuple[Robot, R
 def demo_bases(distance: float = DEFAULT_DISTANCE) -> list[Base]:
     """Return the socket base [m] in front of the arm, and to its left and right."""
     along_y = np.array([0.0, 1.0, 0.0])
-    places = {"front": (0.5, 0.0, 0.1), "left": (0.35, 0.4, 0.1), "right": (0.35, -0.4, 0.1)}
+    places = {
+        "front": (0.5, 0.0, 0.1),
+        "left": (0.35, 0.4, 0.1),
+        "right": (0.35, -0.4, 0.1),
+    }
     return [Base(name, np.array(place), along_y, distance) for name, place in places.items()]
 
 
@@ -274,8 +281,8 @@ def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
     generator = np.random.default_rng(0)
     for base in demo_bases(distance):
         led = record(arm, base, generator, noise=SEAT_NOISE)
-        efforts = gravity_moments(arm, led.positions)[:, : len(arm.actuated)].tolist()
-        pairs = zip(led.samples, efforts, strict=True)
+        moments = gravity_moments(arm, led.positions)[:, : len(arm.actuated)]
+        pairs = zip(led.samples, moments.tolist(), strict=True)
         loaded = [replace(sample, effort=tuple(effort)) for sample, effort in pairs]
         order = np.arange(len(loaded)).reshape(2, -1, TURN).swapaxes(0, 1).ravel()
         in_turns = replace(led, samples=tuple(loaded[i] for i in order))

@@ -129,15 +129,16 @@ def simulate_recordings(
         lowest = LEAST.get(name, 0)
         if not lowest <= value < np.inf:
             raise UsageError(f"{name} {value}: give a number of at least {lowest}")
-    arms, places, hands = (np.random.default_rng([settings["seed"], k]) for k in range(3))
+    seed = settings["seed"]
+    arms, places, hands = (np.random.default_rng([seed, k]) for k in range(3))
     arm = perturb(robot, arms, settings["translation"], settings["rotation"])
-    bases = reachable_bases(arm, places, placements, check_distance(settings["distance"]))
-    how = Imperfection(settings["noise"], _deflection(robot, arms, settings))
+    distance = check_distance(settings["distance"])
+    bases = reachable_bases(arm, places, placements, distance)
+    deflection = _deflection(robot, arms, settings)
+    how = Imperfection(settings["noise"], deflection)
     samples = settings["samples"]
-    return (
-        truth_of(robot, arm, how.deflection),
-        [record(arm, base, hands, samples=samples, imperfection=how) for base in bases],
-    )
+    recorded = [record(arm, base, hands, samples=samples, imperfection=how) for base in bases]
+    return truth_of(robot, arm, deflection), recorded
 
 
 def truth_of(robot: Robot, arm: Robot, deflection: Deflection) -> CalibratedRobot:
@@ -150,18 +151,19 @@ def _deflection(
     robot: Robot, generator: np.random.Generator, sizes: Mapping[str, float]
 ) -> Deflection:
     """Return the effects of extensions of such sizes, without those of size zero."""
-    active = [effect for effect in EFFECTS.values() if sizes.get(effect.extension)]
-    drawn: list[np.ndarray] = []
-    for effect in active:
-        draw = effect.random or partial(_independent, effect)
-        drawn.append(sizes[effect.extension] * draw(len(robot.joint_names), generator))
-    return Deflection(tuple(effect.name for effect in active), tuple(drawn))
+    drawn: dict[str, np.ndarray] = {}
+    for effect in EFFECTS.values():
+        if size := sizes.get(effect.extension):
+            draw = effect.random or partial(_independent, effect)
+            drawn[effect.name] = size * draw(len(robot.joint_names), generator)
+    return Deflection(tuple(drawn), tuple(drawn.values()))
 
 
 def _independent(effect: Effect, joints: int, generator: np.random.Generator) -> np.ndarray:
     """Return coefficients of size 1 that are drawn independently, shape (p,)."""
     count = len(effect.coefficient_names([""] * joints))
-    return generator.random(count) if effect.non_negative else generator.standard_normal(count)
+    draw = generator.random if effect.non_negative else generator.standard_normal
+    return draw(count)
 
 
 def record(
@@ -181,10 +183,10 @@ def record(
     """
     how = imperfection or Imperfection(noise)
     sockets = np.repeat([0, 1], samples)
-    readings = lead(arm, np.array(base.sockets)[sockets], generator, how, guide)
-    return Placement.of_arrays(
-        base.name, readings, sockets, arm.joint_names, distance=base.distance
-    )
+    seats = np.array(base.sockets)[sockets]
+    readings = lead(arm, seats, generator, how, guide)
+    names = arm.joint_names
+    return Placement.of_arrays(base.name, readings, sockets, names, distance=base.distance)
 
 
 def lead(
@@ -214,7 +216,10 @@ def lead(
     either = generator.choice([-1.0, 1.0], readings.shape)
     side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
     readings = readings + 0.5 * how.play * side
-    return how.resolution * np.round(readings / how.resolution) if how.resolution else readings
+    if how.resolution == 0:
+        return readings
+    steps = np.round(readings / how.resolution)
+    return how.resolution * steps
 
 
 def _seated(
@@ -229,7 +234,8 @@ def _seated(
     m = true.shape[1]
     for _ in range(3):  # each step leaves some 1e-3 of the millimetre that tilts move the ball by
         tilts = deflection.true_positions(true, *held)[:, m:]
-        linear = model.linearise(np.empty(0), np.hstack([true, tilts]))
+        turned = np.hstack([true, tilts])
+        linear = model.linearise(np.empty(0), turned)
         back = np.linalg.pinv(linear.by_joints[:, :, :m])
         true = true + np.einsum("nij,nj->ni", back, seats - linear.points)
     return true
@@ -247,7 +253,8 @@ def reachable_bases(
         SimulationError: No such places were found.
     """
     guide = InverseKinematics(robot)
-    reach = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+    lengths: np.ndarray = np.linalg.norm(robot.origins[:, :3], axis=1)
+    reach = float(lengths.sum())
     bases: list[Base] = []
     for _ in range(400):
         radius = generator.uniform(0.35, 0.65) * reach
@@ -259,7 +266,8 @@ def reachable_bases(
         distances = [np.linalg.norm(centre - other.centre) for other in bases]
         if all(distance > 0.2 * reach for distance in distances):
             with suppress(SimulationError):  # several ways lead there, as a person would see
-                guide.reach(np.repeat(base.sockets, 5, axis=0), generator, rounds=2)
+                seats = np.repeat(base.sockets, 5, axis=0)
+                guide.reach(seats, generator, rounds=2)
                 bases.append(base)
         if len(bases) == count:
             return bases

@@ -52,9 +52,10 @@ def perturb(
     model = extend(robot, parameters, effects_of(zeros=zeros))
     widths = [translation if p.unit == "m" else angle for p in parameters]
     changes = generator.normal(0, 1, len(widths)) * widths
+    joints = np.array([p.joint if p.unit == "rad" else "" for p in parameters])
     for joint in robot.joints:
-        turned = [i for i, p in enumerate(parameters) if p.joint == joint.name and p.unit == "rad"]
-        if turned:
+        turned = joints == joint.name
+        if turned.any():
             changes[turned] = _usual_axes(joint) @ changes[turned]
     values = model.ball.nominal + changes
     by_scale = model.by_scale()[: len(parameters)]
@@ -72,5 +73,6 @@ def _usual_axes(joint: Joint) -> np.ndarray:
     yaw, which have such axes where the pitch is zero.
     """
     rpy = joint.origin.rpy
-    U, _, Vt = np.linalg.svd(matrix_rpy(rpy).T @ rpy_axes(rpy))
+    axes = matrix_rpy(rpy).T @ rpy_axes(rpy)
+    U, _, Vt = np.linalg.svd(axes)
     return U @ Vt
