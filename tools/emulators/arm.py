@@ -97,17 +97,20 @@ class FaultInjector:
             return [packet]
         if self.is_active("silent", moment) or self.is_active("drop", moment):
             return []
+        target, message = packet
         if self.is_active("truncate", moment):
-            packet = packet[0], packet[1][: self._random.randrange(len(packet[1]))]
+            message = message[: self._random.randrange(len(message))]
         if self.is_active("garble", moment):
-            packet = packet[0], self._random.randbytes(len(packet[1]))
+            message = self._random.randbytes(len(message))
+        packet = target, message
         if self.is_active("reorder", moment) and not self._held_back:
             self._held_back.append(packet)
             return []
-        sent = [packet] * (2 if self.is_active("duplicate", moment) else 1)
-        sent = [*self._stalled, *sent, *self._held_back]
-        self._stalled, self._held_back = [], []
+        copies = 2 if self.is_active("duplicate", moment) else 1
+        sent = [*self._stalled, *copies * [packet], *self._held_back]
+        self._held_back = []
+        self._stalled = []
         if self.is_active("stall", moment):
             self._stalled = sent
-            sent = []
+            return []
         return sent

@@ -45,8 +45,10 @@ class DamiaoEmulator(Emulator):
         elif data[2] == 0xCC:
             if motor == 1 or self._state is None:
                 self._state = self.next_state(self.moment)
-            count = round((self._state.position[motor - 1] + HALF_RANGE) / 25 * 65535)
-            reply = bytes([self.status << 4 | motor]) + count.to_bytes(2, "big") + REST
+            angle = self._state.position[motor - 1]
+            count = round((angle + HALF_RANGE) / 25 * 65535)
+            status = bytes([self.status << 4 | motor])
+            reply = status + count.to_bytes(2, "big") + REST
         else:
             return
         self.answer(self._bus.send, reply, 0x10 + motor)
@@ -68,7 +70,8 @@ class PiperEmulator(Emulator):
         """Send the three frames of one state."""
         counts = [round(math.degrees(angle) * 1000) for angle in state.position]
         for index, identifier in enumerate(PIPER_FRAMES):
-            pair = struct.pack(">ii", *counts[2 * index : 2 * index + 2])
+            first = 2 * index
+            pair = struct.pack(">ii", *counts[first : first + 2])
             self.emit(self._bus.send, pair, moment, identifier)
 
 
@@ -126,6 +129,8 @@ class KinovaEmulator(Emulator):
             return
         self.arm.connect()
         state = self.next_state(self.moment)
+        degrees = math.degrees(state.position[joint])
         torque = state.effort[joint] if state.effort else 0.0
-        values = struct.pack("<4f", 0.0, math.degrees(state.position[joint]), 0.0, torque)
-        self.answer(self._send, struct.pack("<hBB", 2, actuator, 0) + values)
+        values = struct.pack("<4f", 0.0, degrees, 0.0, torque)
+        header = struct.pack("<hBB", 2, actuator, 0)
+        self.answer(self._send, header + values)

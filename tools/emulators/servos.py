@@ -149,7 +149,8 @@ class DynamixelEmulator(ServoEmulator):
         return packet[4], packet[7], first, count, parameters[4:]
 
     def _pong(self) -> bytes:
-        return self.model.to_bytes(2, "little") + bytes([self.TABLE["firmware"]])
+        firmware = bytes([self.TABLE["firmware"]])
+        return self.model.to_bytes(2, "little") + firmware
 
     def _position(self, steps: int) -> int:
         return steps % (1 << 32)  # two's complement

@@ -89,7 +89,8 @@ class UrEmulator(Emulator):
         names = payload[8:].decode().rstrip(",").split(",")
         types = [OUTPUTS.get(name, ("NOT_FOUND",))[0] for name in names]
         self._names = [] if "NOT_FOUND" in types else names
-        return bytes([bool(self._names)]) + ",".join(types).encode()
+        number = bytes([bool(self._names)])
+        return number + ",".join(types).encode()
 
     def _forget(self) -> None:
         self._buffer = bytearray()
@@ -164,7 +165,8 @@ def fast_report(time: int, state: JointState) -> bytes:
 
 def rich_report(state: JointState) -> bytes:
     """Return a report of port 30002."""
-    kind = bytes([6, len(state.position), 0xAA, 0x55]) + bytes(2) + b"v2.6.0"
+    joints = len(state.position)
+    kind = bytes([6, joints, 0xAA, 0x55, 0, 0]) + b"v2.6.0"
     return _report(RICH_SIZE, {4: real_report(state)[4:], NORMAL_SIZE: kind})
 
 

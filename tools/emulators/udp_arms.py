@@ -81,7 +81,9 @@ class FrankaEmulator(DatagramEmulator):
         self._reply(0, identifier, struct.pack("<BH", version != offered, offered))
         for client in self._tcp.clients if version == offered else ():  # it may have left
             self.arm.connect()
-            self._target, self.streaming = (client.getpeername()[0], port), True
+            host, *_ = client.getpeername()
+            self._target = (host, port)
+            self.streaming = True
 
     def _reply(self, command: int, identifier: int, payload: bytes) -> None:
         header = struct.pack("<III", command, identifier, 12 + len(payload))

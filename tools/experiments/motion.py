@@ -43,7 +43,8 @@ def move(name: str, duration: float, start: Pose, end: Pose) -> Phase:
 
     def goal(fraction: float) -> Pose:
         s = smooth(fraction)
-        return pin.SE3(pin.exp3(s * turn) @ start.rotation, start.translation + s * way)
+        rotation = pin.exp3(s * turn) @ start.rotation
+        return pin.SE3(rotation, start.translation + s * way)
 
     return Phase(name, duration, goal)
 
@@ -95,8 +96,9 @@ def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) 
             torque = controller.torque(goal, q, dq, TIME_STEP, compensate=phase.compensate)
             scene.step(torque)
             if (count - step) % RECORD_EVERY == 0:
+                force = scene.contact_force()
                 names.append(phase.name)
-                rows.append((q.copy(), scene.tip, scene.contact_force(), controller.offset))
+                rows.append((q.copy(), scene.tip, force, controller.offset))
     return Log(tuple(names), *map(np.array, zip(*rows, strict=True)))
 
 

@@ -117,22 +117,24 @@ def film(models: Sequence[ExperimentRun]) -> tuple[bytes, bytes]:
 
 def _side_by_side(titles: Sequence[str], columns: Sequence[Sequence[Image.Image]]) -> Image.Image:
     """Return two pictures of each model, one below the other, under its title."""
-    page = Image.new("RGB", (len(titles) * WIDTH, TITLE + 2 * HEIGHT), "white")
+    size = len(titles) * WIDTH, TITLE + 2 * HEIGHT
+    page = Image.new("RGB", size, "white")
     draw = ImageDraw.Draw(page)
-    for column, (title, pictures) in enumerate(zip(titles, columns, strict=True)):
-        draw.text((column * WIDTH + 8, 4), title, fill="black")
+    for i, (title, pictures) in enumerate(zip(titles, columns, strict=True)):
+        left = i * WIDTH
+        draw.text((left + 8, 4), title, fill="black")
         for row, picture in enumerate(pictures):
-            page.paste(picture, (column * WIDTH, TITLE + row * HEIGHT))
+            page.paste(picture, (left, TITLE + row * HEIGHT))
     return page
 
 
 def _frames(model: ExperimentRun) -> list[list[Image.Image]]:
     """Return a model's two pictures, moment by moment, the log's last row among them."""
-    trial_shown = max(model.trials, key=lambda trial: abs(trial.result.elbow))
-    insertion = isinstance(trial_shown.result, Insertion)
+    shown = max(model.trials, key=lambda trial: abs(trial.result.elbow))
+    insertion = isinstance(shown.result, Insertion)
     if insertion:
-        model.scene.place_hole(np.array(trial_shown.result.hole))
-    q = trial_shown.log.q
+        model.scene.place_hole(np.array(shown.result.hole))
+    q = shown.log.q
     step = round(INTERVAL * ROWS_PER_SECOND)
     frames: list[list[Image.Image]] = []
     with _camera(model.scene) as render:

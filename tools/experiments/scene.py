@@ -39,7 +39,8 @@ def add_visuals(spec: Any, arm: Robot) -> None:
     ends = np.array([joint.origin.xyz for joint in arm.joints[1:]])
     lengths = np.linalg.norm(ends, axis=1)
     to_tip = np.cumsum(lengths[::-1])[::-1] - lengths
-    visible = np.clip(1 - (TOOL - to_tip) / np.maximum(lengths, 1e-9), 0, 1)
+    hidden = (TOOL - to_tip) / np.maximum(lengths, 1e-9)
+    visible = np.clip(1 - hidden, 0, 1)
     ends *= visible[:, None]
     for joint, end in zip(arm.joints, ends, strict=False):
         body = spec.body(joint.child)

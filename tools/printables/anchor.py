@@ -108,8 +108,13 @@ class AnchoredBase(SocketBase):
         outer = self._sides[1]
         bump = self.width / 2 - GRIP
         finger: Outline = (
-            *((inner, y + 1), (inner, y - 20), (bump, y - 23), (bump, y - 26)),
-            *((inner + 0.8, y - FINGER), (outer, y - FINGER), (outer, y + 1)),
+            (inner, y + 1),
+            (inner, y - 20),
+            (bump, y - 23),
+            (bump, y - 26),
+            (inner + 0.8, y - FINGER),
+            (outer, y - FINGER),
+            (outer, y + 1),
         )
         mirror = tuple((-x, y) for x, y in reversed(finger))
         return [prism(height, outline) for outline in (finger, mirror)]

@@ -86,10 +86,9 @@ class BallPart:
     @property
     def shortest_reach(self) -> float:
         """The reach at which, at full tilt, all of the mount stays above the ball's centre."""
-        height = max(
-            z + (r * math.sin(TILT) + ABOVE) / math.cos(TILT) for r, z in self.mount.corners
-        )
-        return 5.0 * math.ceil((height - self.mount.origin) / 5)
+        heights = [z + (r * math.sin(TILT) + ABOVE) / math.cos(TILT) for r, z in self.mount.corners]
+        least = max(heights) - self.mount.origin
+        return 5.0 * math.ceil(least / 5)
 
     @cached_property
     def height(self) -> float:
@@ -153,8 +152,9 @@ class BallPart:
         """
         u = self._start / self.throat
         v = self.length / root
-        shape = (self.length - self._start) * (u**2 + u * v + v**2) / (3 * self.throat * root)
-        return FORCE * shape / (YOUNG * math.pi / 64)
+        squares = u**2 + u * v + v**2
+        integral = (self.length - self._start) * squares / (3 * self.throat * root)
+        return FORCE * integral / (YOUNG * math.pi / 64)
 
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""
@@ -165,17 +165,23 @@ class BallPart:
             self.root / 2 + self.slope,
             centre + self.slope * 0.5 * self._start,
         ).at(z=self.mount.top - 1)
-        ball = sphere(self.ball / 2 + (GLUE if self.bought else 0)).at(z=self.height)
         body = union(self.mount.body, neck)
-        body = body - ball if self.bought else body | ball
+        radius = self.ball / 2
+        if self.bought:
+            body = body - sphere(radius + GLUE).at(z=self.height)
+        else:
+            body = body | sphere(radius).at(z=self.height)
         letters = self._lettering()
         return body - letters if letters else body
 
     def envelope(self) -> Solid:
         """Return what moves with the part: itself, a bought ball and the heads of its screws."""
-        extra = [sphere(self.ball / 2).at(z=self.height)] if self.bought else []
-        hardware = [self.mount.hardware] if self.mount.hardware else []
-        return union(self.solid(), *extra, *hardware)
+        parts = [self.solid()]
+        if self.bought:
+            parts.append(sphere(self.ball / 2).at(z=self.height))
+        if self.mount.hardware:
+            parts.append(self.mount.hardware)
+        return union(*parts)
 
     def _lettering(self) -> Solid | None:
         """Return the engraving of the ball's height on the mount, where there is room for it."""

@@ -80,12 +80,14 @@ def _drawing(part: Part) -> bytes:
         for i, (a, b) in enumerate(part.spans, 1)
     ]
     page = templates().get_template("drawing.svg.j2")
+    width = x_right + MARGIN + STEP * len(part.levels)
+    from_front = _path(body.rotate((-90, 0, 0)), middle, front)
     return page.render(
         title=part.name,
-        width=round(max(x_right + MARGIN + STEP * len(part.levels), 210), 1),
+        width=round(max(width, 210), 1),
         height=round(foot + 6 * len(notes) + 6, 1),
         foot=round(foot, 1),
-        paths=[_path(body.rotate((-90, 0, 0)), middle, front), _path(body, middle, above)],
+        paths=[from_front, _path(body, middle, above)],
         dimensions=dimensions,
         centre=(round(middle, 2), round(above, 2)),
         right=x_right,

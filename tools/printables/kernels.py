@@ -68,7 +68,8 @@ def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
 
 def _segments(radius: float, chord: float) -> int:
     """Return the number of chords for a circle, the same in every third and quarter of it."""
-    return 12 * math.ceil(math.pi / math.acos(1 - chord / radius) / 12)
+    fewest = math.pi / math.acos(1 - chord / radius)
+    return 12 * math.ceil(fewest / 12)
 
 
 Shape = Any

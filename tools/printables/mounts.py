@@ -124,7 +124,8 @@ def _slot(angle: float, inner: float, outer: float, radius: float, height: float
     """Return a slot of rounded ends along a direction, between two distances from the z axis."""
     c = math.cos(angle)
     s = math.sin(angle)
-    ends = cylinder(radius, height).at_each([(inner * c, inner * s), (outer * c, outer * s)])
+    places = [(r * c, r * s) for r in (inner, outer)]
+    ends = cylinder(radius, height).at_each(places)
     if inner == outer:
         return ends[0]
     corners = ((inner, -radius), (outer, -radius), (outer, radius), (inner, radius))
@@ -159,16 +160,19 @@ def grip(
     low = width / 2 - deep
     if deep:
         for side in ((low, width), (-width, -low)):
-            block = block - prism(length + 2, rectangle(_middle(across), side)).at(z=-1)
+            outline = rectangle(_middle(across), side)
+            block = block - prism(length + 2, outline).at(z=-1)
     # A cone of less than 45 degrees' overhang.
-    shoulder = union(frustum(3.3, low, low + 3), cylinder(low + 3, 1.5).at(z=3.3))
+    rim = cylinder(low + 3, 1.5).at(z=3.3)
+    shoulder = union(frustum(3.3, low, low + 3), rim)
     start = length - 0.3  # it begins inside the block
+    edge = math.hypot(width / 2, depth / 2) - 0.5
     frame.setdefault("origin", length)
     return Mount(
         body=union(block, shoulder.at(z=start)),
         top=start + 4.8,
         widest_root=2 * low + 4,
-        corners=((math.hypot(width / 2, depth / 2) - 0.5, length), (low + 3, start + 4.8)),
+        corners=((edge, length), (low + 3, start + 4.8)),
         **frame,
     )
 
@@ -224,7 +228,8 @@ def find_mount(name: str) -> Mount:
             return mount
     if code := _ISO.fullmatch(short):
         return bolt_circle(float(code[1]), int(code[2]), code[3].upper())
-    robots = sorted(set(chain.from_iterable(mount.links for mount in MOUNTS.values())))
+    links = [mount.links for mount in MOUNTS.values()]
+    robots = sorted(set(chain.from_iterable(links)))
     raise PrintableError(
         f"no mount {name!r}; there are: {', '.join(MOUNTS)}, codes of ISO 9409-1 as iso-63-4-m6, "
         f"none, and by robot: {', '.join(robots)}"

@@ -200,7 +200,12 @@ def leaning(
 
     Its neck leans by a tilt from the vertical to an azimuth from x, turned by a spin [rad].
     """
-    turns = ((0.0, 0.0, azimuth), (0.0, tilt, 0.0), (0.0, 0.0, spin - azimuth), (math.pi, 0.0, 0.0))
-    lean = reduce(np.matmul, (turn(np.array(vector)) for vector in turns))
+    turns = (
+        (0.0, 0.0, azimuth),
+        (0.0, tilt, 0.0),
+        (0.0, 0.0, spin - azimuth),
+        (math.pi, 0.0, 0.0),
+    )
+    lean = reduce(np.matmul, [turn(np.array(vector)) for vector in turns])
     centre = np.array((*base.centres[socket], base.height + LIFT))
     return np.column_stack((lean, centre - lean[:, 2] * part.height))

@@ -99,7 +99,9 @@ def _core(body: "Manifold", z: float, within: "CrossSection", recipe: Recipe) ->
     if recipe.infill == 1.0:
         return 0.0
     reach = SHELLS * recipe.layer
-    return (within ^ body.slice(z - reach) ^ body.slice(z + reach)).area()
+    below = body.slice(z - reach)
+    above = body.slice(z + reach)
+    return (within ^ below ^ above).area()
 
 
 def _fill_time(length: float, within: "CrossSection") -> float:
@@ -124,4 +126,5 @@ def _length(section: "CrossSection") -> float:
     """Return the length of an area's outlines [mm]."""
     figure: Any = section
     sides = [ring - np.roll(ring, 1, axis=0) for ring in figure.to_polygons()]
-    return math.fsum(np.linalg.norm(side, axis=1).sum() for side in sides)
+    lengths = [np.linalg.norm(side, axis=1).sum() for side in sides]
+    return math.fsum(lengths)

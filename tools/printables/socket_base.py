@@ -8,7 +8,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 from .solid import (
     BED,
@@ -273,5 +273,11 @@ def _steps(start: float, low: float, high: float) -> list[float]:
 def _outermost(points: Sequence[Point]) -> tuple[Point, ...]:
     """Return the points farthest out along the diagonals, in anticlockwise order."""
     signs = ((-1, -1), (1, -1), (1, 1), (-1, 1)) if points else ()
-    corners = [max(points, key=lambda p: (sx * p[0] + sy * p[1], sy * p[1])) for sx, sy in signs]
+    corners = [max(points, key=partial(_reach_along, sx, sy)) for sx, sy in signs]
     return tuple(dict.fromkeys(corners))
+
+
+def _reach_along(sx: int, sy: int, point: Point) -> tuple[float, float]:
+    """Return how far out a point lies along a diagonal, and along y."""
+    x, y = point
+    return sx * x + sy * y, sy * y
