@@ -110,7 +110,8 @@ STEP = 0.02
 
 def pose_above(point: np.ndarray) -> Pose:
     """Return the pose of a tool that points straight down, its tip at a point."""
-    return pin.SE3(np.diag([1.0, -1.0, -1.0]), np.asarray(point, dtype=float))
+    downwards = np.diag([1.0, -1.0, -1.0])
+    return pin.SE3(downwards, np.asarray(point, dtype=float))
 
 
 def reach(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
@@ -177,7 +178,7 @@ def unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.linalg.norm(vector)
 
 
-READY = np.array([0, -np.pi / 4, 0, -3 * np.pi / 4, 0, np.pi / 2, np.pi / 4])
+READY = np.radians([0, -45, 0, -135, 0, 90, 45])
 """A Panda's usual posture, elbow up."""
 START_ASIDE = 0.02
 """Largest distance of a start to each side of the first goal [m]; as far and more above."""

@@ -6,8 +6,10 @@ from typing import Any
 import mujoco
 import numpy as np
 import trimesh
+from numpy.typing import ArrayLike
 
 from ...solver.robot import Robot, set_origins
+from ..simulation import horizontal
 
 HIDDEN = 3
 """Group of what is touched but not shown."""
@@ -191,11 +193,11 @@ def _add_peg(body: Any) -> None:
     side = [0, 0, -PEG_LENGTH, 0, 0, -PEG_RADIUS]
     _geom(body, "capsule", [PEG_RADIUS], fromto=side, group=HIDDEN, **PEG_TOUCH)
     for angle in ANGLES:
-        radius = PEG_RADIUS - PEG_FILLET
-        _bead(body, [radius * np.cos(angle), radius * np.sin(angle), -PEG_FILLET], PEG_TOUCH)
+        edge = (PEG_RADIUS - PEG_FILLET) * horizontal(angle)
+        _bead(body, edge - [0, 0, PEG_FILLET], PEG_TOUCH)
 
 
-def _bead(body: Any, place: list[float], touch: dict[str, Any]) -> None:
+def _bead(body: Any, place: ArrayLike, touch: dict[str, Any]) -> None:
     _geom(body, "sphere", [PEG_FILLET], pos=place, rgba=ORANGE, **touch)
 
 
@@ -208,7 +210,7 @@ def _add_hole(spec: Any, diameter: float) -> None:
     out = radius + HOLE_WALL / 2
     half = HOLE_DEPTH / 2
     for angle in ANGLES:
-        place = [out * np.cos(angle), out * np.sin(angle), half]
+        place = out * horizontal(angle) + [0, 0, half]
         sizes = [HOLE_WALL / 2, half_width, half]
         _geom(block, "box", sizes, pos=place, quat=_about_z(angle), group=HIDDEN)
     add_open_block(spec, block, (radius, radius + HOLE_WALL), HOLE_DEPTH)

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pinocchio as pin
 
+from ..simulation import horizontal
 from .controller import Pose
 from .motion import (
     Cell,
@@ -63,7 +64,7 @@ def _guided(cell: Cell, point: np.ndarray, generator: np.random.Generator) -> Po
     """Return what the model sees; the peg is guided into the tight hole with a little play."""
     radius = PLAY * generator.uniform() ** 0.5
     angle = generator.uniform(-np.pi, np.pi)
-    aside = radius * np.array([np.cos(angle), np.sin(angle), 0.0])
+    aside = radius * horizontal(angle)
     return cell.model.pose(cell.guide(point + aside))
 
 
@@ -168,7 +169,8 @@ def demonstrate(cell: Cell) -> list[Pose]:
 def upwards(poses: Sequence[Pose]) -> np.ndarray:
     """Return the unit vector out of the plane in which the model sees the figure, shape (3,)."""
     points = np.array([pose.translation for pose in poses])
-    normal = np.linalg.svd(points - points.mean(axis=0))[2][-1]
+    *_, Vt = np.linalg.svd(points - points.mean(axis=0))
+    normal = Vt[-1]
     return normal * np.sign(normal[2])
 
 
@@ -198,7 +200,8 @@ def _along(path: Sequence[Pose], fraction: float) -> Pose:
 def _retracing(log: Log, motion: Motion) -> Retracing:
     path = drawn(log)
     demonstrated = figure(np.linspace(0, 1, 2000))
-    distances = np.linalg.norm(path[::4, None] - demonstrated, axis=2).min(axis=1)
+    separations = path[::4, None] - demonstrated
+    distances = np.linalg.norm(separations, axis=2).min(axis=1)
     points = np.round(path[::LINE_EVERY], 6)
     return Retracing.filled(
         motion,
@@ -216,7 +219,8 @@ def drawn(log: Log) -> np.ndarray:
 def drawing_results(trials: Sequence[Trial[Retracing]]) -> Drawing:
     """Return the distances between the lines, tracking errors and forces, and each line."""
     lines = np.array([drawn(trial.log) for trial in trials])
-    distances = np.linalg.norm(lines[:, None] - lines, axis=3).max(axis=(0, 1))
+    separations = np.linalg.norm(lines[:, None] - lines, axis=3)
+    distances = separations.max(axis=(0, 1))
     drawings = tuple(trial.result for trial in trials)
     tracking_errors = [drawing.tracking_error for drawing in drawings]
     return Drawing.filled(

@@ -149,7 +149,8 @@ class FlangePoses:
         M = np.linalg.inv(B) if self.camera == "on-arm" else B
         F = self.calibration.flange(q)
         try:
-            return hand_eye(F[:, :3, :3], F[:, :3, 3], M[:, :3, :3], M[:, :3, 3])
+            R, p = F[:, :3, :3], F[:, :3, 3]
+            return hand_eye(R, p, M[:, :3, :3], M[:, :3, 3])
         except FrameError:
             return None
 
@@ -254,7 +255,8 @@ def _postures(solutions: list[np.ndarray], turning: list[bool]) -> list[np.ndarr
     counts = [len(rows) for rows in solutions]
     view = np.repeat(np.arange(len(counts)), counts)
     q = np.concatenate(solutions)
-    distances: np.ndarray = np.linalg.norm(around(q[:, None] - q, turning), axis=2)
+    differences = around(q[:, None] - q, turning)
+    distances: np.ndarray = np.linalg.norm(differences, axis=2)
     postures: list[np.ndarray] = []
     for root in np.flatnonzero(view == np.argmax(counts)).tolist():
         nodes = [root, *(node for node, _ in spanning_tree(distances, root, view))]

@@ -111,8 +111,9 @@ def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:
     steps = np.abs(around(np.diff(log.positions, axis=0), turning))
     ends = np.diff(log.parts) != 0
     slow = (steps.max(axis=1, initial=0.0) < JUMP / 2) & ~ends
+    begins = np.flatnonzero(ends) + 1
     kept: list[int] = []
-    for part in np.split(np.arange(len(log.parts)), np.flatnonzero(ends) + 1):
+    for part in np.split(np.arange(len(log.parts)), begins):
         first_slow = np.append(slow, False)[part].argmax()  # 0 where none is
         kept += part[first_slow:].tolist()
     return kept
@@ -143,7 +144,8 @@ def propose_samples(
     balls = nominal_balls(robot, positions)
     pairs = zip(rests, balls.tolist(), strict=True)
     proposed = [replace(pause, ball=tuple(ball)) for pause, ball in pairs]
-    sockets = [group for group in _together(balls, TOGETHER * distance) if len(group) >= LEAST]
+    groups = _together(balls, TOGETHER * distance)
+    sockets = [group for group in groups if len(group) >= LEAST]
     for number, pair in enumerate(_pairs(sockets, balls, distance), start=1):
         name = f"placement_{number}"
         for socket, group in enumerate(pair):

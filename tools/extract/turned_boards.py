@@ -63,9 +63,9 @@ def turned_alike(calibration: Calibration, views: Placement, board: Board) -> Pl
 
 def _alike(board: Board) -> list[int]:
     """Return the quarters of a turn after which a plain chessboard may look alike."""
-    if (board.columns + board.rows) % 2:
-        return [0]
-    return [0, 1, 2, 3] if board.columns == board.rows else [0, 2]
+    if board.columns == board.rows:
+        return [0, 1, 2, 3]
+    return [0] if (board.columns + board.rows) % 2 else [0, 2]
 
 
 def _flanges(calibration: Calibration, views: Placement) -> np.ndarray:

@@ -11,6 +11,7 @@ from .practice import practice_driver as practice_driver
 from .practice import simulate_hand as simulate_hand
 from .practice import with_faults as with_faults
 from .recordings import Base as Base
+from .recordings import horizontal as horizontal
 from .recordings import lead as lead
 from .recordings import reachable_bases as reachable_bases
 from .recordings import record as record

@@ -81,7 +81,8 @@ def _bent_ball(s: Session, size: float) -> np.ndarray:
 
 def _lost_zero(s: Session, size: float) -> np.ndarray:
     joint = s.positions.shape[1] // 2
-    linear = BallModel(s.robot, []).linearise(np.zeros(0), s.positions)
+    model = BallModel(s.robot, [])
+    linear = model.linearise(model.nominal, s.positions)
     return -size * linear.by_joints[:, :, joint]
 
 
@@ -102,7 +103,8 @@ def _loose_ball(s: Session, size: float) -> np.ndarray:
     return s.generator.normal(0, size, (len(s.sockets), 3))
 
 
-_KINDS: dict[str, tuple[float, Callable[[Session, float], np.ndarray]]] = {
+Shift = Callable[[Session, float], np.ndarray]
+_KINDS: dict[str, tuple[float, Shift]] = {
     "base": (5e-3, Session.aside),
     "turn": (math.radians(3), _turned_base),
     "drift": (3e-3, Session.aside),
@@ -195,7 +197,8 @@ def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
     """
     balls = nominal_balls(robot, q)
     distances: np.ndarray = np.linalg.norm(balls - balls[0], axis=1)
-    sockets = (distances > max(APART, 0.5 * distances.max())).astype(int)
+    apart = max(APART, 0.5 * float(distances.max()))
+    sockets = (distances > apart).astype(int)
     samples = Samples(q, sockets, np.zeros_like(balls))
     arm = RigidModel(robot).fitted(samples)
     balls = nominal_balls(arm, q)

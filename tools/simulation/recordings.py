@@ -260,8 +260,8 @@ def reachable_bases(
         radius = generator.uniform(0.35, 0.65) * reach
         angle = generator.uniform(-2.0, 2.0)
         height = generator.uniform(0.0, 0.25) * reach
-        centre = radius * _horizontal(angle) + [0.0, 0.0, height]
-        direction = _horizontal(generator.uniform(-np.pi, np.pi))
+        centre = radius * horizontal(angle) + [0.0, 0.0, height]
+        direction = horizontal(generator.uniform(-np.pi, np.pi))
         base = Base(f"placement_{len(bases)}", centre, direction, distance)
         distances = [np.linalg.norm(centre - other.centre) for other in bases]
         if all(distance > 0.2 * reach for distance in distances):
@@ -274,6 +274,6 @@ def reachable_bases(
     raise SimulationError(f"{robot.name}: found {len(bases)} of {count} places for the base")
 
 
-def _horizontal(angle: float) -> np.ndarray:
+def horizontal(angle: float) -> np.ndarray:
     """Return the unit vector at an angle from x [rad], shape (3,)."""
     return np.array([np.cos(angle), np.sin(angle), 0.0])
