@@ -10,7 +10,6 @@ where X is by the errors that both share: those of samples that both were made o
 base's length as measured.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,6 +21,7 @@ from ..inference import Posterior
 from ..model import block_matrix, prior_covariance
 from .projections import outside
 from .uncertainty import covariance_of
+from .whitening import samples_in_sockets
 
 DRAWS = 1000
 SAME_DIGITS = 6
@@ -59,44 +59,28 @@ class Estimate:
         D = self.linear[1]
         return self.spread[:, : D.shape[1]] @ D.T
 
-    def columns(self, names: Sequence[str]) -> np.ndarray:
-        """Return the columns of D of some unknowns, zero for those that the model lacks."""
-        return _spread_out(self.linear[1], self.posterior.model.names, names)
-
-    def prior(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """Return D M and P of some unknowns, shapes (3 N, names) and (names, names).
+    @property
+    def by_prior(self) -> tuple[np.ndarray, np.ndarray]:
+        """D M and P of the model's unknowns, shapes (3 N, size) and (size, size).
 
         Error curves count as if data alone told of them.
         """
         size = self.posterior.model.size
         free = [g for g in self.posterior.groups if g.width and g.length is None]
         precision = block_matrix(size, ((g.members, g.precision(g.width)) for g in free))
-        columns = [names.index(name) for name in self.posterior.model.names]
-        P = block_matrix(len(names), [(columns, prior_covariance(free, size))])
-        shares = self.spread[:, :size] @ precision
-        return _spread_out(shares, self.posterior.model.names, names), P
+        return self.spread[:, :size] @ precision, prior_covariance(free, size)
 
-    @cached_property
-    def whitened(self) -> np.ndarray:
+    @property
+    def by_samples(self) -> np.ndarray:
         """D G C^1/2 of the samples in sockets, shape (samples, 3, 3 N).
 
-        With J the derivatives of a sample's ball, E those of its socket's centre, C = L L^T its
-        noise and w its weight, a sample's part is w^1/2 L^-1 (J - E) Sigma D^T.
+        With A a sample's whitened derivatives and w its weight, its part is w^1/2 A Sigma D^T.
         """
-        posterior = self.posterior
-        data = posterior.data
-        rows = np.flatnonzero(data.sockets >= 0)
-        samples = data.positions[rows], data.torques[rows], data.clocks[rows]
-        _, J, by_joints = posterior.linearise(*samples)
-        size = J.shape[2]
-        of_centres = self.spread[:, size:].reshape(len(self.spread), -1, 3)
-        at_sockets = of_centres[:, data.sockets[rows]].transpose(1, 2, 0)
-        shifts = J @ self.spread[:, :size].T - at_sockets
-        L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
-        weights = np.sqrt(posterior.weights[rows])[:, None, None]
-        return weights * np.linalg.solve(L, shifts)
+        slopes = samples_in_sockets(self.posterior).slopes
+        weights = self.posterior.weights[self.posterior.data.sockets >= 0]
+        return np.sqrt(weights)[:, None, None] * (slopes @ self.spread.T)
 
-    @cached_property
+    @property
     def by_lengths(self) -> np.ndarray:
         """D G of the K measured distances, shape (3 N, K).
 
@@ -105,25 +89,14 @@ class Estimate:
         """
         lengths = self.posterior.data.known
         centres = self.posterior.centres
-        of_centres = self.spread[:, self.posterior.model.size :].reshape(-1, len(centres), 3)
-        slopes = np.zeros((len(of_centres), len(lengths)))
-        for k, length in enumerate(lengths):
-            offset = centres[length.second] - centres[length.first]
-            shifts = of_centres[:, length.second] - of_centres[:, length.first]
-            slopes[:, k] = shifts @ offset / np.linalg.norm(offset)
-        if not lengths:
-            return slopes
+        first = [length.first for length in lengths]
+        second = [length.second for length in lengths]
+        offsets = centres[second] - centres[first]
+        directions = offsets / np.linalg.norm(offsets, axis=1, keepdims=True)
+        by_centres = self.spread[:, self.posterior.model.size :].reshape(-1, len(centres), 3)
+        shifts = by_centres[:, second] - by_centres[:, first]
+        slopes = np.einsum("nki,ki->nk", shifts, directions)
         return slopes @ np.linalg.inv(distance_covariance(lengths))
-
-
-def _spread_out(
-    columns: np.ndarray, names_of_columns: Sequence[str], names: Sequence[str]
-) -> np.ndarray:
-    """Return columns of some unknowns as those of others, zero for unknowns that they lack."""
-    place = {name: i for i, name in enumerate(names)}
-    result = np.zeros((len(columns), len(names)))
-    result[:, [place[name] for name in names_of_columns]] = columns
-    return result
 
 
 def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
@@ -134,56 +107,38 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
     over the unknowns of either. A model that lacks an unknown holds it at the prior's mean, so M
     is 1 of it there. P of an unknown that both have is the mean of theirs.
     """
-    of_a = a.posterior.model.names
-    of_b = b.posterior.model.names
-    names = [*of_a, *(name for name in of_b if name not in of_a)]
-    shares_a, P_a = a.prior(names)
-    shares_b, P_b = b.prior(names)
-    noise = a.covariance - shares_a @ P_a @ shares_a.T
-    noise += b.covariance - shares_b @ P_b @ shares_b.T
-    in_a = np.isin(names, of_a)
-    in_b = np.isin(names, of_b)
-    shares_a += b.columns(names) * ~in_a
-    shares_b += a.columns(names) * ~in_b
-    in_both = np.outer(in_a & in_b, in_a & in_b)
-    P = (P_a + P_b) * np.where(in_both, 0.5, 1.0)
-    differences = shares_a - shares_b
-    S = common_covariance(a.posterior.data.known, b.posterior.data.known)
-    X = _shared_by_samples(a, b) + a.by_lengths @ S @ b.by_lengths.T
+    names_of_both = dict.fromkeys([*a.posterior.model.names, *b.posterior.model.names])
+    place = {name: i for i, name in enumerate(names_of_both)}
+    models_with = np.zeros(len(place))
+    P = np.zeros((len(place), len(place)))
+    differences = np.zeros((len(a.spread), len(place)))
+    noise = np.zeros((len(a.spread), len(a.spread)))
+    for sign, estimate, other in ((1, a, b), (-1, b, a)):
+        names = estimate.posterior.model.names
+        lacking = ~np.isin(names, other.posterior.model.names)
+        shares, prior = estimate.by_prior
+        indices = [place[name] for name in names]
+        models_with[indices] += 1
+        P[np.ix_(indices, indices)] += prior
+        differences[:, indices] += sign * (shares - lacking * estimate.linear[1])
+        noise += estimate.covariance - shares @ prior @ shares.T
+    in_both = models_with == 2
+    P[np.ix_(in_both, in_both)] /= 2
+    X = _by_shared_errors(a, b)
     return differences @ P @ differences.T + noise - X - X.T
 
 
-def _still(covariance: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return a covariance of N points without their rigid motions, symmetric, (3 N, 3 N)."""
-    Q = np.linalg.qr(IDENTITY.slopes(points).reshape(-1, 6))[0]
-    inner = outside(outside(covariance, Q).T, Q)
-    return (inner + inner.T) / 2
-
-
-def _mean_distances(covariance: np.ndarray) -> np.ndarray:
-    """Return the mean length of N offsets in random draws of them, shape (DRAWS,) [m]."""
-    variances, axes = np.linalg.eigh(covariance)
-    root = axes * np.sqrt(variances.clip(min=0))
-    white = np.random.default_rng(0).standard_normal((len(root), DRAWS))
-    offsets = (root @ white).reshape(-1, 3, DRAWS)
-    return np.linalg.norm(offsets, axis=1).mean(axis=0)
-
-
-def _shared_by_samples(a: Estimate, b: Estimate) -> np.ndarray:
-    """Return the part of X by samples that both were made of."""
-    first = _keys(a.posterior)
-    second = _keys(b.posterior)
-    rows = [i for i, key in enumerate(first) if key in second]
-    rows_of_second = [second.index(first[i]) for i in rows]
-    u = a.whitened[rows]
-    v = b.whitened[rows_of_second]
-    return u.reshape(-1, u.shape[2]).T @ v.reshape(-1, v.shape[2])
-
-
-def _keys(posterior: Posterior) -> list[tuple[float, ...]]:
-    """Return the joint positions of samples in sockets, as numbers that can be compared."""
-    rows = posterior.data.positions[posterior.data.sockets >= 0]
-    return [tuple(row) for row in rows.round(SAME_DIGITS).tolist()]
+def _by_shared_errors(a: Estimate, b: Estimate) -> np.ndarray:
+    """Return X, by samples that both were made of and by bases that both stood on, (3 N, 3 N)."""
+    recorded = [
+        estimate.posterior.data.positions[estimate.posterior.data.sockets >= 0].round(SAME_DIGITS)
+        for estimate in (a, b)
+    ]
+    same = (recorded[0][:, None] == recorded[1]).all(axis=2)
+    rows_of_a, rows_of_b = np.nonzero(same)
+    by_samples = np.tensordot(a.by_samples[rows_of_a], b.by_samples[rows_of_b], ((0, 1), (0, 1)))
+    S = common_covariance(a.posterior.data.known, b.posterior.data.known)
+    return by_samples + a.by_lengths @ S @ b.by_lengths.T
 
 
 def apart_by_chance(a: Estimate, b: Estimate, *, follows: bool = False) -> Apart:
@@ -210,3 +165,19 @@ def apart_by_chance(a: Estimate, b: Estimate, *, follows: bool = False) -> Apart
         largest=float(np.quantile(drawn, BAND)),
         probability=float(np.mean(drawn >= value)),
     )
+
+
+def _still(covariance: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return a covariance of N points without their rigid motions, symmetric, (3 N, 3 N)."""
+    Q = np.linalg.qr(IDENTITY.slopes(points).reshape(-1, 6))[0]
+    inner = outside(outside(covariance, Q).T, Q)
+    return (inner + inner.T) / 2
+
+
+def _mean_distances(covariance: np.ndarray) -> np.ndarray:
+    """Return the mean length of N offsets in random draws of them, shape (DRAWS,) [m]."""
+    variances, axes = np.linalg.eigh(covariance)
+    root = axes * np.sqrt(variances.clip(min=0))
+    white = np.random.default_rng(0).standard_normal((len(root), DRAWS))
+    offsets = (root @ white).reshape(-1, 3, DRAWS)
+    return np.linalg.norm(offsets, axis=1).mean(axis=0)

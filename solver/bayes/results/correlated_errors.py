@@ -1,12 +1,11 @@
 """The posterior covariance of arms whose gears have play, which moves samples alike."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ..inference import Posterior
 from ..model import Gaussian, probabilities
 from .projections import evenly
+from .whitening import samples_in_sockets
 
 LENGTHS = (0.3, 0.6, 1.2, 2.4)
 """In joint space, over which errors are alike [rad]."""
@@ -14,32 +13,6 @@ SHARES = np.linspace(0, 0.9, 10)[:, None]
 """Of the errors' variance that is alike."""
 MOST, DECIDED = 150, 1e-3
 """Samples that tell of it at most; and variance below which a fit leaves nothing of an error."""
-
-
-class WhitenedSamples(NamedTuple):
-    """N samples in sockets, their noise made one."""
-
-    q: np.ndarray
-    """Joint positions, shape (N, m) [rad]."""
-    residuals: np.ndarray
-    """Shape (N, 3)."""
-    slopes: np.ndarray
-    """A: derivatives of the residuals by the model's unknowns and the centres, shape (N, 3, n)."""
-
-
-def _whitened_samples(posterior: Posterior) -> WhitenedSamples:
-    """Return the samples, with L^-1 before residuals and derivatives where L L^T is their noise."""
-    data = posterior.data
-    rows = np.flatnonzero(data.sockets >= 0)
-    sockets = data.sockets[rows]
-    q = data.positions[rows]
-    points, J, by_joints = posterior.linearise(q, data.torques[rows], data.clocks[rows])
-    by_centres = -np.kron(np.eye(len(posterior.centres))[sockets], np.eye(3))
-    residuals = points - posterior.centres[sockets]
-    columns = np.dstack([residuals, J, by_centres.reshape(*residuals.shape, -1)])
-    L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
-    white = np.linalg.solve(L, columns)
-    return WhitenedSamples(q, white[:, :, 0], white[:, :, 1:])
 
 
 def with_correlated_errors(posterior: Posterior) -> np.ndarray:
@@ -53,14 +26,14 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     eigenvalues of W^T W count up to 1.
     """
     P = posterior.covariance
-    samples = _whitened_samples(posterior)
-    squares = np.sum((samples.q[:, None] - samples.q) ** 2, axis=2)
+    q, residuals, A = samples_in_sockets(posterior)
+    squares = np.sum((q[:, None] - q) ** 2, axis=2)
     kernels = np.exp(-0.5 * squares / np.square(LENGTHS)[:, None, None])
-    some = evenly(len(samples.q), MOST)
-    few = samples.residuals[some], samples.slopes[some]
-    shared = _shared_variance(*few, P, kernels[:, some[:, None], some])
+    some = evenly(len(q), MOST)
+    kernels_of_some = kernels[:, some[:, None], some]
+    shared = _shared_variance(residuals[some], A[some], P, kernels_of_some)
     R = Gaussian.of(np.zeros(len(P)), P).root
-    W = (samples.slopes @ R).transpose(1, 2, 0)  # axis, unknown, sample
+    W = (A @ R).transpose(1, 2, 0)  # axis, unknown, sample
     across = W.transpose(0, 2, 1)
     correlated = W @ np.tensordot(shared, kernels, axes=1) @ across
     eigenvalues, axes = np.linalg.eigh(np.sum(W @ across, axis=0))
@@ -89,10 +62,9 @@ def _shared_variance(
     axes = axes[:, remaining]
     errors = axes.T @ u.T.ravel() / eigenvalues[remaining]
     V = axes.reshape(3, len(u), -1)
-    logs: list[np.ndarray] = []
-    for K in kernels:
-        k, turn = np.linalg.eigh(np.sum(V.transpose(0, 2, 1) @ K @ V, axis=0))
-        variances = 1 - SHARES + SHARES * k.clip(min=0.0)
-        squares = (turn.T @ errors) ** 2
-        logs.append(-0.5 * np.sum(np.log(variances) + squares / variances, axis=1))
-    return probabilities(np.array(logs)) @ SHARES[:, 0]
+    inner = np.einsum("ani,lnm,amj->lij", V, kernels, V, optimize=True)
+    k, turns = np.linalg.eigh(inner)
+    variances = 1 - SHARES + SHARES * k.clip(min=0.0)[:, None]
+    squares = (turns.swapaxes(1, 2) @ errors) ** 2
+    logs = -0.5 * np.sum(np.log(variances) + squares[:, None] / variances, axis=2)
+    return probabilities(logs) @ SHARES[:, 0]

@@ -19,6 +19,7 @@ from ...data import SocketSamples
 from ...results import ErrorParts, Interval
 from ..inference import Posterior
 from ..model import probabilities
+from .evidence import NOISES, Background
 from .projections import block_diagonal
 from .uncertainty import covariance_of
 
@@ -28,10 +29,6 @@ TURNS = (0.3, 1.0)
 """Lengths in the angle of one joint, over which its error is alike [rad]."""
 LENGTHS = (0.6, 1.5)
 """Lengths in joint space, over which all errors are alike [rad]."""
-NOISES = np.geomspace(0.3, 1.5, 8) ** 2
-"""n^2, by the noise of the fit, which holds part of what the model lacks."""
-NOISE_DEVIATION = 0.5
-"""Standard deviation of log n by the prior."""
 SIZES = np.concatenate([[0.0], np.geomspace(0.05, 4.0, 24) ** 2])
 """m^2, by the mean square error that is expected without; the first has half of the prior."""
 LEVELS = (0.025, 0.975)
@@ -49,8 +46,7 @@ def error_parts(posterior: Posterior, sockets: Sequence[SocketSamples]) -> Error
     if not thinned:
         return None
     Q = _contrasts([len(q) for q, _ in thinned])
-    q = np.concatenate([q for q, _ in thinned])
-    moments = np.concatenate([moments for _, moments in thinned])
+    q, moments = map(np.concatenate, zip(*thinned, strict=True))
     points, J, by_joints = posterior.linearise(q, moments)
     A = Q.T @ J.reshape(len(Q), -1)
     want = A @ covariance_of(posterior) @ A.T
@@ -66,10 +62,11 @@ def error_parts(posterior: Posterior, sockets: Sequence[SocketSamples]) -> Error
     error = float(errors @ errors)
     scale = error / parts.sum()
     ends = SIZES[np.searchsorted(np.cumsum(by_size), LEVELS)]
-    squares = np.append(scale * parts, np.minimum(scale * expected * ends, error))
-    of_noise, of_want, of_model, low, high = np.sqrt(squares / len(q)).tolist()
+    interval = np.minimum(scale * expected * ends, error)
+    squares = np.concatenate([[error], scale * parts, interval])
+    found, of_noise, of_want, of_model, low, high = np.sqrt(squares / len(q)).tolist()
     return ErrorParts(
-        error=(error / len(q)) ** 0.5,
+        error=found,
         noise=of_noise,
         want_of_data=of_want,
         not_in_model=Interval(value=of_model, low=low, high=high),
@@ -82,14 +79,23 @@ def _weights(
     """Return the probability of each K, n and m by the errors, shape (kernels, n, m).
 
     The evidence is N(errors; 0, want + n^2 noise + m^2 K), with K as large as the first two for
-    n = 1. Log n has a normal prior, and m = 0 as much of the prior as all others together.
+    n = 1. M = 0 has as much of the prior as all others together.
     """
+    background = Background.of(errors, noise, want)
+    whitening = background.whitening
     expected = np.trace(want + noise)
-    scaled = [K * expected / np.trace(K) for K in kernels if np.trace(K) > 0]
-    logs = np.array([[_logs(want + n * noise, K, errors) for n in NOISES] for K in scaled])
-    logs -= np.square(np.log(NOISES) / 2 / NOISE_DEVIATION)[:, None] / 2
-    logs[..., 0] += np.log(len(SIZES) - 1)
-    return probabilities(logs)
+    logs: list[np.ndarray] = []
+    for K in kernels:
+        size = np.trace(K)
+        if size > 0:
+            white = whitening @ (K * expected / size) @ whitening.swapaxes(1, 2)
+            d, axes = np.linalg.eigh((white + white.swapaxes(1, 2)) / 2)
+            d = d.clip(min=0)
+            z = np.einsum("nij,ni->nj", axes, background.white)
+            logs.append(background.with_part(d, d * z**2, SIZES))
+    log_weights = np.array(logs)
+    log_weights[..., 0] += np.log(len(SIZES) - 1)
+    return probabilities(log_weights)
 
 
 def _contrasts(counts: Sequence[int]) -> np.ndarray:
@@ -122,18 +128,3 @@ def _kernels(q: np.ndarray, moments: np.ndarray, by_joints: np.ndarray) -> Itera
             yield turned * np.kron(np.exp(-2 * (half / length) ** 2), all_axes)
         pushed = np.sign(moments[:, j])
         yield turned * np.kron(np.outer(pushed, pushed), all_axes)
-
-
-def _logs(S: np.ndarray, K: np.ndarray, errors: np.ndarray) -> np.ndarray:
-    """Return log N(errors; 0, S + m^2 K) for all m^2 of :data:`SIZES`.
-
-    With S = L L^T, L^-1 K L^-T = V diag(k) V^T and z = V^T L^-1 e, it is, but for a constant,
-
-        -1/2 sum_i [log(1 + m^2 k_i) + z_i^2 / (1 + m^2 k_i)] - log det L
-    """
-    L = np.linalg.cholesky(S)
-    white = np.linalg.solve(L, np.linalg.solve(L, K).T)
-    shares, axes = np.linalg.eigh((white + white.T) / 2)
-    z = axes.T @ np.linalg.solve(L, errors)
-    variances = 1 + SIZES[:, None] * shares.clip(min=0)
-    return -0.5 * np.sum(np.log(variances) + z**2 / variances, axis=1) - np.log(np.diag(L)).sum()

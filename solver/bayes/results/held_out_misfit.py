@@ -17,8 +17,9 @@ import numpy as np
 
 from ...data import IDENTITY, fit_pose
 from ..inference import Posterior
-from .projections import outside
+from .projections import bisected, outside
 from .uncertainty import covariance_of
+from .whitening import whitened
 
 LEVEL, SQUARE = 0.95, 7.815
 FEWEST = 10
@@ -54,22 +55,20 @@ def within(
     posterior: Posterior, place: HeldOut, factor: float, levels: Sequence[float]
 ) -> list[float]:
     """Return the shares of samples whose e^T S^-1 e, S with this misfit, is below some levels."""
-    shares, whitened = _by_axes(posterior, place)
-    squares: np.ndarray = np.sum(whitened**2 / (shares + factor**2), axis=1)
+    shares, whitened_errors = _by_axes(posterior, place)
+    squares: np.ndarray = np.sum(whitened_errors**2 / (shares + factor**2), axis=1)
     return [float(np.mean(squares < level)) for level in levels]
 
 
 def _squares_of_misfit(posterior: Posterior, place: HeldOut) -> np.ndarray:
     """Return the least f^2 for which each sample is within its 95 %, shape (N,)."""
-    shares, whitened = _by_axes(posterior, place)
+    shares, whitened_errors = _by_axes(posterior, place)
+
+    def is_beyond(squares: np.ndarray) -> np.ndarray:
+        return np.sum(whitened_errors**2 / (shares + squares[:, None]), axis=1) > SQUARE
+
     low = np.zeros(len(shares))
-    high = np.full(len(shares), LARGEST)
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        beyond = np.sum(whitened**2 / (shares + middle[:, None]), axis=1) > SQUARE
-        low = np.where(beyond, middle, low)
-        high = np.where(beyond, high, middle)
-    return low
+    return bisected(is_beyond, low, low + LARGEST, HALVINGS)
 
 
 def _by_axes(posterior: Posterior, place: HeldOut) -> tuple[np.ndarray, np.ndarray]:
@@ -86,13 +85,12 @@ def _by_axes(posterior: Posterior, place: HeldOut) -> tuple[np.ndarray, np.ndarr
         unknown_place = IDENTITY.slopes(points).reshape(-1, 6)
         errors = points - fit_pose(place.measured, points).apply(place.measured)
     Q = np.linalg.qr(unknown_place)[0]
-    A: np.ndarray = outside(J.reshape(len(Q), -1), Q).reshape(J.shape)
-    spread = A @ covariance_of(posterior) @ A.swapaxes(1, 2)
+    A = outside(J.reshape(len(Q), -1), Q).reshape(J.shape)
     # The place was fitted to these samples, so their errors came out smaller.
     numbers, fitted_numbers = Q.shape
     errors = errors * (numbers / (numbers - fitted_numbers)) ** 0.5
-    L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
-    white = np.linalg.solve(L, np.linalg.solve(L, spread).swapaxes(1, 2))
-    shares, axes = np.linalg.eigh(white)
-    whitened = np.einsum("nji,njk,nk->ni", axes, np.linalg.inv(L), errors)
-    return shares.clip(min=0.0), whitened
+    white = whitened(posterior, by_joints, np.dstack([errors, A]))
+    slopes = white[:, :, 1:]
+    shares, axes = np.linalg.eigh(slopes @ covariance_of(posterior) @ slopes.swapaxes(1, 2))
+    whitened_errors = np.einsum("nji,nj->ni", axes, white[:, :, 0])
+    return shares.clip(min=0.0), whitened_errors

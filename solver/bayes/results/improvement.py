@@ -4,10 +4,8 @@ The arm itself is unknown, so it is drawn from what is known of it: from the pos
 samples trained on, updated by those held out. For each draw the errors of both models follow.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,10 +14,10 @@ from ...results import Better, Improvement, Interval
 from ...robot import workspace
 from ..inference import Posterior
 from .base_length import BaseLength, SocketMean
-from .postures import poses_near
-from .predicted_errors import NEAR, NEARBY
+from .predicted_errors import neighbourhoods
 from .projections import evenly, outside
 from .uncertainty import covariance_of, distance_slopes
+from .whitening import whitened
 
 Points = Callable[[np.ndarray], np.ndarray]
 """Ball centres that a model predicts for joint positions, (N, m) to (N, 3) [m]."""
@@ -60,19 +58,18 @@ def better_than_nominal(
         held_out: Placements whose samples and distances bear on the arm, too.
     """
     robot = posterior.model.robot
-    neighbourhoods = [poses_near(robot, rows, (NEARBY, 1), NEAR)[0] for rows in recorded]
-    neighbourhoods = [q[: len(q) // 2 * 2] for q in neighbourhoods if len(q) > 1]
-    q = [workspace(robot, 2 * PAIRS), *neighbourhoods]
     mean, root = _updated(posterior, load, held_out)
     draws = mean + np.random.default_rng(0).standard_normal((DRAWS, len(root))) @ root.T
-    parts: list[Improvement] = []
-    for rows in q:
-        moments = load.moments(robot, rows, None)
-        lengths, slopes = distance_slopes(posterior.model, posterior.x, rows, moments)
-        parts.append(_improvement(models, rows, lengths, lengths + draws @ slopes.T))
+
+    def improvement(q: np.ndarray) -> Improvement:
+        moments = load.moments(robot, q, None)
+        lengths, slopes = distance_slopes(posterior.model, posterior.x, q, moments)
+        return _improvement(models, q, lengths, lengths + draws @ slopes.T)
+
+    places = map(improvement, neighbourhoods(robot, recorded))
     return Better(
-        workspace=parts[0],
-        recorded_places=max(parts[1:], key=lambda place: place.now.value, default=None),
+        workspace=improvement(workspace(robot, 2 * PAIRS)),
+        recorded_places=max(places, key=lambda place: place.now.value, default=None),
     )
 
 
@@ -129,15 +126,15 @@ def _updated(
     held-out samples contradict is known less well than it seems.
     """
     root = _root(covariance_of(posterior))
-    in_sockets = [m for m in held_out if m.kind == "sockets"]
-    parts = list(chain.from_iterable(_evidence(posterior, load, m) for m in in_sockets))
-    if not parts:
+    rows = [row for m in held_out if m.kind == "sockets" for row in _evidence(posterior, load, m)]
+    if not rows:
         return np.zeros(len(root)), root
-    A = np.concatenate([part.slopes for part in parts])
-    r = np.concatenate([part.errors for part in parts])
-    whitened = A @ root
-    precision = np.linalg.cholesky(np.eye(len(root)) + whitened.T @ whitened)
-    root = np.linalg.solve(precision, root.T).T
+    evidence = np.concatenate(rows)
+    r = evidence[:, 0]
+    A = evidence[:, 1:]
+    whitened_slopes = A @ root
+    precision = np.eye(len(root)) + whitened_slopes.T @ whitened_slopes
+    root = np.linalg.solve(np.linalg.cholesky(precision), root.T).T
     along = root.T @ (A.T @ r)
     grown = max(float(r @ r - along @ along) / (INDEPENDENT * len(r)), 1.0)
     return -root @ along, grown**0.5 * root
@@ -151,45 +148,37 @@ def _root(covariance: np.ndarray) -> np.ndarray:
     return deviation[:, None] * np.linalg.cholesky(correlation + ROUNDING * np.eye(len(scale)))
 
 
-class Evidence(NamedTuple):
-    """Held-out samples as rows of variance 1."""
+def _evidence(posterior: Posterior, load: Load, measured: Measurement) -> Iterator[np.ndarray]:
+    """Yield what a placement tells: the scatter in each socket, and its distance.
 
-    slopes: np.ndarray
-    """A: derivatives of the errors by the unknowns, shape (R, size)."""
-    errors: np.ndarray
-    """r, shape (R,)."""
-
-
-def _evidence(posterior: Posterior, load: Load, measured: Measurement) -> list[Evidence]:
-    """Return what a placement tells: the scatter in each socket, and its distance."""
-    parts: list[Evidence] = []
+    They are rows [r, A] of variance 1, shape (R, 1 + size): errors, and their derivatives by the
+    unknowns.
+    """
     means: list[SocketMean] = []
     for q, moments in load.by_socket(posterior.model.robot, measured):
         mean = SocketMean.of(posterior, q, moments)
         means.append(mean)
         some = evenly(len(q), MOST // 2)
         if len(some) > 1:
-            parts.append(_scatter(posterior, q[some], moments[some], mean.centre))
+            yield _scatter(posterior, q[some], moments[some], mean.centre)
     if measured.has_distance:
-        length = BaseLength.of(*means)
+        length = BaseLength.of(*means[:2])
         caliper = measured.distance_deviation or CALIPER_DEVIATION
-        deviation = (caliper**2 + length.noise) ** 0.5
-        error = np.array([length.value - measured.distance])
-        parts.append(Evidence(length.slope[None] / deviation, error / deviation))
-    return parts
+        row = np.append(length.value - measured.distance, length.slope)
+        yield row[None] / (caliper**2 + length.noise) ** 0.5
 
 
 def _scatter(
     posterior: Posterior, q: np.ndarray, moments: np.ndarray, centre: np.ndarray
-) -> Evidence:
+) -> np.ndarray:
     """Return what samples of a socket tell about its centre, as far as they are independent.
 
-    With L L^T the noise of a sample, they are L^-1 J and L^-1 (p - c) without what another centre
+    With L L^T the noise of a sample, they are L^-1 (p - c) and L^-1 J without what another centre
     would do to them.
     """
     points, J, by_joints = posterior.linearise(q, moments)
-    white = np.linalg.inv(np.linalg.cholesky(posterior.noise.as_gaussian(by_joints)))
-    columns = np.dstack([points - centre, J])
-    Q = np.linalg.qr(white.reshape(-1, 3))[0]
-    rows = INDEPENDENT**0.5 * outside((white @ columns).reshape(len(Q), -1), Q)
-    return Evidence(rows[:, 1:], rows[:, 0])
+    shifts = np.tile(np.eye(3), (len(q), 1, 1))
+    white = whitened(posterior, by_joints, np.dstack([shifts, points - centre, J]))
+    rows = white.reshape(3 * len(q), -1)
+    Q = np.linalg.qr(rows[:, :3])[0]
+    return INDEPENDENT**0.5 * outside(rows[:, 3:], Q)

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..inference import Posterior
 from ..model import probabilities, student_weights
-from .held_out_error import NOISE_DEVIATION, NOISES
+from .evidence import Background
 from .projections import block_diagonal
 from .uncertainty import covariance_of
 
@@ -47,36 +47,28 @@ class PatternRows(NamedTuple):
     seats: np.ndarray
     """B, shape (3 N, k) [m]."""
 
-    @property
-    def slopes(self) -> np.ndarray:
-        """J, shape (3 N, n)."""
-        return self.J.reshape(-1, self.J.shape[2])
-
 
 def of_held_out(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
     """Return the evidence of patterns beside what the posterior leaves open."""
-    J = rows.slopes
+    J = rows.J.reshape(rows.errors.size, -1)
     return PatternEvidence(posterior, rows, rows.errors.ravel(), J @ covariance_of(posterior) @ J.T)
 
 
 def of_trained(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
     """Return the evidence of patterns beside all that the model's unknowns can explain."""
-    J = rows.slopes
+    J = rows.J.reshape(rows.errors.size, -1)
     mean = np.zeros(len(posterior.x))
     changes = np.zeros((len(J), len(J)))
     for group in posterior.groups:
         columns = J[:, group.members]
         changes += WIDE**2 * (columns @ group.covariance(group.width) @ columns.T)
         mean[group.members] = group.mean
-    return PatternEvidence(posterior, rows, rows.errors.ravel() - J @ (posterior.x - mean), changes)
+    y = rows.errors.ravel() - J @ (posterior.x - mean)
+    return PatternEvidence(posterior, rows, y, changes)
 
 
 class PatternEvidence:
-    """Evidence of patterns in errors y, shape (3 N,) [m], beside other changes of them.
-
-    With L_n L_n^T = n^2 C + J S J^T + B B^T it keeps L_n^-1, L_n^-1 y and the evidence without a
-    pattern for each n:  -1/2 |L_n^-1 y|^2 - log det L_n, and the prior of n.
-    """
+    """Evidence of patterns in errors y, shape (3 N,) [m], beside other changes J S J^T of them."""
 
     def __init__(
         self, posterior: Posterior, rows: PatternRows, y: np.ndarray, changes: np.ndarray
@@ -85,48 +77,31 @@ class PatternEvidence:
         normal = noise.as_gaussian(rows.by_joints)
         squares = np.einsum("ni,nij,nj->n", rows.errors, np.linalg.inv(normal), rows.errors)
         # The farther a sample is, the less it counts, as in the fit.
-        C = normal / np.minimum(student_weights(squares, noise.nu), 1.0)[:, None, None]
+        weights = np.minimum(student_weights(squares, noise.nu), 1.0)
+        C = normal / weights[:, None, None]
         traces = np.trace(C, axis1=1, axis2=2)
         self.deviations: np.ndarray = np.sqrt(traces / 3)
         self._size = float(traces.mean())
-        scatter = block_diagonal(C)
-        background: np.ndarray = changes + rows.seats @ rows.seats.T
-        roots: list[np.ndarray] = [
-            np.linalg.cholesky(n * scatter + background) for n in NOISES.tolist()
-        ]
-        self._whiten: list[np.ndarray] = [np.linalg.inv(L) for L in roots]
-        self._white: list[np.ndarray] = [W @ y for W in self._whiten]
-        squares = np.sum(np.square(self._white), axis=1)
-        volumes = np.array([np.log(np.diag(L)).sum() for L in roots])
-        prior = np.log(NOISES) ** 2 / 8 / NOISE_DEVIATION**2
-        self._base: np.ndarray = -0.5 * squares - volumes - prior
+        self._beside = Background.of(y, block_diagonal(C), changes + rows.seats @ rows.seats.T)
 
     def of(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the logarithm of the odds of a pattern, and its mean, shape (N, 3) [m].
 
-        With z = L_n^-1 y, (L_n^-1 A)^T L_n^-1 A = V diag(d) V^T and b = V^T (L_n^-1 A)^T z, a
-        pattern changes the evidence by
-
-            1/2 sum_i [m^2 b_i^2 / (1 + m^2 d_i) - log(1 + m^2 d_i)]
-
-        and has the mean A V diag(m^2 / (1 + m^2 d)) b.
+        With W = L_n^-1 A, and d, V and b as in :meth:`.Background.with_part`, its mean at some n
+        and m is A V diag(m^2 / (1 + m^2 d)) b.
         """
-        squares = max(float(np.sum(columns**2)), 1e-30)
-        A: np.ndarray = columns * (self._size * len(columns) / 3 / squares) ** 0.5
-        logs = np.zeros((len(NOISES), len(SIZES)))
-        means = np.zeros((*logs.shape, A.shape[1]))
-        for k, (W, z) in enumerate(zip(self._whiten, self._white, strict=True)):
-            white: np.ndarray = W @ A
-            d, V = np.linalg.eigh(white.T @ white)
-            d = d.clip(min=0.0)
-            along = (white @ V).T @ z
-            for i, size in enumerate(SIZES.tolist()):
-                shrunk: np.ndarray = size / (1 + size * d)
-                gain = float(shrunk @ along**2) - float(np.log1p(size * d).sum())
-                logs[k, i], means[k, i] = 0.5 * gain, V @ (shrunk * along)
-        of_pattern: np.ndarray = self._base[:, None] + logs
-        coefficients = np.einsum("ki,kij->j", probabilities(of_pattern), means)
-        log_odds = _log_sum(of_pattern) - np.log(len(SIZES)) - _log_sum(self._base)
+        mean_square = max(float(np.mean(columns**2)), 1e-30) * columns.shape[1]
+        A = columns * (self._size / 3 / mean_square) ** 0.5
+        beside = self._beside
+        W = beside.whitening @ A
+        d, V = np.linalg.eigh(W.swapaxes(1, 2) @ W)
+        d = d.clip(min=0.0)
+        b = np.einsum("nrk,nr->nk", W @ V, beside.white)
+        logs = beside.with_part(d, b**2, SIZES)
+        shrunk = SIZES[:, None] / (1 + SIZES[:, None] * d[:, None])
+        weights = probabilities(logs)
+        coefficients = np.einsum("nm,nmk,nk,njk->j", weights, shrunk, b, V)
+        log_odds = _log_sum(logs) - np.log(len(SIZES)) - _log_sum(beside.logs)
         return float(log_odds), (A @ coefficients).reshape(-1, 3)
 
 

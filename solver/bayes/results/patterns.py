@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...data import Load, Measurement, fit_pose
+from ...data import Load, Measurement, fit_frames, targets
 from ...results import ErrorPattern, ErrorPatterns
 from ...robot import Robot, even_bodies, link_poses
 from ..inference import Posterior
@@ -44,19 +44,18 @@ def error_patterns(
     """
     if posterior.noise.space < EXACT:
         return None
-    parts = [
-        _rows(posterior, robot, load, placements) for placements in (train, test) if placements
-    ]
+    parts = [(train, of_trained), (test, of_held_out)]
+    parts = [(placements, evidence_of) for placements, evidence_of in parts if placements]
     best: dict[str, ErrorPattern] = {}
-    for number, rows in enumerate(parts):
+    for placements, evidence_of in parts:
+        rows = _rows(posterior, robot, load, placements)
         if len(rows.q) < FEWEST:
             continue
-        evidence = of_held_out(posterior, rows) if number else of_trained(posterior, rows)
-        columns = _columns(robot, rows)
-        tried = len(parts) * len(columns)
-        for over, A in columns.items():
-            log_odds, field = evidence.of(A)
-            pattern = _pattern(robot, rows, over, log_odds - float(np.log(tried)), field, evidence)
+        evidence = evidence_of(posterior, rows)
+        quantities = _quantities(robot, rows)
+        tried = len(parts) * len(quantities)
+        for over, quantity in quantities.items():
+            pattern = _pattern(rows, over, quantity, evidence, tried)
             if over not in best or pattern.log_odds > best[over].log_odds:
                 best[over] = pattern
     if not best:
@@ -71,35 +70,26 @@ def _rows(
 ) -> PatternRows:
     """Return the samples of placements, thinned out where there are many."""
     total = sum(len(m.positions) for m in placements)
-    step = max(1, -(-total // MOST))
-    parts = [_of_placement(posterior, robot, load, (k, m), step) for k, m in enumerate(placements)]
+    step = -(-total // MOST)
+    parts: list[list[np.ndarray]] = []
+    for k, m in enumerate(placements):
+        q = m.positions
+        points, J, by_joints = posterior.linearise(q, load.torques(robot, m))
+        frames = fit_frames([(points, m)])
+        still = m.at_rest(points)
+        errors = still - targets(still, m, frames)
+        if frames:
+            seats = frames[m.frame].slopes(m.points) * np.repeat([TURN, SEAT], 3)
+        else:
+            in_socket = np.repeat(np.eye(len(m.counts)), m.counts, axis=0)
+            seats = SEAT * np.kron(in_socket, np.eye(3)).reshape(len(q), 3, -1)
+        time = m.order / max(len(q) - 1, 1)
+        columns = (q, errors, J, by_joints, points, time, np.full(len(q), k), seats)
+        parts.append([column[::step] for column in columns])
     *columns, seats = zip(*parts, strict=True)
     joined = list(map(np.concatenate, columns))
-    return PatternRows._make([*joined, block_diagonal(seats)])
-
-
-def _of_placement(
-    posterior: Posterior, robot: Robot, load: Load, placement: tuple[int, Measurement], step: int
-) -> PatternRows:
-    """Return each so many-th sample of a placement, with its index."""
-    k, m = placement
-    q = m.positions
-    points, J, by_joints = posterior.linearise(q, load.torques(robot, m))
-    if m.kind == "points":
-        measured = m.points[m.order]
-        frame = fit_pose(measured, points)
-        errors = points - frame.apply(measured)
-        seats = frame.slopes(measured) * np.repeat([TURN, SEAT], 3)
-    else:
-        in_socket = np.repeat(np.eye(len(m.counts)), m.counts, axis=0)
-        still = points if m.moved is None else points - m.moved
-        means = in_socket.T @ still / np.array(m.counts)[:, None]
-        errors = still - in_socket @ means
-        seats = SEAT * np.kron(in_socket, np.eye(3)).reshape(len(q), 3, -1)
-    time = m.order / max(len(q) - 1, 1)
-    columns = (q, errors, J, by_joints, points, time, np.full(len(q), k))
-    thinned = [column[::step] for column in columns]
-    return PatternRows._make([*thinned, seats[::step].reshape(-1, seats.shape[2])])
+    blocks = [of_placement.reshape(-1, of_placement.shape[2]) for of_placement in seats]
+    return PatternRows._make([*joined, block_diagonal(blocks)])
 
 
 def _middle(robot: Robot, q: np.ndarray) -> np.ndarray:
@@ -119,57 +109,75 @@ def _axes(middle: np.ndarray) -> np.ndarray:
     return np.stack([outward, sideways, np.tile(upward, (len(middle), 1))], axis=2)
 
 
-def _columns(robot: Robot, rows: PatternRows) -> dict[str, np.ndarray]:
-    """Return A of each pattern, shape (3 N, k), by what it is over.
+class Quantity(NamedTuple):
+    """A quantity that errors may follow, and the direction of errors that are drawn over it."""
+
+    at: np.ndarray
+    """Shape (N,)."""
+    unit: str
+    along: str
+    """The direction in words."""
+    directions: np.ndarray | None
+    """Unit vectors, shape (N, 3); None for that of each placement's mean drift."""
+    columns: np.ndarray
+    """A of its pattern, shape (3 N, k)."""
+
+
+def _quantities(robot: Robot, rows: PatternRows) -> dict[str, Quantity]:
+    """Return what patterns are looked for over, by name.
 
     Over a joint's angle q the ball moves by sin(k q) and cos(k q) along the joint's motion. Over
     reach r and height h it moves along each of the arm's axes by a parabola, and with the reach a
     base gives way as well, by which the ball turns about x or y in proportion to the load. Over
     time each placement moves by a parabola.
     """
-    columns: dict[str, np.ndarray] = {}
+    quantities: dict[str, Quantity] = {}
     k = np.arange(1, HARMONICS + 1)
     for j, joint in enumerate(robot.actuated):
         if joint.type == "prismatic":
             continue
-        phases = rows.q[:, [j]] * k
+        angles = rows.q[:, j]
+        motion = rows.by_joints[:, :, j]
+        phases = angles[:, None] * k
         waves = np.hstack([np.sin(phases), np.cos(phases)])
-        along = rows.by_joints[:, :, [j]] * waves[:, None]
-        columns[joint.name] = along.reshape(-1, 2 * HARMONICS)
+        columns = motion[:, :, None] * waves[:, None]
+        quantities[joint.name] = Quantity(
+            angles, "rad", "along its motion", _unit(motion), columns.reshape(-1, 2 * HARMONICS)
+        )
     middle = _middle(robot, rows.q)
     axes = _axes(middle)
     tilt_y = np.cross([0.0, 1.0, 0.0], rows.balls) * middle[:, [0]]
     tilt_x = -np.cross([1.0, 0.0, 0.0], rows.balls) * middle[:, [1]]
     tilts = np.stack([tilt_x, tilt_y], axis=2).reshape(-1, 2)
     reach = np.linalg.norm(middle[:, :2], axis=1)
-    columns["reach"] = np.hstack([tilts, _powers(axes, reach)])
-    columns["height"] = _powers(axes, middle[:, 2])
-    powers = _powers(np.tile(np.eye(3), (len(rows.q), 1, 1)), rows.time)
+    by_reach = np.hstack([tilts, _powers(axes, reach)])
+    quantities["reach"] = Quantity(reach, "m", "upward", axes[:, :, 2], by_reach)
+    height = middle[:, 2]
+    quantities["height"] = Quantity(height, "m", "outward", axes[:, :, 0], _powers(axes, height))
+    powers = _powers(np.eye(3), rows.time)
     here = np.repeat(rows.placement[:, None] == np.unique(rows.placement), 3, axis=0)
-    parts = here[:, :, None] * powers[:, None]
-    columns["time"] = parts.reshape(len(powers), -1)
-    return columns
+    by_time = (here[:, :, None] * powers[:, None]).reshape(len(powers), -1)
+    quantities["time"] = Quantity(rows.time, "", "along the drift", None, by_time)
+    return quantities
 
 
 def _powers(axes: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return errors along three axes in proportion to values and their squares, shape (3 N, 6)."""
     centred = (values - values.mean()) / max(float(values.std()), 1e-9)
-    parts = [axes * centred[:, None, None], axes * (centred**2 - 1)[:, None, None]]
-    return np.concatenate(parts, axis=2).reshape(-1, 6)
+    powers = [centred, centred**2 - 1]
+    return np.dstack([axes * power[:, None, None] for power in powers]).reshape(-1, 6)
 
 
 def _pattern(
-    robot: Robot,
-    rows: PatternRows,
-    over: str,
-    log_odds: float,
-    field: np.ndarray,
-    evidence: PatternEvidence,
+    rows: PatternRows, over: str, quantity: Quantity, evidence: PatternEvidence, tried: int
 ) -> ErrorPattern:
-    """Return a pattern with its running mean, the errors along its direction."""
-    axis = _axis(robot, rows, over, field)
-    at = axis.at
-    errors = np.sum(rows.errors * axis.directions, axis=1)
+    """Return one pattern of those tried, with its running mean, the errors along its direction."""
+    log_odds, field = evidence.of(quantity.columns)
+    directions = quantity.directions
+    if directions is None:
+        directions = _drift_directions(rows, field)
+    at = quantity.at
+    errors = np.sum(rows.errors * directions, axis=1)
     grid = np.linspace(float(at.min()), float(at.max()), GRID)
     width = NEIGHBOURS * max(float(np.ptp(at)), 1e-9)
     weights = np.exp(-0.5 * ((grid[:, None] - at) / width) ** 2) + 1e-12
@@ -177,47 +185,25 @@ def _pattern(
     step = -(-len(at) // DRAWN)
     return ErrorPattern(
         over=over,
-        unit=axis.unit,
-        along=axis.along,
+        unit=quantity.unit,
+        along=quantity.along,
         at=_rounded(at[::step]),
         errors=_rounded(errors[::step]),
         grid=_rounded(grid),
         mean=_rounded(weights @ errors),
         band=_rounded(BAND * np.sqrt(weights**2 @ evidence.deviations**2)),
         size=float(np.linalg.norm(field)) / len(field) ** 0.5,
-        log_odds=log_odds,
+        log_odds=log_odds - float(np.log(tried)),
     )
 
 
-class _Axis(NamedTuple):
-    """A quantity over which errors are drawn, and the direction of these."""
-
-    at: np.ndarray
-    """Shape (N,)."""
-    unit: str
-    along: str
-    """The direction in words."""
-    directions: np.ndarray
-    """Unit vectors, shape (N, 3)."""
-
-
-def _axis(robot: Robot, rows: PatternRows, over: str, field: np.ndarray) -> _Axis:
-    """Return the axis of a pattern; over time errors count along the mean drift of a placement."""
-    if over == "time":
-        slopes = np.zeros((rows.placement.max() + 1, 3))
-        for k in np.unique(rows.placement):
-            here = rows.placement == k
-            slopes[k] = (rows.time[here] - rows.time[here].mean()) @ field[here]
-        return _Axis(rows.time, "", "along the drift", _unit(slopes)[rows.placement])
-    if over in robot.joint_names:
-        j = robot.joint_names.index(over)
-        directions = _unit(rows.by_joints[:, :, j])
-        return _Axis(rows.q[:, j], "rad", "along its motion", directions)
-    middle = _middle(robot, rows.q)
-    axes = _axes(middle)
-    if over == "height":
-        return _Axis(middle[:, 2], "m", "outward", axes[:, :, 0])
-    return _Axis(np.linalg.norm(middle[:, :2], axis=1), "m", "upward", axes[:, :, 2])
+def _drift_directions(rows: PatternRows, field: np.ndarray) -> np.ndarray:
+    """Return the direction of the mean drift of each sample's placement, shape (N, 3)."""
+    slopes = np.zeros((rows.placement.max() + 1, 3))
+    for k in np.unique(rows.placement):
+        here = rows.placement == k
+        slopes[k] = (rows.time[here] - rows.time[here].mean()) @ field[here]
+    return _unit(slopes)[rows.placement]
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

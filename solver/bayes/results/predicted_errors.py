@@ -7,58 +7,58 @@ import numpy as np
 
 from ...data import Load
 from ...results import DistanceDeviation
-from ...robot import workspace
+from ...robot import Robot, workspace
 from ..inference import Posterior
 from .postures import poses_near
+from .projections import bisected
 from .uncertainty import distance_deviations
 
 WITHIN_ONE, LARGE_GAP = 0.6827, 4.0
 """Share within a deviation; and deviations from which on a gap counts from one side only."""
 NEAR, NEARBY = 0.06, 60
 """Standard deviation per axis of a place near a recorded one [m], and how many are thought of."""
+PAIRS = 200
+"""Random distances in the workspace."""
 
 
 def likely_errors(gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
     """Return what 68 % of the errors gap + deviation z do not exceed in size, shape (N,) [m]."""
-    phi = NormalDist().cdf
+    phi = np.vectorize(NormalDist().cdf)
     ratios = np.linspace(0, LARGE_GAP, 31)
-    low = ratios.copy()
-    high = ratios + 1
-    for _ in range(20):
-        middle = (low + high) / 2
-        pairs = zip(middle.tolist(), ratios.tolist(), strict=True)
-        within = np.array([phi(w - r) - phi(-w - r) for w, r in pairs]) > WITHIN_ONE
-        low = np.where(within, low, middle)
-        high = np.where(within, middle, high)
+
+    def too_few(sizes: np.ndarray) -> np.ndarray:
+        return phi(sizes - ratios) - phi(-sizes - ratios) <= WITHIN_ONE
+
+    sizes = bisected(too_few, ratios, ratios + 1, rounds=20)
     ratio = np.abs(gap) / deviation
     beyond = np.maximum(ratio - LARGE_GAP, 0)
-    return deviation * (np.interp(ratio, ratios, high) + beyond)
+    return deviation * (np.interp(ratio, ratios, sizes) + beyond)
 
 
 def predicted_errors(
     posterior: Posterior, load: Load, q: np.ndarray, exported: np.ndarray | None = None
 ) -> DistanceDeviation:
     """Return the predicted errors of distances between pairs of poses."""
-    torque = load.moments(posterior.model.robot, q, None)
-    distances, deviation = distance_deviations(posterior, q, torque)
-    export_errors = None
+    moments = load.moments(posterior.model.robot, q, None)
+    distances, deviation = distance_deviations(posterior, q, moments)
+    export_error = None
     if exported is not None:
         points = posterior.model.ball.points(exported, q)
         gap = np.linalg.norm(points[1::2] - points[::2], axis=1) - distances
-        export_errors = float(np.median(likely_errors(gap, deviation)))
+        export_error = float(np.median(likely_errors(gap, deviation)))
     return DistanceDeviation(
         median=float(np.median(deviation)),
         worst=float(deviation.max()),
         length=float(np.median(distances)),
-        alone=export_errors,
+        alone=export_error,
     )
 
 
 def workspace_errors(
-    posterior: Posterior, load: Load, exported: np.ndarray | None = None, pairs: int = 200
+    posterior: Posterior, load: Load, exported: np.ndarray | None = None
 ) -> DistanceDeviation:
     """Return the predicted errors of distances between random poses."""
-    q = workspace(posterior.model.robot, 2 * pairs)
+    q = workspace(posterior.model.robot, 2 * PAIRS)
     return predicted_errors(posterior, load, q, exported)
 
 
@@ -70,13 +70,18 @@ def errors_near(
 ) -> DistanceDeviation | None:
     """Return the predicted errors of distances near recorded places, where they are largest.
 
-    Near is some 0.1 m from a place, in configurations like those recorded there; both ends of a
-    distance are near one place. Each placement has joint positions of shape (N, m) [rad].
+    See :func:`neighbourhoods`; both ends of a distance are near one place.
     """
-    deviations: list[DistanceDeviation] = []
-    for rows in recorded:
-        q, _ = poses_near(posterior.model.robot, rows, (NEARBY, 1), NEAR)
-        if len(q) > 1:
-            even = q[: len(q) // 2 * 2]
-            deviations.append(predicted_errors(posterior, load, even, exported))
+    nearby = neighbourhoods(posterior.model.robot, recorded)
+    deviations = [predicted_errors(posterior, load, q, exported) for q in nearby]
     return max(deviations, key=lambda deviation: deviation.alone or deviation.median, default=None)
+
+
+def neighbourhoods(robot: Robot, recorded: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Return an even number of poses near each recorded place that has two in reach.
+
+    Near is some 0.1 m from a place, in configurations like those recorded there. Each placement has
+    joint positions of shape (N, m) [rad].
+    """
+    nearby = [poses_near(robot, rows, (NEARBY, 1), NEAR)[0] for rows in recorded]
+    return [q[: len(q) // 2 * 2] for q in nearby if len(q) > 1]

@@ -1,6 +1,6 @@
-"""Matrices: less what others span, and of blocks; and rows chosen evenly."""
+"""Numbers: matrices less what others span, or of blocks; rows chosen evenly; bisection."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -27,3 +27,15 @@ def block_diagonal(blocks: Iterable[np.ndarray]) -> np.ndarray:
 def evenly(count: int, most: int) -> np.ndarray:
     """Return at most so many of the indices below ``count``, spread evenly."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
+
+
+def bisected(
+    is_below: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray, rounds: int
+) -> np.ndarray:
+    """Return the ends of intervals, shape (N,), of values that are below; halved in each round."""
+    for _ in range(rounds):
+        middle = (low + high) / 2
+        below = is_below(middle)
+        low = np.where(below, middle, low)
+        high = np.where(below, high, middle)
+    return high

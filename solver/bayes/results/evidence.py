@@ -1,0 +1,52 @@
+"""Evidence of errors beside noise of uncertain size, and of parts that a model lacks.
+
+Errors y are Gaussian with the covariance n^2 C + S: noise C of the fit's shape, and what else is
+known to change them, S. A part that the model lacks adds m^2 K to it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+NOISES = np.geomspace(0.3, 1.5, 8) ** 2
+"""n^2, by the noise of the fit, which holds part of what the model lacks."""
+NOISE_DEVIATION = 0.5
+"""Standard deviation of log n by the prior."""
+
+
+class Background(NamedTuple):
+    """R errors without any part that the model lacks, for each n^2 of :data:`NOISES`."""
+
+    whitening: np.ndarray
+    """L_n^-1 with L_n L_n^T = n^2 C + S, shape (n, R, R)."""
+    white: np.ndarray
+    """z = L_n^-1 y, shape (n, R)."""
+    logs: np.ndarray
+    """-1/2 |z|^2 - log det L_n and the logarithm of the prior of n, shape (n,)."""
+
+    @classmethod
+    def of(cls, y: np.ndarray, C: np.ndarray, S: np.ndarray) -> "Background":
+        """Return that of errors y, shape (R,)."""
+        L = np.linalg.cholesky(NOISES[:, None, None] * C + S)
+        whitening = np.linalg.inv(L)
+        white = whitening @ y
+        volumes = np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)
+        prior = np.square(np.log(NOISES) / 2 / NOISE_DEVIATION)
+        return cls(whitening, white, -0.5 * (np.sum(white**2, axis=1) + prior) - volumes)
+
+    def with_part(self, d: np.ndarray, squares: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+        """Return the logarithms of the evidence with a part of K, for each n and m^2 of sizes.
+
+        With L_n^-1 K L_n^-T = W W^T, and V diag(d) V^T = W^T W, and b = V^T W^T z, a part adds
+
+            1/2 sum_i [m^2 b_i^2 / (1 + m^2 d_i) - log(1 + m^2 d_i)]
+
+        Args:
+            d: Shape (n, k).
+            squares: b^2, likewise.
+            sizes: m^2, shape (m,).
+        """
+        m2 = sizes[:, None]
+        variances = 1 + m2 * d[:, None]
+        gains = np.sum(m2 * squares[:, None] / variances - np.log(variances), axis=2)
+        return self.logs[:, None] + 0.5 * gains

@@ -1,0 +1,38 @@
+"""Samples whose noise is made one: L^-1 before their columns, with L L^T the noise of a sample."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..inference import Posterior
+
+
+class WhitenedSamples(NamedTuple):
+    """N samples in sockets, their noise made one."""
+
+    q: np.ndarray
+    """Joint positions, shape (N, m) [rad]."""
+    residuals: np.ndarray
+    """Shape (N, 3)."""
+    slopes: np.ndarray
+    """A: derivatives of the residuals by the model's unknowns and the centres, shape (N, 3, n)."""
+
+
+def samples_in_sockets(posterior: Posterior) -> WhitenedSamples:
+    """Return the samples in sockets of a fit."""
+    data = posterior.data
+    rows = np.flatnonzero(data.sockets >= 0)
+    sockets = data.sockets[rows]
+    q = data.positions[rows]
+    points, J, by_joints = posterior.linearise(q, data.torques[rows], data.clocks[rows])
+    residuals = points - posterior.centres[sockets]
+    by_centres = -np.kron(np.eye(len(posterior.centres))[sockets], np.eye(3))
+    columns = np.dstack([residuals, J, by_centres.reshape(*residuals.shape, -1)])
+    white = whitened(posterior, by_joints, columns)
+    return WhitenedSamples(q, white[:, :, 0], white[:, :, 1:])
+
+
+def whitened(posterior: Posterior, by_joints: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return L^-1 B of samples' columns B, shape (N, 3, k), by their derivatives by the joints."""
+    L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
+    return np.linalg.solve(L, columns)
