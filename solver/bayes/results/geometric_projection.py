@@ -29,7 +29,7 @@ shows stays as the fit has it."""
 SAME = 1e-3
 """Balls as near to each other as this have no direction [m]."""
 Difference = Callable[[np.ndarray], np.ndarray]
-"""Makes errors that count, shape (R, ...), of errors of balls, shape (N, 3, ...); linear."""
+"""Makes rows that count, shape (R, k), of columns of balls' errors, shape (N, 3, k); linear."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,10 @@ class Use:
         The geometry is linear about the values, where x is as given; it changes by L x.
         """
         linear = ball.linearise(values, self.positions)
-        slopes = self.difference(linear.by_parameters) @ L
-        errors = self.difference(linear.points - self.targets) - slopes @ x
-        columns = np.column_stack([slopes, errors])
+        errors = linear.points - self.targets
+        rows = self.difference(np.dstack([linear.by_parameters, errors]))
+        slopes = rows[:, :-1] @ L
+        columns = np.column_stack([slopes, rows[:, -1] - slopes @ x])
         form = columns.T @ columns / len(columns)
         form[-1, -1] += self.variance
         return form
@@ -121,23 +122,21 @@ def _in_sockets(posterior: Posterior) -> list[Use]:
     A sample of a point counts by its robust weight, and so it does in its socket's mean.
     """
     data = posterior.data
-    rows = np.flatnonzero(posterior.data.sockets >= 0)
-    rows = rows[np.argsort(data.sockets[rows], kind="stable")]
+    rows = np.flatnonzero(data.sockets >= 0)
     sockets = data.sockets[rows]
     weights = posterior.weights[rows]
-    recorded: np.ndarray = np.unique(sockets)
-    shares = (recorded[:, None] == sockets) * weights
-    shares /= shares.sum(axis=1, keepdims=True)
+    roots = np.sqrt(weights)[:, None, None]
+    means = _means(sockets, weights)
+    recorded = np.unique(sockets)
     bases = np.array([name for name, _ in data.labels])[recorded]
     first, second = np.nonzero(np.triu(bases[:, None] != bases))
-    directions = _directions(posterior.centres[recorded], first, second)
+    along = _lengths(posterior.centres[recorded], first, second)
 
     def point(errors: np.ndarray) -> np.ndarray:
-        return _rows(_scaled(without_mean(errors, sockets), np.sqrt(weights)))
+        return _rows(roots * without_mean(errors, sockets))
 
     def distance(errors: np.ndarray) -> np.ndarray:
-        means = np.tensordot(shares, errors, axes=1)
-        return _along(directions, means[second] - means[first])
+        return along(np.tensordot(means, errors, axes=1))
 
     q = data.positions[rows]
     torques = data.torques[rows]
@@ -148,15 +147,14 @@ def _in_sockets(posterior: Posterior) -> list[Use]:
 def _measured(posterior: Posterior) -> list[Use]:
     """Return the uses that measured balls are: points in an instrument's frame, and distances."""
     data = posterior.data
-    uses = list[Use]()
+    uses: list[Use] = []
     generator = np.random.default_rng(0)
-    for frame in np.unique(data.measured_in[data.measured_in >= 0]).tolist():
+    for frame in np.unique(data.measured_in[data.measured_in >= 0]):
         rows = np.flatnonzero((data.measured_in == frame) & ~data.turned)
         if 3 * len(rows) <= posterior.model.geometry:
             continue  # a geometry can meet so few whatever they are
-        firsts = np.tile(rows, PARTNERS)
-        seconds = np.concatenate([generator.permutation(rows) for _ in range(PARTNERS)])
-        pairs = np.concatenate([firsts, seconds])
+        seconds = [generator.permutation(rows) for _ in range(PARTNERS)]
+        pairs = np.concatenate([np.tile(rows, PARTNERS), *seconds])
         uses += [
             _in_frame(posterior, data.positions[rows], data.torques[rows]),
             _distances(posterior, data.positions[pairs], data.torques[pairs]),
@@ -171,7 +169,7 @@ def _in_frame(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
     is e - Q Q^T e.
     """
     motions = IDENTITY.slopes(posterior.predict(q, torques)).reshape(-1, 6)
-    Q: np.ndarray = np.linalg.qr(motions)[0]
+    Q = np.linalg.qr(motions)[0]
 
     def point(errors: np.ndarray) -> np.ndarray:
         return outside(_rows(errors), Q)
@@ -183,24 +181,22 @@ def _distances(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
     """Return the use that measures distances, from the first half of the poses to the second."""
     points = posterior.predict(q, torques)
     first, second = np.arange(len(q) // 2 * 2).reshape(2, -1)
-    directions = _directions(points, first, second)
-
-    def difference(errors: np.ndarray) -> np.ndarray:
-        return _along(directions, errors[second] - errors[first])
-
-    return _use(posterior, q, torques, difference)
+    return _use(posterior, q, torques, _lengths(points, first, second))
 
 
-def _along(directions: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the parts of offsets, shape (N, 3, ...), along directions, shape (N, ...)."""
-    return np.einsum("ni,ni...->n...", directions, offsets)
+def _lengths(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> Difference:
+    """Return what counts where lengths do: errors along the way from first points to second ones.
 
-
-def _directions(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the directions from points to others, shape (N, 3); zero from a point to itself."""
+    The way from a point to itself is zero.
+    """
     offsets = points[second] - points[first]
     lengths = np.linalg.norm(offsets, axis=1)[:, None]
-    return np.where(lengths > SAME, offsets, 0) / np.maximum(lengths, SAME)
+    directions = np.where(lengths > SAME, offsets, 0) / np.maximum(lengths, SAME)
+
+    def difference(errors: np.ndarray) -> np.ndarray:
+        return np.einsum("ni,nik->nk", directions, errors[second] - errors[first])
+
+    return difference
 
 
 def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: Difference) -> Use:
@@ -218,17 +214,16 @@ def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: D
 
 
 def _rows(errors: np.ndarray) -> np.ndarray:
-    return errors.reshape(3 * len(errors), *errors.shape[2:])
+    return errors.reshape(3 * len(errors), -1)
 
 
 def without_mean(values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return values, of shape (N, ...), less their mean at each place; places come in order."""
-    _, begins, counts = np.unique(places, return_index=True, return_counts=True)
-    sums = np.add.reduceat(values, begins, axis=0)
-    means = _scaled(sums, 1 / counts)
-    return values - np.repeat(means, counts, axis=0)
+    """Return values, shape (N, ...), less their mean at each place, by places of shape (N,)."""
+    means = np.tensordot(_means(places, np.ones(len(places))), values, axes=1)
+    return values - means[np.unique(places, return_inverse=True)[1]]
 
 
-def _scaled(values: np.ndarray, factors: np.ndarray) -> np.ndarray:
-    """Return values, of shape (N, ...), each row times a factor, shape (N,)."""
-    return values * factors.reshape(-1, *[1] * (values.ndim - 1))
+def _means(places: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the matrix of the weighted means at each place, shape (places, N)."""
+    of_places = (np.unique(places)[:, None] == places) * weights
+    return of_places / of_places.sum(axis=1, keepdims=True)

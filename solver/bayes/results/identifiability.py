@@ -9,7 +9,6 @@ import numpy as np
 
 from ...data import IDENTITY, Pose
 from ...results import Direction
-from ...robot import Robot
 from ..inference import Posterior
 from .projections import outside
 from .uncertainty import UNDECIDED
@@ -50,28 +49,26 @@ def weakly_identifiable_directions(posterior: Posterior) -> tuple[Direction, ...
     L = np.linalg.cholesky(posterior.prior_covariance[:n, :n])
     whiten = np.linalg.inv(L)
     covariance = whiten @ posterior.covariance[:n, :n] @ whiten.T
-    structural = _structural(posterior.model.robot, posterior)
-    changes = [Change(text, _unit(whiten @ vector)) for text, vector in structural]
+    changes = [Change(text, _unit(whiten @ vector)) for text, vector in _structural(posterior)]
     if posterior.data.anchored:
         changes = _without_turns_of_joints(changes, n)
     by_scale = L.T @ posterior.model.by_scale()[:n]
     if by_scale.any():
         changes.append(Change(SCALE, _unit(by_scale)))
-    directions = [Direction(text, float(u @ covariance @ u) ** 0.5) for text, u in changes]
     Q = _basis(changes, n)
     values, vectors = np.linalg.eigh(outside(outside(covariance, Q).T, Q))
-    for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
-        if value < UNDECIDED**2:
-            break
+    undecided = np.flatnonzero(values > UNDECIDED**2)
+    for vector in vectors.T[undecided[::-1]]:
         shares = np.abs(L @ vector) / np.linalg.norm(L, axis=1)
-        main: list[int] = np.argsort(-shares)[:2].tolist()
-        text = " against ".join(posterior.model.names[i] for i in main)
-        directions.append(Direction(f"mainly {text}", float(value) ** 0.5))
-    merged: dict[str, Direction] = {}
-    for direction in directions:
-        if direction.deviation > UNDECIDED:
-            merged.setdefault(direction.text, direction)
-    return tuple(merged.values())
+        largest: list[int] = np.argsort(-shares)[:2].tolist()
+        names = [posterior.model.names[i] for i in largest]
+        changes.append(Change(f"mainly {' against '.join(names)}", vector))
+    directions: dict[str, Direction] = {}
+    for text, u in changes:
+        deviation = float(u @ covariance @ u) ** 0.5
+        if deviation > UNDECIDED:
+            directions.setdefault(text, Direction(text, deviation))
+    return tuple(directions.values())
 
 
 def _without_turns_of_joints(changes: Sequence[Change], n: int) -> list[Change]:
@@ -101,11 +98,13 @@ def unobservable(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, 
     return (BASE_TURNS, flange) if turns else (flange,)
 
 
-def _structural(robot: Robot, posterior: Posterior) -> list[Change]:
+def _structural(posterior: Posterior) -> list[Change]:
     """Return changes of the free geometry that no ball can show."""
     model = posterior.model
+    chain = model.robot.joints
     place = {p.index: i for i, p in enumerate(model.parameters)}
-    joints = [j for j in range(len(robot.joints)) if place.keys() >= {*range(6 * j, 6 * j + 6)}]
+    joints = [j for j in range(len(chain)) if place.keys() >= {*range(6 * j, 6 * j + 6)}]
+    ball = len(chain) - 1
     frames = model.ball.frames(posterior.values)
     result: list[Change] = []
 
@@ -115,41 +114,36 @@ def _structural(robot: Robot, posterior: Posterior) -> list[Change]:
             vector[[place[6 * joint + k] for k in range(6)]] = change
         result.append(Change(text, vector))
 
-    if joints and robot.joints[joints[0]].actuated:
-        for k in range(6):
-            add(BASE, {joints[0]: np.eye(6)[k]})
-    ball = len(robot.joints) - 1
+    if joints and chain[joints[0]].actuated:
+        for number in np.eye(6):
+            add(BASE, {joints[0]: number})
     if ball in joints:
-        for k in (3, 4, 5):
-            add("the ball's orientation", {ball: np.eye(6)[k]})
-    for joint_index, next_index in pairwise(joints):
-        joint = robot.joints[joint_index]
-        joints_between = robot.joints[joint_index + 1 : next_index]
-        if not joint.actuated or any(j.actuated for j in joints_between):
+        for angle in np.eye(6)[3:]:
+            add("the ball's orientation", {ball: angle})
+    for j, other in pairwise(joints):
+        joint = chain[j]
+        if not joint.actuated or any(between.actuated for between in chain[j + 1 : other]):
             continue
-        against = "the ball" if next_index == ball else robot.joints[next_index].name
-        fixed = frames[joint_index + 1 : next_index]
-        between = [Pose(frame[:, 1:4], frame[:, 0]) for frame in fixed]
-        to_other = reduce(Pose.__matmul__, between, IDENTITY).inverse()
-        R = frames[joint_index, :, 1:4]
-        axis = np.array(joint.axis)
-        outward = -to_other.rotation @ axis
-        slide = np.zeros(6)
-        back = np.zeros(6)
-        slide[:3] = R @ axis
-        back[:3] = outward
-        add(f"sliding along {joint.name}'s axis", {joint_index: slide, next_index: back})
+        fixed = [Pose(frame[:, 1:4], frame[:, 0]) for frame in frames[j + 1 : other]]
+        to_other = reduce(Pose.__matmul__, fixed, IDENTITY).inverse()
+        outward = frames[j, :, 1:4] @ np.array(joint.axis)
+        back = -to_other.rotation @ np.array(joint.axis)
+        still = np.zeros(3)
+        slides = {j: np.append(outward, still), other: np.append(back, still)}
+        add(f"sliding along {joint.name}'s axis", slides)
         if joint.type == "prismatic":
             continue
-        turn = np.concatenate([np.zeros(3), _rates(frames[joint_index], R @ axis)])
-        lever = frames[next_index, :, 0] - to_other.translation
-        back = np.concatenate([np.cross(outward, lever), _rates(frames[next_index], outward)])
-        add(f"{joint.name}'s offset against {against}", {joint_index: turn, next_index: back})
+        shift = np.cross(back, frames[other, :, 0] - to_other.translation)
+        turns = {
+            j: np.append(still, _rates(frames[j], outward)),
+            other: np.append(shift, _rates(frames[other], back)),
+        }
+        against = "the ball" if other == ball else chain[other].name
+        add(f"{joint.name}'s offset against {against}", turns)
     return result
 
 
 def _rates(frame: np.ndarray, spin: np.ndarray) -> np.ndarray:
     """Return how fast the numbers of a rotation change while its frame spins about a vector."""
     # The spin is the sum of the rates times the axes.
-    rates: np.ndarray = np.linalg.lstsq(frame[:, 4:], spin, rcond=None)[0]
-    return rates.astype(np.float64)
+    return np.linalg.lstsq(frame[:, 4:], spin, rcond=None)[0]
