@@ -37,7 +37,6 @@ from .limits import limits_of as limits_of
 from .limits import repeatability_of as repeatability_of
 from .limits import setting as setting
 from .predictions import Coverage as Coverage
-from .predictions import ModelName as ModelName
 from .predictions import Point as Point
 from .predictions import Predictions as Predictions
 from .predictions import measurements_of as measurements_of

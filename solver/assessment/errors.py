@@ -6,9 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..data import KnownDistance, as_point, find_socket
-from ..results import Document, PlacementErrors, Role, Summary
+from ..results import ByModel, Document, ModelName, PlacementErrors, Role, Summary
 from .formatting import short_where
-from .predictions import DRAWN, ByModel, ModelName, PlacementPrediction, Point, Predictions
+from .predictions import DRAWN, PlacementPrediction, Point, Predictions
 
 
 class Quantiles(Document):

@@ -1,15 +1,17 @@
 """Predictions of the ball in each sample by all models, and the joint ranges that these cover."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Generic, Literal, TypeVar
+from typing import Literal
 
 import numpy as np
 
 from ...recorder import ALL_ROUND, arc
 from ..data import Measurement, Pose, fit_frames, measure, socket_centres, targets
 from ..results import (
+    MODELS,
+    ByModel,
     CalibratedRobot,
     CalibrationDocument,
     Document,
@@ -23,42 +25,7 @@ from ..results import (
 from ..robot import Robot
 from .formatting import short_names
 
-Value = TypeVar("Value")
-Other = TypeVar("Other")
 Point = tuple[float, float, float]
-
-
-class ByModel(Document, Generic[Value]):
-    """The same figure by each model."""
-
-    nominal: Value
-    calibrated: Value
-    """By the full model."""
-    geometric: Value | None = None
-    """By ``calibrated.urdf`` alone, where it is not the full model."""
-
-    def of(self, model: ModelName) -> Value:
-        """Return the figure of one model."""
-        if model == "geometric" and self.geometric is not None:
-            return self.geometric
-        return self.nominal if model == "nominal" else self.calibrated
-
-    @property
-    def loaded(self) -> Value:
-        """The figure by ``calibrated.urdf``, which is what a user loads."""
-        return self.of("geometric")
-
-    def by_name(self, figure: Callable[[ModelName], Other]) -> "ByModel[Other]":
-        """Return another figure of the same models, computed by their names."""
-        models = MODELS[: 2 + (self.geometric is not None)]
-        return ByModel(**{model: figure(model) for model in models})
-
-    def each(self, figure: Callable[[Value], Other]) -> "ByModel[Other]":
-        """Return another figure of the same models, computed from this one."""
-        return self.by_name(lambda model: figure(self.of(model)))
-
-
-MODELS: tuple[ModelName, ...] = ("nominal", "calibrated", "geometric")
 Frames = dict[ModelName, dict[str, Pose]]
 DRAWN = 3000
 """Samples drawn at most; all figures are computed from all of them."""
@@ -138,14 +105,10 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     calibration = calibrated_robot(document, source)
     measured = measurements_of(document, calibration.robot, source)
     models = calibration.models.items()
-    points = list[ByModel[np.ndarray]]()
-    for m in measured:
-        points.append(ByModel(**{name: model.predict(m) for name, model in models}))
+    points = [ByModel(**{name: model.predict(m) for name, model in models}) for m in measured]
     rows = list(zip(document.data, measured, points, strict=True))
     training = [(p, m) for row, m, p in rows if row.role == "train"]
-    frames: Frames = {}
-    for name in MODELS:
-        frames[name] = fit_frames([(p.of(name), m) for p, m in training])
+    frames: Frames = {name: fit_frames([(p.of(name), m) for p, m in training]) for name in MODELS}
     placements = [PlacementPrediction(m, row.role, p, row.by_socket, frames) for row, m, p in rows]
     _check(document, placements, source)
     return Predictions(document, source, calibration, tuple(placements))
@@ -158,7 +121,8 @@ def measurements_of(document: CalibrationDocument, robot: Robot, source: str) ->
         DocumentError: A sample has not one number a joint; the line names the key.
         MeasurementError: A placement cannot be used.
     """
-    joints, measurements = len(robot.joint_names), list[Measurement]()
+    joints = len(robot.joint_names)
+    measurements: list[Measurement] = []
     for i, row in enumerate(document.data):
         if not row.samples:
             raise misfit(source, f"data[{i}].samples", "none; calibrate again")
@@ -189,9 +153,9 @@ def _check(
         if row.train is None and row.test is None:
             raise misfit(source, f"history[{i}]", "neither `train` nor `test`")
     for placement, errors in zip(placements, document.placements, strict=True):
-        all_stated = errors.nominal, errors.calibrated, errors.loaded
-        for model, metrics in zip(MODELS, all_stated, strict=True):
-            computed, stated = float(placement.errors(model).mean()), metrics.mean_absolute_error
+        for model in MODELS:
+            computed = float(placement.errors(model).mean())
+            stated = errors.of(model).mean_absolute_error
             if abs(computed - stated) > _AGREE:
                 raise DocumentError(
                     f"{source}: {placement.name}: its samples give {1e3 * computed:.3f} mm by the "

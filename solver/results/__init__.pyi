@@ -1,5 +1,8 @@
+from .by_model import MODELS as MODELS
+from .by_model import ByModel as ByModel
+from .by_model import MetricsByModel as MetricsByModel
+from .by_model import ModelName as ModelName
 from .calibrated import CalibratedRobot as CalibratedRobot
-from .calibrated import ModelName as ModelName
 from .calibrated import Payload as Payload
 from .calibration import ARMS_FORMAT as ARMS_FORMAT
 from .calibration import ELASTICITY_FORMAT as ELASTICITY_FORMAT

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from itertools import compress
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -30,10 +30,9 @@ from ..robot import (
     scan,
     set_origins,
 )
+from .by_model import ModelName
 from .joint_rows import JointsError, joint_rows, position_rows
 
-ModelName = Literal["nominal", "calibrated", "geometric"]
-"""``geometric``: ``calibrated.urdf`` as the user loads it."""
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
 AT_LIMIT = 1e-9

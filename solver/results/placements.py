@@ -9,14 +9,15 @@ from typing import Any, Literal
 from msgspec.structs import replace
 
 from ...recorder import Placement, Sample
-from ..data import Metrics, removed_share
+from ..data import removed_share
+from .by_model import MetricsByModel
 from .files import Document
 
 Role = Literal["train", "test"]
 """Role of a placement: fitted, or held out to test the fit."""
 
 
-class PlacementErrors(Document):
+class PlacementErrors(MetricsByModel):
     """Errors of a placement, by each model."""
 
     name: str
@@ -27,13 +28,6 @@ class PlacementErrors(Document):
     """``points`` where an instrument measured each ball: the errors are true ones, in space."""
     distance: float | None
     """Between the first two sockets, as measured [m]; None for points."""
-    nominal: Metrics
-    calibrated: Metrics
-    """By the full model."""
-    geometric: Metrics | None = None
-    """By the exported URDF alone, where it is not the full model."""
-    ball_refitted: Metrics | None = None
-    """By the nominal model with only the ball's place on the flange fitted."""
     distance_source: str | None = None
     """Source of the distance: ``given``, the ``recording``, or the ``default``."""
     distance_readings: int | None = None
@@ -50,36 +44,12 @@ class PlacementErrors(Document):
         """True where the distance is between two sockets that have samples."""
         return self.distance is not None and len(self.samples) > 1
 
-    @property
-    def loaded(self) -> Metrics:
-        """By ``calibrated.urdf``, which is what a user loads."""
-        return self.geometric or self.calibrated
 
-    @property
-    def before(self) -> Metrics:
-        """By the nominal model, its ball refitted where that is known."""
-        return self.ball_refitted or self.nominal
-
-
-class Summary(Document):
+class Summary(MetricsByModel):
     """The means over the placements of one role."""
 
-    nominal: Metrics
-    calibrated: Metrics
-    geometric: Metrics | None = None
-    ball_refitted: Metrics | None = None
     removed_error: float
     """1 - calibrated / nominal, of the mean absolute error."""
-
-    @property
-    def loaded(self) -> Metrics:
-        """By ``calibrated.urdf``, which is what a user loads."""
-        return self.geometric or self.calibrated
-
-    @property
-    def before(self) -> Metrics:
-        """By the nominal model, its ball refitted where that is known."""
-        return self.ball_refitted or self.nominal
 
     @property
     def removed_when_loaded(self) -> float:

@@ -93,7 +93,8 @@ class Estimate:
         second = [length.second for length in lengths]
         offsets = centres[second] - centres[first]
         directions = offsets / np.linalg.norm(offsets, axis=1, keepdims=True)
-        by_centres = self.spread[:, self.posterior.model.size :].reshape(-1, len(centres), 3)
+        of_centres = self.spread[:, self.posterior.model.size :]
+        by_centres = of_centres.reshape(len(self.spread), -1, 3)
         shifts = by_centres[:, second] - by_centres[:, first]
         slopes = np.einsum("nki,ki->nk", shifts, directions)
         return slopes @ np.linalg.inv(distance_covariance(lengths))

@@ -214,7 +214,7 @@ def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: D
 
 
 def _rows(errors: np.ndarray) -> np.ndarray:
-    return errors.reshape(3 * len(errors), -1)
+    return errors.reshape(-1, errors.shape[2])
 
 
 def without_mean(values: np.ndarray, places: np.ndarray) -> np.ndarray:

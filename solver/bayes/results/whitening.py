@@ -27,7 +27,8 @@ def samples_in_sockets(posterior: Posterior) -> WhitenedSamples:
     points, J, by_joints = posterior.linearise(q, data.torques[rows], data.clocks[rows])
     residuals = points - posterior.centres[sockets]
     by_centres = -np.kron(np.eye(len(posterior.centres))[sockets], np.eye(3))
-    columns = np.dstack([residuals, J, by_centres.reshape(*residuals.shape, -1)])
+    by_centres = by_centres.reshape(len(q), 3, 3 * len(posterior.centres))
+    columns = np.dstack([residuals, J, by_centres])
     white = whitened(posterior, by_joints, columns)
     return WhitenedSamples(q, white[:, :, 0], white[:, :, 1:])
 

@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import ArrayLike
 
-from ....solver.assessment import ModelName
+from ....solver.results import ModelName
 from ..figures import PlotCaption, ReportDocument, lines
 from .axis import Axis
 

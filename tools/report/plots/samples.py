@@ -5,8 +5,8 @@ from itertools import product
 
 import numpy as np
 
-from ....solver.assessment import ModelName, SampleErrors, area, nice_above
-from ....solver.results import Role
+from ....solver.assessment import SampleErrors, area, nice_above
+from ....solver.results import ModelName, Role
 from ..figures import FAR, Answer, ReportDocument, text
 from .axis import MM, Axis
 from .figure import LOADED, Panel, Plot, full_model, named_rows, plot, to_scale
