@@ -2,7 +2,9 @@
 
 from collections.abc import Iterable, Sequence
 
-from ..results import Better, Hypothesis, Improvement, Summary
+from msgspec.structs import replace
+
+from ..results import Better, Hypothesis, Summary
 from .formatting import fixed, joined, percent
 from .limits import LIMITS, NEAR, WORKSPACE, LimitResult
 from .verdict import (
@@ -13,12 +15,8 @@ from .verdict import (
     Premise,
     Scope,
     Verdict,
-    cause_words,
-    is_limit,
-    is_reason,
-    reasons_in_words,
     sentence,
-    stamp_of,
+    verdict_of,
 )
 
 SURE = 0.9
@@ -74,17 +72,15 @@ def conclude(
     untold = contradiction or [row for row in doubts if row.name in UNTOLD]
     stated = None if untold else better
     lines = _answer(stated, first, scope, use=use, certain=bool(is_better))
-    return Verdict(
-        status=status,
-        kind=kind,
-        scope=scope,
-        title=_title(stamp_of(status, kind), scope, rests_on),
-        text=cause_words(causes) * (status != "pass") + reasons_in_words(rows, status),
-        answer=(*([CONTRADICTED] if better and untold else []), *lines),
+    if better and untold:
+        lines = [CONTRADICTED, *lines]
+    verdict = verdict_of(rows, causes, status, kind, scope)
+    return replace(
+        verdict,
+        title=_title(verdict.title, scope, rests_on),
+        answer=tuple(lines),
         use=use,
         better=stated,
-        limits=tuple(row for row in rows if is_limit(row)),
-        reasons=tuple(row for row in rows if is_reason(row)),
         rests_on=tuple(rests_on),
     )
 
@@ -147,20 +143,18 @@ def _answer(
 def figures_in_words(better: Better) -> str:
     """Return the errors of distances before and now."""
     everywhere, recorded = better.workspace, better.recorded_places
-    now = everywhere.now
-    interval = f"68 %: {_mm(now.low)} to {_mm(now.high)}"
-    words = f"Distances in the workspace were wrong by {_mm(everywhere.before.value)} mm "
-    words += f"and are now by {_mm(now.value)} ({interval})"
-    words += "" if recorded is None else f"; near the recorded places by {_mm(recorded.now.value)}"
-    return words + _corrected(everywhere, recorded)
-
-
-def _corrected(everywhere: Improvement, recorded: Improvement | None) -> str:
-    if everywhere.corrected is None:
-        return "."
-    words = f"; with corrected joint positions by {_mm(everywhere.corrected.value)}"
-    correction = recorded and recorded.corrected
-    return f"{words} and {_mm(correction.value)}." if correction else f"{words}."
+    now, corrected = everywhere.now, everywhere.corrected
+    words = (
+        f"Distances in the workspace were wrong by {_mm(everywhere.before.value)} mm "
+        f"and are now by {_mm(now.value)} (68 %: {_mm(now.low)} to {_mm(now.high)})"
+    )
+    if recorded is not None:
+        words += f"; near the recorded places by {_mm(recorded.now.value)}"
+    if corrected is not None:
+        words += f"; with corrected joint positions by {_mm(corrected.value)}"
+        if recorded is not None and recorded.corrected is not None:
+            words += f" and {_mm(recorded.corrected.value)}"
+    return f"{words}."
 
 
 def _mm(metres: float) -> str:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
-from msgspec.structs import replace
 
 from ..data import SAMPLES_ADVISED, Measurement, whole_name
 from ..diagnostics import predicted_limit
@@ -72,48 +71,49 @@ def accuracy_rows(
     if uncertainty is None:
         words = "how well the calibration is known could not be computed; record more samples"
         return [limit_row("known", "fail", words, text=words)]
-    at_recorded, everywhere = uncertainty.near, uncertainty.distance_deviation
-    rows = (
-        []
-        if at_recorded is None
-        else [_row(NEAR, at_recorded, better and better.recorded_places, limit)]
-    )
-    rows.append(_row(WORKSPACE, everywhere, better and better.workspace, limit))
-    advice = f"record more varied samples{_least_travel(coverage)}, and a second placement far from"
-    return [
-        row if row.status != "not enough" else replace(row, text=f"{row.text}; {advice} the first")
-        for row in rows
-    ]
+    near, everywhere = uncertainty.near, uncertainty.distance_deviation
+    rows = [_row(WORKSPACE, everywhere, better and better.workspace, limit, coverage)]
+    if near is not None:
+        rows.insert(0, _row(NEAR, near, better and better.recorded_places, limit, coverage))
+    return rows
 
 
 def _row(
-    name: str, predicted: DistanceDeviation, improvement: Improvement | None, limit: Limit
+    name: str,
+    predicted: DistanceDeviation,
+    improvement: Improvement | None,
+    limit: Limit,
+    coverage: Coverage,
 ) -> LimitResult:
     """Return whether the upper end of the 68 % interval of an error is within its limit.
 
     Older files have a standard deviation in its place.
     """
-    median = predicted.median if predicted.alone is None else predicted.alone
+    error = predicted.median if predicted.alone is None else predicted.alone
     by_full_model = None if predicted.alone is None else predicted.median
     if improvement is not None:
-        median, corrected = improvement.now.high, improvement.corrected
-        by_full_model = None if corrected is None else corrected.high
+        error = improvement.now.high
+        by_full_model = improvement.corrected and improvement.corrected.high
     if limit.value is None:
-        return limit_row(name, "not evaluated", limit.source, median)
+        return limit_row(name, "not evaluated", limit.source, error)
     allowed = predicted_limit(limit.value)
     words = f"{allowed / limit.value:.2g} times the limit on the held-out error"
     if predicted.length is not None and LENGTH_TOLERANCE * predicted.length > allowed:
         allowed = LENGTH_TOLERANCE * predicted.length
         words = f"{100 * LENGTH_TOLERANCE:g} % of {mm(predicted.length)}, their median length"
-    status: Status = "pass" if median <= allowed else "not enough"
-    text = f"{TITLES[name]} are right to {mm(median)} only, where {mm(allowed)} is asked"
-    row = limit_row(name, status, words, median, allowed, text=text)
+    text = f"{TITLES[name]} are right to {mm(error)} only, where {mm(allowed)} is asked"
+    status: Status = "pass"
+    if error > allowed:
+        status = "not enough"
+        text += f"; record more varied samples{_least_travel(coverage)}"
+        text += ", and a second placement far from the first"
+    row = limit_row(name, status, words, error, allowed, text=text)
     return with_full(row, by_full_model, "not enough")
 
 
 def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
     """Return whether the paper's method, which predicts no errors, knows the arm's size."""
-    deviation = scale.deviation if scale is not None else None
+    deviation = scale and scale.deviation
     if deviation is None or deviation <= SIZE_DEVIATION:
         words = "the paper's method does not say how well it knows; --method auto does"
         return limit_row("known", "warning", words)
@@ -126,9 +126,11 @@ def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
 
 
 def _least_travel(coverage: Coverage) -> str:
-    turned = travels(coverage)
-    smallest, name = min(((turn, name) for name, turn in turned.items()), default=(WELL_TURNED, ""))
-    return f" ({name} turned by {math.degrees(smallest):.0f} deg only)" * (smallest < WELL_TURNED)
+    turned = {joint: travel for joint, travel in travels(coverage).items() if travel < WELL_TURNED}
+    if not turned:
+        return ""
+    least = min(turned, key=turned.__getitem__)
+    return f" ({least} turned by {math.degrees(turned[least]):.0f} deg only)"
 
 
 def rows_of_the_fit(
@@ -138,11 +140,9 @@ def rows_of_the_fit(
     document = predictions.document
     proved = [row.name for row in held_out if "pass" in (row.status, row.full_status)]
     doubted = {"mean_absolute_error", "distance_error"} <= set(proved)
-    training = [p.measured for p in predictions.placements if p.role == "train"]
-    tested = [p.measured for p in predictions.placements if p.role == "test"]
     recordings = Recordings(
-        training,
-        tested,
+        [p.measured for p in predictions.of_role("train")],
+        [p.measured for p in predictions.of_role("test")],
         document.scale,
         assumed=assumed_distances(document),
         readings=most_readings(document.placements),
@@ -181,13 +181,11 @@ def recording_rows(
 ) -> list[LimitResult]:
     """Return the one judgement of recordings: diagnostics, distances, size, number of samples."""
     rows = [checks_row(checks, drift_doubted=drift_doubted), distance_row(recordings.assumed)]
-    distances = (m.distance for m in recordings.trained if m.has_distance)
     if recordings.scale is not None:
-        distance, readings = next(distances, 0.0), recordings.readings
-        causes = recordings.causes
-        rows.append(scale_row(recordings.scale, distance, checks, causes, readings=readings))
-    held_out = recordings.held_out
-    return [*rows, samples_row(recordings.trained, held_out, tied=recordings.tied)]
+        distance = next((m.distance for m in recordings.trained if m.has_distance), 0.0)
+        scale, causes, readings = recordings.scale, recordings.causes, recordings.readings
+        rows.append(scale_row(scale, distance, checks, causes, readings=readings))
+    return [*rows, samples_row(recordings.trained, recordings.held_out, tied=recordings.tied)]
 
 
 def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = False) -> LimitResult:
@@ -225,36 +223,35 @@ def samples_row(
     advice = f"record at least {{}} in each, better {SAMPLES_ADVISED}"
     if not by_socket:
         what, part, advice = "measured point", "", "measure {} or more"
-
-    def most(placements: Sequence[Measurement], *, tied: bool) -> int:
-        counts = _counts(placements)
-        numbers = tuple(chain.from_iterable(counts))
-        if not by_socket:
-            return sum(numbers)
-        # two sockets, at the best placement
-        return max((sorted(n)[-2] for n in ([numbers] if tied else counts) if n[1:]), default=0)
-
-    largest = most(training, tied=tied), most(held_out, tied=False)
-    leasts, roles = (LEAST_SAMPLES, LEAST_HELD_OUT), ("trained on", "held out")
-    for placements, count, limit, role in zip(
-        (training, held_out), largest, leasts, roles, strict=True
+    trained = _most_samples(training, by_socket=by_socket, tied=tied)
+    tested = _most_samples(held_out, by_socket=by_socket, tied=False)
+    for role, placements, count, limit in (
+        ("trained on", training, trained, LEAST_SAMPLES),
+        ("held out", held_out, tested, LEAST_HELD_OUT),
     ):
-        smallest = limit if by_socket else 2 * limit
-        if placements and count < smallest:
-            text = f"only {plural(count, what)} {part}{role}; {advice.format(smallest)}"
+        least = limit if by_socket else 2 * limit
+        if placements and count < least:
+            text = f"only {plural(count, what)} {part}{role}; {advice.format(least)}"
             return limit_row("samples", "not enough", text)
     addition = " or more in each socket" if by_socket else ""
-    text = f"{plural(largest[0], what)}{addition} trained on"
-    return limit_row("samples", "pass", text)
+    return limit_row("samples", "pass", f"{plural(trained, what)}{addition} trained on")
 
 
-def _counts(placements: Sequence[Measurement]) -> list[tuple[int, ...]]:
-    """Return the samples in each socket of recorded placements, whose parts count together."""
+def _most_samples(placements: Sequence[Measurement], *, by_socket: bool, tied: bool) -> int:
+    """Return how many samples each of two sockets has, at the best placement, or all points.
+
+    Parts of a recorded placement count together; if ``tied``, sockets of all do.
+    """
     counts: dict[str, Counter[int]] = {}
     for m in placements:
         of_sockets = dict(zip(m.sockets, m.counts, strict=True))
         counts.setdefault(whole_name(m.name), Counter()).update(of_sockets)
-    return [tuple(by_number.values()) for by_number in counts.values()]
+    by_placement = [list(of_placement.values()) for of_placement in counts.values()]
+    of_all = list(chain.from_iterable(by_placement))
+    if not by_socket:
+        return sum(of_all)
+    groups = [of_all] if tied else by_placement
+    return max((sorted(group)[-2] for group in groups if len(group) > 1), default=0)
 
 
 def _bound(predictions: Predictions) -> list[str]:
@@ -277,8 +274,7 @@ def travel_row(coverage: Coverage, exact: Sequence[str] = ()) -> LimitResult:
     if not still:
         return limit_row("travel", "pass", f"each joint turned {smallest:.0f} deg or more")
     text = (
-        f"{joined(still)} turned by {smallest:.0f} deg or little more; "
-        "record samples in which each "
-        f"joint turns by {math.degrees(LEAST_TRAVEL):.0f} deg at least, better 90"
+        f"{joined(still)} turned by {smallest:.0f} deg or little more; record samples in which "
+        f"each joint turns by {math.degrees(LEAST_TRAVEL):.0f} deg at least, better 90"
     )
     return limit_row("travel", "not enough", text)

@@ -180,10 +180,8 @@ def known_distance_errors(
 ) -> tuple[KnownDistanceErrors, ...]:
     """Return the errors of all models at each known distance; raises KnownError."""
     placements = predictions.placements
-    sockets = list[tuple[PlacementPrediction, int]]()
-    for placement in placements:
-        sockets += [(placement, socket) for socket in placement.measured.sockets]
-    labels = [(placement.name, socket) for placement, socket in sockets]
+    sockets = [(placement, k) for placement in placements for k in placement.measured.sockets]
+    labels = [(placement.name, k) for placement, k in sockets]
     centres = placements[0].points.by_name(
         lambda model: np.concatenate([placement.centres(model) for placement in placements])
     )

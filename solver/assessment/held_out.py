@@ -33,16 +33,14 @@ LEAST_FREEDOM = 10
 """Degrees of freedom below which no drift is estimated."""
 
 
-def held_out(predictions: Predictions) -> tuple[list[str], list[str]]:
-    """Return the names of independent held-out placements, and in words why others are not."""
-    proving, neighbours = list[str](), list[str]()
+def why_not_held_out(predictions: Predictions) -> dict[str, str]:
+    """Return why a held-out placement is not independent, by its name; empty where it is."""
+    training = predictions.of_role("train")
+    reasons: dict[str, str] = {}
     for prediction in predictions.of_role("test"):
-        words = (
-            _trained_already(prediction, training) for training in predictions.of_role("train")
-        )
-        why = next(filter(None, words), "")
-        (neighbours if why else proving).append(why or prediction.name)
-    return proving, neighbours
+        words = (_trained_already(prediction, other) for other in training)
+        reasons[prediction.name] = next(filter(None, words), "")
+    return reasons
 
 
 def _trained_already(prediction: PlacementPrediction, training: PlacementPrediction) -> str:
@@ -65,7 +63,10 @@ def _trained_already(prediction: PlacementPrediction, training: PlacementPredict
 
 def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     """Return whether the errors at placements that were not trained on are within their limits."""
-    document, (proving, neighbours) = predictions.document, held_out(predictions)
+    document = predictions.document
+    reasons = why_not_held_out(predictions)
+    neighbours = list(filter(None, reasons.values()))
+    proving = [name for name, why in reasons.items() if not why]
     rows = [row for row in document.placements if row.role == "test" and row.name in proving]
     by_instrument = bool(rows) and all(row.kind == "points" for row in rows)
     loaded = mean_metrics([row.loaded for row in rows]) if rows else None
@@ -75,9 +76,7 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     corrected = None if corrected == loaded else corrected
     words = f"{joined(neighbours)}, which proves nothing"
     reason = f"{words}; record another {NEAREST:g} m away" if neighbours else NOTHING_HELD_OUT
-    proved = [
-        prediction for prediction in predictions.of_role("test") if prediction.name in proving
-    ]
+    proved = [test for test in predictions.of_role("test") if test.name in proving]
     deviations = _deviations_of(proved, rows)
     results = error_rows(
         loaded, corrected, limits, reason, by_instrument=by_instrument, deviations=deviations
@@ -104,25 +103,25 @@ def _deviations_of(
 
 def _distance_deviations(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
     """Return whether the errors of held-out distances agree with their standard deviations."""
-    candidates = [
-        (abs(error) / row.distance_deviation, abs(error), row.distance_deviation, row.name)
-        for row in rows
-        if row.distance_deviation and (error := row.calibrated.distance_error) is not None
-    ]
+    candidates: list[tuple[float, float, float, str]] = []
+    for row in rows:
+        error, deviation = row.calibrated.distance_error, row.distance_deviation
+        if error is not None and deviation:
+            candidates.append((abs(error) / deviation, abs(error), deviation, row.name))
     if not candidates:
         return []
-    name = "distance_deviations"
     allowed = NormalDist().inv_cdf(1 - SIGNIFICANCE / 2 / len(candidates))
     z, error, deviation, worst = max(candidates)
-    words = f"at most {allowed:.1f} standard deviations"
-    if z <= allowed:
-        return [limit_row(name, "pass", words, error, allowed * deviation)]
-    text = (
-        f"at {worst} the sockets come out {mm(error)} from what was said, {z:.1f} standard "
-        "deviations: the data cannot tell which base's distance is wrong, or moved between its "
-        "sockets, there or where it was trained; measure each again"
-    )
-    return [limit_row(name, "not enough", text, error, allowed * deviation)]
+    status: Status = "pass"
+    text = f"at most {allowed:.1f} standard deviations"
+    if z > allowed:
+        status = "not enough"
+        text = (
+            f"at {worst} the sockets come out {mm(error)} from what was said, {z:.1f} standard "
+            "deviations: the data cannot tell which base's distance is wrong, or moved between its "
+            "sockets, there or where it was trained; measure each again"
+        )
+    return [limit_row("distance_deviations", status, text, error, allowed * deviation)]
 
 
 def error_rows(
@@ -139,13 +138,17 @@ def error_rows(
     ``deviations`` has standard deviations of the errors by the rows' names [m].
     """
     no_distance = reason if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
-    rows: list[LimitResult] = []
-    for name, why in (("mean_absolute_error", reason), ("distance_error", no_distance)):
-        by_urdf = loaded and getattr(loaded, name)
-        by_full = corrected and getattr(corrected, name)
-        limit, deviation = getattr(limits, name), deviations.get(name, 0.0)
-        rows.append(_length_row(name, limit, by_urdf, by_full, why, deviation))
-    return rows
+    return [
+        _length_row(
+            name,
+            getattr(limits, name),
+            loaded and getattr(loaded, name),
+            corrected and getattr(corrected, name),
+            why,
+            deviations.get(name, 0.0),
+        )
+        for name, why in (("mean_absolute_error", reason), ("distance_error", no_distance))
+    ]
 
 
 def between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitResult:
@@ -191,28 +194,30 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     It does where the fit does not model it, and by more than a third of the limit on distances.
     """
     drifts: dict[Role, list[str]] = {"train": [], "test": []}
-    modelled = predictions.document.posterior is not None
     limit, largest = limits.mean_absolute_error.value, 0.0
     for placement in predictions.placements:
-        measured = placement.measured
-        in_model = (
-            modelled and placement.role == "train" and np.isfinite(measured.clock("time")).all()
-        )
-        if measured.kind == "sockets" and not in_model:
-            evidence, length = steady_drift(placement)
-            if evidence > 0:
-                drifts[placement.role].append(f"{placement.name} by {mm(length)}")
-                largest = max(largest, length if placement.role == "train" else 0.0)
+        measured, trained = placement.measured, placement.role == "train"
+        is_timed = np.isfinite(measured.clock("time")).all()
+        in_model = trained and is_timed and predictions.document.posterior is not None
+        if measured.kind == "points" or in_model:
+            continue
+        evidence, length = steady_drift(placement)
+        if evidence > 0:
+            drifts[placement.role].append(f"{placement.name} by {mm(length)}")
+            largest = max(largest, length * trained)
     start = "the ball drifts in its sockets from the first sample to the last, at"
-    text = "; ".join(str(d) for d in predictions.document.checks or () if d.code == "movement")
-    severe = limit is None or largest > SEVERE * predicted_limit(limit)
+    status: Status = "pass"
+    text = "none beyond the scatter"
+    movements = [str(d) for d in predictions.document.checks or () if d.code == "movement"]
     if drifts["train"]:
+        is_severe = limit is None or largest > SEVERE * predicted_limit(limit)
+        status = "not enough" if is_severe else "warning"
         text = (
             f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "
             "that moved meanwhile from an error of the model; record it again, firmly screwed down"
         )
-    status = "not enough" if drifts["train"] and severe else "warning" if text else "pass"
-    text = text or "none beyond the scatter"
+    elif movements:
+        status, text = "warning", "; ".join(movements)
     rows = [limit_row("drift", status, text, text=text)]
     if drifts["test"]:
         text = f"{start} {joined(drifts['test'])}"
@@ -226,11 +231,10 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
     t = measured.order / len(measured.order)
     e: np.ndarray = placement.deviations.calibrated.copy()
     weights = np.array([1.0 if s.weight is None else s.weight for s in placement.samples])
-    freedom = len(t) - len(measured.sockets) - 3
     for rows in measured.slices:
-        w = weights[rows] / weights[rows].sum()
-        t[rows] -= w @ t[rows]
-        e[rows] -= w @ e[rows]
+        t[rows] -= np.average(t[rows], weights=weights[rows])
+        e[rows] -= np.average(e[rows], axis=0, weights=weights[rows])
+    freedom = len(t) - len(measured.sockets) - 3
     along = float(weights @ t**2)
     if freedom < LEAST_FREEDOM or along == 0:
         return 0.0, 0.0

@@ -109,20 +109,31 @@ def judge(rows: Sequence[LimitResult], causes: Sequence[Hypothesis] = ()) -> Ver
     """Return the verdict on recordings, or on later samples, that follows from rows alone."""
     statuses = {row.status for row in rows}
     open_ = any(row.status == "not evaluated" and row.name in NEEDED for row in rows)
-    status: Outcome = "pass"
-    kind: Kind | None = None
     if "fail" in statuses:
-        status = "fail"
-    elif "not enough" in statuses or open_:
-        status, kind = "incomplete", "not_enough" if "not enough" in statuses else "not_validated"
+        return verdict_of(rows, causes, "fail")
+    if "not enough" in statuses:
+        return verdict_of(rows, causes, "incomplete", "not_enough")
+    if open_:
+        return verdict_of(rows, causes, "incomplete", "not_validated")
+    return verdict_of(rows, causes, "pass", scope="workspace")
+
+
+def verdict_of(
+    rows: Sequence[LimitResult],
+    causes: Sequence[Hypothesis],
+    status: Outcome,
+    kind: Kind | None = None,
+    scope: Scope | None = None,
+) -> Verdict:
+    """Return the verdict of a status, with its rows and reasons."""
     return Verdict(
         status=status,
         kind=kind,
-        scope="workspace" if status == "pass" else None,
-        title=stamp_of(status, kind),
+        scope=scope,
+        title=STAMPS[status, kind],
         text=cause_words(causes) * (status != "pass") + reasons_in_words(rows, status),
-        limits=tuple(row for row in rows if is_limit(row)),
-        reasons=tuple(row for row in rows if is_reason(row)),
+        limits=tuple(filter(is_limit, rows)),
+        reasons=tuple(filter(is_reason, rows)),
     )
 
 
@@ -150,16 +161,17 @@ def sentence(words: str) -> str:
 
 def reasons_in_words(rows: Sequence[LimitResult], status: Outcome) -> str:
     """Return what keeps a verdict from PASS, or the limits that are kept, then warnings."""
-    by_status = {
-        status: [row for row in rows if row.status == status]
-        for status in ("pass", "warning", "fail", "not enough", "not evaluated")
-    }
-    limits_met = [row.title for row in by_status["pass"] if is_limit(row)]
-    words = [f"Within its limit: {joined(limits_met)}."] if limits_met and status == "pass" else []
-    broken = by_status["fail"] or by_status["not enough"]
-    words += [sentence(row.text) for row in broken]
-    gaps = [row.text for row in by_status["not evaluated"] if row.name in NEEDED]
+
+    def texts(of_status: Status) -> list[str]:
+        return [sentence(row.text) for row in rows if row.status == of_status]
+
+    words: list[str] = []
+    limits_met = [row.title for row in rows if row.status == "pass" and is_limit(row)]
+    if limits_met and status == "pass":
+        words.append(f"Within its limit: {joined(limits_met)}.")
+    broken = texts("fail") or texts("not enough")
+    gaps = [row for row in rows if row.status == "not evaluated" and row.name in NEEDED]
     if status != "pass" and not broken:
-        words += [sentence(text) for text in gaps[:1]]
-    words += [sentence(row.text) for row in by_status["warning"]]
+        words += [sentence(row.text) for row in gaps[:1]]
+    words += [*broken, *texts("warning")]
     return " ".join(words) or "Nothing was held against a limit."
