@@ -16,7 +16,7 @@ from ..assessment import Assessment, Verdict, assess, distance_text, distortion_
 from ..assessment import Options as AssessmentOptions
 from ..data import Measurement, measure
 from .deviation import FittedModel
-from .errors import Errors, placement_errors, refitted_at
+from .errors import Errors, compared_models, placement_errors, refitted_at
 from .option import UsageError
 from .preparation import as_list
 
@@ -169,13 +169,11 @@ class Calibration(FittedModel):
 
         ``other_tip``: points were measured with another probe, whose tip is refitted.
         """
-        ball_refitted = self.ball_refitted
-        beside = {} if ball_refitted is None else {"ball_refitted": ball_refitted}
+        models = compared_models(self.calibrated, self.ball_refitted)
         rows: list[results.PlacementErrors] = []
         for m in map(self.as_read_now, data):
             role = "train" if self.was_trained_on(m) else "test"
-            errors = placement_errors(self.calibrated, role, m, None, beside, other_tip=other_tip)
-            rows.append(errors)
+            rows.append(placement_errors(models, role, m, other_tip=other_tip))
         return Errors(sorted(rows, key=lambda row: row.role == "test"))
 
     def was_trained_on(self, measured: Measurement) -> bool:

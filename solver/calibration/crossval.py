@@ -11,7 +11,7 @@ from ..diagnostics import named
 from ..paper import NotConverged
 from ..results import PlacementErrors
 from .earlier import priors_of
-from .errors import placement_errors
+from .errors import compared_models, placement_errors
 from .fit import fit_robots
 from .problem import CalibrationProblem
 
@@ -69,8 +69,9 @@ def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
         (fit,) = fit_robots([part], options, types=types, require_scale=False)
     except NotConverged:
         return None
+    models = compared_models(fit.calibrated, None)
     errors = [
-        placement_errors(fit.calibrated, "train" if i in job.trained else "test", measured)
+        placement_errors(models, "train" if i in job.trained else "test", measured)
         for i, measured in enumerate(problem.measurements)
     ]
     return JobResult(errors, fit.posterior)

@@ -15,13 +15,12 @@ from ..bayes.inference import Posterior
 from ..bayes.results import length_deviation, predicted_deviation
 from ..data import Measurement, Metrics, Pose
 from ..paper import REGULARIZATION, build_problem, solve
-from ..robot import BallModel, Parameter, Robot, choose_parameters
+from ..robot import Parameter, Robot, choose_parameters
 from .fit import Fit
 from .option import UsageError
 from .problem import CalibrationProblem
 
-BALL_STEPS = 6
-"""Gauss-Newton steps for the ball's place alone; the problem is nearly linear."""
+BALL_REFITTED = "ball_refitted"
 HEADS = ("placement", "samples", "MAE", "max", "distance")
 
 
@@ -77,15 +76,11 @@ class Errors(tuple[results.PlacementErrors, ...]):
         Where the URDF is not the full model, a row of the full model's errors follows each.
         """
         rows: list[tuple[bool, list[str]]] = []
-        parts = (
-            (self.summary.train, "train", "trained on"),
-            (self.summary.test, "test", "held out"),
-        )
-        for summary, role, title in parts:
+        for role, title in (("train", "trained on"), ("test", "held out")):
             for row in self:
                 if row.role == role:
-                    name = f"{row.name}{_kind(row)}"
-                    rows += _rows(row, name, "+".join(map(str, row.samples)))
+                    rows += _rows(row, f"{row.name}{_kind(row)}", "+".join(map(str, row.samples)))
+            summary: results.Summary | None = getattr(self.summary, role)
             if summary is not None:
                 removed = f"{100 * summary.removed_when_loaded:.1f} % less"
                 rows += _rows(summary, f"= {title}", removed)
@@ -109,9 +104,7 @@ def _kind(row: results.PlacementErrors) -> str:
     return "" if row.kind == "sockets" else f" (true error{turned})"
 
 
-def _rows(
-    row: results.PlacementErrors | results.Summary, name: str, samples: str
-) -> list[tuple[bool, list[str]]]:
+def _rows(row: results.MetricsByModel, name: str, samples: str) -> list[tuple[bool, list[str]]]:
     before, loaded, corrected = map(_figures, (row.before, row.loaded, row.calibrated))
     cells = [f"{first} > {last}" for first, last in zip(before, loaded, strict=True)]
     rows = [(isinstance(row, results.Summary), [name, samples, *cells])]
@@ -139,27 +132,34 @@ def _summary(rows: Sequence[results.PlacementErrors]) -> results.Summary | None:
     )
 
 
+def compared_models(
+    calibrated: results.CalibratedRobot, ball_refitted: results.CalibratedRobot | None
+) -> dict[str, results.CalibratedRobot]:
+    """Return a robot's models and the nominal one with its ball refitted, if that is identified."""
+    beside = {} if ball_refitted is None else {BALL_REFITTED: ball_refitted}
+    return {**calibrated.models, **beside}
+
+
 def placement_errors(
-    calibrated: results.CalibratedRobot,
+    models: Mapping[str, results.CalibratedRobot],
     role: results.Role,
     measured: Measurement,
     frames: Mapping[str, Mapping[str, Pose]] | None = None,
-    robots_beside: Mapping[str, results.CalibratedRobot] | None = None,
     *,
     other_tip: bool = False,
 ) -> results.PlacementErrors:
-    """Return the errors of a placement by a robot's models, and the ball's by other robots.
+    """Return the errors of a placement by models, each with its own poses of instruments' frames.
 
     ``other_tip``: of points measured with another probe, whose tip is refitted by each model.
     """
     metrics: dict[str, Any] = {}
-    for name, model in {**calibrated.models, **(robots_beside or {})}.items():
-        turned = measured.has_orientations and name in calibrated.models
+    for name, model in models.items():
+        turned = measured.has_orientations and name != BALL_REFITTED
         rotations = model.rotations(measured) if turned else None
-        frame = (frames or {}).get(name)
         points = model.predict(measured)
         if other_tip:
             points = data.with_tip(points, model.rotations(measured), measured)
+        frame = (frames or {}).get(name)
         metrics[name] = data.evaluate(points, measured, frame, rotations)
     paired = measured if measured.kind == "sockets" else None
     return results.PlacementErrors(
@@ -181,14 +181,14 @@ def errors_of(
 
     ``before`` is the nominal robot with its ball refitted, if that is identified.
     """
-    robots_beside = {} if before is None else {"ball_refitted": before}
+    models = compared_models(fit.calibrated, before)
     points = [m for m in problem.measurements if m.kind == "points"]
-    frames = dict[str, Mapping[str, data.Pose]]()
-    for name, model in {**fit.calibrated.models, **robots_beside}.items():
+    frames: dict[str, Mapping[str, Pose]] = {}
+    for name, model in models.items():
         frames[name] = data.fit_frames([(model.predict(m), m) for m in points])
     rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:
-        row = placement_errors(fit.calibrated, role, m, frames, robots_beside)
+        row = placement_errors(models, role, m, frames)
         if fit.posterior is not None:
             deviations = _deviations(fit.calibrated, fit.posterior, m, held_out=role == "test")
             row = structs.replace(row, **deviations)
@@ -225,37 +225,35 @@ def history(
     test: Sequence[Measurement],
 ) -> tuple[results.Iteration, ...]:
     """Return the first terms of Eq. (5) after each iteration, the nominal model first."""
-
-    def cost(
-        robot: results.CalibratedRobot, placements: Sequence[Measurement]
-    ) -> results.CostTerms | None:
-        if not placements:
-            return None
-        pairs = [data.cost_terms(robot.predict(m), m) for m in placements]
-        inconsistency, distortion = np.mean(pairs, axis=0).tolist()
-        return results.CostTerms(inconsistency=inconsistency, distortion=distortion)
-
     return tuple(
-        results.Iteration(iteration=i, train=cost(robot, train), test=cost(robot, test))
+        results.Iteration(iteration=i, train=_cost(robot, train), test=_cost(robot, test))
         for i, robot in enumerate(iterates)
     )
+
+
+def _cost(
+    robot: results.CalibratedRobot, placements: Sequence[Measurement]
+) -> results.CostTerms | None:
+    if not placements:
+        return None
+    terms = [data.cost_terms(robot.predict(m), m) for m in placements]
+    inconsistency, distortion = np.mean(terms, axis=0).tolist()
+    return results.CostTerms(inconsistency=inconsistency, distortion=distortion)
 
 
 def ball_refitted(problem: CalibrationProblem) -> results.CalibratedRobot | None:
     """Return the nominal robot with only the ball's place fitted; None if it is not identified."""
     robot = problem.robot
-    train = problem.measurements
-    regularization = problem.options.regularization or REGULARIZATION
-    paired = [measured for measured in train if measured.has_distance]
-    measured = [m for m in train if m.kind == "points"]
+    paired = [m for m in problem.measurements if m.has_distance]
+    measured = [m for m in problem.measurements if m.kind == "points"]
     ball = _ball_of(robot)
     if paired:
-        x = solve(build_problem(robot, paired, parameters=ball, regularization=regularization)).x
-    elif measured:
-        x = _ball_by_points(BallModel(robot, [p.index for p in ball]), measured)
-    else:
-        return None
-    return results.CalibratedRobot(robot, ball, x)
+        regularization = problem.options.regularization or REGULARIZATION
+        equations = build_problem(robot, paired, parameters=ball, regularization=regularization)
+        return results.CalibratedRobot(robot, ball, solve(equations).x)
+    if measured:
+        return results.CalibratedRobot(robot, ball, _ball_by_points(robot, measured))
+    return None
 
 
 def refitted_at(
@@ -271,22 +269,19 @@ def _ball_of(robot: Robot) -> tuple[Parameter, ...]:
     return tuple(choose_parameters(robot, free=[f"{robot.ball_joint.name}.xyz"]))
 
 
-def _ball_by_points(model: BallModel, train: Sequence[Measurement]) -> np.ndarray:
+def _ball_by_points(robot: Robot, placements: Sequence[Measurement]) -> np.ndarray:
     """Return the ball's place, fitted to measured points together with their frames, shape (3,)."""
-    x = model.nominal.copy()
+    nominal = results.CalibratedRobot(robot)
     by_frame: dict[str, list[Measurement]] = {}
-    for m in train:
+    for m in placements:
         by_frame.setdefault(m.frame, []).append(m)
-    for _ in range(BALL_STEPS):
-        rows: list[np.ndarray] = []
-        offsets: list[np.ndarray] = []
-        for group in by_frame.values():
-            linear = model.linearise(x, np.concatenate([m.positions for m in group]))
-            measured = np.concatenate([m.points for m in group])
-            pose = data.fit_pose(measured, linear.points)
-            slopes = pose.slopes(measured).reshape(-1, 6)
-            by_ball = linear.by_parameters.reshape(-1, len(x))
-            rows.append(by_ball - slopes @ np.linalg.lstsq(slopes, by_ball, rcond=None)[0])
-            offsets.append((linear.points - pose.apply(measured)).ravel())
-        x -= np.linalg.lstsq(np.concatenate(rows), np.concatenate(offsets), rcond=None)[0]
-    return x
+    frames = [
+        data.TipSamples(
+            np.concatenate([nominal.predict(m) for m in group]),
+            np.concatenate([nominal.rotations(m) for m in group]),
+            np.concatenate([m.points for m in group]),
+        )
+        for group in by_frame.values()
+    ]
+    origin = Pose.of(robot.ball_joint.origin)
+    return origin.apply(data.tip_shift(frames))

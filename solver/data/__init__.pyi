@@ -75,5 +75,6 @@ from .places import RobotRecordings as RobotRecordings
 from .places import base_name as base_name
 from .places import measured_in_frame as measured_in_frame
 from .places import places_of as places_of
+from .tips import TipSamples as TipSamples
 from .tips import tip_shift as tip_shift
 from .tips import with_tip as with_tip

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..assessment import mm
 from ..calibration import Calibration
-from ..data import Measurement, evaluate, tip_shift
+from ..data import Measurement, TipSamples, evaluate, tip_shift
 
 SHIFTED = 5e-3
 """Shift of a tip from which it is another probe's [m]: less may be a zero that moved."""
@@ -27,7 +27,7 @@ def probe_shift(
         if measured.kind != "points" or calibration.was_trained_on(measured):
             continue
         points, rotations = calibrated.predict(measured), calibrated.rotations(measured)
-        shift = tip_shift(points, rotations, measured)
+        shift = tip_shift([TipSamples(points, rotations, measured.points)])
         before = evaluate(points, measured).mean_absolute_error
         after = evaluate(points + rotations @ shift, measured).mean_absolute_error
         size = float(np.linalg.norm(shift))
