@@ -10,7 +10,6 @@ An instrument that measures poses of what the flange carries is a camera beside 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -21,7 +20,7 @@ from ..data import HandEye, Pose, measure, order_said
 from .doubts import changed_zeros, with_right_size
 from .fit import fit
 from .prior import ArmPrior, prior_of
-from .readings import fitting_order, fitting_reading
+from .readings import as_poses, fitting_order, fitting_reading
 from .system import OUTLIER, System
 from .task import FAR, NoiseBelief, Rows, Task
 from .updated import LIMIT, Found, found, not_enough
@@ -87,11 +86,10 @@ class CameraPose(Found):
         )
 
     @property
-    def text(self) -> tuple[str, ...]:
-        """The result in words, line by line, the answer first."""
+    def scatter(self) -> str:
+        """How far the detector scatters, in words."""
         place, turn = self.noise
-        scatter = f"{1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad an axis"
-        return (*self.brief, f"The detector scatters by {scatter}.")
+        return f"The detector scatters by {1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad an axis."
 
     @property
     def publisher(self) -> str:
@@ -183,35 +181,30 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     ]
     if not all(m.has_orientations for m in data):
         raise UsageError(f"{where}: no orientations; a view needs x,y,z,qx,qy,qz,qw of the board")
-    q = np.concatenate([m.positions for m in data])
-    B = np.tile(np.eye(4), (len(q), 1, 1))
-    B[:, :3, :3] = np.concatenate([m.rotations for m in data])
-    B[:, :3, 3] = np.concatenate([m.points for m in data])
-    farthest = float(np.abs(B[:, :3, 3]).max())
+    points = np.concatenate([m.points for m in data])
+    B = as_poses(np.concatenate([m.rotations for m in data]), points)
+    farthest = float(np.abs(points).max())
     if farthest > FARTHEST:
         raise UsageError(f"{where}: places up to {farthest:.0f} m away; are these millimetres?")
-    moments = np.concatenate([prior.load.torques(prior.robot, m) for m in data])
-    samples = [sample for m in data for sample in m.placement.samples]
-    poses = prior.flanges(prior.mean, q, moments)
+    rows = Rows.of(prior, data, np.zeros(len(B), int), ("",))
+    poses = prior.flanges(prior.mean, rows.q, rows.moments)
     starts = {way: poses.hand_eye(side(B), where) for way, side in SIDES.items()}
     misfit = _misfit(camera, starts, B)
     if misfit or starts[camera].distance > LOOSE:
+        samples = [sample for m in data for sample in m.placement.samples]
         reading = fitting_reading(samples, poses, SIDES[camera])
         if reading:
             raise UsageError(f"{where}: {reading}")
         in_order = any(p.order_note(prior.robot.joint_names) for p in placements)
-        order = fitting_order(prior, q, SIDES[camera](B)) if in_order else ""
+        order = fitting_order(prior, rows.q, SIDES[camera](B)) if in_order else ""
         if order:
             raise UsageError(f"{where}: {order}")
     if misfit:
         raise UsageError(f"{where}: {misfit}")
-    wheres = tuple(sample.where for sample in samples)
-    rows = Rows(q, moments, np.zeros(len(q), int), ("",), wheres, turns=True)
+    rows = replace(rows, turns=True)
     rows = replace(rows, left=B) if camera == "on-arm" else replace(rows, right=B)
     noise = replace(DETECTOR, joint=prior.noise.joint)
-    widths = dict.fromkeys(prior.ball, FAR)
-    warnings = tuple(chain.from_iterable(m.warnings for m in data))
-    return Task(prior, rows, noise, widths, start=starts[camera], warnings=warnings)
+    return Task(prior, rows, noise, dict.fromkeys(prior.ball, FAR), start=starts[camera])
 
 
 def _misfit(camera: Camera, starts: dict[str, HandEye], B: np.ndarray) -> str:

@@ -105,7 +105,7 @@ class Zeros:
 
     def _lines(self, zeros: Sequence[str], evidence: Sequence[str]) -> tuple[str, ...]:
         """Return the zeros, what the evidence says, what is not identifiable, and remarks."""
-        notes = self.system.task.warnings
+        notes = self.system.task.rows.warnings
         if not self.new:
             return (*notes, *self.untold)
         if self.unchanged is None or not any(zero.told for zero in self.joints):
@@ -183,7 +183,7 @@ def rezero(
     if similar_postures(measured):
         remarks.append("The postures are alike and tell little: move all joints between samples.")
     task = socket_task(prior, measured, stood)
-    task = replace(task, warnings=(*task.warnings, *remarks))
+    task = replace(task, rows=replace(task.rows, warnings=(*task.rows.warnings, *remarks)))
     if ball_moved:
         task = task.freeing(dict.fromkeys(prior.ball, BALL_ELSEWHERE))
     count, sockets, asked = len(task.rows.q), len(task.rows.names), len(joints) or len(names)

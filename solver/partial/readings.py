@@ -76,17 +76,22 @@ def _product(angles: np.ndarray, axes: str) -> np.ndarray:
 
 def poses_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
     """Return the poses of samples by each reading, shape (N, 4, 4)."""
+    points = np.array([s.point for s in samples], dtype=float)
     poses: dict[str, np.ndarray] = {}
     for name, R in turns_of(samples).items():
-        T = np.tile(np.eye(4), (len(samples), 1, 1))
-        T[:, :3, 3] = [s.point or (0.0, 0.0, 0.0) for s in samples]
-        transposed = T.copy()
-        T[:, :3, :3] = R
-        transposed[:, :3, :3] = R.swapaxes(1, 2)
         prefix = "" if name == AS_IS else f"{name}, "
-        poses[name] = T
+        poses[name] = as_poses(R, points)
+        transposed = as_poses(R.swapaxes(1, 2), points)
         poses[f"{prefix}turns transposed or inverse, places not"] = transposed
-        poses[f"{prefix}inverse poses"] = np.linalg.inv(T)
+        poses[f"{prefix}inverse poses"] = np.linalg.inv(poses[name])
+    return poses
+
+
+def as_poses(R: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return rotations, shape (N, 3, 3), and places, (N, 3) [m], as matrices (N, 4, 4)."""
+    poses = np.tile(np.eye(4), (len(R), 1, 1))
+    poses[:, :3, :3] = R
+    poses[:, :3, 3] = points
     return poses
 
 

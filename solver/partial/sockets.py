@@ -63,21 +63,15 @@ def socket_task(prior: ArmPrior, data: Sequence[Measurement], stood: str = "") -
     pairs = [label for m in data for label in m.labels]
     place = {pair: i for i, pair in enumerate(pairs)}
     counts = [count for m in data for count in m.counts]
-    rows = Rows(
-        q=np.concatenate([m.positions for m in data]),
-        moments=np.concatenate([prior.load.torques(prior.robot, m) for m in data]),
-        places=np.repeat(np.arange(len(pairs)), counts),
-        names=tuple(_known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs),
-        wheres=tuple(m.placement.samples[int(rank)].where for m in data for rank in m.order),
-    )
+    names = tuple(_known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs)
+    rows = Rows.of(prior, data, np.repeat(np.arange(len(pairs)), counts), names)
     distances = [
         (place[m.name, m.sockets[0]], place[m.name, m.sockets[1]], m.distance)
         for m in data
         if m.has_distance
     ]
     noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint, nu=prior.noise.nu)
-    warnings = tuple(chain.from_iterable(m.warnings for m in data))
-    return Task(prior, rows, noise, distances=distances, warnings=warnings)
+    return Task(prior, rows, noise, distances=distances)
 
 
 def similar_postures(data: Sequence[Measurement]) -> bool:

@@ -14,11 +14,12 @@ factor on them.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
 from ..bayes.model import NU
-from ..data import HandEye
+from ..data import HandEye, Measurement
 from .prior import ArmPrior
 
 SIZE = 3e-3
@@ -41,12 +42,28 @@ class Rows:
     """Of the places."""
     wheres: tuple[str, ...]
     """File and line of each sample, for messages."""
+    warnings: tuple[str, ...]
+    """Remarks on the samples."""
     left: np.ndarray = field(default_factory=lambda: np.eye(4)[None])
     """L, shape (N, 4, 4); of one row where it is the identity."""
     right: np.ndarray = field(default_factory=lambda: np.eye(4)[None])
     """R, likewise."""
     turns: bool = False
     """True where orientations were measured, too."""
+
+    @staticmethod
+    def of(
+        prior: ArmPrior, data: Sequence[Measurement], places: np.ndarray, names: tuple[str, ...]
+    ) -> "Rows":
+        """Return the samples of placements, at the arm's load."""
+        return Rows(
+            np.concatenate([m.positions for m in data]),
+            np.concatenate([prior.load.torques(prior.robot, m) for m in data]),
+            places,
+            names,
+            tuple(m.placement.samples[int(rank)].where for m in data for rank in m.order),
+            tuple(chain.from_iterable(m.warnings for m in data)),
+        )
 
     @property
     def axes(self) -> int:
@@ -89,8 +106,6 @@ class Task:
     """Known distances: two places, and how far they are apart [m]."""
     start: HandEye | None = None
     """Where U's rotation and the one place begin; None for places at the median of the tips."""
-    warnings: tuple[str, ...] = ()
-    """Remarks on the samples."""
 
     @cached_property
     def known(self) -> list[int]:

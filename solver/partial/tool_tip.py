@@ -60,9 +60,9 @@ class Tool(Found):
         return (*lines, *self.notes, *self.outliers)
 
     @property
-    def text(self) -> tuple[str, ...]:
-        """The result in words, line by line, the answer first."""
-        return (*self.brief, f"Touches scatter by {1e3 * self.noise:.3f} mm an axis.")
+    def scatter(self) -> str:
+        """How far the touches scatter, in words."""
+        return f"Touches scatter by {1e3 * self.noise:.3f} mm an axis."
 
 
 def tool(

@@ -42,9 +42,14 @@ class Found:
         return (*self.untold, *self.notes)
 
     @property
+    def scatter(self) -> str:
+        """How far the samples scatter, in words."""
+        return ""
+
+    @property
     def text(self) -> tuple[str, ...]:
         """The result in words, line by line, the answer first."""
-        return self.brief
+        return (*self.brief, self.scatter)
 
     @property
     def place(self) -> str:
@@ -91,7 +96,7 @@ def found(
         rpy=origin.rpy,
         covariance=zeros.covariance.tolist(),
     )
-    notes = (*system.task.warnings, *(() if zeros.told else zeros.text))
+    notes = (*system.task.rows.warnings, *(() if zeros.told else zeros.text))
     return Found(frame, updated(calibration, system, tool=frame), notes, untold)
 
 
@@ -154,9 +159,17 @@ def updated(
         tools=(*document.tools, *([tool] if tool else [])),
     )
     if zeros:
+        old_offsets = {zero.joint: zero.offset for zero in document.later_zeros}
         document = structs.replace(
             document,
-            later_zeros=_later_zeros(document.later_zeros, zeros),
+            later_zeros=tuple(
+                LaterZero(
+                    joint=zero.joint,
+                    offset=old_offsets.get(zero.joint, 0.0) + zero.offset,
+                    standard_deviation=zero.standard_deviation,
+                )
+                for zero in zeros
+            ),
             coefficients=_coefficients(document.coefficients or (), zeros),
             data=tuple(data.shifted((-offsets).tolist()) for data in document.data),
         )
@@ -179,19 +192,6 @@ def _with_zeros(arm: CalibratedRobot, values: np.ndarray, offsets: np.ndarray) -
             "a joint's new zero goes into the angles of its origin, which this calibration held "
             "fixed (--free, --fix); calibrate with all of them free"
         ) from None
-
-
-def _later_zeros(old: Sequence[LaterZero], zeros: Sequence[JointZero]) -> tuple[LaterZero, ...]:
-    """Return the zeros of all joints since the calibration, by earlier ones and new ones."""
-    before = {zero.joint: zero.offset for zero in old}
-    return tuple(
-        LaterZero(
-            joint=zero.joint,
-            offset=zero.offset + before.get(zero.joint, 0.0),
-            standard_deviation=zero.standard_deviation,
-        )
-        for zero in zeros
-    )
 
 
 def _coefficients(

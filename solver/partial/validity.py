@@ -13,8 +13,6 @@ from msgspec import structs
 
 from ...recorder import Placement
 from ..assessment import (
-    LimitResult,
-    Limits,
     Options,
     Verdict,
     assumed_distances,
@@ -115,69 +113,66 @@ def what_changed(
         UsageError: No such placement.
         MeasurementError: Samples of another arm.
     """
-    robot, load = calibration.robot, calibration.load
-    recorded = [measure(p, robot, distance, sockets=1, load=load) for p in as_list(data)]
+    document = calibration.document
+    recorded = [
+        measure(placement, calibration.robot, distance, sockets=1, load=calibration.load)
+        for placement in as_list(data)
+    ]
     measured = [calibration.as_read_now(m) for m in recorded]
     changes, now = changes_since(calibration, measured, stood, ball_moved=ball_moved)
     tip = probe_shift(calibration, measured, ball_moved=ball_moved)
     errors = calibration.errors_of(measured, other_tip=tip is not None)
-    document = calibration.document
     limits = limits_of(document, calibration.source, Options(repeatability))
     new = errors.summary.test
     if new is not None and now is not None:
         new = structs.replace(new, calibrated=now, geometric=None)
-    held_out = [m for m in measured if not calibration.was_trained_on(m)]
-    advice, zeros, compared = "", bool(document.settings.get("zeros")), bool(changes.probabilities)
-    samples = calibration.calibrated, new, held_out, limits
-    rows, causes = rows_since(*samples, zeros=zeros, compared=compared)
+    rows, causes = rows_since(
+        calibration.calibrated,
+        new,
+        [m for m in measured if not calibration.was_trained_on(m)],
+        limits,
+        zeros=bool(document.settings.get("zeros")),
+        compared=bool(changes.probabilities),
+    )
+    advice = ""
+    few = too_few(measured, unchanged=bool(changes.probabilities) and not changes.changed)
     if new is None:
         reason = f"not known whether it is still valid; {rows[0].reason}."
-    elif few := too_few(measured, unchanged=bool(changes.probabilities) and not changes.changed):
+    elif few:
         reason, changes = few, replace(changes, untold=())
         rows = [limit_row("samples", "not enough", reason, text=reason[:-1])]
     else:
-        facts = new, limits, bool(repeatability), probe_words(tip)
-        reason, advice, row = _reasons(changes, rows, document, *facts)
-        rows += [row] if changes.probabilities else []
+        then = document.summary.test or document.summary.train
+        reason, advice = reason_and_advice(changes, rows, new, limits, then)
+        reason += probe_words(tip)
+        if changes.probabilities:
+            broken = any(row.status == "fail" for row in rows)
+            excused = not broken and _is_excused(changes, document, new, bool(repeatability))
+            status = "pass" if not changes.changed else "warning" if excused else "fail"
+            rows.append(limit_row("validity", status, reason[:-1], text=reason[:-1]))
     assumed = [] if any(map(_states_lengths, measured)) else assumed_distances(document)
     length = distance_row(assumed)
     verdict = judge([*rows, length], causes)
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
         reason = f"{length.text}. {reason[0].upper()}{reason[1:]}"
-    words = reason, advice
-    return Validity(**vars(changes), errors=errors, verdict=verdict, said=words, measured=measured)
+    said = reason, advice
+    return Validity(**vars(changes), errors=errors, verdict=verdict, said=said, measured=measured)
 
 
-def _reasons(
-    changes: Changes,
-    rows: Sequence[LimitResult],
-    document: CalibrationDocument,
-    new: Summary,
-    limits: Limits,
-    limited: bool,
-    of_probe: str,
-) -> tuple[str, str, LimitResult]:
-    """Return reason and advice by what changed, and the row of the verdict that says so."""
-    then = document.summary.test or document.summary.train
-    reason, advice = reason_and_advice(changes, rows, new, limits, then)
-    reason += of_probe
-    before = then.calibrated.mean_absolute_error if document.summary.test and then else 0.0
-    small = new.calibrated.mean_absolute_error <= before
-    broken = any(row.status == "fail" for row in rows)
-    full = document.method == "auto"
-    allowed = not broken and _tolerable(changes, limited, small=small, full=full)
-    status = "pass" if not changes.changed else "warning" if allowed else "fail"
-    return reason, advice, limit_row("validity", status, reason[:-1], text=reason[:-1])
-
-
-def _tolerable(changes: Changes, limited: bool, *, small: bool, full: bool) -> bool:
+def _is_excused(
+    changes: Changes, document: CalibrationDocument, new: Summary, limited: bool
+) -> bool:
     """Return whether errors that are small, or within limits that are given, excuse a change.
 
-    Without the full model (``full``) a rigid chain's own errors look like a zero that changed.
+    By the geometry alone a rigid chain's own errors look like a zero that changed.
     """
+    held_out = document.summary.test
+    before = held_out.calibrated.mean_absolute_error if held_out else 0.0
+    small = new.calibrated.mean_absolute_error <= before
     if changes.cause is None:
         return small or limited
-    return not full and small and changes.probabilities[changes.likeliest] <= CERTAIN
+    likely = changes.probabilities[changes.likeliest]
+    return small and document.method != "auto" and likely <= CERTAIN
 
 
 def _states_lengths(measured: Measurement) -> bool:
