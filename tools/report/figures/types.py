@@ -206,6 +206,12 @@ class ReportDocument(FitResult):
     arm: ArmDrawing
     plots: tuple[PlotCaption, ...]
 
+    @property
+    def full_model(self) -> str:
+        """Name of the full model; it is calibrated.urdf itself where that holds all."""
+        alone = self.summary.judged[1].geometric is None
+        return "calibrated.urdf" if alone else "the full model"
+
 
 def read_report(file: Path) -> ReportDocument:
     """Read a ``report.json``; a DocumentError names the key that is missing or damaged."""

@@ -255,12 +255,6 @@ Maker = Callable[[ReportDocument], Plot | None]
 """Draws a plot from a report's figures; None where they hold nothing to draw."""
 
 
-def full_model(report: ReportDocument) -> str:
-    """Return the name of the full model; it is calibrated.urdf itself where that holds all."""
-    alone = report.summary.judged[1].geometric is None
-    return "calibrated.urdf" if alone else "the full model"
-
-
 def plot(
     name: str,
     *panels: Panel,

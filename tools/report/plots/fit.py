@@ -8,7 +8,7 @@ import numpy as np
 from ....solver.assessment import short_names
 from ..figures import ReportDocument
 from .axis import MM, Axis
-from .figure import LINE, LOADED, Panel, Plot, full_model, named_rows, plot
+from .figure import LINE, LOADED, Panel, Plot, named_rows, plot
 
 _SMALLEST = 1e-6
 """Below this the curves are not followed [m]."""
@@ -42,11 +42,9 @@ def history(report: ReportDocument) -> Plot | None:
     return plot(
         "history",
         *panels,
-        model=full_model(report),
-        iterations=rows[-1].iteration,
+        report=report,
         ends=ends,
         held_out=held_out,
-        repeatability=repeatability,
     )
 
 
@@ -84,10 +82,9 @@ def cross_placement(report: ReportDocument) -> Plot | None:
         "cross-placement",
         _matrix_panel(names, errors, limit or math.inf),
         layout="half",
-        method=matrix.method,
+        report=report,
         means=means,
         failed=len(names) - len(means),
-        limit=limit,
     )
 
 
@@ -144,7 +141,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
         "known-distances",
         panel,
         layout="half",
-        count=len(rows),
+        report=report,
         means=[float(np.mean(np.abs(lengths))) for lengths in errors.values()],
         worst=max(zip(errors["calibrated"], names, strict=True), key=lambda row: abs(row[0])),
     )
@@ -170,7 +167,6 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
         "predicted-found",
         panel,
         layout="half",
-        model=full_model(report),
+        report=report,
         ratios=list(zip(ratios, names, strict=True)),
-        repeatability=repeatability,
     )

@@ -13,7 +13,7 @@ from ....solver.bayes.model.effects import ANGLES, EFFECTS, Display, effect_name
 from ....solver.results import JointCurve
 from ..figures import HARDLY_MOVED, ReportDocument
 from .axis import MM, Axis
-from .figure import Panel, Plot, full_model, named_rows, plot
+from .figure import Panel, Plot, named_rows, plot
 
 _ORIGINS = {
     "m": Display("mm", 1e3, usual_turn=1.0, heading="joint origins, places"),
@@ -53,9 +53,8 @@ def parameters(report: ReportDocument) -> Plot:
     return plot(
         "parameters",
         *(_bars_panel(bars, MM * (repeatability or 0.0)) for bars in panels),
-        repeatability=repeatability,
+        report=report,
         usual=list(filter(None, usual_words)),
-        model=full_model(report),
         largest=[max(bars, key=lambda bar: abs(bar.value)) for bars in panels],
         known=len(determined),
         clear=sum(abs(bar.value) > 2 * bar.standard_deviation for bar in determined),
@@ -196,9 +195,8 @@ def joints(report: ReportDocument) -> Plot | None:
         "joints",
         panel,
         layout="half",
-        model=full_model(report),
+        report=report,
         most=ranked[:2],
-        repeatability=repeatability,
     )
 
 
@@ -222,10 +220,9 @@ def error_curves(report: ReportDocument) -> Plot | None:
         "curves",
         *panels,
         layout="half",
-        repeatability=repeatability,
+        report=report,
         largest=max((ANGLES.factor * max(map(abs, row.values)), row.joint) for row in curves),
         blank=blank,
-        model=full_model(report),
     )
 
 

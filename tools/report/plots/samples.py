@@ -9,7 +9,7 @@ from ....solver.assessment import SampleErrors, area, nice_above
 from ....solver.results import ModelName, Role
 from ..figures import FAR, Answer, ReportDocument, text
 from .axis import MM, Axis
-from .figure import LOADED, Panel, Plot, full_model, named_rows, plot, to_scale
+from .figure import LOADED, Panel, Plot, named_rows, plot, to_scale
 
 
 def _lengths(report: ReportDocument, model: ModelName, role: Role | None = None) -> np.ndarray:
@@ -35,9 +35,8 @@ def errors_in_3d(report: ReportDocument) -> Plot:
         layout="scenes",
         scene="errors",
         controls={"placements": placements, "half": half},
-        count=len(report.samples),
+        report=report,
         largest=largest,
-        limit=report.limits.mean_absolute_error.value,
     )
 
 
@@ -64,8 +63,7 @@ def errors_in_2d(report: ReportDocument) -> Plot:
         "errors-2d",
         *panels,
         layout="thirds",
-        quantiles=report.summary.judged[1].quantiles,
-        limit=limit,
+        report=report,
         times=times,
         half=MM * small,
     )
@@ -97,13 +95,11 @@ def order(report: ReportDocument) -> Plot:
     return plot(
         "order",
         *(_order_panel(report, i, use.name, top) for i, use in uses),
-        worst=report.answers.data.worst[0],
+        report=report,
         beyond=int(np.sum(errors / np.maximum(mean, 1e-12) > FAR)),
-        count=len(errors),
         far=FAR,
         window=WINDOW,
         weighted=any(map(_doubted, report.samples)),
-        model=full_model(report),
     )
 
 
@@ -165,9 +161,8 @@ def errors_by_placement(report: ReportDocument) -> Plot:
         "errors-by-placement",
         panel,
         layout="half",
-        role=role,
+        report=report,
         judged=[row for row in columns if row[-1] == role],
-        limit=limit,
     )
 
 
@@ -224,7 +219,7 @@ def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str
 
 def shares(report: ReportDocument) -> Plot:
     """Share of the samples within an error, and the task's tolerance."""
-    role, summary = report.summary.judged
+    role, _ = report.summary.judged
     words = "held-out" if role == "test" else "trained-on"
     errors = {mark: np.sort(_lengths(report, model, role)) for model, mark in LOADED}
     x = Axis.logarithmic([report.task, *np.concatenate(list(errors.values()))], "error, mm", MM)
@@ -234,5 +229,4 @@ def shares(report: ReportDocument) -> Plot:
         ends = [x.low, *lengths, x.high]
         panel.line(np.column_stack([ends, [*percents, 100]]).tolist(), f"curve {mark}")
     panel.threshold("{:g} mm", x=report.task)
-    task = None if report.task is None else MM * report.task
-    return plot("shares", panel, layout="half", words=words, judged=summary, task=task)
+    return plot("shares", panel, layout="half", report=report, words=words)

@@ -11,7 +11,7 @@ from ....solver.results import ArmsDocument
 from ....solver.robot import Origin
 from ..figures import ReportDocument
 from .axis import Axis
-from .figure import COLOURS, Panel, Plot, full_model, plot, to_scale
+from .figure import COLOURS, Panel, Plot, plot, to_scale
 
 AXIS = 0.12
 """Length of the axes of frames, as a share of the picture."""
@@ -104,7 +104,7 @@ def arms_together(report: ReportDocument) -> Plot | None:
         for frame in frames:
             _draw_frame(panel, flat, frame, AXIS * size, factor)
         panels.append(panel)
-    return plot("arms", *panels, arms=arms, factor=factor, colours=COLOURS)
+    return plot("arms", *panels, report=report, factor=factor, colours=COLOURS)
 
 
 def _frames(arms: ArmsDocument) -> list[_Frame]:
@@ -160,6 +160,5 @@ def arm_in_3d(report: ReportDocument) -> Plot:
         layout="scenes one",
         scene="arm",
         controls={"configurations": count, "factor": factor, "factors": factors},
-        arm=arm,
-        model=full_model(report),
+        report=report,
     )
