@@ -35,6 +35,7 @@ from .metadata import Metadata as Metadata
 from .metadata import add_reading as add_reading
 from .metadata import read_keys as read_keys
 from .metadata import read_metadata as read_metadata
+from .metadata import read_sessions as read_sessions
 from .metadata import set_distance as set_distance
 from .metadata import with_kept_alarm as with_kept_alarm
 from .metadata import with_reading as with_reading

@@ -99,6 +99,15 @@ def read_metadata(file: Path) -> dict[str, Any]:
     return cast("dict[str, Any]", metadata)
 
 
+def read_sessions(file: Path) -> list[dict[str, Any]]:
+    """Return what a ``placement.json`` says of each session; nothing of a file that is damaged."""
+    try:
+        rows = _entries(read_metadata(file), "sessions")
+    except RecordingError:
+        return []
+    return [cast("dict[str, Any]", row) if isinstance(row, dict) else {} for row in rows]
+
+
 def read_keys(file: Path) -> PlacementKeys:
     """Return the keys of a ``placement.json`` that a recording is read by; refuse other values."""
     metadata = read_metadata(file)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 
 from ..._version import __version__
-from ...errors import MukcaError, read_bytes, read_json
+from ...errors import MukcaError, read_bytes
+from ...recorder import METADATA, read_sessions
 from ...solver.calibration import pose_of_numbers
 from ...solver.data import kabsch
 from ...solver.results import encode
@@ -154,11 +155,9 @@ def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
 
 def _noted(files: Collection[str]) -> list[str]:
     """Return the serial numbers noted beside a recording, if it still lies where it was."""
-    try:
-        sessions = read_json(Path(next(iter(files))).parent / "placement.json")
-        return [str(s["serial_number"]) for s in sessions["sessions"] if "serial_number" in s]
-    except (OSError, ValueError, LookupError, TypeError, StopIteration):
-        return []
+    folders = dict.fromkeys(Path(file).parent for file in files)
+    sessions = chain.from_iterable(read_sessions(folder / METADATA) for folder in folders)
+    return [str(s["serial_number"]) for s in sessions if "serial_number" in s]
 
 
 def filled(template: str, **words: object) -> bytes:

@@ -5,7 +5,7 @@ import os
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar, cast
+from typing import ClassVar
 
 from .... import recorder
 from ....errors import MukcaError
@@ -235,10 +235,9 @@ def _summary(folder: Path) -> list[str]:
 def _remove_simulated(folder: Path) -> None:
     """Remove an earlier demo's recording, which a recorder would else continue."""
     if (folder / recorder.SAMPLES).exists():
-        sessions: Any = recorder.read_metadata(folder / recorder.METADATA).get("sessions")
-        rows = cast("list[object]", sessions) if isinstance(sessions, list) else []
-        drivers = [str(cast("Any", row).get("driver")) for row in rows if isinstance(row, dict)]
-        if not rows or len([one for one in drivers if one.startswith("mock:")]) < len(rows):
+        sessions = recorder.read_sessions(folder / recorder.METADATA)
+        simulated = [str(session.get("driver")).startswith("mock:") for session in sessions]
+        if not simulated or not all(simulated):
             raise OutputError(f"{folder}: holds a recording of a real arm; choose another --out")
     for name in (recorder.SAMPLES, recorder.METADATA):
         (folder / name).unlink(missing_ok=True)

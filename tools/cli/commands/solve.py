@@ -28,7 +28,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     found, left_out = calibrated(options, terminal)
     robots = found if isinstance(found, Mapping) else {"": found}
     for name, one in robots.items():
-        terminal.say(*([f"Robot {name}"] if name else []))
+        if name:
+            terminal.say(f"Robot {name}")
         report.show_answer(terminal.console, one.verdict)
         if options.details:
             show_details(terminal, one)
@@ -39,9 +40,7 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
             terminal.say(parts.text if options.details else parts.brief)
         _warn(terminal, one.document)
     terminal.say(*left_out)
-    refusals = [
-        reason for calibrated_arm in robots.values() if (reason := calibrated_arm.refusal())
-    ]
+    refusals = list(filter(None, (one.refusal() for one in robots.values())))
     outputs: dict[str, str] = {}
     if options.out and not refusals:
         outputs = found.save(options.out, force=options.force, pages=report.report_files)
@@ -55,26 +54,23 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
             report.show_limits(terminal.console, result.verdict, result.limits, todo)
         else:
             report.show_steps(terminal.console, todo)
-    verdicts = [calibrated_arm.verdict for calibrated_arm in robots.values()]
+    verdicts = {name: one.verdict for name, one in robots.items()}
     for reason in refusals:
         terminal.warn(reason)
         terminal.say("Nothing was written.")
     if isinstance(found, Mapping):
         terminal.say(*(pair.text for pair in found.document.between.values()))
-    usable = all(verdict.use for verdict in verdicts)
-    more = f"{MORE}; the report has all." if outputs else f"{MORE}."
-    terminal.say(*([] if options.details else [more]))
-    terminal.say(*_closing_lines(outputs, usable=usable) if not refusals else ())
-    verdict_by_name = {
-        name: calibrated_arm.verdict.as_said() for name, calibrated_arm in robots.items()
-    }
+    if not options.details:
+        terminal.say(f"{MORE}; the report has all." if outputs else f"{MORE}.")
+    if not refusals:
+        usable = all(verdict.use for verdict in verdicts.values())
+        terminal.say(*_closing_lines(outputs, usable=usable))
+    said = {name: verdict.as_said() for name, verdict in verdicts.items()}
     if isinstance(found, Mapping):
-        terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": verdict_by_name})
+        terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": said})
     else:
-        terminal.emit(
-            {**found.result.as_dict(), "outputs": outputs, "verdict": verdict_by_name[""]}
-        )
-    return assessment.worst(verdict.exit_status for verdict in verdicts)
+        terminal.emit({**found.result.as_dict(), "outputs": outputs, "verdict": said[""]})
+    return assessment.worst(verdict.exit_status for verdict in verdicts.values())
 
 
 def calibrated(
@@ -85,11 +81,12 @@ def calibrated(
     training, tested, left_out = split_by_robot(options.train, options.test, robots)
     settings = vars(options.settings)
     as_recorded = options.settings.as_recorded
-    data_by_name = {
-        name: _read(training[name], tested[name], as_recorded=as_recorded) for name in robots
-    }
-    train = {name: placements[0] for name, placements in data_by_name.items() if placements[0]}
-    test = {name: placements[1] for name, placements in data_by_name.items() if placements[1]}
+    train: dict[str, list[recorder.Placement]] = {}
+    test: dict[str, list[recorder.Placement]] = {}
+    for name in robots:
+        to_fit, held_out = _read(training[name], tested[name], as_recorded=as_recorded)
+        train |= {name: to_fit} if to_fit else {}
+        test |= {name: held_out} if held_out else {}
     with terminal.progress() as progress:
         if "" in robots:
             data = train.get("", []), test.get("", [])

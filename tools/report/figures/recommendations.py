@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from ....errors import MukcaError
-from ....recorder import METADATA, RecordingError, read_keys, read_metadata
+from ....recorder import METADATA, RecordingError, read_keys, read_sessions
 from ....solver.assessment import Assessment, PlacementReport, joined, joints_wrong, mm
 from ....solver.calibration import SolveOptions
 from ....solver.data import (
@@ -212,14 +212,12 @@ def _distance(document: CalibrationDocument) -> float | None:
 
 def _recorded(file: Path) -> tuple[str, float | None]:
     """Return the driver of a placement's last session, and the distance that was measured [m]."""
-    try:
-        sessions: Any = read_metadata(file).get("sessions")
+    sessions = read_sessions(file)
+    driver = str(sessions[-1].get("driver") or "") if sessions else ""
+    with suppress(RecordingError):
         keys = read_keys(file)
-    except RecordingError:
-        return "", None
-    rows = cast("list[Any]", sessions) if isinstance(sessions, list) else []
-    last = cast("dict[str, Any]", rows[-1]) if rows and isinstance(rows[-1], dict) else {}
-    return str(last.get("driver") or ""), None if keys.distance_assumed else keys.distance
+        return driver, None if keys.distance_assumed else keys.distance
+    return driver, None
 
 
 def solve_command(

@@ -120,13 +120,13 @@ class Panel:
             self.rule("threshold", x=x)
             place = self.x(x)
             side, shift = ("end", -4) if place > 0.6 * self.right else ("", 4)
-            label = words.format(self.x_axis.factor * x)
+            label = words.replace("{}", self.x_axis.number(x))
             self.text(place + shift, self.top - 4, label, f"threshold-words {side}")
         if y is not None and self.y_axis.low <= y <= self.y_axis.high:
             self.rule("threshold", y=y)
             place = self.y(y)
             below = below or place < self.top + 14
-            label = words.format(self.y_axis.factor * y)
+            label = words.replace("{}", self.y_axis.number(y))
             shift = 13 if below else -4
             self.text(self.right - 2, place + shift, label, "threshold-words end")
 

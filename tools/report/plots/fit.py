@@ -64,7 +64,7 @@ def _curves_panel(term: str, curves: Mapping[str, Curve], repeatability: float |
     if repeatability:
         ratios = [curve[-1][1] / repeatability for curve in curves.values()]
         nearest = min(ratios, key=lambda ratio: abs(math.log(ratio)))
-        words = "the arm's repeatability, {:g} mm"
+        words = "the arm's repeatability, {} mm"
         panel.threshold(words, y=repeatability, below=nearest > 1)
     return panel
 
@@ -136,7 +136,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
     panel.rule("zero", x=0)
     for mark, lengths in errors.items():
         panel.dots(lengths, f"{mark} test", mark, "+.3f", size=4)
-    panel.thresholds("limit {:g} mm", limit)
+    panel.thresholds("limit {} mm", limit)
     return plot(
         "known-distances",
         panel,
@@ -161,7 +161,7 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
     panel.bars(predicted, found, "link")
     panel.dots(predicted, "predicted", "predicted")
     panel.dots(found, [f"calibrated {row.role}" for row in rows], "found")
-    panel.threshold("the arm repeats to {:g} mm", x=repeatability)
+    panel.threshold("the arm repeats to {} mm", x=repeatability)
     ratios = np.divide(found, predicted).tolist()
     return plot(
         "predicted-found",

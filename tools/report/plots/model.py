@@ -87,7 +87,7 @@ def _bars_panel(bars: Sequence[_Bar], repeatability: float) -> Panel:
     names = [bar.label for bar in bars]
     panel = named_rows(f"{display.heading}, {unit}", names, axis, pitch=15)
     panel.rule("zero", x=0)
-    panel.thresholds(f"{{:g}} {unit}", repeatability * display.per_mm)
+    panel.thresholds(f"{{}} {unit}", repeatability * display.per_mm)
     panel.bars(0, changes, "change", thick=8)
     panel.bars(changes - deviations, changes + deviations, "deviation")
     return panel
@@ -145,7 +145,7 @@ def _spans(covered: Coverage, joint_rows: Sequence[int], factor: float, unit: st
             hint = f"{s.placement}, socket {s.socket}: {factor * span:.0f} {unit}"
             panel.dot(span, k, f"span-dot {s.role}", hint, size=4)
     if unit == "degrees":
-        panel.threshold("at least {:.0f} degrees", x=HARDLY_MOVED)
+        panel.threshold("at least {} degrees", x=HARDLY_MOVED)
     return panel
 
 
@@ -189,7 +189,7 @@ def joints(report: ReportDocument) -> Plot | None:
     panel = named_rows("what each joint moves the ball by, mm", names, axis)
     panel.bars(0, anywhere, "link", thick=14)
     panel.bars(0, recorded, "change", thick=7)
-    panel.threshold("the arm repeats to {:g} mm", x=repeatability)
+    panel.threshold("the arm repeats to {} mm", x=repeatability)
     ranked = sorted(((MM * row.recorded, row.joint) for row in rows), reverse=True)
     return plot(
         "joints",

@@ -154,7 +154,7 @@ def errors_by_placement(report: ReportDocument) -> Plot:
     for (_, mark), values in zip(LOADED, (before, after), strict=True):
         panel.dots(values, [f"{mark} {role}" for role in roles], mark)
     limit = report.limits.mean_absolute_error.value
-    panel.threshold("limit {:g} mm", x=limit)
+    panel.threshold("limit {} mm", x=limit)
     role = report.summary.judged[0]
     columns = zip(after, before, names, roles, strict=True)
     return plot(
@@ -228,5 +228,5 @@ def shares(report: ReportDocument) -> Plot:
         percents = np.linspace(0, 100, len(lengths) + 1)
         ends = [x.low, *lengths, x.high]
         panel.line(np.column_stack([ends, [*percents, 100]]).tolist(), f"curve {mark}")
-    panel.threshold("{:g} mm", x=report.task)
+    panel.threshold("{} mm", x=report.task)
     return plot("shares", panel, layout="half", report=report, words=words)
