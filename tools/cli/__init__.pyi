@@ -30,4 +30,3 @@ from .robots import WorkerOptions as WorkerOptions
 from .robots import measured_of as measured_of
 from .robots import read_data as read_data
 from .robots import split_by_robot as split_by_robot
-from .robots import survey_of as survey_of

@@ -25,7 +25,8 @@ class Terminal:
     """Streams of a command; a ``brief`` one is part of another, and says only its result."""
 
     def __init__(self, *, json: bool = False, brief: bool = False) -> None:
-        self.json, self.brief = json, brief
+        self.json = json
+        self.brief = brief
 
     @cached_property
     def console(self) -> "Console":

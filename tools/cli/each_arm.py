@@ -83,7 +83,8 @@ def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal
         if "" in files:
             return run(replace(options, calibration=files[""]), terminal)
         recordings = paths_by_robot(options.data, files) if hasattr(options, "data") else None
-        results, statuses = dict[str, Any](), list[int]()
+        results = dict[str, Any]()
+        statuses = list[int]()
         for name, file in files.items():
             settings: dict[str, Any] = {"calibration": file, **_outputs_of_arm(options, name)}
             if recordings is not None:

@@ -74,7 +74,8 @@ class RobotsOptions(Options, group="robot"):
         base = _by_name(self.base, "base", by_name)
         tip = _by_name(self.tip, "tip", by_name)
         flange = _by_name(self.flange, "flange", by_name)
-        ball, twice = robots.BALL_LINK, len(set(by_name.values())) < len(by_name)
+        ball = robots.BALL_LINK
+        twice = len(set(by_name.values())) < len(by_name)
         return {
             name: robots.load_robot(
                 robot,
@@ -129,7 +130,8 @@ def split_by_robot(
     A path is ``NAME:PATH`` where there are several robots, or the recording names the robot; one of
     no robot, or to train on and named for the test too, is a UsageError.
     """
-    training, test_folders = paths_by_robot(train, sources), paths_by_robot(test, sources)
+    training = paths_by_robot(train, sources)
+    test_folders = paths_by_robot(test, sources)
     tested: dict[str, list[Path]] = {name: [] for name in sources}
     left_out: list[str] = []
     for name, paths in test_folders.items():
@@ -165,7 +167,8 @@ def paths_by_robot(paths: Sequence[Path], sources: Mapping[str, object]) -> dict
         for folder in recorder.find_placements([path]):
             owner = str(recorder.read_metadata(folder / recorder.METADATA).get("robot_name") or "")
             if owner not in sources:
-                names, example = ", ".join(sources), next(iter(sources))
+                names = ", ".join(sources)
+                example = next(iter(sources))
                 problem = f"of robot {owner!r}" if owner else "which robot recorded it?"
                 raise UsageError(
                     f"{folder}: {problem}; write {example}:{folder}; the robots are {names}"
@@ -191,14 +194,6 @@ class Premises(TypedDict):
     given: "diagnostics.Given"
     zeros: bool
     repeatability: float | None
-
-
-def survey_of(
-    paths: Sequence[Path], robot: "robots.Robot", settings: SolveOptions, *, sockets: int = 2
-) -> "tuple[list[data.Measurement], diagnostics.Survey]":
-    """Read and check placements, and look for faults in them."""
-    measured, premises = measured_of(paths, robot, settings, sockets=sockets)
-    return measured, diagnostics.inspect_all(robot, measured, **premises)
 
 
 def measured_of(

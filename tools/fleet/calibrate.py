@@ -101,7 +101,8 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
     """
     sessions: list[FleetSession] = []
     error = arm.copied
-    model, arguments = arm.folder / MODEL, dict(arm.robot)
+    model = arm.folder / MODEL
+    arguments = dict(arm.robot)
     if model.exists():
         arguments["robot"] = str(model)
     # A type prior in each arm would count again and again in what the arms give together.

@@ -46,7 +46,8 @@ def odd_pose(robot: Robot, distance: float, samples: Sequence[Sample]) -> str | 
         return None
     balls = nominal_balls(robot, np.array([s.position for s in samples]))
     same = sockets[:-1] == sockets[-1]
-    in_socket, elsewhere = balls[:-1][same], balls[:-1][~same]
+    in_socket = balls[:-1][same]
+    elsewhere = balls[:-1][~same]
     allowed = FAR if len(in_socket) else FAR + distance
     if len(in_socket) + 1 >= ENOUGH:
         distances = np.linalg.norm(in_socket - np.median(in_socket, axis=0), axis=1)
@@ -126,7 +127,8 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
     if judgement.status == "fail":
         return f"Verdict: {judgement.title}. {judgement.text}", judgement.exit_status
     distances = _scatter(robot, measured.positions)
-    error, limit = float(distances.mean()), limit_for(robot)
+    error = float(distances.mean())
+    limit = limit_for(robot)
     verdict = "worth calibrating" if error > limit else "as good as a calibration would make it"
     return (
         f"By its model the ball scatters by {1e3 * error:.2f} mm about one point (mean of "

@@ -17,5 +17,6 @@ def limit_for(robot: Robot) -> float:
 
     At least as many times the resolution of a printed socket.
     """
-    name, resolution = assessment.known_arm(robot), assessment.RESOLUTION
+    name = assessment.known_arm(robot)
+    resolution = assessment.RESOLUTION
     return GOAL * max(assessment.ARMS[name].repeatability if name else resolution, resolution)

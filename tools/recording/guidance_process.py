@@ -112,7 +112,9 @@ def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, A
     closing: tuple[str, ...] = ()
     while True:
         request: GuidanceRequest = pipe.recv()
-        samples, socket, answers = request.samples, request.socket, request.answers
+        samples = request.samples
+        socket = request.socket
+        answers = request.answers
         alarms = selector.alarms(samples, answers)
         if alarms:  # before what takes seconds
             pipe.send(Advice(len(samples), socket, math.inf, 0.0, alarms=alarms, early=True))

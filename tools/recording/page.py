@@ -55,7 +55,8 @@ class PageProcess(WorkerProcess):
 
 def state_of(view: View) -> dict[str, Any]:
     """Return the contents of the page for a view."""
-    session, advice = view.session, view.advice
+    session = view.session
+    advice = view.advice
     return {
         "title": view.title,
         "words": view.prompt.words,

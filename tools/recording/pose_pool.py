@@ -63,7 +63,8 @@ class PosePool:
             poses = self.reach.poses(centre, CANDIDATES)
             within_turn = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
             self._poses[socket] = poses[within_turn] if within_turn.any() else poses
-        poses, taken = self._poses[socket], np.array([s.position for s in samples])
+        poses = self._poses[socket]
+        taken = np.array([s.position for s in samples])
         new = np.abs(poses[:, None] - taken).max(axis=2).min(axis=1) > ALIKE
         return poses[new] if new.any() else poses
 

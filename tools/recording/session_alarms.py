@@ -70,8 +70,10 @@ class SessionAlarms:
 
         Nobody seats a ball far off twice in a row: then the joints read wrongly.
         """
-        hypothesis, first = fault.hypothesis, fault.samples[0]
-        size, concerned = _size(hypothesis), fault.samples
+        hypothesis = fault.hypothesis
+        first = fault.samples[0]
+        size = _size(hypothesis)
+        concerned = fault.samples
         again = hypothesis.name == "ball_sample" and size > FAR and doubted
         if again:
             first = doubted[0].number
@@ -81,7 +83,9 @@ class SessionAlarms:
             return Alarm("joints", "JOINTS?", text, concerned)
         cause, words, form = CAUSES[hypothesis.name]
         if hypothesis.parameters.get("joint") == self._robot.joint_names[0]:
-            cause, words, form = "base", "BASE MOVED", AROUND
+            cause = "base"
+            words = "BASE MOVED"
+            form = AROUND
         sentence = hypothesis.text.partition(",")[0]
         text = form.format_map(_shown(hypothesis) | {"first": first, "text": sentence})
         rival = _rival(fault)

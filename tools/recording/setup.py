@@ -101,7 +101,8 @@ def _guidance(start: SessionStart) -> BackgroundGuidance:
 
 
 def _title(options: RecordOptions, metadata: Metadata) -> str:
-    out, distance = str(options.out), metadata.distance
+    out = str(options.out)
+    distance = metadata.distance
     folder = out if len(out) <= 36 else f"…{out[-35:]}"
     distance_text = "unmeasured" if distance is None else f"{1e3 * distance:g} mm"
     return f"{metadata.robot}  {folder}  sockets {distance_text}  {options.driver}"
@@ -111,7 +112,8 @@ def _title(options: RecordOptions, metadata: Metadata) -> str:
 def _undisturbed() -> Generator[None, None, None]:
     """Keep the library's log off the screen, and garbage collection off all that is loaded."""
     log = logging.getLogger("mukca")
-    before, frozen = (log.handlers, log.propagate), gc.get_freeze_count() > 0
+    before = (log.handlers, log.propagate)
+    frozen = gc.get_freeze_count() > 0
     log.handlers, log.propagate = [*log.handlers, logging.NullHandler()], False
     gc.collect()  # it stops reading for 0.1 s
     gc.freeze()

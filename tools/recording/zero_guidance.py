@@ -30,7 +30,8 @@ class ZeroSelector(PoseSelector):
         turn: float = np.inf,
     ) -> None:
         super().__init__(calibration.robot, distance, sockets=sockets, turn=turn)
-        self._target, self._curved = target, False
+        self._target = target
+        self._curved = False
         self._first = zero_covariance(calibration, sockets)
 
     def alarms(self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS) -> tuple[Alarm, ...]:
@@ -45,10 +46,13 @@ class ZeroSelector(PoseSelector):
         answers: Answers = NO_ANSWERS,
     ) -> Advice:
         """Return advice for the active socket and the arm's configuration [rad], [m]."""
-        state, order = self._known(samples), self._order(samples, socket)
+        state = self._known(samples)
+        order = self._order(samples, socket)
         pools = {k: self._pool.candidates(samples, k) for k in range(self._sockets)}
         pools = {k: pool for k, pool in pools.items() if len(pool)}
-        where, target, gain = identifiable_zeros(self._known(()), pools), None, 0.0
+        where = identifiable_zeros(self._known(()), pools)
+        target = None
+        gain = 0.0
         after = state
         if order and len(where.slopes):
             target, gain = self._next(state, where, samples, order, position)

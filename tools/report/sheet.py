@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import chain
 
 from ...errors import MukcaError
-from ...solver.assessment import Quantiles, RoleSummaries, mm, plural
+from ...solver.assessment import RoleSummaries, mm, plural
 from ...solver.results import CalibrationDocument
 from . import figures
 from .figures import ReportDocument
@@ -104,25 +104,27 @@ def _hashes(hashes: Iterable[tuple[str, str]]) -> list[str]:
     """Return a line for each file that the calibration was made of."""
     lines = [f"{digest} {name}" for name, digest in hashes]
     more = len(lines) - MOST_HASHES
-    rest = [f"and {more} more, in calibration.json"] if more > 0 else []
-    return [*lines[:MOST_HASHES], *rest]
+    if more > 0:
+        lines[MOST_HASHES:] = [f"and {more} more, in calibration.json"]
+    return lines
 
 
 def _rows(summary: RoleSummaries) -> list[list[str]]:
     """Return errors at held-out places by each model: mean, 95 %, largest."""
     held_out = summary.judged[1]
-    quantiles = held_out.quantiles
-    rows = [_row("nominal model", held_out.nominal.mean_absolute_error, quantiles.nominal)]
+    nominal = held_out.quantiles.nominal
+    loaded = held_out.quantiles.loaded
+    mean = held_out.nominal.mean_absolute_error
+    rows: list[tuple[str, float, float | None, float]] = []
+    rows.append(("nominal model", mean, nominal.p95, nominal.max))
     if (refitted := held_out.ball_refitted) is not None:
-        lengths = mm(refitted.mean_absolute_error, 3), UNKNOWN, mm(refitted.max_error, 3)
-        rows.append(["nominal model, ball refitted", *lengths])
-    now = held_out.loaded.mean_absolute_error
-    return [*rows, _row("calibrated.urdf", now, quantiles.loaded)]
-
-
-def _row(title: str, mean: float, spread: Quantiles) -> list[str]:
-    """Return the errors of one model."""
-    return [title, *(mm(error, 3) for error in (mean, spread.p95, spread.max))]
+        mean = refitted.mean_absolute_error
+        rows.append(("nominal model, ball refitted", mean, None, refitted.max_error))
+    rows.append(("calibrated.urdf", held_out.loaded.mean_absolute_error, loaded.p95, loaded.max))
+    return [
+        [title, *(UNKNOWN if error is None else mm(error, 3) for error in errors)]
+        for title, *errors in rows
+    ]
 
 
 def _limits(report: ReportDocument) -> list[list[str]]:

@@ -58,11 +58,13 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
         return run_validate(ValidateOptions(**same), terminal)
     if not options.robot:
         raise UsageError("--robot R: whose recordings? Or --calibration: what changed since it")
-    robot, settings = options.load_robot(), options.settings.validated()
+    robot = options.load_robot()
+    settings = options.settings.validated()
     placements_read = recorder.read_placements(*options.data, as_recorded=settings.as_recorded)
     # as solve begins, all placements trained on
     problem = calibration.problems_of(robot, placements_read, (), settings)[""]
-    placements, survey = problem.measurements, problem.survey
+    placements = problem.measurements
+    survey = problem.survey
     terminal.warn(*problem.warnings)
     findings, accuracy = _by_a_fit(problem, settings)
     of_one = set(chain.from_iterable(inspection.diagnostics for inspection in survey.placements))
@@ -75,7 +77,8 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     in_sockets = [m for m in placements if m.kind == "sockets" and m.has_distance]
     assumed = [m.distance for m in in_sockets if m.distance_source == "default"]
     readings = max((m.distance_readings for m in in_sockets), default=1)
-    causes, tied = survey.hypotheses, bool(settings.distances)
+    causes = survey.hypotheses
+    tied = bool(settings.distances)
     recordings = assessment.Recordings(
         placements, (), scale, assumed=assumed, readings=readings, tied=tied, causes=causes
     )

@@ -75,8 +75,11 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
 
     from ....solver.calibration import find_jumps, load_calibration, pose_of_numbers
 
-    calibrated, setup = load_calibration(one_arm(options.calibration)), options.setup()
-    start, prefer, before = options.start, options.prefer, None
+    calibrated = load_calibration(one_arm(options.calibration))
+    setup = options.setup()
+    start = options.start
+    prefer = options.prefer
+    before = None
     names = calibrated.robot.joint_names
     with written(options, terminal, names, options.poses) as write:
         for rows, wheres in streamed(options.poses, (), POSE_FORMS, terminal):
@@ -118,7 +121,8 @@ def _typed(
     joint_names: Sequence[str], forms: Sequence[Sequence[str]]
 ) -> "Iterator[tuple[str, Rows]]":
     """Yield the rows of standard input, each below the header that came first."""
-    head, count = "", 0
+    head = ""
+    count = 0
     for number, line in enumerate(sys.stdin, 1):
         where = f"{INPUT}:{number}"
         try:
@@ -213,7 +217,8 @@ def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
     """Write the pose of the tool for each row, as place and quaternion, and its deviation."""
     import numpy as np
 
-    calibrated, setup = calibration.load_calibration(one_arm(options.calibration)), options.setup()
+    calibrated = calibration.load_calibration(one_arm(options.calibration))
+    setup = options.setup()
     header = (*FORMS[1], *DEVIATIONS) if options.deviation else FORMS[1]
     with written(options, terminal, header, options.joints) as write:
         for q, wheres in streamed(options.joints, calibrated.robot.joint_names, ((),), terminal):

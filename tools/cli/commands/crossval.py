@@ -7,7 +7,7 @@ from pathlib import Path
 from statistics import fmean, stdev
 from typing import Any
 
-from ....solver import assessment, calibration, data, results
+from ....solver import assessment, calibration, data, diagnostics, results
 from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
@@ -29,12 +29,14 @@ class _CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
 
 def run_crossval(options: _CrossvalOptions, terminal: cli.Terminal) -> int:
     """Run all fits, and show the errors left out, and the matrix of the paper's Fig. 6."""
-    robot, settings = options.load_robot(), options.settings.validated()
+    robot = options.load_robot()
+    settings = options.settings.validated()
     if options.bootstrap == 1 or options.bootstrap < 0:
         raise UsageError(f"--bootstrap {options.bootstrap}: a spread needs 2 fits or more")
-    placements, survey = cli.survey_of(options.data, robot, settings)
+    placements, premises = cli.measured_of(options.data, robot, settings)
     if len(placements) < 2:
         raise UsageError("crossval needs two placements or more; there is one")
+    survey = diagnostics.inspect_all(robot, placements, **premises)
     terminal.warn(*map(str, survey.diagnostics))
     problem = calibration.CalibrationProblem(robot, placements, settings.load, options=settings)
     fit = partial(calibration.run_job, problem)

@@ -83,7 +83,8 @@ def open_emulator(options: _EmulateOptions) -> Emulator:
                 f"no fault {fault.kind!r} at {options.controller}; "
                 f"there are: {', '.join(kind.FAULTS)}"
             )
-    journal, injector = Journal(options.journal), FaultInjector(faults, options.seed)
+    journal = Journal(options.journal)
+    injector = FaultInjector(faults, options.seed)
     joints, usual_rate = kind.VERSIONS[version]
     rate = usual_rate if options.rate is None else options.rate
     motion = options.hold, options.move

@@ -223,7 +223,8 @@ def _fill(parser: argparse.ArgumentParser, name: str, *, everything: bool) -> li
     """Add a verb's options, ``everything`` or those used often in its help; return their names."""
     from .. import add_options, option_names
 
-    (run, module), about = _verb(name), VERBS[name]
+    run, module = _verb(name)
+    about = VERBS[name]
     options = run.__annotations__["options"]
     text = about.text.replace("{list}", getattr(module, "LIST", ""))
     often = None if everything or not about.often else about.often

@@ -80,7 +80,8 @@ def _picture(robot: str, planned: "design.Plan") -> bytes:
     panel.dot(0, 0, "robot", size=14)
     for number, (sideways, before) in enumerate(bases.tolist(), 1):
         panel.dot(sideways, before, "base", size=10)
-        x, y = panel.x(sideways), panel.y(before)
+        x = panel.x(sideways)
+        y = panel.y(before)
         panel.text(x, y + 4, str(number), "middle number")
         panel.text(x, y + 24, f"{1e3 * planned.predicted[number - 1]:.2f} mm", "middle")
     return panel.file(_STYLE)
@@ -170,7 +171,8 @@ class _PrintPartsOptions(_BaseOptions, _BallOptions, _MountOptions, OutputOption
 
 def run_print_parts(options: _PrintPartsOptions, terminal: Terminal) -> int:
     """Build, check and write the parts."""
-    base, balls = _socket_base(options), _balls(options)
+    base = _socket_base(options)
+    balls = _balls(options)
     if find_spec("manifold3d") is None:
         raise printables.PrintableError(
             "the parts are cut by manifold3d, which is not installed: pip install 'mukca[print]'"
@@ -212,7 +214,8 @@ def _socket_base(options: _PrintPartsOptions) -> printables.SocketBase:
         "clearance": options.clearance_mm,
         "height": options.height_mm,
     }
-    arm, plate = options.anchor, options.plate_mm
+    arm = options.anchor
+    plate = options.plate_mm
     if arm is None or plate is None:
         return printables.SocketBase(**lengths)
     return printables.AnchoredBase(arm=arm, width=plate[0], front=plate[1], **lengths)

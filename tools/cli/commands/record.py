@@ -134,7 +134,9 @@ def _interruptible() -> Generator[None, None, None]:
 
 
 def _say_outcome(outcome: "recorder_terminal.Outcome", start: "recording.SessionStart") -> None:
-    options, metadata, terminal = start.options, start.metadata, start.terminal
+    options = start.options
+    metadata = start.metadata
+    terminal = start.terminal
     session = outcome.session
     counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
     taken_back = f" ({len(session.withdrawn)} taken back)" if session.withdrawn else ""
@@ -155,7 +157,8 @@ def _say_outcome(outcome: "recorder_terminal.Outcome", start: "recording.Session
 
 def _next_steps(outcome: "recorder_terminal.Outcome", start: "recording.SessionStart") -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
-    options, metadata = start.options, start.metadata
+    options = start.options
+    metadata = start.metadata
     earlier = recording.recorded_beside(options.out, start.robot)
     folders = [str(placement.files[0].parent) for placement in earlier]
     settings = replace(options, distance=metadata.distance if metadata.measured else None)
@@ -164,7 +167,8 @@ def _next_steps(outcome: "recorder_terminal.Outcome", start: "recording.SessionS
         return figures.as_options({name: getattr(settings, name) for name in names})
 
     robot = given("robot", "base", "flange", "tip", "ball")
-    out, calibrated = str(options.out), f"{options.out}-calibrated"
+    out = str(options.out)
+    calibrated = f"{options.out}-calibrated"
     words_again = given("driver", "distance", "robot_name", "auto", "page")
     words_again += list(chain.from_iterable(("--key", keys) for keys in options.key))
     words_again += ["--out", str(next_folder(options.out))]

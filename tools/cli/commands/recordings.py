@@ -62,7 +62,8 @@ def _describe(folder: Path) -> dict[str, Any]:
         joints = list(content.joint_names)
         return facts | nothing | {"samples": {}, "joints": joints, "efforts": False, "remarks": []}
     placement = recorder.read_placement(folder)
-    positions, sockets = placement.positions, placement.sockets.tolist()
+    positions = placement.positions
+    sockets = placement.sockets.tolist()
     unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))
     spreads = [sample.spread for sample in placement.samples if sample.spread]
     lowest, highest, turned = _ranges(positions, _listed(facts["metadata"].get("units")))
@@ -86,10 +87,12 @@ def _ranges(positions: np.ndarray, units: list[Any]) -> tuple[list[float], list[
     rounds: list[int] = []
     ends: list[tuple[float, float]] = []
     for i, column in enumerate(np.nan_to_num(positions).T):
-        low, high = float(column.min()), float(column.max())
+        low = float(column.min())
+        high = float(column.max())
         start, end = recorder.arc((x, x) for x in column.tolist())
         if units[i : i + 1] != ["m"] and end - start < HALF * (high - low):
-            low, high = start, end
+            low = start
+            high = end
             rounds.append(i + 1)
         ends.append((low, high))
     some = ", ".join(map(str, rounds))

@@ -138,7 +138,8 @@ def emit_with_page(
         values = {"title": title, "lines": lines, "result": result}
         html = report.render("found.html.j2", values, found=values)
         write_report(options.out, {"report.html": html.encode()}, force=options.force)
-        page, beside = options.out / "report.html", [Path(file).name for file in written.values()]
+        page = options.out / "report.html"
+        beside = [Path(file).name for file in written.values()]
         written["report"] = str(page)
         more = f" to read; beside it {' and '.join(beside)}" if beside else ""
         terminal.say(f"Wrote {page}{more}")

@@ -71,7 +71,8 @@ Experiment = InsertionOptions | DrawingOptions
 
 def run_simulate(options: Experiment, terminal: Terminal) -> int:
     """Run the trials, and show their results."""
-    words, out = [options.model], options.out
+    words = [options.model]
+    out = options.out
     if out is not None:
         refuse_existing(out, FILES, force=options.force)
         words.insert(0, "calibrated" if options.model == "nominal" else "nominal")
@@ -191,7 +192,8 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
 
     out = options.out
     refuse_existing(out, force=options.force)
-    recordings, calibrated = out / "recordings", out / "calibrated"
+    recordings = out / "recordings"
+    calibrated = out / "calibrated"
     names = [base.name for base in demo_bases(DISTANCE)]
     for name in names:
         _remove_simulated(recordings / name)

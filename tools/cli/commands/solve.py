@@ -111,7 +111,8 @@ def _read(
     if not training and not tested:
         return [], []
     folders = {folder.resolve() for folder in recorder.find_placements(training)}
-    train, test = list[recorder.Placement](), list[recorder.Placement]()
+    train = list[recorder.Placement]()
+    test = list[recorder.Placement]()
     for placement in recorder.read_placements(*training, *tested, as_recorded=as_recorded):
         is_trained = placement.path is not None and placement.path.resolve() in folders
         (train if is_trained else test).append(placement)

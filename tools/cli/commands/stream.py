@@ -119,7 +119,8 @@ class _Monitor:
         waited = arrival - asked > WAITED_SECONDS
         if waited and self._waited:
             self._intervals.append(arrival - self._arrival)
-        self._waited, self._arrival = waited, arrival
+        self._waited = waited
+        self._arrival = arrival
         self._arrivals.append(arrival)
         while self._arrivals[0] < arrival - WINDOW_SECONDS:
             self._arrivals.popleft()

@@ -105,9 +105,11 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
             )
         names = arm.joint_names
         rows = recorder.read_rows(file, names, [("x", "y", "z"), ("point",), ()])
-        m, samples = len(names), list[recorder.Sample]()
+        m = len(names)
+        samples = list[recorder.Sample]()
         for row, where in zip(rows.numbers, rows.wheres, strict=True):
-            q, columns = row[:m], row[m:]
+            q = row[:m]
+            columns = row[m:]
             point = (columns[0], columns[1], columns[2]) if len(columns) == 3 else None
             socket = 0 if point else int(sum(columns))
             if doubt := LENGTH.doubt(point or ()):

@@ -59,7 +59,8 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     """Show errors on placements, those trained on marked; then what changed, and the next step."""
     options.check_out()
     calibrated = calibration.load_calibration(options.calibration)
-    document, robot = calibrated.document, calibrated.robot
+    document = calibrated.document
+    robot = calibrated.robot
     settings = options.settings
     placements = settings.payloads.carried_by(cli.read_data(options.data, settings), others=True)
     load = calibrated.load
@@ -76,7 +77,8 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
         terminal.warn(*map(str, done))
         validity = judge(mending, options.stood, settings.distance) if done else validity
     terminal.warn(*validity.warnings)
-    errors, lines = validity.errors, [*validity.odds, *validity.not_shown]
+    errors = validity.errors
+    lines = [*validity.odds, *validity.not_shown]
     terminal.say(validity.text)
     show_errors(errors, terminal, short=len(errors) > MOST_PLACEMENTS)
     if errors.summary.train is not None:

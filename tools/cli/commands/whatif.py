@@ -32,7 +32,8 @@ class _WhatifOptions(cli.RobotOptions, cli.JsonOption):
 def run_whatif(options: _WhatifOptions, terminal: cli.Terminal) -> int:
     """Answer first; then the two patterns, sizes and odds, and what else fits."""
     flaw = diagnostics.Flaw.parse(options.fault)
-    robot, settings = options.load_robot(), options.settings.validated()
+    robot = options.load_robot()
+    settings = options.settings.validated()
     measured, premises = cli.measured_of(options.data, robot, settings, sockets=1)
     result = diagnostics.what_if(robot, measured, flaw, **premises)
     terminal.say(_answer(result), "")

@@ -235,7 +235,8 @@ def _overall(rows: Sequence[Difference]) -> Difference:
 
 
 def _beyond(mean: float, noise: float) -> Difference:
-    mean, noise = float(mean), float(noise)
+    mean = float(mean)
+    noise = float(noise)
     return Difference(mean=mean, noise=noise, beyond_noise=abs(mean) > noise)
 
 
@@ -264,7 +265,8 @@ def _chance_sentence(pair: ComparedPair) -> str:
 
 
 def _errors_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
-    a, b = result.models[pair.a].name, result.models[pair.b].name
+    a = result.models[pair.a].name
+    b = result.models[pair.b].name
     summary = pair.summary
     if summary is None:
         return f"{b} against {a}: every placement was trained on by one of the models, so no word."
