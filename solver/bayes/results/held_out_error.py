@@ -32,6 +32,8 @@ LENGTHS = (0.6, 1.5)
 SIZES = np.concatenate([[0.0], np.geomspace(0.05, 4.0, 24) ** 2])
 """m^2, by the mean square error that is expected without; the first has half of the prior."""
 LEVELS = (0.025, 0.975)
+LEAST_SHARE = 1e-12
+"""Smaller shares of the largest eigenvalue of a covariance are rounding."""
 
 
 def error_parts(posterior: Posterior, sockets: Sequence[SocketSamples]) -> ErrorParts | None:
@@ -51,9 +53,9 @@ def error_parts(posterior: Posterior, sockets: Sequence[SocketSamples]) -> Error
     A = Q.T @ J.reshape(len(Q), -1)
     want = A @ covariance_of(posterior) @ A.T
     noise = Q.T @ block_diagonal(posterior.noise.as_gaussian(by_joints)) @ Q
-    kernels = [Q.T @ K @ Q for K in _kernels(q, moments, by_joints)]
+    roots = [Q.T @ F for F in _roots(q, moments, by_joints)]
     errors = Q.T @ points.ravel()
-    weights = _weights(want, noise, kernels, errors)
+    weights = _weights(want, noise, roots, errors)
     by_noise = weights.sum(axis=(0, 2))
     by_size = weights.sum(axis=(0, 1))
     expected = np.trace(want + noise)
@@ -74,25 +76,23 @@ def error_parts(posterior: Posterior, sockets: Sequence[SocketSamples]) -> Error
 
 
 def _weights(
-    want: np.ndarray, noise: np.ndarray, kernels: Sequence[np.ndarray], errors: np.ndarray
+    want: np.ndarray, noise: np.ndarray, roots: Sequence[np.ndarray], errors: np.ndarray
 ) -> np.ndarray:
     """Return the probability of each K, n and m by the errors, shape (kernels, n, m).
 
-    The evidence is N(errors; 0, want + n^2 noise + m^2 K), with K as large as the first two for
-    n = 1. M = 0 has as much of the prior as all others together.
+    The evidence is N(errors; 0, want + n^2 noise + m^2 K), with K = F F^T by its root F, as large
+    as the first two for n = 1. M = 0 has as much of the prior as all others together.
     """
     background = Background.of(errors, noise, want)
-    whitening = background.whitening
     expected = np.trace(want + noise)
     logs: list[np.ndarray] = []
-    for K in kernels:
-        size = np.trace(K)
+    for F in roots:
+        size = np.sum(F**2)
         if size > 0:
-            white = whitening @ (K * expected / size) @ whitening.swapaxes(1, 2)
-            d, axes = np.linalg.eigh((white + white.swapaxes(1, 2)) / 2)
-            d = d.clip(min=0)
-            z = np.einsum("nij,ni->nj", axes, background.white)
-            logs.append(background.with_part(d, d * z**2, SIZES))
+            W = background.whitening @ (F * np.sqrt(expected / size))
+            d, axes = np.linalg.eigh(W.swapaxes(1, 2) @ W)
+            b = (background.white[:, None] @ W @ axes)[:, 0]
+            logs.append(background.with_part(d.clip(min=0), b**2, SIZES))
     log_weights = np.array(logs)
     log_weights[..., 0] += np.log(len(SIZES) - 1)
     return probabilities(log_weights)
@@ -108,8 +108,8 @@ def _contrasts(counts: Sequence[int]) -> np.ndarray:
     return np.kron(block_diagonal(blocks), np.eye(3))
 
 
-def _kernels(q: np.ndarray, moments: np.ndarray, by_joints: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield covariances of errors that a model may lack, shape (3 N, 3 N).
+def _roots(q: np.ndarray, moments: np.ndarray, by_joints: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield roots F of covariances F F^T of errors that a model may lack, shape (3 N, k).
 
     Of samples a and b these are exp(-|q_a - q_b|^2 / 2 l^2) along each axis alone; and with j_a
     how the ball moves by a joint, j_a j_b^T times exp(-2 sin^2((q_a - q_b) / 2) / l^2) of its
@@ -118,13 +118,17 @@ def _kernels(q: np.ndarray, moments: np.ndarray, by_joints: np.ndarray) -> Itera
     differences = q[:, None] - q
     squares = np.sum(differences**2, axis=2)
     for length in LENGTHS:
-        yield np.kron(np.exp(-0.5 * squares / length**2), np.eye(3))
-    all_axes = np.ones((3, 3))
+        yield np.kron(_root(np.exp(-0.5 * squares / length**2)), np.eye(3))
     for j in range(q.shape[1]):
-        along = by_joints[:, :, j].ravel()
-        turned = np.outer(along, along)
+        along = by_joints[:, :, j, None]
         half = np.sin(differences[:, :, j] / 2)
-        for length in TURNS:
-            yield turned * np.kron(np.exp(-2 * (half / length) ** 2), all_axes)
-        pushed = np.sign(moments[:, j])
-        yield turned * np.kron(np.outer(pushed, pushed), all_axes)
+        alike = [_root(np.exp(-2 * (half / length) ** 2)) for length in TURNS]
+        for root in (*alike, np.sign(moments[:, j, None])):
+            yield (along * root[:, None]).reshape(-1, root.shape[1])
+
+
+def _root(K: np.ndarray) -> np.ndarray:
+    """Return F with K = F F^T to rounding, of as few columns as that takes."""
+    values, axes = np.linalg.eigh(K)
+    columns = values > LEAST_SHARE * values[-1]
+    return axes[:, columns] * np.sqrt(values[columns])
