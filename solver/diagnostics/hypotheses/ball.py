@@ -27,7 +27,7 @@ def one_sample(scene: Scene) -> Iterable[Block]:
     for place, rows in enumerate(scene.places):
         count = rows.stop - rows.start
         columns = np.eye(3 * count).reshape(3 * count, count, 3).swapaxes(0, 1)
-        names = [{**scene.named(place), **scene.sample(place, row)} for row in range(count)]
+        names = [scene.sample(place, row) for row in range(count)]
         yield of_samples(rows, columns, names, SEATING)
 
 
@@ -89,17 +89,15 @@ def _mixed_up(scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray) -
     first, last = scene.sample(place, int(rows[0])), scene.sample(place, int(rows[-1]))
     index = scene.places[place].start + rows[0]
     true, recorded = int(nearest[index]), scene.sockets[index]
-    placement = scene.named(place)["placement"]
     name, socket_beside = scene.labels[true]
     return {
-        "placement": placement,
         **first,
         "last": last["sample"],
         "last_number": last["number"],
         "last_place": last["place"],
         "samples": len(rows),
         "other": socket_beside,
-        "of": "" if name == placement else name,
+        "of": "" if name == first["placement"] else name,
         "size": float(np.linalg.norm(scene.centres[true] - scene.centres[recorded])),
     }
 

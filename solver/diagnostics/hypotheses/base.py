@@ -57,7 +57,7 @@ def changes(
         columns = after[:, None, :, None, None] * slopes[rows].transpose(2, 0, 1, 3)
         names: list[Parameters] = []
         for rank in ranks.tolist():
-            first = scene.first_from(place, rank)
+            first = scene.sample(place, int(np.argmax(times == rank)))
             names += [{**first, "throughout": float(rank == 0)}] * C
         yield of_samples(rows, columns.reshape(len(names), -1, k), names, widths)
 
@@ -118,7 +118,7 @@ def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parame
 
 def _length_by_length(scene: Scene, *, on_base: bool) -> Iterator[tuple[int, Parameters]]:
     """Yield the known distances of one kind: their row, and their names and lengths."""
-    lengths = zip(scene.known, scene.expected, strict=True)
+    lengths = zip(scene.known, scene.expected.tolist(), strict=True)
     for row, (length, expected) in enumerate(lengths, scene.all_lengths.start):
         if length.on_base == on_base:
             a, b = scene.labels[length.first], scene.labels[length.second]
@@ -174,7 +174,7 @@ def of_model(scene: Scene) -> Iterable[Block]:
 def _of_bases(scene: Scene) -> np.ndarray:
     """Return the changes of all distances for each share that those of bases are too long, (K,)."""
     on_base = np.array([length.on_base for length in scene.known])
-    return DISTANCE_WEIGHT * np.array(scene.expected) * on_base
+    return DISTANCE_WEIGHT * scene.expected * on_base
 
 
 def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:

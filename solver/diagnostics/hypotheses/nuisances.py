@@ -36,24 +36,20 @@ def precision(widths: np.ndarray, by_scale: np.ndarray, scale: float) -> np.ndar
 
 
 def of_centres(
-    centres: np.ndarray, sockets: np.ndarray, known: Sequence[Known[int]], expected: Sequence[float]
+    sockets: np.ndarray, known: Sequence[Known[int]], directions: np.ndarray
 ) -> np.ndarray:
     """Return those by the places of all seats, of samples and distances, shape (3 N + K, 3 S).
 
     Args:
-        centres: Of the seats, shape (S, 3) [m].
         sockets: Seat of each sample, shape (N,).
         known: Known distances.
-        expected: These as the fit has them [m].
+        directions: Of these from the first socket to the second, shape (K, 3).
     """
-    S, K = len(centres), len(known)
-    of_samples = np.kron(np.eye(S)[sockets], CENTRE * np.eye(3))
-    of_known = np.zeros((K, S, 3))
-    for row, k, length in zip(of_known, known, expected, strict=True):
-        unit = (centres[k.second] - centres[k.first]) / length
-        row[k.first] = DISTANCE_WEIGHT * CENTRE * unit
-        row[k.second] = -row[k.first]
-    return np.vstack([of_samples, of_known.reshape(K, 3 * S)])
+    seats = np.eye(int(sockets.max()) + 1)
+    of_samples = np.kron(seats[sockets], np.eye(3))
+    ends = seats[[k.first for k in known]] - seats[[k.second for k in known]]
+    of_known = DISTANCE_WEIGHT * ends[:, :, None] * directions[:, None]
+    return CENTRE * np.vstack([of_samples, of_known.reshape(-1, of_samples.shape[1])])
 
 
 def of_play(by_joints: np.ndarray, sockets: np.ndarray, noise: float) -> np.ndarray:
@@ -71,10 +67,9 @@ def of_play(by_joints: np.ndarray, sockets: np.ndarray, noise: float) -> np.ndar
 def of_calipers(known: Sequence[Known[int]]) -> np.ndarray:
     """Return those of K distances by the errors of their measurement, shape (K, bases + K)."""
     bases = sorted({k.distance for k in known if k.on_base})
-    columns = np.zeros((len(known), len(bases) + len(known)))
-    for i, k in enumerate(known):
-        deviation = SEAT_DEVIATION if k.on_base else k.deviation
-        columns[i, len(bases) + i] = DISTANCE_WEIGHT * deviation
+    of_bases = np.zeros((len(known), len(bases)))
+    for row, k in zip(of_bases, known, strict=True):
         if k.on_base:
-            columns[i, bases.index(k.distance)] = DISTANCE_WEIGHT * k.deviation
-    return columns
+            row[bases.index(k.distance)] = k.deviation
+    own = [SEAT_DEVIATION if k.on_base else k.deviation for k in known]
+    return DISTANCE_WEIGHT * np.hstack([of_bases, np.diag(own)])

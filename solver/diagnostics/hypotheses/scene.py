@@ -6,6 +6,7 @@ Nuisance parameters are the centres, the geometry, the effects beyond it, and th
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -192,28 +193,31 @@ class Scene:
         # beside those at the nominal model
         by_x = self.linear[1][:, :, : len(self.x)]
         of_samples = self.seats - self.centres[self.sockets] - by_x @ self.x
-        of_lengths = np.array(self.expected) - [length.distance for length in self.known]
+        of_lengths = self.expected - [length.distance for length in self.known]
         r = np.append(of_samples, nuisances.DISTANCE_WEIGHT * of_lengths)
         for rows, _, shift in self.explained:
             r[rows] -= shift
         return r
 
     @cached_property
-    def expected(self) -> list[float]:
-        """Known distances as the fit has them [m]."""
-        pairs = [self.centres[k.second] - self.centres[k.first] for k in self.known]
-        return [max(float(np.linalg.norm(d)), 1e-12) for d in pairs]
+    def spans(self) -> np.ndarray:
+        """Vectors between sockets of known distances, as the fit has them, shape (K, 3) [m]."""
+        spans = [self.centres[k.second] - self.centres[k.first] for k in self.known]
+        return np.reshape(spans, (len(self.known), 3))
+
+    @cached_property
+    def expected(self) -> np.ndarray:
+        """Known distances as the fit has them, shape (K,) [m]."""
+        return np.linalg.norm(self.spans, axis=1).clip(min=1e-12)
 
     @cached_property
     def nuisances(self) -> np.ndarray:
         """Derivatives by the nuisance parameters in units of their priors, shape (3 N + K, n)."""
         samples, lengths = self.all_samples, self.all_lengths
         of_frames = nuisances.TURN * self.samples.by_turns(self.offsets)
+        every, units = slice(0, lengths.stop), self.spans / self.expected[:, None]
         parts = [
-            (
-                slice(0, lengths.stop),
-                nuisances.of_centres(self.centres, self.sockets, self.known, self.expected),
-            ),
+            (every, nuisances.of_centres(self.sockets, self.known, units)),
             (samples, self.by_geometry @ self.usual),
             (samples, self.of_effects(self.as_readings)),
             (lengths, nuisances.of_calipers(self.known)),
@@ -327,22 +331,18 @@ class Scene:
         """Return the name of a placement, as a parameter of explanations."""
         return {"placement": self.measurements[place].name}
 
-    def sample(self, place: int, row: int) -> dict[str, int]:
-        """Return socket, index in it, and the numbers as recorded, of a placement's sample.
+    def sample(self, place: int, row: int) -> dict[str, Any]:
+        """Return placement, socket, index in it, and the numbers as recorded, of a sample.
 
         A point that an instrument measured has its number in the recording, too, from 1.
         """
-        at = self.places[place].start + row
-        recorded = self.measurements[place].placement.samples[int(self.times[place][row])]
+        rank = int(self.times[place][row])
+        number = int(self.numbers[self.places[place].start + row])
+        recorded = self.measurements[place].placement.samples[rank]
         named = {"number": recorded.number, "place": recorded.place}
         if recorded.point is not None:
-            named["point"] = int(self.times[place][row]) + 1
-        return {"socket": recorded.socket, "sample": int(self.numbers[at]), **named}
-
-    def first_from(self, place: int, rank: int) -> dict[str, object]:
-        """Return placement, socket and number of the first sample from a time on."""
-        row = int(np.argmax(self.times[place] == rank))
-        return {**self.named(place), **self.sample(place, row)}
+            named["point"] = rank + 1
+        return {**self.named(place), "socket": recorded.socket, "sample": number, **named}
 
 
 def _ridge(B: np.ndarray, r: np.ndarray, sigma: float) -> np.ndarray:
