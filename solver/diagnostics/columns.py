@@ -115,9 +115,10 @@ def unchanged(robot: Robot) -> ColumnHypothesis:
 
 def signs(robot: Robot, count: int) -> Iterator[ColumnHypothesis]:
     """Return the hypotheses that so many joints have the other sign."""
-    joints, as_recorded = np.arange(len(robot.actuated)), unchanged(robot)
-    for some in combinations(joints, count):
-        yield replace(as_recorded, signs=np.where(np.isin(joints, some), -1.0, 1.0))
+    as_recorded = unchanged(robot)
+    for some in combinations(as_recorded.order, count):
+        flipped = np.isin(as_recorded.order, some)
+        yield replace(as_recorded, signs=np.where(flipped, -1.0, 1.0))
 
 
 def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:

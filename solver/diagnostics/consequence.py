@@ -69,8 +69,11 @@ def consequence_of(finding: Candidate, training: Collection[str] = ()) -> Conseq
 def nominal_errors(scene: Scene) -> float:
     """Return the errors of distances by the nominal model near the recorded places [m]."""
     fit = _Fit(scene, range(len(scene.places)))
-    poses = (scene.q[rows] for rows in scene.places)
-    return max(spread(fit.points(q) - fit.nominal_points(q)) for q in poses)
+    sizes: list[float] = []
+    for rows in scene.places:
+        q = scene.q[rows]
+        sizes.append(spread(fit.points(q) - fit.nominal_points(q)))
+    return max(sizes)
 
 
 def spread(shifts: np.ndarray) -> float:
@@ -79,9 +82,11 @@ def spread(shifts: np.ndarray) -> float:
     The distance of two places changes by the difference of their shifts along one direction: by
     |d_i - d_j| / sqrt(3), of which this is the median over random pairs.
     """
-    pairs = np.random.default_rng(0).integers(len(shifts), size=(2, PAIRS))
-    distances = np.linalg.norm(shifts[pairs[0]] - shifts[pairs[1]], axis=1)
-    return float(np.median(distances[pairs[0] != pairs[1]])) / 3**0.5
+    generator = np.random.default_rng(0)
+    first, second = generator.integers(len(shifts), size=(2, PAIRS))
+    distances = np.linalg.norm(shifts[first] - shifts[second], axis=1)
+    between_two = distances[first != second]
+    return float(np.median(between_two)) / 3**0.5
 
 
 class _Fit:

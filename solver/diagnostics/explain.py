@@ -150,8 +150,11 @@ def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
     """Return a placement with some of its samples, and the number of each in its socket."""
     limit = max(MOST // len(measured.counts), 2)
     numbers = [evenly(count, limit) for count in measured.counts]
-    ranks = [measured.order[s][n] for s, n in zip(measured.slices, numbers, strict=True)]
-    return measured.only(np.sort(np.concatenate(ranks))), np.concatenate(numbers)
+    ranks: list[np.ndarray] = []
+    for rows, chosen in zip(measured.slices, numbers, strict=True):
+        ranks.append(measured.order[rows][chosen])
+    thin = measured.only(np.sort(np.concatenate(ranks)))
+    return thin, np.concatenate(numbers)
 
 
 def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hypothesis, ...]]:

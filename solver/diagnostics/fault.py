@@ -41,7 +41,8 @@ class FaultComparison:
 
     def beside(self, causes: Sequence[Candidate]) -> "FaultComparison":
         """Return the comparison with further causes of the same arm."""
-        evidence = np.logaddexp.reduce([self.evidence, *map(self.factor, causes)])
+        factors = [self.factor(candidate) for candidate in causes]
+        evidence = np.logaddexp.reduce([self.evidence, *factors])
         return replace(self, causes=[*self.causes, *causes], evidence=float(evidence))
 
     @cached_property

@@ -283,9 +283,11 @@ def next_placement(robot: Robot, survey: Survey) -> str:
 
 def farthest_place(centres: np.ndarray) -> np.ndarray:
     """Return a place in front or beside, farthest from centres of shape (P, 3), shape (3,) [m]."""
-    radius = float(np.linalg.norm(centres[:, :2], axis=1).mean())
+    radius = np.linalg.norm(centres[:, :2], axis=1).mean()
+    height = centres[:, 2].mean()
     angles = np.deg2rad(np.arange(-90, 91, 15))
-    heights = np.full(len(angles), centres[:, 2].mean())
-    ring = np.stack([radius * np.cos(angles), radius * np.sin(angles), heights], axis=1)
-    gaps = np.linalg.norm(ring[:, None] - centres, axis=2).min(axis=1)
+    x, y = radius * np.cos(angles), radius * np.sin(angles)
+    ring = np.column_stack([x, y, np.full(len(angles), height)])
+    distances = np.linalg.norm(ring[:, None] - centres, axis=2)
+    gaps = distances.min(axis=1)
     return ring[int(np.argmax(gaps))]

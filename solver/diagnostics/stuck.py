@@ -113,15 +113,18 @@ def _circles(model: RigidModel, x: np.ndarray, q: np.ndarray, joint: int) -> np.
     """Return the balls of N samples with a joint at A angles all round, shape (A, N, 3) [m]."""
     turned = np.repeat(q[None], len(ANGLES), axis=0)
     turned[:, :, joint] += ANGLES[:, None]
-    points = model.points(x, turned.reshape(-1, q.shape[1]))
+    flat = turned.reshape(-1, q.shape[1])
+    points = model.points(x, flat)
     return points.reshape(len(ANGLES), len(q), 3)
 
 
 def _meeting(circles: np.ndarray) -> np.ndarray:
     """Return the place on the circles of few samples that all circles pass nearest, shape (3,)."""
     places = circles[:, :FEW_CIRCLES].reshape(-1, 3)
-    distances = np.linalg.norm(circles[:, :, None] - places, axis=3).min(axis=0)
-    return places[int(np.argmin(np.median(distances, axis=0)))]
+    distances = np.linalg.norm(circles[:, :, None] - places, axis=3)
+    nearest = distances.min(axis=0)
+    farness = np.median(nearest, axis=0)
+    return places[int(np.argmin(farness))]
 
 
 def _candidate(changed: Scene, joint: int, rows: np.ndarray, names: dict[str, str]) -> Candidate:

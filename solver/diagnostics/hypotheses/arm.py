@@ -55,16 +55,20 @@ def _directions(scene: Scene, joint: Joint, unit: str) -> np.ndarray:
     i, parameters = scene.robot.joints.index(joint), scene.parameters
     indices = [k for k, p in enumerate(parameters) if p.joint == joint.name and p.unit == unit]
     components = [parameters[k].index % 3 for k in indices]
-    axes = link_axes(scene.robot)[i if unit == "m" else i + 1]
+    link = i if unit == "m" else i + 1
     directions = np.zeros((len(parameters), 3))
-    directions[indices] = axes if len(indices) == 3 else np.eye(3)[components]
+    if len(indices) == 3:
+        directions[indices] = link_axes(scene.robot)[link]
+    else:
+        directions[indices] = np.eye(3)[components]
     return directions
 
 
 def of_version(scene: Scene) -> Iterable[Block]:
     """Return the block of a model all of whose numbers are wrong."""
-    of_links = VERSION * ~np.array([p.of_ball for p in scene.parameters])
-    yield Block(scene.all_samples, (scene.by_geometry * of_links @ scene.usual)[None], [{}])
+    of_links = ~np.array([p.of_ball for p in scene.parameters])
+    columns = scene.by_geometry * (VERSION * of_links) @ scene.usual
+    yield Block(scene.all_samples, columns[None], [{}])
 
 
 def of_other_arm(scene: Scene) -> Iterable[Block]:

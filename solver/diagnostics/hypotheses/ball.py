@@ -34,20 +34,23 @@ def one_sample(scene: Scene) -> Iterable[Block]:
 def bent(scene: Scene) -> Iterable[Block]:
     """Return blocks of balls that sit elsewhere on the flange from a sample on."""
     of_ball = [i for i, p in enumerate(scene.parameters) if p.of_ball and p.unit == "m"]
-    slopes = scene.by_geometry[:, of_ball].reshape(len(scene.q), 3, 1, -1)
-    return changes(scene, slopes, BENDS) if of_ball else ()
+    if not of_ball:
+        return ()
+    slopes = scene.by_geometry[:, of_ball]
+    return changes(scene, slopes.reshape(-1, 3, 1, len(of_ball)), BENDS)
 
 
 def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
     """Return placements that scatter more than the others: samples, and name."""
-    sizes = np.array([np.mean(scene.remaining[rows] ** 2) ** 0.5 for rows in scene.places])
+    squares = scene.remaining**2
+    sizes = np.array([squares[rows].mean() ** 0.5 for rows in scene.places])
     floors = np.array(scene.floors or sizes)
     for place, rows in enumerate(scene.places if len(sizes) > 1 else ()):
-        usual = [np.median(np.delete(one, place)) for one in (sizes, floors)]
-        here = sizes[place], floors[place]
-        scattered = here[0] > STANDS_OUT * usual[0] or here[1] > STANDS_OUT * usual[1]
+        here = np.array([sizes[place], floors[place]])
+        others = [np.delete(sizes, place), np.delete(floors, place)]
+        scattered = (here > STANDS_OUT * np.median(others, axis=1)).any()
         if scattered and rows.stop - rows.start <= MOST:
-            yield rows, {**scene.named(place), "noise_here": float(max(here))}
+            yield rows, {**scene.named(place), "noise_here": float(here.max())}
 
 
 def loose_here(

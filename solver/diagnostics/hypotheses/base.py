@@ -73,8 +73,8 @@ def moved(scene: Scene) -> Iterable[Block]:
 def turned(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that turned about their first socket before some sample."""
     seats = scene.centres[scene.sockets]
-    arms = np.concatenate([seats[rows] - seats[rows.start] for rows in scene.places])
-    slopes = np.cross([0.0, 0.0, 1.0], arms)
+    arms = [seats[rows] - seats[rows.start] for rows in scene.places]
+    slopes = np.cross([0.0, 0.0, 1.0], np.concatenate(arms))
     return changes(scene, slopes[:, :, None, None], TURNS, throughout=False)
 
 
@@ -83,11 +83,13 @@ def _turns(scene: Scene) -> np.ndarray:
 
     A turn by 1 moves a point by 1 m on average; sockets have no turn.
     """
-    samples, even = scene.samples, np.ones(len(scene.q))
-    arms = scene.offsets - means(scene.offsets, samples, even)[samples.sockets]
+    samples = scene.samples
+    even = np.ones(len(scene.q))
+    middles = means(scene.offsets, samples, even)
+    arms = scene.offsets - middles[samples.sockets]
     squares = means(arms**2, samples, even).mean(axis=1)
-    sizes = np.maximum(squares**0.5, 1e-6)[samples.sockets]
-    return cross_matrices(arms) / sizes[:, None, None]
+    sizes = np.maximum(squares**0.5, 1e-6)
+    return cross_matrices(arms) / sizes[samples.sockets, None, None]
 
 
 def drifting(scene: Scene) -> Iterable[Block]:
@@ -165,10 +167,12 @@ def of_distance(scene: Scene) -> Iterable[Block]:
 
 def of_model(scene: Scene) -> Iterable[Block]:
     """Return the block of one share by which all lengths of the model are too short."""
-    columns = np.append(scene.offsets.ravel(), _of_bases(scene))
-    if columns.any():
-        rows = slice(0 if scene.frames else scene.all_lengths.start, len(columns))
-        yield Block(rows, -columns[None, rows, None], [{}], SHARES)
+    columns = np.append(scene.offsets, _of_bases(scene))
+    if not columns.any():
+        return
+    first = 0 if scene.frames else scene.all_lengths.start
+    rows = slice(first, len(columns))
+    yield Block(rows, -columns[None, rows, None], [{}], SHARES)
 
 
 def _of_bases(scene: Scene) -> np.ndarray:

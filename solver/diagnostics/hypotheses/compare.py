@@ -133,7 +133,8 @@ class Comparison:
 
     def _of(self, kind: Kind) -> Iterator[Candidate]:
         """Return the best candidates of a kind: by few trials of the noise, then by many."""
-        scene, blocks = self.scene, list(kind.blocks(self.scene))
+        scene = self.scene
+        blocks = list(kind.blocks(scene))
         total = sum(len(block.parameters) for block in blocks)
         # the noise of servos is never much less
         usual = NoisePrior(1.5 * scene.noise, scene.noise_width, below=not scene.zeros)
@@ -141,13 +142,20 @@ class Comparison:
         prior = math.log(STEP * kind.prior / max(total, 1))
         for trial, few in self._likeliest(blocks, noise, SEPARATE if kind.separate else REFINED):
             trials = trial * FACTORS
-            ratios = np.logaddexp.reduce(self.evidence.log_ratios(few, trials), axis=1)
+            ratios = self.evidence.log_ratios(few, trials)
             base = self.evidence.log_likelihood(trials) + noise.log_density(trials)
-            logs = ratios + base[:, None]
+            logs = np.logaddexp.reduce(ratios, axis=1) + base[:, None]
             evidence = np.logaddexp.reduce(logs, axis=0) + prior
             best = trials[np.argmax(logs, axis=0)]
-            for c, (log, sigma) in enumerate(zip(evidence.tolist(), best.tolist(), strict=True)):
-                yield Candidate(kind, few.only([c]), log, sigma, scene, self.evidence)
+            for c in range(len(best)):
+                yield Candidate(
+                    kind,
+                    few.only([c]),
+                    float(evidence[c]),
+                    float(best[c]),
+                    scene,
+                    self.evidence,
+                )
 
     def _likeliest(
         self, blocks: Sequence[Block], noise: NoisePrior, count: int

@@ -55,9 +55,11 @@ class LinearEvidence:
         """Return ln p(r) without any further column for each noise, shape (L,)."""
         s2 = sigma**2
         ahead = self._d2 + s2[:, None]
-        squares = self._rr - np.sum(self._b**2 / ahead, axis=1)
+        explained = np.sum(self._b**2 / ahead, axis=1)
+        chi_square = (self._rr - explained) / s2
         spread = np.sum(np.log(ahead / s2[:, None]), axis=1)
-        return self._volume - 0.5 * (self.count * np.log(2 * np.pi * s2) + spread + squares / s2)
+        noise = self.count * np.log(2 * np.pi * s2)
+        return self._volume - 0.5 * (noise + spread + chi_square)
 
     def trials(self, smallest: float, largest: float, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return noises to try, up to beyond the likeliest without further columns, and ln p(r)."""
@@ -70,7 +72,8 @@ class LinearEvidence:
         """Return ln p(r | candidate) - ln p(r) by noise, width and candidate, shape (L, W, C)."""
         M, g = self._information(block, sigma)
         if block.fixed:
-            return (g - 0.5 * M[..., 0])[:, None, :, 0] + block.bonus
+            factors = g - 0.5 * M[..., 0]
+            return factors[:, None, :, 0] + block.bonus
         widths = np.array(block.widths)[:, None, None]
         factors = log_bayes_factor(M[:, None], g[:, None], widths)
         return factors + block.bonus - np.log(len(widths))
@@ -100,14 +103,18 @@ class LinearEvidence:
         flat = block.columns.transpose(1, 0, 2).reshape(R, C * k)
         white = self._white(block.rows, flat)
         A = white.reshape(R, C, k).transpose(1, 2, 0)
-        along = (self._B[block.rows].T @ white).reshape(len(self._d2), C, k)
+        along = self._B[block.rows].T @ white
+        along = along.reshape(len(along), C, k)
         s2 = sigma**2
         f = 1 / (self._d2 + s2[:, None])
         if C == 1:
             T = along[:, 0]
             explained = np.array([[T.T @ (shares[:, None] * T)] for shares in f])
         else:
-            explained = np.tensordot(f, along[..., :, None] * along[..., None, :], 1)
-        M = (A @ A.transpose(0, 2, 1) - explained) / s2[:, None, None, None]
-        g = (A @ self.r[block.rows] - np.tensordot(f * self._b, along, 1)) / s2[:, None, None]
+            pairs = along[..., :, None] * along[..., None, :]
+            explained = np.tensordot(f, pairs, 1)
+        squares = A @ A.transpose(0, 2, 1) - explained
+        pulls = A @ self.r[block.rows] - np.tensordot(f * self._b, along, 1)
+        M = squares / s2[:, None, None, None]
+        g = pulls / s2[:, None, None]
         return M, g

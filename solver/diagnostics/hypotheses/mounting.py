@@ -31,14 +31,19 @@ def mounted(scene: Scene) -> Iterable[Block]:
         return
     said = np.array(scene.load.gravity)
     strength = float(np.linalg.norm(said))
-    directions = [np.array(d, float) for d in product((-1, 0, 1), repeat=3)]
-    units = [d / np.linalg.norm(d) for d in directions if 0 < np.count_nonzero(d) < 3]
-    others = [strength * unit for unit in units if unit @ said < ALIKE * strength]
+    others: list[np.ndarray] = []
+    for components in product((-1.0, 0.0, 1.0), repeat=3):
+        direction = np.array(components)
+        if 0 < np.count_nonzero(direction) < 3:
+            unit = direction / np.linalg.norm(direction)
+            if unit @ said < ALIKE * strength:
+                others.append(strength * unit)
     as_said, *logs = _logs(scene, [said, *others])
     for gravity, log in zip(others, logs, strict=True):
         numbers = (gravity + 0.0).tolist()
         option = " ".join(f"{g:.3g}" for g in numbers)
-        yield without_columns({"gravity": gravity.tolist(), "option": option}, log - as_said)
+        names = {"gravity": gravity.tolist(), "option": option}
+        yield without_columns(names, log - as_said)
 
 
 def _logs(scene: Scene, directions: list[np.ndarray]) -> list[float]:

@@ -18,6 +18,8 @@ CENTRE, TURN = 0.3, 1.0
 """Widths of the priors of a socket's centre, and of a frame's turn, about the fit's [m], [rad]."""
 SIDES = 0.4
 """Share of the play by which the rest of a joint differs from socket to socket."""
+SHORTEST = 0.05
+"""Least distance of the balls from a joint that is reckoned with [m]."""
 DISTANCE_WEIGHT = 3.0
 """Weight of a distance relative to a sample: centres err by a third of a sample's noise, since the
 errors of samples are correlated."""
@@ -57,11 +59,12 @@ def of_play(by_joints: np.ndarray, sockets: np.ndarray, noise: float) -> np.ndar
 
     Gears with play rest on one side there.
     """
-    lever = np.sqrt(np.mean(np.sum(by_joints**2, axis=1), axis=0)).clip(min=0.05)
-    turned = by_joints * (SIDES * noise / lever)
-    in_seat = np.eye(int(sockets.max()) + 1)[sockets]
-    columns = in_seat[:, None, :, None] * turned[:, :, None]
-    return columns.reshape(3 * len(turned), -1)
+    squares = np.sum(by_joints**2, axis=1)
+    levers = np.sqrt(np.mean(squares, axis=0)).clip(min=SHORTEST)
+    shifts = by_joints * (SIDES * noise / levers)
+    seats = np.eye(int(sockets.max()) + 1)
+    columns = seats[sockets][:, None, :, None] * shifts[:, :, None]
+    return columns.reshape(3 * len(shifts), -1)
 
 
 def of_calipers(known: Sequence[Known[int]]) -> np.ndarray:

@@ -9,7 +9,6 @@ the ball: its place on the flange is unknown anyway.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 
@@ -25,6 +24,8 @@ LEVER = np.full(3, 0.06)
 """Place of that point on the target [m]: off any axis of its frame, so that all joints move it."""
 SMALLEST = 1e-7
 """Noise is never taken for less [m]."""
+CHI_SQUARE = 2.366
+"""Median of chi-square with 3 degrees of freedom."""
 ROUNDS = 5
 """Times that weights follow from the errors that are left."""
 
@@ -67,9 +68,14 @@ class Samples:
 
     def thinned(self, enough: int, minimum: int = 1) -> "Samples":
         """Return about so many of the samples, evenly from each socket, and so many of it."""
-        enough = max(enough // self.count, minimum)
-        few = np.concatenate([rows[evenly(len(rows), enough)] for rows in self.rows])
-        return Samples(self.positions[few], self.sockets[few], self.measured[few])
+        most = max(enough // self.count, minimum)
+        chosen = [rows[evenly(len(rows), most)] for rows in self.rows]
+        few = np.concatenate(chosen)
+        return Samples(
+            self.positions[few],
+            self.sockets[few],
+            self.measured[few],
+        )
 
     @cached_property
     def frames(self) -> list[int]:
@@ -82,11 +88,13 @@ class Samples:
         Points have shape (N, V, 3) [m], their weights (N, V); sockets have no rotation.
         """
         V = points.shape[1]
-        R = np.tile(np.eye(3), (self.count, V, 1, 1))
-        for k, v in product(self.frames, range(V)):
+        turns = np.tile(np.eye(3), (self.count, V, 1, 1))
+        for k in self.frames:
             rows = self.rows[k]
-            R[k, v] = kabsch(self.measured[rows], points[rows, v], weights[rows, v]).rotation
-        return R
+            for v in range(V):
+                pose = kabsch(self.measured[rows], points[rows, v], weights[rows, v])
+                turns[k, v] = pose.rotation
+        return turns
 
     def robustly_aligned(self, points: np.ndarray) -> np.ndarray:
         """Return the same of one model's balls, shape (N, 3), by robust weights, (S, 3, 3)."""
@@ -164,23 +172,32 @@ def medians(points: np.ndarray, samples: Samples) -> np.ndarray:
 
 def means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
     """Return the weighted mean in each socket of values of shape (N, ...)."""
-    weights = weights.reshape(*weights.shape, *[1] * (values.ndim - weights.ndim))
-    sums = np.add.reduceat((weights * values)[samples.order], samples.starts, axis=0)
-    return sums / np.add.reduceat(weights[samples.order], samples.starts, axis=0)
+    order, starts = samples.order, samples.starts
+    added = values.ndim - weights.ndim
+    weights = weights.reshape(*weights.shape, *[1] * added)
+    weighted = weights * values
+    sums = np.add.reduceat(weighted[order], starts, axis=0)
+    totals = np.add.reduceat(weights[order], starts, axis=0)
+    return sums / totals
 
 
 def median(values: np.ndarray) -> np.ndarray:
     """Return the median over the first axis; for few values NumPy's own takes ten times as long."""
-    values, n = np.sort(values, axis=0), len(values)
-    return (values[(n - 1) // 2] + values[n // 2]) / 2
+    ascending = np.sort(values, axis=0)
+    n = len(values)
+    below = ascending[(n - 1) // 2]
+    above = ascending[n // 2]
+    return (below + above) / 2
 
 
 def typical(errors: np.ndarray) -> np.ndarray:
     """Return the scale of errors per axis, shape (N, ..., 3), by their median, shape (...) [m]."""
-    square = median(np.einsum("...i,...i->...", errors, errors))
-    return np.maximum(square / 2.366, SMALLEST**2) ** 0.5  # 2.366: the median of chi2 with 3
+    squares = np.einsum("...i,...i->...", errors, errors)
+    variance = median(squares) / CHI_SQUARE
+    return np.maximum(variance, SMALLEST**2) ** 0.5
 
 
 def robust_weights(errors: np.ndarray, noise: float | np.ndarray) -> np.ndarray:
     """Return the robust weight of each error, shape (N, ..., 3), for a noise s [m]."""
-    return student_weights(np.einsum("...i,...i->...", errors, errors) / noise**2, NU)
+    squares = np.einsum("...i,...i->...", errors, errors)
+    return student_weights(squares / noise**2, NU)

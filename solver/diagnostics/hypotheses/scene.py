@@ -252,14 +252,17 @@ class Scene:
     def by_readings(self) -> np.ndarray:
         """Derivatives of the balls by true positions and tilts, whatever the load, (N, 3, 3 m)."""
         turned, turns = design_matrix(self.effects, self.as_readings)
-        true = deflected(self.q, turned, turns, self.start[len(self.parameters) :])
-        return self.model.ball.linearise(self.model.values(self.start), true).by_joints
+        coefficients = self.start[len(self.parameters) :]
+        true = deflected(self.q, turned, turns, coefficients)
+        values = self.model.values(self.start)
+        return self.model.ball.linearise(values, true).by_joints
 
     def of_effects(self, readings: Readings) -> np.ndarray:
         """Return derivatives of samples' residuals by effects, in their widths, (3 N, p)."""
         turned, turns = design_matrix(self.effects, readings)
-        columns = -(self.by_readings[:, :, turned] * turns[:, None])
-        return columns.reshape(3 * len(self.q), -1) * self.widths_of_effects(readings)
+        slopes = -self.by_readings[:, :, turned] * turns[:, None]
+        columns = slopes.reshape(3 * len(self.q), -1)
+        return columns * self.widths_of_effects(readings)
 
     def widths_of_effects(self, readings: Readings) -> np.ndarray:
         """Return the widths of effects' coefficients by how much they turn the joints, (p,)."""
@@ -291,7 +294,8 @@ class Scene:
         """Return the scene about the sockets' most probable centres by the samples alone."""
         rows = self.all_samples
         x = _ridge(self.nuisances[rows], self.residuals[rows], sigma)
-        shifts = nuisances.CENTRE * x[: self.centres.size].reshape(-1, 3)
+        of_centres = x[: self.centres.size].reshape(-1, 3)
+        shifts = nuisances.CENTRE * of_centres
         return replace(self, centres=self.centres + shifts)
 
     def left_of(self, residuals: np.ndarray) -> np.ndarray:
