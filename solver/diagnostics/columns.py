@@ -257,22 +257,28 @@ def _candidate(
     best = sound_recordings(changed)
     joints, offsets = np.flatnonzero(hypothesis.offsets).tolist(), hypothesis.offsets.copy()
     for block in of_zero(changed) if joints and placement is None else ():
-        columns = block.columns[joints, :, 0].T[None]
-        excess = best.evidence.posterior(replace(block, columns=columns), best.sigma)[0]
+        columns = block.columns[joints, :, 0].T
+        together = replace(block, columns=columns[None])
+        excess, _ = best.evidence.posterior(together, best.sigma)
         offsets[joints] -= excess
     hypothesis = replace(hypothesis, offsets=offsets)
     names, after = hypothesis.robot.joint_names, best.sigma
+    blamed = chain.from_iterable(hypothesis.mistakes.values())
     parameters: dict[str, object] = {
-        "joints": ", ".join(names[j] for j in chain(*hypothesis.mistakes.values())),
+        "joints": ", ".join(names[joint] for joint in blamed),
         "offsets": hypothesis.offsets.tolist(),
         "order": hypothesis.order.tolist(),
     }
     if placement is not None:
         parameters["placement"] = placement
-    gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
-    form = f"{hypothesis.text} the error {gain if after < 0.9 * before else 'needs no other cause'}"
-    form = form.replace("{", "{{").replace("}", "}}")
-    kind = OF_COLUMNS[hypothesis.name]
-    advice = "; ".join(OF_COLUMNS[mistake].advice for mistake in hypothesis.mistakes)
+    gain = "needs no other cause"
+    if after < 0.9 * before:
+        gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
+    form = f"{hypothesis.text} the error {gain}"
+    kind = replace(
+        OF_COLUMNS[hypothesis.name],
+        form=form.replace("{", "{{").replace("}", "}}"),
+        advice="; ".join(OF_COLUMNS[mistake].advice for mistake in hypothesis.mistakes),
+    )
     prior = float(np.log(kind.prior / len(names)))
-    return best.as_cause(replace(kind, form=form, advice=advice), parameters, prior)
+    return best.as_cause(kind, parameters, prior)

@@ -56,12 +56,15 @@ def consequence_of(finding: Candidate, training: Collection[str] = ()) -> Conseq
     scene = finding.scene
     if finding.kind.noise is not None:
         return None
-    pairs = enumerate(scene.measurements)
-    counted = [p for p, m in pairs if not training or m.name in training]
+    names = [m.name for m in scene.measurements]
+    counted = [p for p, name in enumerate(names) if not training or name in training]
     plain_fit, fit = _Fit(scene, counted), _Fit(finding.after(), counted)
-    poses = [workspace(scene.robot, POSES), *(scene.q[scene.places[p]] for p in counted)]
-    shifts = [spread(fit.points(q, finding) - plain_fit.points(q)) for q in poses]
-    before = [spread(plain_fit.points(q) - plain_fit.nominal_points(q)) for q in poses]
+    shifts: list[float] = []
+    before: list[float] = []
+    for q in (workspace(scene.robot, POSES), *(scene.q[scene.places[p]] for p in counted)):
+        points = plain_fit.points(q)
+        shifts.append(spread(fit.points(q, finding) - points))
+        before.append(spread(points - plain_fit.nominal_points(q)))
     place = 1 + int(np.argmax(shifts[1:]))
     return Consequence(shifts[place], shifts[0], before[place], before[0])
 

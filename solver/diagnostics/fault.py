@@ -71,11 +71,6 @@ class FaultComparison:
         return tuple(rivals.values())
 
 
-def evidence_of(candidates: Sequence[Candidate]) -> float:
-    """Return the logarithm of the evidence of several candidates together."""
-    return float(np.logaddexp.reduce([candidate.log_evidence for candidate in candidates]))
-
-
 def fault_of(candidate: Candidate, evidence: float) -> Fault:
     """Return a candidate as a fault, with the samples from its first one on."""
     scene, p = candidate.scene, candidate.parameters

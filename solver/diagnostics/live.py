@@ -14,7 +14,7 @@ from ...recorder import Placement
 from ..data import Measurement, RobotRecordings, places_of
 from ..robot import Robot
 from .explain import scene_of
-from .fault import Fault, FaultComparison, evidence_of, fault_of
+from .fault import Fault, FaultComparison, fault_of
 from .hypotheses import (
     COARSE,
     CURABLE,
@@ -124,12 +124,12 @@ class LiveCheck:
         arms = [replace(scene, play=play, wide=max(WIDES)) for play in PLAYS if scene.zeros]
         arms = arms or [replace(scene, wide=wide) for wide in WIDES]
         comparisons = [Comparison(arm, self._kinds, SHARE).candidates for arm in arms]
-        sound = [candidates[0].log_evidence for candidates in comparisons]
-        causes = [evidence_of(candidates[1:]) for candidates in comparisons]
-        evidence = np.logaddexp.reduce(causes) - np.logaddexp.reduce(sound)
-        likeliest = int(np.argmax(np.logaddexp(causes, sound)))
-        first, *others = comparisons[likeliest]
-        return FaultComparison(first, others, float(evidence))
+        logs = [[c.log_evidence for c in candidates] for candidates in comparisons]
+        evidence_of_arms = [np.logaddexp.reduce(logs_of_arm) for logs_of_arm in logs]
+        of_sound = np.logaddexp.reduce([sound for sound, *_ in logs])
+        of_causes = np.logaddexp.reduce([*chain.from_iterable(causes for _, *causes in logs)])
+        first, *others = comparisons[int(np.argmax(evidence_of_arms))]
+        return FaultComparison(first, others, float(of_causes - of_sound))
 
     def _relabelled(
         self, placements: Sequence[Placement], comparison: FaultComparison

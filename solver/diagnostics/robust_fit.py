@@ -124,17 +124,19 @@ class RigidModel:
         for _ in range(SEED_ITERATIONS):
             noise = typical(e)
             weights = robust_weights(e, noise)
-            with_turns = _with_turns(values, offsets, samples, weights)
-            centred = with_turns - means(with_turns, samples, weights)[samples.sockets]
-            slopes = centred[..., 1:].swapaxes(0, 1).reshape(V, 3 * N, -1)
+            places = _with_turns(values, offsets, samples, weights)
+            centres = means(places, samples, weights)
+            centred = places - centres[samples.sockets]
+            by_variant = centred.swapaxes(0, 1).reshape(V, 3 * N, -1)
+            off, slopes = by_variant[..., :1], by_variant[..., 1:]
             A = (slopes * np.repeat(weights.T, 3, axis=1)[:, :, None]).swapaxes(1, 2)
-            H = A @ slopes + np.eye(len(widths)) * (noise[:, None, None] / widths) ** 2
-            e = centred[..., 0].swapaxes(0, 1).reshape(V, 3 * N, 1)
-            steps = np.linalg.solve(H, A @ e)
+            prior = np.eye(len(widths)) * (noise[:, None, None] / widths) ** 2
+            steps = np.linalg.solve(A @ slopes + prior, A @ off)
             offsets = steps[:, : 3 + J, 0]
-            e = (e - slopes @ steps).reshape(V, N, 3).swapaxes(0, 1)
+            e = (off - slopes @ steps).reshape(V, N, 3).swapaxes(0, 1)
+        weights = robust_weights(e, noise)
         errors = np.linalg.norm(e, axis=2)
-        return offsets, np.average(errors, axis=0, weights=robust_weights(e, noise))
+        return offsets, np.average(errors, axis=0, weights=weights)
 
     def fitted(self, samples: Samples) -> Robot:
         """Return the arm as some samples show it."""

@@ -42,24 +42,26 @@ def changes(
         times, sockets = scene.times[place], scene.sockets[rows]
         cuts = np.linspace(SIDE, len(times) - SIDE, min(len(times), MOST_CUTS))
         ranks = np.unique(cuts.astype(int))
+        after = times >= ranks[:, None]
         in_socket = sockets == np.unique(sockets)[:, None]
-        counts: np.ndarray = (times >= ranks[:, None]).astype(int) @ in_socket.T
+        counts: np.ndarray = after.astype(int) @ in_socket.T
         # where whole sockets moved alone, their centres hold that
-        partly = np.logical_and(counts != 0, counts != in_socket.sum(axis=1)).any(axis=1)
-        ranks = ranks[partly]
+        partly = (counts != 0) & (counts != in_socket.sum(axis=1))
+        ranks = ranks[partly.any(axis=1)]
         shares_frame = np.isin(scene.sockets, sockets).sum() > len(times)
         if (throughout and len(scene.places) > 1) or shares_frame:
             ranks = np.append(0, ranks)
         if not len(ranks):
             continue
-        C, k = slopes.shape[2:]
+        C = slopes.shape[2]
         after = times >= ranks[:, None]
-        columns = after[:, None, :, None, None] * slopes[rows].transpose(2, 0, 1, 3)
+        of_candidates = slopes[rows].transpose(2, 0, 1, 3)
+        columns = after[:, None, :, None, None] * of_candidates
         names: list[Parameters] = []
         for rank in ranks.tolist():
             first = scene.sample(place, int(np.argmax(times == rank)))
             names += [{**first, "throughout": float(rank == 0)}] * C
-        yield of_samples(rows, columns.reshape(len(names), -1, k), names, widths)
+        yield of_samples(rows, columns, names, widths)
 
 
 def moved(scene: Scene) -> Iterable[Block]:

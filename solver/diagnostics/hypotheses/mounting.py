@@ -50,30 +50,31 @@ def _logs(scene: Scene, directions: list[np.ndarray]) -> list[float]:
     """Return the logarithm of the evidence by direction of gravity."""
     some = evenly(len(scene.q), MOST)
     of_some = (3 * some[:, None] + np.arange(3)).ravel()
-    every = np.arange(len(scene.residuals))
-    rows = np.append(of_some, every[scene.all_lengths])
+    of_lengths = np.arange(len(scene.residuals))[scene.all_lengths]
+    rows = np.append(of_some, of_lengths)
     elastic = np.flatnonzero(scene.is_elastic)
     columns: list[np.ndarray] = []
     for gravity in directions:
         load = replace(scene.load, gravity=tuple(gravity.tolist()))
         of_effects = scene.of_effects(scene.readings_under(load))
-        columns.append(of_effects[np.ix_(of_some, elastic)])
-    first = scene.centres.size + len(scene.parameters)
-    others = np.delete(scene.nuisances, first + elastic, axis=1)
-    evidence = LinearEvidence(scene.residuals[rows], others[rows])
+        columns.append(of_effects[of_some][:, elastic])
     nameless: list[Parameters] = [{}] * len(columns)
     block = Block(slice(0, len(of_some)), np.array(columns), nameless)
+    first = scene.centres.size + len(scene.parameters)
+    others = np.delete(scene.nuisances[rows], first + elastic, axis=1)
+    evidence = LinearEvidence(scene.residuals[rows], others)
     trials, base = evidence.trials(LEAST * scene.noise, LARGEST, TRIALS)
     noise = NoisePrior(1.5 * scene.noise, scene.noise_width, below=True)
     density = base + noise.log_density(trials)
-    logs = evidence.log_ratios(block, trials)[:, 0] + density[:, None]
-    likeliest: list[int] = np.argmax(logs, axis=0).tolist()
-    for c, trial in enumerate(likeliest):
-        mean, covariance = evidence.posterior(block.only([c]), float(trials[trial]))
+    logs_by_trial = evidence.log_ratios(block, trials)[:, 0] + density[:, None]
+    logs: list[float] = []
+    for c, log_by_trial in enumerate(logs_by_trial.T):
+        likeliest = int(np.argmax(log_by_trial))
+        mean, covariance = evidence.posterior(block.only([c]), float(trials[likeliest]))
         deviations = mean / np.sqrt(2 * np.diag(covariance))
         positive = [max(math.erfc(-d), 1e-30) for d in deviations.tolist()]
-        logs[trial, c] += sum(map(math.log, positive))
-    return [float(logs[trial, c]) for c, trial in enumerate(likeliest)]
+        logs.append(float(log_by_trial[likeliest]) + sum(map(math.log, positive)))
+    return logs
 
 
 def stands(parameters: Parameters) -> str:
