@@ -136,17 +136,19 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
     cells = np.floor(places)
     sides = np.where(places - cells < 0.5, -1, 1)
     steps = np.array([*product((0, 1), repeat=len(widest))])
-    neighbours = (cells[:, None] + steps * sides[:, None]).tolist()
+    neighbours = cells[:, None] + steps * sides[:, None]
+    of_rows = [[tuple(cell) for cell in cells_of_row] for cells_of_row in neighbours.tolist()]
     members: dict[tuple[float, ...], list[int]] = {}
     nearest: dict[int, int] = {}
     for i, row in enumerate(rows):
-        beside = (members.get(tuple(cell), ()) for cell in neighbours[i])
-        candidates = sorted(chain.from_iterable(beside))
-        close = np.abs(rows[candidates] - row).max(axis=1) < NEAR if candidates else np.zeros(1)
-        if close.any():
-            nearest[i] = candidates[int(np.argmax(close))]
+        beside = (members.get(cell, ()) for cell in of_rows[i])
+        candidates = np.array(sorted(chain.from_iterable(beside)), dtype=np.int64)
+        distances = np.abs(rows[candidates] - row).max(axis=1)
+        close = np.flatnonzero(distances < NEAR)
+        if len(close):
+            nearest[i] = int(candidates[close[0]])
         else:
-            members.setdefault(tuple(neighbours[i][0]), []).append(i)
+            members.setdefault(of_rows[i][0], []).append(i)
     return nearest
 
 

@@ -122,7 +122,7 @@ def scene_of(
         noise=SERVOS if model.zeros else max(RESOLUTION, repeatability or USUAL),
         noise_width=width,
         zeros=model.zeros,
-        sample_numbers=np.concatenate(numbers),
+        numbers=np.concatenate(numbers),
     )
 
 
@@ -293,10 +293,14 @@ def listed_of(
     for candidate in sorted(candidates, key=lambda c: -round(c.log_evidence, 6)):
         best.setdefault(candidate.kind.name, candidate)
     likely = sorted((n for n in best if shares[n] >= LISTED), key=lambda n: -shares[n])
-    rivals = {n for n in best if _fits_as_well(best[n], best[likely[0]])}
-    names = [*likely, *(n for n in best if n in rivals and n not in likely)]
-    hypotheses = {name: best[name].hypothesis(shares[name]) for name in names}
-    return tuple(replace(h, fits_as_well=name in rivals) for name, h in hypotheses.items())
+    first = best[likely[0]]
+    rivals = {n for n, candidate in best.items() if _fits_as_well(candidate, first)}
+    others = [n for n in best if n in rivals and n not in likely]
+    hypotheses: list[Hypothesis] = []
+    for name in likely + others:
+        hypothesis = best[name].hypothesis(shares[name])
+        hypotheses.append(replace(hypothesis, fits_as_well=name in rivals))
+    return tuple(hypotheses)
 
 
 def _fits_as_well(candidate: Candidate, first: Candidate) -> bool:

@@ -63,11 +63,12 @@ class FaultComparison:
     def rivals(self) -> tuple[Fault, ...]:
         """The best of each other kind that is nearly as probable, the most probable first."""
         rivals = dict[str, Fault]()
+        best = self.factor(self.best)
         for candidate in sorted(self.causes, key=self.factor, reverse=True):
             name = candidate.kind.name
-            is_near = self.factor(self.best) - self.factor(candidate) < RIVAL
-            if is_near and name not in (self.best.kind.name, *rivals):
-                rivals[name] = fault_of(candidate, self.factor(candidate))
+            factor = self.factor(candidate)
+            if best - factor < RIVAL and name not in (self.best.kind.name, *rivals):
+                rivals[name] = fault_of(candidate, factor)
         return tuple(rivals.values())
 
 

@@ -115,10 +115,11 @@ def _gain(scene: Scene, width: np.ndarray, trials: np.ndarray) -> float:
     e, J = scene.remaining, scene.by_joints * width
     even = max(float(np.mean(e**2)), 1e-14)
     alike = -1.5 * len(e) * (np.log(even) + 1)
-    variances, axes = np.linalg.eigh(J @ J.transpose(0, 2, 1))
-    along = np.einsum("nij,ni->nj", axes, e) ** 2
-    of_joints = variances * trials[:, None, None] ** 2
-    of_ball = (np.array([1.0, 0.5]) * scene.noise) ** 2
-    v = of_joints + of_ball[:, None, None, None]
-    logs: np.ndarray = -0.5 * (along / v + np.log(v)).sum(axis=(2, 3))
+    squares, axes = np.linalg.eigh(J @ J.transpose(0, 2, 1))
+    along = np.einsum("nij,ni->nj", axes, e)
+    of_joints = squares * trials[:, None, None] ** 2
+    of_ball = scene.noise * np.array([1.0, 0.5])
+    variances = of_joints + of_ball[:, None, None, None] ** 2
+    terms = along**2 / variances + np.log(variances)
+    logs: np.ndarray = -0.5 * terms.sum(axis=(2, 3))
     return INDEPENDENT * (float(logs.max()) - alike)

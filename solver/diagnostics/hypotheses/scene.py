@@ -47,6 +47,8 @@ class Scene:
     """Expected of a sound recording, per axis [m]."""
     noise_width: float
     """Of its logarithm, above that."""
+    numbers: np.ndarray
+    """Number of each sample in its socket, from 0; some may have been left out, shape (N,)."""
     R: np.ndarray
     """Rotations of the seats, shape (S, 3, 3); of sockets they are 1."""
     floors: tuple[float, ...] = ()
@@ -57,8 +59,6 @@ class Scene:
     """True where joints have offsets of degrees, and gears have play."""
     readings: np.ndarray | None = None
     """Corrected joint positions, shape (N, m); None for those recorded."""
-    sample_numbers: np.ndarray | None = None
-    """Number of each sample in its socket, where some were left out, shape (N,)."""
     play: float = BACKLASH.typical_shift
     """Half of the play that joints of servo arms have [rad]."""
     wide: float = 1.0
@@ -101,13 +101,6 @@ class Scene:
     def seats(self) -> np.ndarray:
         """Where each sample has the place of its seat, Phi(q) - R y, shape (N, 3) [m]."""
         return self.linear[0] - self.offsets
-
-    @cached_property
-    def numbers(self) -> np.ndarray:
-        """Number of each sample in its socket, from 0, shape (N,)."""
-        if self.sample_numbers is not None:
-            return self.sample_numbers
-        return np.concatenate([np.arange(n) for m in self.measurements for n in m.counts])
 
     @cached_property
     def places(self) -> tuple[slice, ...]:
