@@ -3,7 +3,8 @@
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import chain
+from functools import cached_property
+from itertools import chain, compress
 from math import log
 
 import numpy as np
@@ -94,17 +95,21 @@ def select_models(
     movements, reported = movements_by_evidence(max(tried.models, key=_evidence))
     if any(line.kept for line in reported):  # all again beside these
         tried = _search(refit(geometric, movements=movements), scalar, progress)
-    models, words = _supported([*tried.models, *_by_type(tried.fits, of_type, progress)])
-    probabilities = model_probabilities(models)
-    mean = averaged(models, probabilities) if len(models) > 1 else models[0]
-    result, note = mean, ""
+    choice = _supported([*tried.models, *_by_type(tried.fits, of_type, progress)])
+    mean = result = choice.mean
+    note = ""
     if CURVE.extension in stages:
         result, note = with_joint_curves(mean, beside_curves(mean, tried.models), progress)
     if result.active != mean.active:
-        models, probabilities, words = [result], np.ones(1), "; beside curves"
-    notes = _notes(tried, of_type, models, probabilities, words)
-    notes += [f"{CURVE.extension}: {note}"] if note else []
-    notes += [joint_offsets_in_words(result.arm)] if zeros else []
+        choice = _Choice([result], "; beside curves")
+    notes = [f"{stage}: {choice.note(stage, gain)}" for stage, gain in tried.gains.items()]
+    if of_type:
+        share = choice.share(lambda fit: bool(fit.model.of_type))
+        notes.append(f"type prior: counts by {100 * share:.0f} %")
+    if note:
+        notes.append(f"{CURVE.extension}: {note}")
+    if zeros:
+        notes.append(joint_offsets_in_words(result.arm))
     return Selected(result, tuple(notes), reported)
 
 
@@ -112,34 +117,8 @@ def _evidence(model: FitPosterior) -> float:
     return model.log_evidence
 
 
-def _needs_load(extension: str) -> bool:
-    return any(EFFECTS[effect].shared_by_type for effect in EXTENSIONS[extension])
-
-
 def _required(extension: str) -> set[str]:
     return {EFFECTS[effect].requires for effect in EXTENSIONS[extension]}
-
-
-def _notes(
-    tried: "_Tried",
-    of_type: Mapping[str, Expected],
-    models: Sequence[FitPosterior],
-    probabilities: np.ndarray,
-    words: str,
-) -> list[str]:
-    """Return what became of each extension, and of what is known of the robot's type."""
-    notes: list[str] = []
-    for stage, gain in tried.gains.items():
-        active = [bool({*EXTENSIONS[stage]} & {*model.active}) for model in models]
-        note = _note(gain, float(probabilities[active].sum()), words)
-        if not models[0].data.torques.any() and _needs_load(stage):
-            note = NO_MASSES
-        notes.append(f"{stage}: {note}")
-    if of_type:
-        by_type = [bool(model.model.of_type) for model in models]
-        share = 100 * float(probabilities[by_type].sum())
-        notes.append(f"type prior: counts by {share:.0f} %")
-    return notes
 
 
 def _effects_of(robot: Robot, prior: GivenPrior | None, seen: Collection[str]) -> tuple[str, ...]:
@@ -212,13 +191,52 @@ def _by_type(
     return list({model.active: model for model in models.values()}.values())
 
 
-def _supported(models: list[FitPosterior]) -> tuple[list[FitPosterior], str]:
-    """Return the models that count, the geometry alone or the probable ones, and words on why."""
+@dataclass(frozen=True)
+class _Choice:
+    """The models that count."""
+
+    models: Sequence[FitPosterior]
+    reason: str = ""
+    """Why these count, in words."""
+
+    @cached_property
+    def probabilities(self) -> np.ndarray:
+        """Probability of each model."""
+        return model_probabilities(self.models)
+
+    @property
+    def mean(self) -> FitPosterior:
+        """The mean of the models."""
+        only, *others = self.models
+        return averaged(self.models, self.probabilities) if others else only
+
+    def share(self, counts: Callable[[FitPosterior], bool]) -> float:
+        """Return the probability of all models that count."""
+        return float(self.probabilities[[counts(model) for model in self.models]].sum())
+
+    def note(self, extension: str, gain: float | None) -> str:
+        """Return what became of an extension by which the evidence rose, in words."""
+        effects = [EFFECTS[name] for name in EXTENSIONS[extension]]
+        if not self.models[0].data.torques.any() and any(e.shared_by_type for e in effects):
+            return NO_MASSES
+        if gain is None:
+            return "not supported by the data (with it, the fit does not settle)"
+        evidence = f"(log evidence {gain:+.1f})"
+        probability = self.share(lambda fit: bool({*EXTENSIONS[extension]} & {*fit.active}))
+        if not probability:
+            return f"not supported by the data {evidence}{self.reason}"
+        if probability > 1 - LIKELY:
+            return f"kept {evidence}{self.reason}"
+        weight = f"{100 * probability:.0f} % probable, averaged in with that weight"
+        return f"kept: {weight} {evidence}{self.reason}"
+
+
+def _supported(models: list[FitPosterior]) -> _Choice:
+    """Return the models that count: the geometry alone, or the probable ones."""
     geometric, best = models[0], max(models, key=_evidence)
     if best.log_evidence - geometric.log_evidence < LOG_BAYES_FACTOR:
-        return [geometric], ""
-
-    words = ""
+        return _Choice([geometric])
+    reason = ""
     if len(best.data.placements) >= ENOUGH_PLACEMENTS:
         candidates = [m for m in models if not m.model.of_type]
         best_alone = max(candidates, key=_evidence)
@@ -230,24 +248,12 @@ def _supported(models: list[FitPosterior]) -> tuple[list[FitPosterior], str]:
                     models, after = candidates, before
             helps, spread = mean_fall(held_out_errors(geometric), after)
         except NotConverged:
-            return [geometric], "; the fit does not settle without each placement"
-        words = (
+            return _Choice([geometric], "; the fit does not settle without each placement")
+        reason = (
             f"; where one placement is left out, all together lower errors by {1e3 * helps:.4f} "
             f"+- {1e3 * spread:.4f} mm"
         )
         if helps <= spread:
-            return [geometric], words
-    probable = zip(models, model_probabilities(models), strict=True)
-    return [model for model, probability in probable if probability > LIKELY], words
-
-
-def _note(gain: float | None, probability: float, words: str) -> str:
-    if gain is None:
-        return "not supported by the data (with it, the fit does not settle)"
-    evidence = f"(log evidence {gain:+.1f})"
-    if not probability:
-        return f"not supported by the data {evidence}{words}"
-    if probability > 1 - LIKELY:
-        return f"kept {evidence}{words}"
-    weight = f"{100 * probability:.0f} % probable, averaged in with that weight"
-    return f"kept: {weight} {evidence}{words}"
+            return _Choice([geometric], reason)
+    probable = compress(models, model_probabilities(models) > LIKELY)
+    return _Choice([*probable], reason)

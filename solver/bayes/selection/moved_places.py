@@ -1,8 +1,10 @@
 """The choice of how places moved while they were recorded, by the evidence of the whole fit."""
 
+from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from heapq import nlargest
 from itertools import chain
 from math import log
 
@@ -42,36 +44,42 @@ def movements_by_evidence(
 ) -> tuple[tuple[Movement, ...], tuple[FoundMovement, ...]]:
     """Return the movements to put into the model beside its own, and all that are reported."""
     data = posterior.data
-    places, movements, lines = (
-        list(data.placements),
-        [*posterior.objective.movements],
-        list[FoundMovement](),
-    )
-    candidates = {place: movements_of(data, place) for place in places}
-    while places:
-        tried = list(chain.from_iterable(candidates[place] for place in places))
-        rises = [_rise(posterior, movement) - _price(movement, tried) for movement in tried]
-        ranked = sorted((rise, i) for i, rise in enumerate(rises))
-        best, gain = posterior, -np.inf
-        for rough, i in ranked[: -CLOSELY - 1 : -1]:
-            if rough < HINT:
-                break
-            with suppress(NotConverged):
-                with_it = refit(posterior, movements=(*movements, tried[i]))
-                rise = with_it.log_evidence - posterior.log_evidence - _price(tried[i], tried)
-                best, gain = (with_it, rise) if rise > gain else (best, gain)
+    candidates = {place: movements_of(data, place) for place in data.placements}
+    lines: list[FoundMovement] = []
+    while candidates:
+        best, gain = _best_of(posterior, [*chain.from_iterable(candidates.values())])
         if best is posterior:
             break
         new = best.objective.movements[-1]
-        gain = gain if new.kind == "step" else INDEPENDENT * gain
+        if new.kind != "step":
+            gain *= INDEPENDENT
         if gain < REPORTED:
             break
-        places.remove(new.placement)
+        del candidates[new.placement]
         lines.append(_line(best, gain))
         if gain >= KEPT:
             posterior = best
-            movements.append(new)
-    return tuple(movements), tuple(lines)
+    return tuple(posterior.objective.movements), tuple(lines)
+
+
+def _best_of(posterior: FitPosterior, movements: Sequence[Movement]) -> tuple[FitPosterior, float]:
+    """Return the fit with the best further movement, or the same, and the evidence's rise by it.
+
+    A step at one of many changes has to gain more, since it could be at any.
+    """
+    counts = Counter((movement.placement, movement.kind) for movement in movements)
+    prices = [log(counts[movement.placement, movement.kind]) for movement in movements]
+    hints = [_rise(posterior, m) - price for m, price in zip(movements, prices, strict=True)]
+    best, gain = posterior, -np.inf
+    for hint, i in nlargest(CLOSELY, zip(hints, range(len(hints)), strict=True)):
+        if hint < HINT:
+            break
+        with suppress(NotConverged):
+            with_it = refit(posterior, movements=(*posterior.objective.movements, movements[i]))
+            rise = with_it.log_evidence - posterior.log_evidence - prices[i]
+            if rise > gain:
+                best, gain = with_it, rise
+    return best, gain
 
 
 def _rise(posterior: FitPosterior, movement: Movement) -> float:
@@ -80,11 +88,6 @@ def _rise(posterior: FitPosterior, movement: Movement) -> float:
         return movement_gain(posterior, movement)
     except np.linalg.LinAlgError:  # of exact data, say, which leave no noise
         return -np.inf
-
-
-def _price(movement: Movement, tried: Sequence[Movement]) -> float:
-    """Return what a step at one of many changes needs to gain, since it could be at any."""
-    return log(sum((m.placement, m.kind) == (movement.placement, movement.kind) for m in tried))
 
 
 def _line(posterior: FitPosterior, gain: float) -> FoundMovement:
@@ -97,13 +100,7 @@ def _line(posterior: FitPosterior, gain: float) -> FoundMovement:
     if movement.kind == "step":
         rank = int(np.sum(data.time[data.rows_of(movement.placement)] < movement.at))
         follows = ", before its {first}"
-    is_kept = gain >= KEPT
-    share = (
-        "; the fit takes it into account" if is_kept else ", too unsure to be taken into account"
-    )
-    return FoundMovement(
-        movement.placement,
-        f"{WORDS[movement.kind]} by {size:.2f} mm{follows} (log evidence {gain:+.1f}){share}",
-        is_kept,
-        rank,
-    )
+    kept = gain >= KEPT
+    use = "; the fit takes it into account" if kept else ", too unsure to be taken into account"
+    text = f"{WORDS[movement.kind]} by {size:.2f} mm{follows} (log evidence {gain:+.1f}){use}"
+    return FoundMovement(movement.placement, text, kept, rank)
