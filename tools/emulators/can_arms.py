@@ -66,7 +66,7 @@ class PiperEmulator(Emulator):
         self.streaming = True
         self.arm.connect()
 
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
+    def send_state(self, state: JointState, moment: float) -> None:
         """Send the three frames of one state."""
         counts = [round(math.degrees(angle) * 1000) for angle in state.position]
         for index, identifier in enumerate(PIPER_FRAMES):

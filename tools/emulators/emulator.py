@@ -91,7 +91,7 @@ class Emulator(ABC):
     def listen(self, address: str) -> None:
         """Open the sockets, watch them, and set :attr:`driver_address`."""
 
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
+    def send_state(self, state: JointState, moment: float) -> None:
         """Send one state to whoever is connected; called while :attr:`streaming`."""
         raise NotImplementedError
 
@@ -151,7 +151,7 @@ class Emulator(ABC):
                 for leave in self.on_away:
                     leave()
             else:
-                self.send_state(self.number, state, moment)
+                self.send_state(state, moment)
             self._sent += 1
 
     def next_state(self, moment: float) -> JointState:

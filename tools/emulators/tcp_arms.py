@@ -41,11 +41,11 @@ class UrEmulator(Emulator):
         self.driver_address = f"ur:{self._tcp.address}"
         self._forget()
 
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
+    def send_state(self, state: JointState, moment: float) -> None:
         """Send one data package."""
-        if number % self._every == 0:
+        if self.number % self._every == 0:
             values = {
-                "timestamp": [number / self.arm.rate],
+                "timestamp": [self.number / self.arm.rate],
                 "actual_q": state.position,
                 "target_moment": state.effort or 6 * (0.0,),
                 "robot_mode": [RUNNING],
@@ -129,9 +129,9 @@ class XArmEmulator(Emulator):
         self._rich.on_join = self._send_rich
         self.driver_address = f"xarm:{host}"
 
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
+    def send_state(self, state: JointState, moment: float) -> None:
         """Send a report to whoever listens to the fast port."""
-        time = FIRST_TIME + round(number * 1e6 / self.arm.rate)
+        time = FIRST_TIME + round(self.number * 1e6 / self.arm.rate)
         report = fast_report(time, state) if self._port == 30000 else real_report(state)
         self.emit(self._fast.send, report, moment)
 

@@ -33,16 +33,16 @@ class DatagramEmulator(Emulator):
     """Where the client listens."""
 
     @abstractmethod
-    def _datagram(self, number: int, state: JointState, moment: float) -> bytes:
+    def _datagram(self, state: JointState, moment: float) -> bytes:
         """Return the datagram of a state."""
 
-    def send_state(self, number: int, state: JointState, moment: float) -> None:
+    def send_state(self, state: JointState, moment: float) -> None:
         """Send one datagram, and a stranger's."""
-        datagram = self._datagram(number, state, moment)
+        datagram = self._datagram(state, moment)
         self.emit(self._udp.send, datagram, moment, self._target)
         if self.faults.is_active("stranger", moment):
             shifted = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
-            self._stranger.send(self._datagram(number, shifted, moment), self._target)
+            self._stranger.send(self._datagram(shifted, moment), self._target)
 
     @cached_property
     def _stranger(self) -> UdpPort:
@@ -63,8 +63,8 @@ class FrankaEmulator(DatagramEmulator):
         self.driver_address = f"franka:{self._tcp.address}"
         self._udp = UdpPort(self, (endpoint.host, 0))  # a reader sends it nothing
 
-    def _datagram(self, number: int, state: JointState, moment: float) -> bytes:
-        return encode_state(int(self.version), number, state)
+    def _datagram(self, state: JointState, moment: float) -> bytes:
+        return encode_state(int(self.version), self.number, state)
 
     def _request(self, request: bytes) -> None:
         """Answer one request of the client."""
@@ -134,17 +134,17 @@ class KukaEmulator(DatagramEmulator):
         self._replies = 0
         self.streaming = True
 
-    def _datagram(self, number: int, state: JointState, moment: float) -> bytes:
+    def _datagram(self, state: JointState, moment: float) -> bytes:
         session = MONITORING_READY if self._replies else MONITORING_WAIT
         if self.faults.is_active("commanding", moment):
             session = COMMANDING_ACTIVE
         identifier = 0x245199 if self.faults.is_active("version", moment) else 0x245142
         return encode_message(
             self.version,
-            header=(identifier, number, max(0, self._replies - 1)),
+            header=(identifier, self.number, max(0, self._replies - 1)),
             connection=(session, 3, round(1000 / self.arm.rate), self._multiplier),
             state=state,
-            nanoseconds=number * round(1e9 / self.arm.rate),
+            nanoseconds=self.number * round(1e9 / self.arm.rate),
         )
 
     def _reply(self, _: bytes) -> None:
