@@ -81,18 +81,12 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
         )
     remarks = [f"{file.name}: no board found" for i, file in enumerate(files) if i not in found]
     if camera:
-        fx, fy, cx, cy, *distortion_given = camera
+        fx, fy, cx, cy, *coefficients = camera
         matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
-        distortion = np.array(distortion_given or [0.0] * 4)
+        distortion = np.array(coefficients or [0.0] * 4)
     else:
-        objects, points = zip(*found.values(), strict=True)
-        rms, matrix, distortion = cv.calibrateCamera(objects, points, size, None, None)[:3]
-        focal_and_centre = matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
-        values = [*focal_and_centre, *distortion.ravel()[:5]]
-        numbers = ",".join(f"{value:.6g}" for value in values)
-        remarks.append(
-            f"--intrinsics {numbers}: by {len(found)} images, {rms:.2f} pixels off (rms)"
-        )
+        matrix, distortion, remark = _camera_of(cv, list(found.values()), size)
+        remarks.append(remark)
     samples: list[Sample] = []
     for i, (corners, pixels) in found.items():
         _, vector, place = cv.solvePnP(corners, pixels, matrix, distortion)
@@ -110,6 +104,19 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
         remarks=tuple(remarks),
         poses_of="camera",
     )
+
+
+def _camera_of(
+    cv: Any, views: Sequence[tuple[Any, Any]], size: tuple[int, ...]
+) -> tuple[Any, Any, str]:
+    """Return the camera's matrix and distortion by views of a board, and a remark with them."""
+    objects, points = zip(*views, strict=True)
+    rms, matrix, distortion, *_ = cv.calibrateCamera(objects, points, size, None, None)
+    focal_and_centre = matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
+    values = [*focal_and_centre, *distortion.ravel()[:5]]
+    numbers = ",".join(f"{value:.6g}" for value in values)
+    remark = f"--intrinsics {numbers}: by {len(views)} images, {rms:.2f} pixels off (rms)"
+    return matrix, distortion, remark
 
 
 def _images(folder: Path, table: Table) -> list[Path]:

@@ -99,7 +99,7 @@ class FlangePoses:
 
     @property
     def turning(self) -> list[bool]:
-        """Which joints turn."""
+        """True for each joint that turns."""
         return [joint.type != "prismatic" for joint in self.calibration.robot.actuated]
 
     def sessions(self, poses: np.ndarray) -> list[Session]:
