@@ -5,6 +5,7 @@ Proven against ur-rtde 1.6.5, CB3 and e-series, and xarm-python-sdk 1.18.4.
 
 import struct
 from collections.abc import Sequence
+from functools import partial
 
 from ...drivers import JointState
 from ...drivers.arms import encode_package, take_package
@@ -121,10 +122,9 @@ class XArmEmulator(Emulator):
         """Listen on the report ports."""
         host = address or HOST
         self._port = 30003 if self.version.endswith("old") else 30000
-        self._fast, self._rich = (
-            TcpServer(self, (host, port), channel=str(port), places=MOST_CLIENTS)
-            for port in (self._port, RICH)
-        )
+        server = partial(TcpServer, self, places=MOST_CLIENTS)
+        self._fast = server((host, self._port), channel=str(self._port))
+        self._rich = server((host, RICH), channel=str(RICH))
         self._fast.on_join = self._fast.on_leave = self._follow
         self._rich.on_join = self._send_rich
         self.driver_address = f"xarm:{host}"

@@ -165,8 +165,10 @@ def stratified(count: int, generator: np.random.Generator) -> np.ndarray:
 def elbow_angle(model: ArmModel, q: np.ndarray) -> float:
     """Return the turn of a 7-joint arm's elbow about the line shoulder-wrist, 0 where up [rad]."""
     pin.forwardKinematics(model.model, model.data, q)
-    shoulder, elbow, wrist = (model.data.oMi[joint].translation for joint in (2, 4, 6))
-    line = unit(wrist - shoulder)
+    joints = model.data.oMi
+    shoulder = joints[2].translation
+    elbow = joints[4].translation
+    line = unit(joints[6].translation - shoulder)  # to the wrist
     up = np.array([0.0, 0.0, 1.0]) - line * line[2]
     side = np.cross(line, up)
     arm = elbow - shoulder
