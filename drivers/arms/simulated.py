@@ -4,7 +4,6 @@ Address: ``PATH?option=value&...``; docs/simulation.md lists options and faults.
 """
 
 import csv
-import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -170,13 +169,16 @@ def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
     """Return a file's joint names, positions [rad] and efforts [N m]."""
     try:
         text = read_bytes(file).decode("utf-8-sig")
-        lines = [line for line in csv.reader(io.StringIO(text, newline="")) if line]
+        lines = [line for line in csv.reader(text.splitlines()) if line]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise Reason.BAD_ADDRESS(f"mock: {file}: cannot be read: {reason_of(error)}") from None
-    header = lines.pop(0) if lines and _number(lines[0][0]) is None else []
+    first = lines[0] if lines else ["0"]
+    header: list[str] = []
+    if _number(first[0]) is None:
+        header = lines.pop(0)
     positions = [i for i, name in enumerate(header) if name.startswith("position.")]
     efforts = [i for i, name in enumerate(header) if name.startswith("effort.")]
-    columns = positions or list(range(len(header or (lines[0] if lines else []))))
+    columns = positions or list(range(len(first)))
     names = tuple(header[i].removeprefix("position.") for i in columns if header)
     return names, _pick(lines, columns), _pick(lines, efforts)
 

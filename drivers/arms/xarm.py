@@ -83,11 +83,12 @@ def decode_report(report: bytes, layout: Layout) -> Report:
     joints = None if layout.joints is None else report[layout.joints]
     if joints is not None and joints not in (5, 6, 7):
         raise ValueError(f"a report of an arm with {joints} joints")
-    time = layout.time
-    micros = None if time is None else int.from_bytes(report[time : time + 8], "big")
-    mode, state = report[layout.status] >> 4, report[layout.status] & 0x0F
+    mode, state = divmod(report[layout.status], 16)
     status = f"{MODES.get(mode, f'mode {mode}')}, {STATES.get(state, f'state {state}')}"
-    return Report(angles, status, None if micros is None else micros * 1e-6, joints)
+    if layout.time is None:
+        return Report(angles, status, None, joints)
+    (micros,) = struct.unpack_from(">Q", report, layout.time)
+    return Report(angles, status, micros * 1e-6, joints)
 
 
 class XArm(ValidatingDriver):
