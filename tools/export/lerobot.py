@@ -111,17 +111,15 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
     by_motor = _motors_of(request, joints, motors)
     zeros: list[Zero] = []
     for joint, name in zip(joints, names, strict=True):
-        value = coefficients[name]
-        ticks = round(value.value / TICK)
+        zero = coefficients[name].value
+        deviation = coefficients[name].standard_deviation
+        ticks = round(zero / TICK)
         why = ""
-        if value.standard_deviation > DECIDED:
-            ticks = 0
+        if deviation > DECIDED:
             why = "not decided by the data, left as it is"
         elif abs(ticks) > MOST_TICKS:
-            ticks, why = 0, f"{ticks:+d} ticks are too many: calibrate by lerobot anew first"
-        zeros.append(
-            Zero(joint, by_motor[joint], value.value, value.standard_deviation, ticks, why)
-        )
+            why = f"{ticks:+d} ticks are too many: calibrate by lerobot anew first"
+        zeros.append(Zero(joint, by_motor[joint], zero, deviation, 0 if why else ticks, why))
     return zeros
 
 
@@ -134,12 +132,9 @@ def _motors_of(
     """
     if set(joints) <= set(motors):
         return {joint: joint for joint in joints}
-    with_id: dict[int, list[str]] = {}
-    for name, motor in motors.items():
-        with_id.setdefault(motor.id, []).append(name)
     by_motor: dict[str, str] = {}
     for number, joint in enumerate(joints, 1):
-        candidates = with_id.get(number, [])
+        candidates = [name for name, motor in motors.items() if motor.id == number]
         if len(candidates) != 1:
             what = f"{', '.join(candidates)} all have" if candidates else "no motor has"
             raise ExportError(
