@@ -54,7 +54,7 @@ def evaluations(problem: Problem) -> None:
     fits = [seconds(lambda: solve(problem), runs=3) for _ in range(5)]
     each = [seconds(lambda: problem.residuals(problem.start), runs=9) for _ in range(5)]
     fit, evaluation = statistics.median(fits), statistics.median(each)
-    steps = solve(problem).iterations
+    steps = len(solve(problem).iterates) - 1
     print(
         f"one fit of {steps} iterations costs {fit / evaluation:.1f} of its evaluations of "
         f"residuals and Jacobian ({1e3 * evaluation:.2f} ms each)"

@@ -24,14 +24,13 @@ class NotConverged(MukcaError):  # noqa: N818 (the situation's name)
 class Solution:
     """The minimum, and the way to it."""
 
-    x: np.ndarray
     iterates: tuple[np.ndarray, ...]
     """Every accepted point, from the start to the end."""
 
     @property
-    def iterations(self) -> int:
-        """Number of steps taken."""
-        return len(self.iterates) - 1
+    def x(self) -> np.ndarray:
+        """The minimum."""
+        return self.iterates[-1]
 
 
 def gauss_newton(
@@ -51,7 +50,7 @@ def gauss_newton(
         step, promised = _damped_step(residuals, jacobian, damping)
         # A full step that promises nothing beyond rounding: this is the minimum.
         if damping < 1e-8 and promised <= TOLERANCE * 1e-2 * cost:
-            return Solution(x, tuple(iterates))
+            return Solution(tuple(iterates))
         new_residuals, new_jacobian = evaluate(x + step)
         new_cost = float(new_residuals @ new_residuals)
         if not new_cost < cost:  # NaN included
@@ -67,7 +66,7 @@ def gauss_newton(
         iterates.append(x)
         damping = max(damping / 10, 1e-14)
         if change <= TOLERANCE * cost:
-            return Solution(x, tuple(iterates))
+            return Solution(tuple(iterates))
     raise NotConverged(f"gauss-newton did not converge in {max_iterations} iterations")
 
 
@@ -105,7 +104,7 @@ def ipopt(
     if not monitor.converged and status not in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
         raise NotConverged(f"ipopt did not converge: {status.replace('_', ' ').lower()}")
     iterates = monitor.iterates if monitor.converged else [*monitor.iterates, result]
-    return Solution(iterates[-1], tuple(iterates))
+    return Solution(tuple(iterates))
 
 
 class _Monitor(ca.Callback):

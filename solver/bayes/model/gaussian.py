@@ -78,10 +78,6 @@ class Gaussian:
         """Return the Gaussian of some unknowns alone."""
         return Gaussian(self.mean[rows], self.root[rows])
 
-    def mapped(self, slopes: np.ndarray) -> "Gaussian":
-        """Return the Gaussian of A x, with A the slopes, shape (k, n)."""
-        return Gaussian(slopes @ self.mean, slopes @ self.root)
-
     def embedded(self, rows: np.ndarray | slice, size: int) -> "Gaussian":
         """Return the Gaussian of more unknowns, the others being zero."""
         mean = np.zeros(size)

@@ -41,9 +41,7 @@ def test_operations_are_those_of_whole_covariances(seed):
     assert (back.covariance - S) / unit / unit[:, None] == pytest.approx(0, abs=1e-6)
     again = Gaussian.of(before.mean, S).covariance
     assert again / unit / unit[:, None] == pytest.approx(S / unit / unit[:, None])
-    assert before.mapped(A).marginal([2, 0]).covariance == pytest.approx(
-        (A @ S @ A.T)[[2, 0]][:, [2, 0]]
-    )
+    assert before.marginal([2, 0]).covariance == pytest.approx(S[[2, 0]][:, [2, 0]])
 
 
 @settings(max_examples=20)
