@@ -81,7 +81,8 @@ class CurveFit:
         parts: list[np.ndarray] = []
         for k, noise in enumerate(self.state.noises):
             shares = ((self.samples.sources == k) / self.weights)[:, None, None]
-            parts += [noise.space**2 * np.eye(3) * shares, noise.joint**2 * by_joints * shares]
+            parts.append(noise.space**2 * np.eye(3) * shares)
+            parts.append(noise.joint**2 * by_joints * shares)
         return tuple(parts)
 
     @cached_property
@@ -102,11 +103,11 @@ class CurveFit:
     @cached_property
     def blocks(self) -> np.ndarray:
         """M, as its blocks."""
-        blocks, n = self.scales / self.weights[:, None, None], len(self.weights)
+        blocks = self.scales / self.weights[:, None, None]
         if not self.curves:
             return blocks
         M = self.curves[0].copy()
-        _diagonal_blocks(M, n)[:] += blocks
+        _diagonal_blocks(M, len(blocks))[:] += blocks
         return M[None]
 
     @cached_property
@@ -118,7 +119,8 @@ class CurveFit:
     def solved(self) -> np.ndarray:
         """M^-1 [G, a], shape (3 N, d + 1)."""
         count, rows, _ = self.inverse.shape
-        return (self.inverse @ self.columns.reshape(count, rows, -1)).reshape(count * rows, -1)
+        columns = self.columns.reshape(count, rows, -1)
+        return (self.inverse @ columns).reshape(count * rows, -1)
 
     @cached_property
     def information(self) -> np.ndarray:
@@ -138,18 +140,20 @@ class CurveFit:
     @cached_property
     def squares(self) -> np.ndarray:
         """e_i^T C_i^-1 e_i after the fit, shape (N,)."""
-        errors = self.scales / self.weights[:, None, None] @ self.pulls.reshape(-1, 3, 1)
-        return self.squares_of(errors)
+        blocks_of_noise = self.scales / self.weights[:, None, None]
+        return self.squares_of(blocks_of_noise @ self.pulls.reshape(-1, 3, 1))
 
     def squares_of(self, errors: np.ndarray) -> np.ndarray:
         """Return e_i^T C_i^-1 e_i of any errors, shape (N, 3, 1)."""
-        return np.sum(errors * np.linalg.solve(self.scales, errors), axis=(1, 2))
+        whitened = np.linalg.solve(self.scales, errors)
+        return np.sum(errors * whitened, axis=(1, 2))
 
     def weights_at(self, y: np.ndarray, e: np.ndarray) -> np.ndarray:
         """Return the robust weights by the errors at [y, 1] and coefficients e, shape (N,)."""
         index, basis = self.samples.places
         shifts: np.ndarray = np.sum(e[index] * basis, axis=2)
-        errors = (self.columns @ y)[..., None] + self.samples.slopes @ shifts[..., None]
+        by_curves = self.samples.slopes @ shifts[..., None]
+        errors = (self.columns @ y)[..., None] + by_curves
         return student_weights(self.squares_of(errors), self.degrees)
 
     @cached_property
@@ -228,7 +232,8 @@ def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
     p, noises, prior = fit.pulls, fit.state.noises, fit.prior
     learned = fit.curves if len(fit.curves) == 2 else ()
     # slopes of M by the logarithm of each square, times p, and their traces with V
-    slopes = [(blocks @ p.reshape(-1, 3, 1)).ravel() for blocks in fit.parts_of_noise]
+    by_sample = p.reshape(-1, 3, 1)
+    slopes = [(blocks @ by_sample).ravel() for blocks in fit.parts_of_noise]
     slopes += [slope @ p for slope in learned]
     traces = [np.vdot(fit.projected_blocks, blocks) for blocks in fit.parts_of_noise]
     traces += [np.vdot(fit.projection, slope) for slope in learned]
@@ -239,7 +244,8 @@ def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
     step = step.clip(-LARGEST_STEP, LARGEST_STEP) / 2
     factors, changes = np.exp(step).tolist(), np.abs(step)
     if learned:
-        length = float(np.clip(prior.length * factors[-1] ** 2, SHORTEST, LONGEST))
+        length = prior.length * factors[-1] ** 2
+        length = min(max(length, SHORTEST), LONGEST)
         changes[-1] = abs(np.log(length / prior.length))
         prior = CurvePrior(prior.amplitude * factors[-2], length)
     updated: list[Noise] = []

@@ -62,7 +62,8 @@ class CurvePrior:
 
     def times(self, columns: np.ndarray) -> np.ndarray:
         """Return the product of the covariance of all coefficients with columns."""
-        return (self.block @ columns.reshape(len(self.block), -1)).reshape(columns.shape)
+        by_block = columns.reshape(len(self.block), -1)
+        return (self.block @ by_block).reshape(columns.shape)
 
 
 def add_blocks(matrix: np.ndarray, block: np.ndarray) -> None:
@@ -85,8 +86,11 @@ def given_curves(model: ExtendedModel) -> CurvePrior | None:
     by_others = S[:n, n:] @ scaled_inverse(S[n:, n:])
     rows = [names.index(name) for name in of_curves.names]
     columns = [model.names.index(name) for name in of_model.names]
-    at_zero, by_unknowns = np.zeros(len(names)), np.zeros((len(names), model.size))
+    at_zero = np.zeros(len(names))
     at_zero[rows] = of_curves.mean - by_others @ of_model.mean
+    by_unknowns = np.zeros((len(names), model.size))
     by_unknowns[np.ix_(rows, columns)] = by_others
-    covariance = block_matrix(len(names), [(rows, S[:n, :n] - by_others @ S[n:, :n])])
-    return CurvePrior(*model.given.curve_scales, GivenCurves(at_zero, by_unknowns, covariance))
+    remainder = S[:n, :n] - by_others @ S[n:, :n]
+    covariance = block_matrix(len(names), [(rows, remainder)])
+    curves = GivenCurves(at_zero, by_unknowns, covariance)
+    return CurvePrior(*model.given.curve_scales, curves)

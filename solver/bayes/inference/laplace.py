@@ -108,9 +108,11 @@ def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     usual = at_usual_widths(state)
     precision = _of_data(state) + usual.prior_precision(widened=True) + np.diag(bounds)
     slope = gradient + usual.prior_precision() @ usual.offset
-    spread = Gaussian.of_precision(x[free], submatrix(precision, free)).embedded(free, len(x))
+    of_free = Gaussian.of_precision(x[free], submatrix(precision, free))
+    spread = of_free.embedded(free, len(x))
     difference = spread.covariance @ (pulled - bounds * x - slope) - change
-    mixture, groups = over_widths(state, x + change, replace(spread, mean=difference))
+    at_usual = replace(spread, mean=difference)
+    mixture, groups = over_widths(state, x + change, at_usual)
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
     return FitPosterior(replace(mean, groups=groups), mixture, weights, evidence, iterates)
 
@@ -131,8 +133,9 @@ def _efficiency(squares: np.ndarray, noise: Noise) -> float:
         return 1.0
     squares, _ = fitted_squares(squares, noise.nu, TAIL_STEPS)
     weights = student_weights(squares, noise.nu)
-    slope = np.mean(weights - 2 / 3 * weights**2 * squares / (noise.nu + 3))
-    return float(slope**2 / (np.mean(weights**2 * squares) / 3 * noise.information))
+    influences = weights**2 * squares
+    slope = np.mean(weights - 2 / 3 * influences / (noise.nu + 3))
+    return float(slope**2 / (np.mean(influences) / 3 * noise.information))
 
 
 def log_prior_share(state: State) -> float:
@@ -151,7 +154,8 @@ def log_evidence_of_scales(state: State, counts: Sequence[int]) -> float:
     for count, noise in zip(counts, state.noises, strict=True):
         result += count * log_constant(noise.nu) + log_prior(noise.nu)
     for group, mask in state.priors:
-        result += 0.5 * float(np.linalg.slogdet(group.precision(group.width, mask))[1])
+        precision = group.precision(group.width, mask)
+        result += 0.5 * float(np.linalg.slogdet(precision)[1])
         if group.typical:
             result -= 0.5 * (log(group.width / group.typical) / TYPICAL_SPREAD) ** 2
     return result
@@ -171,7 +175,8 @@ def movement_gain(result: FitPosterior, movement: Movement) -> float:
     at_zero = np.pad(before.at_zero, (0, movement.size))
     linear = linearise(objective, x, before.frames)
     groups = (*before.groups, prior)
-    state = replace(before, objective=objective, x=x, at_zero=at_zero, groups=groups, linear=linear)
+    state = replace(before, objective=objective, x=x, at_zero=at_zero)
+    state = replace(state, groups=groups, linear=linear)
     information, gradient = normal_equations(state)
     covariance = inverse_of_free(information + state.prior_precision(), state.free)
     new = slice(len(before.x), len(x))

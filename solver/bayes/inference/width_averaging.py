@@ -138,16 +138,18 @@ class WidthMixture:
             h: H times the distance from mu that the data alone prefer, shape (n,).
         """
         L = self.roots(self.widths)
-        factors = np.linalg.cholesky(np.eye(len(h)) + L.swapaxes(1, 2) @ H @ L)
-        whitened = np.linalg.solve(factors, (h @ L)[:, :, None])[:, :, 0]
+        L_T = L.swapaxes(1, 2)
+        factors = np.linalg.cholesky(np.eye(len(h)) + L_T @ H @ L)
+        whitened = np.linalg.solve(factors, L_T @ h[:, None])
+        squares = np.sum(whitened**2, axis=(1, 2))
         sizes = np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
         penalty = np.sum((np.log(self.factors) / TYPICAL_SPREAD) ** 2, axis=1)
-        odds = probabilities(0.5 * (np.sum(whitened**2, axis=1) - penalty) - sizes)
+        odds = probabilities(0.5 * (squares - penalty) - sizes)
         likely = np.flatnonzero(odds > NEGLIGIBLE)
-        shares = odds[likely]
-        roots = np.linalg.solve(factors[likely], L[likely].swapaxes(1, 2))  # R_k^T R_k = S_k
-        means = (whitened[likely, None] @ roots)[:, 0]
-        mean = shares @ means
-        columns = np.concatenate([roots, (means - mean)[:, None]], axis=1)
-        columns = (np.sqrt(shares)[:, None, None] * columns).reshape(-1, len(h))
-        return Gaussian.of(mean, columns.T @ columns), odds
+        roots = np.linalg.solve(factors[likely], L_T[likely])  # R_k^T R_k = S_k
+        means = roots.swapaxes(1, 2) @ whitened[likely]
+        mean = np.tensordot(odds[likely], means, 1)
+        columns = np.concatenate([roots, (means - mean).swapaxes(1, 2)], axis=1)
+        columns *= np.sqrt(odds[likely])[:, None, None]
+        columns = columns.reshape(-1, len(h))
+        return Gaussian.of(mean[:, 0], columns.T @ columns), odds
