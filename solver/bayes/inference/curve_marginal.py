@@ -15,7 +15,7 @@ from ..model import (
 )
 from ..model.effects import kernel
 from .curve_prior import CurvePrior
-from .laplace import expectation_propagation, log_evidence_of_scales, log_prior_share
+from .laplace import factors_of_bounds, log_evidence_of_scales, log_prior_share
 from .linear_samples import LinearSamples, posterior_of_rest, priors_of_rest
 from .state import State
 from .steps import updated_groups, with_tails, without_negligible
@@ -197,11 +197,8 @@ def log_evidence(fit: CurveFit) -> float:
         -0.5 * float(state.offset @ state.prior_precision() @ state.offset),
         -log_prior_share(state),
         log_evidence_of_scales(state, np.bincount(fit.samples.sources).tolist()),
+        factors_of_bounds(state, y, sharp.posterior[1])[2],
     ]
-    b = np.flatnonzero(state.bounded & state.free)
-    if len(b):
-        covariance = submatrix(sharp.posterior[1], b)
-        terms.append(expectation_propagation(state.x[b] + y[b], covariance)[2])
     return sum(terms)
 
 

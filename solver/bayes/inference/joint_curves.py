@@ -11,7 +11,7 @@ from .curve_marginal import LONGEST, CurveFit, log_evidence, marginalised
 from .curve_posterior import MOST_SAMPLES, given_rest, with_curves
 from .curve_prior import CurvePrior, given_curves
 from .curve_score import promised_gain
-from .laplace import expectation_propagation
+from .laplace import factors_of_bounds
 from .linear_samples import posterior_of_rest, priors_of_rest, samples_around
 from .posterior import FitPosterior
 
@@ -156,15 +156,11 @@ def _within_bounds(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return as :func:`posterior_of_rest`, by the moments of what is never negative."""
     state = fit.state
-    b = np.flatnonzero(state.bounded & state.free)
-    precision, gradient = map(np.copy, priors_of_rest(state, widened=widened))
-    if len(b):
-        change, covariance = posterior_of_rest(state, fit.rest, information)
-        x = state.x[b]
-        bounds, pulled, _ = expectation_propagation(x + change[b], submatrix(covariance, b))
-        precision[b, b] += bounds
-        gradient[b] += bounds * x - pulled
-    return posterior_of_rest(state, (precision, gradient), information)
+    change, covariance = posterior_of_rest(state, fit.rest, information)
+    bounds, slope, _ = factors_of_bounds(state, change, covariance)
+    precision, gradient = priors_of_rest(state, widened=widened)
+    equations = precision + np.diag(bounds), gradient + slope
+    return posterior_of_rest(state, equations, information)
 
 
 def _posterior(

@@ -63,6 +63,24 @@ def expectation_propagation(
     return tau / unit**2, nu / unit, float(sum(terms))
 
 
+def factors_of_bounds(
+    state: State, change: np.ndarray, covariance: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return precision and slope at x of the factors of all bounds, shape (n,), and log share.
+
+    Without bounds, the unknowns are x and a change, with a covariance.
+    """
+    b = np.flatnonzero(state.bounded & state.free)
+    precision, slope = np.zeros((2, len(change)))
+    if not len(b):
+        return precision, slope, 0.0
+    x = state.x[b]
+    sigma = submatrix(covariance, b)
+    precision[b], pull, log_share = expectation_propagation(x + change[b], sigma)
+    slope[b] = precision[b] * x - pull
+    return precision, slope, log_share
+
+
 def _half(z: float) -> tuple[float, float, float]:
     """Return hazard, mean and log share of the half x >= 0 of a standard Gaussian around z."""
     log_density = -0.5 * z**2 - 0.5 * log(2 * pi)
@@ -79,40 +97,35 @@ def _half(z: float) -> tuple[float, float, float]:
 
 def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     """Return the Gaussian posterior at a state where the iteration has settled."""
-    bounded = state.bounded
     # all that may leave zero does
-    state = replace(state, at_zero=state.at_zero & ~bounded[: len(state.x)])
+    state = replace(state, at_zero=state.at_zero & ~state.bounded[: len(state.x)])
     information, gradient = normal_equations(state)
     prior, free = state.prior_precision(), state.free
-    x = state.padded
     gradient = gradient + state.linear.by_volume
     slope = gradient + prior @ state.offset
     hessian = information + prior
     covariance = inverse_of_free(hessian, free)
-    pulls = covariance @ slope
+    change = -covariance @ slope
     counts = np.bincount(state.objective.data.source_of).tolist()
     evidence = log_evidence_of_scales(state, counts) - state.value()
-    evidence += 0.5 * float(slope @ pulls) - 0.5 * log_determinant(submatrix(hessian, free))
-    bounds, pulled = np.zeros((2, len(free)))
-    mean, change, b = state, -pulls, np.flatnonzero(bounded)
-    if len(b):
-        sigma = submatrix(covariance, b)
-        bounds[b], pulled[b], log_share = expectation_propagation((x - pulls)[b], sigma)
-        evidence += log_share - log_prior_share(state)
+    evidence -= 0.5 * float(slope @ change) + 0.5 * log_determinant(submatrix(hessian, free))
+    bounds, slope_of_bounds, log_share = factors_of_bounds(state, change, covariance)
+    evidence += log_share - log_prior_share(state)
+    mean = state
+    if bounds.any():
         covariance = inverse_of_free(hessian + np.diag(bounds), free)
-        change = covariance @ (pulled - bounds * x - slope)
-        if change.any():
-            mean = moved(state, change)
-            iterates = [*iterates, mean.x]
+        change = -covariance @ (slope + slope_of_bounds)
+        mean = moved(state, change)
+        iterates = [*iterates, mean.x]
     # The data's slope and the usual widths tell the rest: found ones may have fallen to nothing.
     usual = at_usual_widths(state)
     precision = _of_data(state) + usual.prior_precision(widened=True) + np.diag(bounds)
     slope = gradient + usual.prior_precision() @ usual.offset
-    of_free = Gaussian.of_precision(x[free], submatrix(precision, free))
-    spread = of_free.embedded(free, len(x))
-    difference = spread.covariance @ (pulled - bounds * x - slope) - change
+    of_free = Gaussian.of_precision(change[free], submatrix(precision, free))
+    spread = of_free.embedded(free, len(free))
+    difference = -spread.covariance @ (slope + slope_of_bounds) - change
     at_usual = replace(spread, mean=difference)
-    mixture, groups = over_widths(state, x + change, at_usual)
+    mixture, groups = over_widths(state, state.padded + change, at_usual)
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
     return FitPosterior(replace(mean, groups=groups), mixture, weights, evidence, iterates)
 
