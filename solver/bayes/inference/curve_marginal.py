@@ -15,7 +15,7 @@ from ..model import (
 )
 from ..model.effects import kernel
 from .curve_prior import CurvePrior
-from .laplace import factors_of_bounds, log_evidence_of_scales, log_prior_share
+from .laplace import factors_of_bounds, log_evidence_of_scales
 from .linear_samples import LinearSamples, posterior_of_rest, priors_of_rest
 from .state import State
 from .steps import updated_groups, with_tails, without_negligible
@@ -195,8 +195,7 @@ def log_evidence(fit: CurveFit) -> float:
         -0.5 * float(y @ precision @ y) - float(gradient @ y),
         -0.5 * sum(float(p @ K @ p) for K in fit.curves[:1]),
         -0.5 * float(state.offset @ state.prior_precision() @ state.offset),
-        -log_prior_share(state),
-        log_evidence_of_scales(state, np.bincount(fit.samples.sources).tolist()),
+        log_evidence_of_scales(state, fit.samples.sources),
         factors_of_bounds(state, y, sharp.posterior[1])[2],
     ]
     return sum(terms)

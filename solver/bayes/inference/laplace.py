@@ -1,6 +1,5 @@
 """Laplace's approximation: posterior, as a Gaussian around the best unknowns, and evidence."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from math import erfc, exp, log, pi, sqrt
 
@@ -106,11 +105,10 @@ def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     hessian = information + prior
     covariance = inverse_of_free(hessian, free)
     change = -covariance @ slope
-    counts = np.bincount(state.objective.data.source_of).tolist()
-    evidence = log_evidence_of_scales(state, counts) - state.value()
+    evidence = log_evidence_of_scales(state, state.objective.data.source_of) - state.value()
     evidence -= 0.5 * float(slope @ change) + 0.5 * log_determinant(submatrix(hessian, free))
     bounds, slope_of_bounds, log_share = factors_of_bounds(state, change, covariance)
-    evidence += log_share - log_prior_share(state)
+    evidence += log_share
     mean = state
     if bounds.any():
         covariance = inverse_of_free(hessian + np.diag(bounds), free)
@@ -151,7 +149,7 @@ def _efficiency(squares: np.ndarray, noise: Noise) -> float:
     return float(slope**2 / (np.mean(influences) / 3 * noise.information))
 
 
-def log_prior_share(state: State) -> float:
+def _log_prior_share(state: State) -> float:
     """Return log A: a half is within the bound for each unknown whose mean is zero."""
     result = 0.0
     for group in state.groups:
@@ -161,10 +159,10 @@ def log_prior_share(state: State) -> float:
     return result
 
 
-def log_evidence_of_scales(state: State, counts: Sequence[int]) -> float:
-    """Return the part of (A6) by the widths and noises alone, for so many samples of each."""
-    result = 0.0
-    for count, noise in zip(counts, state.noises, strict=True):
+def log_evidence_of_scales(state: State, sources: np.ndarray) -> float:
+    """Return the part of (A6) by widths and noises alone, for the noise of each sample, (N,)."""
+    result = -_log_prior_share(state)
+    for count, noise in zip(np.bincount(sources).tolist(), state.noises, strict=True):
         result += count * log_constant(noise.nu) + log_prior(noise.nu)
     for group, mask in state.priors:
         precision = group.precision(group.width, mask)
