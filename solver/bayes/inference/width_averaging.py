@@ -12,6 +12,7 @@ from ..model import (
     TYPICAL_SPREAD,
     Gaussian,
     PriorGroup,
+    log_bayes_factor,
     prior_covariance,
     probabilities,
     submatrix,
@@ -139,15 +140,13 @@ class WidthMixture:
         """
         L = self.roots(self.widths)
         L_T = L.swapaxes(1, 2)
-        factors = np.linalg.cholesky(np.eye(len(h)) + L_T @ H @ L)
-        whitened = np.linalg.solve(factors, L_T @ h[:, None])
-        squares = np.sum(whitened**2, axis=(1, 2))
-        sizes = np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
+        M = L_T @ H @ L
         penalty = np.sum((np.log(self.factors) / TYPICAL_SPREAD) ** 2, axis=1)
-        odds = probabilities(0.5 * (squares - penalty) - sizes)
+        odds = probabilities(log_bayes_factor(M, h @ L) - 0.5 * penalty)
         likely = np.flatnonzero(odds > NEGLIGIBLE)
-        roots = np.linalg.solve(factors[likely], L_T[likely])  # R_k^T R_k = S_k
-        means = roots.swapaxes(1, 2) @ whitened[likely]
+        factors = np.linalg.cholesky(np.eye(len(h)) + M[likely])
+        roots = np.linalg.solve(factors, L_T[likely])  # R_k^T R_k = S_k
+        means = roots.swapaxes(1, 2) @ (roots @ h)[:, :, None]
         mean = np.tensordot(odds[likely], means, 1)
         columns = np.concatenate([roots, (means - mean).swapaxes(1, 2)], axis=1)
         columns *= np.sqrt(odds[likely])[:, None, None]
