@@ -42,8 +42,7 @@ def given_rest(fit: CurveFit) -> GivenRest:
     weighted = fit.weights[:, None, None] * np.linalg.inv(fit.scales)
     curvature, across = _normal_equations(fit, weighted)
     add_blocks(curvature, fit.prior.inverse)
-    unit = 1 / np.sqrt(np.diag(curvature))[:, None]
-    gain = -unit * np.linalg.solve(curvature * unit * unit.T, unit * across)
+    gain = -np.linalg.solve(curvature, across)
     weighted_columns = (weighted @ fit.columns).reshape(columns.shape)
     information = columns.T @ weighted_columns + across.T @ gain
     return GivenRest(information, gain, partial(scaled_inverse, curvature))

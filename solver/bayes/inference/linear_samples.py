@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from ...data import Observations
-from ..model import block_matrix, scaled_inverse, submatrix
 from ..model.effects import KNOTS, curve_values, splines
+from .normal_equations import inverse_of_free
 from .objective import linearise
 from .state import State
 
@@ -90,9 +90,6 @@ def posterior_of_rest(
     state: State, equations: tuple[np.ndarray, np.ndarray], information: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return y and its covariance Sigma, zero for what is held, by [G, a]^T M^-1 [G, a]."""
-    (precision, gradient), d, free = equations, len(state.free), state.free
-    covariance = scaled_inverse(submatrix(information[:d, :d] + precision, free))
-    slope = information[:d, d] + gradient
-    change = np.zeros(d)
-    change[free] = -covariance @ slope[free]
-    return change, block_matrix(d, [(free, covariance)])
+    precision, gradient = equations
+    covariance = inverse_of_free(information[:-1, :-1] + precision, state.free)
+    return -covariance @ (information[:-1, -1] + gradient), covariance
