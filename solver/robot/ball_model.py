@@ -137,7 +137,8 @@ class BallModel:
         numbers = origins.astype(float)
         if self.rotation_numbers == "vector":
             R = frames_of_origins(origins)[:, :, 1:4]
-            numbers[:, 3:] = rotation_vectors(self._frames[:, :, 1:4].swapaxes(1, 2) @ R)
+            R_nominal = self._frames[:, :, 1:4]
+            numbers[:, 3:] = rotation_vectors(R_nominal.swapaxes(1, 2) @ R)
         return numbers.ravel()[self.free]
 
     def slopes_of(self, model: "BallModel", parameters: np.ndarray) -> np.ndarray:
@@ -147,10 +148,12 @@ class BallModel:
         """
         before = model.frames(parameters)
         after = self.frames(self.parameters_at(model.origins(parameters)))
-        slopes = np.eye(6 * len(before)).reshape(len(before), 6, len(before), 6)
+        axes_before, axes = before[:, :, 4:], after[:, :, 4:]
+        slopes = np.eye(6 * len(before))
         for i in self._turned.tolist():
-            slopes[i, 3:, i, 3:] = np.linalg.solve(after[i, :, 4:], before[i, :, 4:])
-        return slopes.reshape(6 * len(before), -1)[np.ix_(self.free, self.free)]
+            rotation = slice(6 * i + 3, 6 * i + 6)
+            slopes[rotation, rotation] = np.linalg.solve(axes[i], axes_before[i])
+        return slopes[np.ix_(self.free, self.free)]
 
     def turns(self, parameters: np.ndarray) -> np.ndarray:
         """Return the turn of the whole robot about the base's axes, shape (3, n) [rad/rad].
@@ -256,7 +259,7 @@ def _log_volume(of_frames: list[Motion], of_q: list[Motion], p: Any) -> tuple[An
     for motion in (*of_frames, *of_q):
         n = sum(link.joint < motion.joint for link in chain)  # how many of them are before it
         n = next((i for i, link in enumerate(chain, 1) if link is motion), n)
-        slopes.append(
-            motion.turn.T @ ca.sum2(turned[:, n:]) + motion.shift(p).T @ ca.sum2(shifted[:, :n])
-        )
+        of_turn = motion.turn.T @ ca.sum2(turned[:, n:])
+        of_shift = motion.shift(p).T @ ca.sum2(shifted[:, :n])
+        slopes.append(of_turn + of_shift)
     return 0.5 * ca.log(ca.det(J @ J.T)), ca.horzcat(*slopes)

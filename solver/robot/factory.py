@@ -49,8 +49,9 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
     deltas: list[np.ndarray] = []
     for name in ("theta", "d", "a", "alpha"):
         row = re.search(_ROW.format(name), text, re.M)
+        words = row[1].split(",") if row else []
         try:
-            numbers = np.array([float(word) for word in row[1].split(",")] if row else ())
+            numbers = np.array([float(word) for word in words])
         except ValueError:
             numbers = np.zeros(0)
         if numbers.shape != (6,) or not np.isfinite(numbers).all():

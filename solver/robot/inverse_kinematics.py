@@ -114,7 +114,8 @@ class InverseKinematics:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         q = q.copy()
         self._iterate(q, targets, np.arange(len(q)), follows=False)
-        q[:, self._turning] -= 2 * np.pi * np.round(q[:, self._turning] / (2 * np.pi))
+        turns = np.round(q / (2 * np.pi)) * self._turning
+        q -= 2 * np.pi * turns
         # Many are outside the limits, and stay there: the others are worth the last steps.
         beyond = np.maximum(self.lower - q, q - self.upper).max(axis=1)
         feasible = np.flatnonzero(beyond < MARGIN)
@@ -125,7 +126,8 @@ class InverseKinematics:
         tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
         if not self._leans_freely:
             tilted = pose[:, 5] < -np.cos(MAX_TILT)
-        inside = np.all((self.lower < q[feasible]) & (q[feasible] < self.upper), axis=1)
+        within = (self.lower < q) & (q < self.upper)
+        inside = within[feasible].all(axis=1)
         arrived = np.zeros(len(q), dtype=bool)
         arrived[feasible] = exact & tilted & inside
         return q, arrived
@@ -142,12 +144,13 @@ class InverseKinematics:
             pose, J = self.ball_and_neck(q[moving])
             error = (targets[moving] - pose)[:, :rows, None]
             slope = J[:, :rows]
-            JJ = slope @ slope.transpose(0, 2, 1) + damping * np.eye(rows)
-            dq = (slope.transpose(0, 2, 1) @ np.linalg.solve(JJ, error))[:, :, 0]
-            longest = np.abs(dq).max(axis=1, keepdims=True).clip(1e-9)
-            dq *= np.minimum(1.0, MAX_STEP / longest)
+            transposed = slope.transpose(0, 2, 1)
+            JJ = slope @ transposed + damping * np.eye(rows)
+            dq = (transposed @ np.linalg.solve(JJ, error))[:, :, 0]
+            longest = np.abs(dq).max(axis=1).clip(1e-9)
+            dq *= np.minimum(1.0, MAX_STEP / longest)[:, None]
             q[moving] += dq
-            moving = moving[np.abs(dq).max(axis=1) > tolerance]
+            moving = moving[np.minimum(longest, MAX_STEP) > tolerance]
 
     def ball_and_neck(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""

@@ -107,7 +107,8 @@ def link_poses(
     """
     frames = frames_of_origins(_origins(joints) if origins is None else origins)
     function = _link_poses(tuple(map(kind_of_joint, joints)), q.shape[1])
-    return function(q, columns_of(frames))[0].reshape(len(q), len(joints) + 1, 3, 4)
+    [poses] = function(q, columns_of(frames))
+    return poses.reshape(len(q), len(joints) + 1, 3, 4)
 
 
 @lru_cache(maxsize=64)
@@ -115,8 +116,9 @@ def _link_poses(joints: tuple[Joint, ...], columns: int) -> RowFunction:
     numbers = ca.SX.sym("frames", NUMBERS * len(joints))
     q = ca.SX.sym("q", columns)
     links, _, _ = frames_and_motions(joints, joint_frames(numbers), q)
-    poses = [ca.SX.eye(4)[:3, :], *(ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in links)]
-    return RowFunction("poses", [numbers, q], [ca.vertcat(*poses)])
+    base = ca.SX.eye(4)[:3, :]
+    poses = [ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in links]
+    return RowFunction("poses", [numbers, q], [ca.vertcat(base, *poses)])
 
 
 class Motion(NamedTuple):

@@ -78,8 +78,8 @@ class PoseModel:
 
     def pose(self, joint: int) -> Any:
         """Return the pose of a joint's child link in the base frame, shape (4, 4)."""
-        R, p = self.frames[joint]
-        return ca.densify(ca.vertcat(ca.horzcat(R, p), ca.DM([[0, 0, 0, 1]])))
+        upper = ca.horzcat(*self.frames[joint])
+        return ca.densify(ca.vertcat(upper, ca.DM([[0, 0, 0, 1]])))
 
     def jacobian(self, joint: int, point: Any = None) -> Any:
         """Return the geometric Jacobian of a joint's child link, shape (6, m).

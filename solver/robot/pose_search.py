@@ -131,6 +131,7 @@ def _relaxed(change: np.ndarray, before: np.ndarray, slow: np.ndarray) -> np.nda
         return change
     scale = np.ones((len(change), 1))
     d = change[slow] - before[slow]
-    moves = (change[slow] * d).sum(axis=1) / np.maximum((d * d).sum(axis=1), TINY)
+    squares = (d * d).sum(axis=1)
+    moves = (change[slow] * d).sum(axis=1) / np.maximum(squares, TINY)
     scale[slow, 0] = (1 - moves).clip(SHORTEST, 1)
     return change * scale

@@ -227,11 +227,12 @@ def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
         return match[1] + match[2] + path.encode() + match[2]
 
     attribute = re.compile(rb"(\sfilename\s*=\s*)([\"'])(.*?)\2", re.DOTALL)
-    edits = [
-        (*tag.span, attribute.sub(moved, text.data[slice(*tag.span)], count=1))
-        for tag in text.root.descendants()
-        if tag.tag in ("mesh", "texture")
-    ]
+    edits: list[tuple[int, int, bytes]] = []
+    for element in text.root.descendants():
+        if element.tag in ("mesh", "texture"):
+            begin, end = element.span
+            tag = attribute.sub(moved, text.data[begin:end], count=1)
+            edits.append((begin, end, tag))
     return with_edits(text.data, edits)
 
 
