@@ -10,13 +10,14 @@ from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect, Readings
 
 def design_matrix(effects: Sequence[Effect], readings: Readings) -> tuple[np.ndarray, np.ndarray]:
     """Return the axes that the coefficients of some effects turn, and the turns per unit."""
-    m = int(readings.q.shape[1])
+    N, m = readings.q.shape
     columns: np.ndarray = np.arange(m)
-    turned = [columns[:0]]
+    turned: list[np.ndarray] = [columns[:0]]
+    turns: list[np.ndarray] = [np.zeros((N, 0))]
     for effect in effects:
         turned += [m * axis + columns[effect.columns] for axis in effect.axes.values()]
-    parts = [np.zeros((len(readings.q), 0)), *(effect.turns(readings) for effect in effects)]
-    return np.concatenate(turned), np.concatenate(parts, axis=1)
+        turns.append(effect.turns(readings))
+    return np.concatenate(turned), np.concatenate(turns, axis=1)
 
 
 def deflected(

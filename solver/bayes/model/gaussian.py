@@ -48,10 +48,10 @@ class Gaussian:
     @staticmethod
     def averaged(parts: Sequence["Gaussian"], shares: Sequence[float]) -> "Gaussian":
         """Return mean and spread of a mixture, in which each part has a share."""
-        mean = np.sum([share * part.mean for part, share in zip(parts, shares, strict=True)], 0)
+        pairs = [*zip(parts, shares, strict=True)]
+        mean = np.sum([share * part.mean for part, share in pairs], axis=0)
         roots = [
-            share**0.5 * np.column_stack([part.mean - mean, part.root])
-            for part, share in zip(parts, shares, strict=True)
+            share**0.5 * np.column_stack([part.mean - mean, part.root]) for part, share in pairs
         ]
         return Gaussian(mean, np.concatenate(roots, axis=1))
 
@@ -113,7 +113,8 @@ def check(covariance: np.ndarray) -> None:
     assert np.isfinite(covariance).all(), "a covariance is not finite"
     assert (variances[some] > 0).all(), f"a variance is {variances[some].min()}"
     unit = 1 / np.sqrt(variances[some])
-    shifted = covariance[some][:, some] * unit[:, None] * unit + ROUNDING * np.eye(len(some))
+    correlations = covariance[some][:, some] * unit[:, None] * unit
+    shifted = correlations + ROUNDING * np.eye(len(some))
     try:
         np.linalg.cholesky(shifted)
     except np.linalg.LinAlgError:

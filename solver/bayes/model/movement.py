@@ -46,13 +46,15 @@ class Movement:
         course = np.zeros((len(t), self.waves))
         if not rows.any():
             return course
-        s = (t[rows] - t[rows].min()) / max(float(np.ptp(t[rows])), 1e-12)
+        times = t[rows]
+        s = (times - times.min()) / max(float(np.ptp(times)), 1e-12)
         if self.kind == "step":
-            course[rows, 0] = t[rows] >= self.at
+            course[rows, 0] = times >= self.at
         elif self.kind == "drift":
             course[rows, 0] = s - 0.5
         else:
-            course[rows] = np.cos(np.pi * s[:, None] * np.arange(1, self.waves + 1))
+            halves = np.arange(1, self.waves + 1)
+            course[rows] = np.cos(np.pi * s[:, None] * halves)
         return course
 
     def slopes(self, data: Observations) -> np.ndarray:
@@ -95,7 +97,7 @@ def movements_of(data: Observations, placement: str) -> list[Movement]:
 def _changes(t: np.ndarray, sockets: np.ndarray) -> list[float]:
     """Return the times of the changes of socket, but those that split no socket's samples."""
     order = np.argsort(t, kind="stable")
-    t = t[order]
-    sockets = sockets[order]
-    first = (np.flatnonzero(np.diff(sockets)) + 1).tolist()
-    return [float(t[i]) for i in first if {*sockets[:i].tolist()} & {*sockets[i:].tolist()}]
+    ordered: list[int] = sockets[order].tolist()
+    times: list[float] = t[order].tolist()
+    first = (np.flatnonzero(np.diff(ordered)) + 1).tolist()
+    return [times[i] for i in first if not {*ordered[:i]}.isdisjoint(ordered[i:])]
