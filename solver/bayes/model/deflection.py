@@ -10,10 +10,10 @@ from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect, Readings
 
 def design_matrix(effects: Sequence[Effect], readings: Readings) -> tuple[np.ndarray, np.ndarray]:
     """Return the axes that the coefficients of some effects turn, and the turns per unit."""
-    N, m = readings.q.shape
+    m = int(readings.q.shape[1])
     columns: np.ndarray = np.arange(m)
     turned: list[np.ndarray] = [columns[:0]]
-    turns: list[np.ndarray] = [np.zeros((N, 0))]
+    turns: list[np.ndarray] = [np.zeros((len(readings.q), 0))]
     for effect in effects:
         turned += [m * axis + columns[effect.columns] for axis in effect.axes.values()]
         turns.append(effect.turns(readings))
