@@ -12,8 +12,14 @@ from calibrated_arm import balls_of
 from recorded import recorded_at
 
 import mukca
+from mukca.solver.bayes.model.effects import EXTENSIONS
 
 PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.3, 0.45, 0.1)}
+
+
+def solved(robot, *data, **options):
+    """A calibration that tries no effect: faults are set right before any is tried."""
+    return mukca.calibrate(robot, *data, **{"without": EXTENSIONS, **options})
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +51,7 @@ def _shifted(arm, placement):
 @pytest.fixture(scope="module")
 def sound(panda, placements):
     """The calibration by one of the placements, held out the other."""
-    return mukca.calibrate(panda, placements[0], placements[1])
+    return solved(panda, placements[0], placements[1])
 
 
 def remarks(found):
@@ -53,7 +59,7 @@ def remarks(found):
 
 
 def test_what_follows_a_move_is_a_placement_of_its_own(panda, moved):
-    found = mukca.calibrate(panda, moved[0], moved[1])
+    found = solved(panda, moved[0], moved[1])
     names = {row.name: row for row in found.document.placements}
     assert [*names] == ["front", "front, part 2", "left", "left, part 2"]
     assert [row.samples for row in names.values()] == [(7, 7), (5, 5), (7, 7), (5, 5)]
@@ -64,10 +70,10 @@ def test_what_follows_a_move_is_a_placement_of_its_own(panda, moved):
 
 
 def test_as_recorded_sets_nothing_right(panda, moved):
-    found = mukca.calibrate(panda, moved[0], moved[1], as_recorded=True)
+    found = solved(panda, moved[0], moved[1], as_recorded=True)
     assert len(found.document.placements) == 2 and not remarks(found)
     assert found.document.summary.test.calibrated.mean_absolute_error > 1e-3
-    split = mukca.calibrate(panda, moved[0], as_recorded=True, split_moved=True)
+    split = solved(panda, moved[0], as_recorded=True, split_moved=True)
     assert [row.name for row in split.document.placements] == ["front", "front, part 2"]
 
 
@@ -79,25 +85,25 @@ def test_a_ball_that_never_changed_its_socket_tells_of_the_shape(panda, true_pan
     first = [s for s in front.samples if s.socket == 0]
     rows = [s for pair in zip(first, twice, strict=False) for s in pair]
     one = replace(front, samples=tuple(replace(s, number=i) for i, s in enumerate(rows, start=1)))
-    found = mukca.calibrate(panda, [one, left], _recorded(true_panda, "left", PLACES["left"], 3))
+    found = solved(panda, [one, left], _recorded(true_panda, "left", PLACES["left"], 3))
     row = found.document.placements[0]
     assert row.samples == (24,) and found.verdict.use
     assert "all samples count for socket 0" in str(remarks(found)[0])
-    alone = mukca.calibrate(panda, one, left)
+    alone = solved(panda, one, left)
     assert not remarks(alone) and not alone.verdict.use
 
 
 def test_samples_of_another_socket_are_taken_so(panda, placements):
     samples = [replace(s, socket=1) if s.number in (3, 5) else s for s in placements[0].samples]
     wrong = replace(placements[0], samples=tuple(samples))
-    found = mukca.calibrate(panda, wrong, placements[1])
+    found = solved(panda, wrong, placements[1])
     assert found.document.placements[0].samples == (12, 12)
     assert all("counted for that socket" in one.advice for one in remarks(found)) and remarks(found)
 
 
 def test_placements_of_one_name_are_told_apart(panda, placements, tmp_path):
     first, second = (replace(one, name="front") for one in placements)
-    found = mukca.calibrate(panda, first, second, leave_out=["front (2):0:1"])
+    found = solved(panda, first, second, leave_out=["front (2):0:1"])
     assert found.document.placements[1].samples == (11, 12)
     assert [row.name for row in found.document.placements] == ["front", "front (2)"]
     for day, one in zip("ab", placements, strict=True):
@@ -106,44 +112,44 @@ def test_placements_of_one_name_are_told_apart(panda, placements, tmp_path):
     names = [one.name for one in mukca.read_placements(*folders)]
     assert names == ["a/rec/front", "b/rec/front"]
     with pytest.raises(mukca.MukcaError, match="front is ambiguous; there are: "):
-        mukca.calibrate(panda, mukca.read_placements(*folders), leave_out=["front:0:2"])
+        solved(panda, mukca.read_placements(*folders), leave_out=["front:0:2"])
     ways = (folders[0], folders[0] / ".." / "front")
     twice = [mukca.read_placements(way)[0] for way in ways]
     with pytest.raises(mukca.MukcaError, match="the same placement"):  # and not ambiguous
-        mukca.calibrate(panda, twice, leave_out=["front:0:1"])
-    found = mukca.calibrate(panda, *(mukca.read_placements(folder) for folder in folders))
+        solved(panda, twice, leave_out=["front:0:1"])
+    found = solved(panda, *(mukca.read_placements(folder) for folder in folders))
     assert [row.name for row in found.document.placements] == names
 
 
 def test_what_is_left_out_by_hand(panda, placements):
-    found = mukca.calibrate(panda, placements, leave_out=["left", "front:0:1,5-9"])
+    found = solved(panda, placements, leave_out=["left", "front:0:1,5-9"])
     (row,) = found.document.placements
     assert (row.name, row.samples) == ("front", (8, 12))
     kept = {sample.number for sample in found.document.data[0].samples}
     assert not kept & {1, 5, 7, 9} and {3, 6} <= kept
     with pytest.raises(mukca.MukcaError, match="no samples 2 in socket 0"):
-        mukca.calibrate(panda, placements, leave_out=["front:0:2"])
+        solved(panda, placements, leave_out=["front:0:2"])
     with pytest.raises(mukca.MukcaError, match="there are: front, left"):
-        mukca.calibrate(panda, placements, leave_out=["right"])
+        solved(panda, placements, leave_out=["right"])
     for words in ("front:0:7-3", "front:9:x", "front:x"):
         with pytest.raises(mukca.MukcaError, match="PLACEMENT:SOCKET"):
-            mukca.calibrate(panda, placements, leave_out=[words])
+            solved(panda, placements, leave_out=[words])
 
 
 def test_a_placement_with_too_few_samples_is_left_out_beside_others(panda, placements):
     short = replace(placements[1], samples=placements[1].samples[:2])
-    found = mukca.calibrate(panda, [placements[0], short])
+    found = solved(panda, [placements[0], short])
     assert [row.name for row in found.document.placements] == ["front"]
     assert any("left" in words and "is left out" in words for words in found.document.warnings)
     for more in ([short], [placements[0], short]):
         with pytest.raises(mukca.MukcaError, match="at least 2 are needed"):
-            mukca.calibrate(panda, more, as_recorded=True)
+            solved(panda, more, as_recorded=True)
 
 
 def test_the_smaller_part_is_left_out_where_a_zero_slipped(panda, placements):
     late = np.arange(24) >= 16
     q = placements[0].positions + np.outer(late, np.deg2rad(0.5) * np.eye(7)[3])
-    found = mukca.calibrate(panda, changed(placements[0], q), placements[1])
+    found = solved(panda, changed(placements[0], q), placements[1])
     assert found.document.placements[0].samples == (8, 8)
     (told,) = remarks(found)
     assert "panda_joint4" in told.text and "8 samples from there on are left out" in told.advice
@@ -154,7 +160,7 @@ def test_no_socket_is_left_out_where_a_zero_slipped_between_the_two(panda, place
     samples = tuple(sorted(placements[0].samples, key=lambda s: s.socket))
     front = replace(placements[0], samples=samples)
     q = front.positions + np.outer(front.sockets, np.deg2rad(3) * np.eye(7)[3])
-    found = mukca.calibrate(panda, changed(front, q), placements[1])
+    found = solved(panda, changed(front, q), placements[1])
     assert found.document.placements[0].samples == (12, 12)
     assert found.verdict.use is False and found.verdict.better is None
     assert "panda_joint4" in found.verdict.text
@@ -183,17 +189,17 @@ def test_a_known_distance_follows_the_part_that_holds_its_socket(panda, true_pan
     after = _by_socket(_shifted(true_panda, placements[0]))
     moved = replace(front, samples=(*front.samples[:5], *after.samples[5:]))
     known = ["front:1-left:0=0.4857+-0.005"]
-    found = mukca.calibrate(panda, [moved, placements[1]], known=known)
+    found = solved(panda, [moved, placements[1]], known=known)
     assert "front, part 2" in [row.name for row in found.document.placements]
     assert "front, part 2:1-left:0" in str(found.document.settings["known"])
 
 
 def test_advice_says_which_solve_sets_right(panda, moved):
     for options, words in (
-        ({"method": "paper"}, "solve --method auto takes what follows"),
+        ({"method": "paper", "without": ()}, "solve --method auto takes what follows"),
         ({"as_recorded": True}, "solve by default takes what follows"),
     ):
-        found = mukca.calibrate(panda, moved[0], **options)
+        found = solved(panda, moved[0], **options)
         told = [check.advice for check in found.document.checks if check.code == "moved"]
         assert told and words in told[0]
 
@@ -206,7 +212,7 @@ def drifted(placement):
 
 def test_a_held_out_placement_is_judged_without_its_drift(panda, placements, sound):
     def held_out(placement, **options):
-        return mukca.calibrate(panda, placements[0], placement, **options).document
+        return solved(panda, placements[0], placement, **options).document
 
     left = drifted(placements[1])
     without, kept = held_out(left), held_out(left, as_recorded=True)
@@ -226,7 +232,7 @@ def test_a_drift_has_an_unknown_in_the_fit_where_samples_have_no_times(panda, pl
     samples = tuple(replace(s, number=0, place=i) for i, s in enumerate(rows, start=1))
     front = drifted(replace(placements[0], samples=samples))
     found, kept = (
-        mukca.calibrate(panda, front, placements[1], as_recorded=kept) for kept in (False, True)
+        solved(panda, front, placements[1], as_recorded=kept) for kept in (False, True)
     )
     assert ["drifted" in remark.text for remark in remarks(found)] == [True]
     sizes = [abs(calibration.document.scale.value) for calibration in (found, kept)]
@@ -237,14 +243,14 @@ def test_a_gain_has_an_unknown_in_the_fit(panda, true_panda, placements, sound):
     """A joint that reads 2 % too much is right once its position is corrected."""
     factor = 1 + 0.02 * np.eye(7)[3]
     read = [changed(placement, placement.positions * factor) for placement in placements]
-    found = mukca.calibrate(panda, read)
+    found = solved(panda, read)
     gains = found.document.deflection["gain"]
     assert gains == pytest.approx(1 / factor - 1, abs=2e-3)
     (told,) = [check for check in found.document.checks if check.code == "gain"]
     assert told.level == "warning" and "unknown" in told.advice
     q = placements[0].positions
     assert np.ptp(found.ball(q * factor) - balls_of(true_panda, q), axis=0).max() < 1.5e-3
-    kept = mukca.calibrate(panda, read, as_recorded=True).document
+    kept = solved(panda, read, as_recorded=True).document
     assert "gain" not in kept.deflection
     assert [check.level for check in kept.checks if check.code == "gain"] == ["error"]
     assert "gain" not in sound.document.deflection
