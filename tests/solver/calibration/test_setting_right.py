@@ -231,9 +231,7 @@ def test_a_drift_has_an_unknown_in_the_fit_where_samples_have_no_times(panda, pl
     rows = sorted(placements[0].samples, key=lambda sample: sample.socket)
     samples = tuple(replace(s, number=0, place=i) for i, s in enumerate(rows, start=1))
     front = drifted(replace(placements[0], samples=samples))
-    found, kept = (
-        solved(panda, front, placements[1], as_recorded=kept) for kept in (False, True)
-    )
+    found, kept = (solved(panda, front, placements[1], as_recorded=kept) for kept in (False, True))
     assert ["drifted" in remark.text for remark in remarks(found)] == [True]
     sizes = [abs(calibration.document.scale.value) for calibration in (found, kept)]
     assert sizes[0] < 5e-3 < sizes[1]

@@ -112,6 +112,6 @@ def test_the_places_put_the_ball_onto_the_shipped_models(everything, answer):
             names.add(name)
     shipped = {robot["name"] for robot in answer("robots")["robots"]}
     assert names <= shipped
-    assert shipped - names == {
-        *("so100", "koch", "openarm", "wxai"),
-    }, "a flange or a gripper that was measured by nobody here"
+    assert shipped - names == {*("so100", "koch", "openarm", "wxai")}, (
+        "a flange or a gripper that was measured by nobody here"
+    )

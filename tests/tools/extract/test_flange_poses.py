@@ -5,16 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from calibrated_arm import pose_at
-from cameras import (
-    POSE,
-    STANDING,
-    board_seen,
-    columns_of,
-    flanges,
-    recorded,
-    rotations,
-    views,
-)
+from cameras import POSE, STANDING, board_seen, columns_of, flanges, recorded, rotations, views
 
 import mukca
 from mukca import MukcaError

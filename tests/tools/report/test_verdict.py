@@ -264,8 +264,7 @@ def test_what_may_explain_the_size_is_said(document, rows):
 
 
 @pytest.mark.parametrize(
-    ("deviation", "status"),
-    [(0.017, "not enough"), (0.003, "warning"), (None, "warning")],
+    ("deviation", "status"), [(0.017, "not enough"), (0.003, "warning"), (None, "warning")]
 )
 def test_the_papers_method_passes_no_arm_whose_size_it_does_not_know(
     document, report, deviation, status
