@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cases import by_table
 from foreign_tables import BYTES, LOOKS, MORE, UR, Q, beside, named, page, text_of
 from project import ROOT
 
@@ -169,19 +170,7 @@ def test_poses_are_read_alike(tmp_path, look):
     assert unit_quaternion(turn, rows.form[3:], "") == pytest.approx((0, 0, 0.6, 0.8))
 
 
-@pytest.mark.parametrize(
-    "header",
-    [
-        "x,y,z,qx,qy,qz",
-        "x,y,z,roll,pitch",
-        "x,y",
-        "x,y,z,a,b,c",
-        "X,Y,Z,W,P,R",
-        "a_x,a_y,a_z,b_x,b_y,b_z",
-        "x,x,y,z",
-        "x [in],y,z",
-    ],
-)
+@by_table("header")
 def test_half_a_pose_is_none(tmp_path, header):
     file = tmp_path / "poses.csv"
     file.write_text(f"{header}\n{','.join('0' * len(header.split(',')))}\n")

@@ -1,6 +1,7 @@
 """Known distances between sockets in a file: words, or a table whose units are named."""
 
 import pytest
+from cases import by_table
 
 from mukca import MukcaError
 from mukca.solver.data import parse_known, read_known
@@ -29,15 +30,7 @@ def test_a_caliper_measured_it_where_nothing_else_is_said(tmp_path):
     assert parse_known(str(words)).deviation == pytest.approx(3e-5)
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("from,to,distance\na:0,b:0,350\n", "distance has no unit; write distance .mm. or .m."),
-        ("from,distance [mm]\na:0,350\n", "column 'to': expected one"),
-        ("from,to,distance [mm]\na:0,b:0,350\na:0,c:0,far\n", r"known.csv:3: 'far' is no length"),
-        ("from,to,distance [deg]\na:0,b:0,35\n", "distance has unit 'deg'"),
-    ],
-)
+@by_table("text", "said")
 def test_a_table_that_cannot_be_is_refused_by_its_line(text, said, tmp_path):
     (tmp_path / "known.csv").write_text(text)
     with pytest.raises(MukcaError, match=said):

@@ -93,15 +93,7 @@ def test_wrong_columns_of_quaternions_are_named(panda):
             check_orientations(R, wrong, "file")
 
 
-@pytest.mark.parametrize(
-    "order, signs, words",
-    [
-        ((0, 1, 2, 3, 4, 5, 6), (1, 1, 1, 1, 1, 1, -1), r"joint 7 \(panda_joint7\) looks sign-fl"),
-        ((0, 1, 2, 3, 4, 5, 6), (-1, 1, 1, 1, 1, 1, 1), r"joint 1 \(panda_joint1\) looks sign-fl"),
-        ((0, 1, 4, 3, 2, 5, 6), (1, 1, 1, 1, 1, 1, 1), r"3 \(panda_joint3\) and 5 .* look swapped"),
-        ((0, 1, 4, 3, 2, 5, 6), (1, -1, 1, 1, 1, 1, 1), "see the order of the joints, their zeros"),
-    ],
-)
+@by_table("order", "signs", "words")
 def test_wrong_columns_of_joints_are_named_by_orientations(panda, order, signs, words):
     q, R, p = poses(panda)
     recorded = q[:, order] * signs

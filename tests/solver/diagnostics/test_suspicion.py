@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cases import by_table
 
 from mukca.recorder import Placement, sample_files
 from mukca.solver.data import measure
@@ -40,17 +41,7 @@ def spoilt(true_panda, record_at):
     return spoilt
 
 
-@pytest.mark.parametrize(
-    ("text", "other"),
-    [
-        ("base@16:4mm", "bent@16 4mm"),
-        ("bent@16:4mm", "base@16 4mm"),
-        ("drift:4mm", "loose 2mm"),
-        ("loose:2mm", "base@16 20mm"),
-        ("gain:3%", "base@16 4mm"),
-        ("uneven:1deg", "drift 4mm"),
-    ],
-)
+@by_table("text", "other")
 def test_a_flaw_explains_the_recordings_that_have_it(panda, spoilt, text, other):
     measured = [measure(spoilt(text), panda)]
     there = what_if(panda, measured, Flaw.parse(text))

@@ -163,20 +163,7 @@ def test_bad_models_get_one_line(odd, old, new, told):
     assert "odd.urdf" in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("head", "comment", "encoding"),
-    [
-        ("", "\N{GREEK SMALL LETTER PI}", "utf-8-sig"),
-        ("", "\N{GREEK SMALL LETTER PI}", "utf-16"),
-        ("", "\N{GREEK SMALL LETTER PI}", "utf-16-le"),
-        ('<?xml version="1.0" encoding="UTF-16"?>', "\N{GREEK SMALL LETTER PI}", "utf-16-be"),
-        ('<?xml version="1.0" encoding="UTF-16"?>', "\N{GREEK SMALL LETTER PI}", "utf-8"),
-        ('\n\n <?xml version="1.0"?>', "\N{GREEK SMALL LETTER PI}", "utf-8"),
-        ("<?xml version='1.0' encoding='ISO-8859-1'?>", "gepr\xfcft", "latin-1"),
-        ('<?xml version="1.0" encoding="GBK"?>', "\u673a\u68b0\u81c2", "gbk"),
-        ('<?xml version="1.0" encoding="Shift_JIS"?>', "\u30b4\u30e0", "shift_jis"),
-    ],
-)
+@by_table("head", "comment", "encoding")
 def test_a_model_in_any_encoding_is_read_edited_and_written_in_utf8(odd, head, comment, encoding):
     text = ODD_ARM.replace("an odd arm", comment).partition("\n")[2]
     odd.write_bytes(f"{head}\n{text}".encode(encoding))

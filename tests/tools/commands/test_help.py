@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import get_type_hints
 
 import pytest
+from cases import by_table
 from kept import compare
 
 import mukca
@@ -67,14 +68,7 @@ def test_the_help_of_solve_has_each_verdict_with_its_status():
             assert title in statuses[1 if status == "fail" else 2]
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("mukca so", ["solve"]),
-        ("mukca solve --di", ["--distance", "--distance-deviation"]),
-        ("mukca export calibrated --to m", ["mjcf", "mdh"]),
-    ],
-)
+@by_table("line", "words")
 def test_tab_completes_what_was_begun(tmp_path, line, words):
     pytest.importorskip("argcomplete")
     out = tmp_path / "words"
