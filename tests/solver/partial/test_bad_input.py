@@ -7,6 +7,7 @@ import zlib
 import numpy as np
 import pytest
 from altered import write_rows, write_samples
+from cases import by_table
 from imagined import edited
 
 import mukca
@@ -45,14 +46,7 @@ def test_columns_of_other_names_are_taken_in_order_and_said_so(simulated, said, 
     assert "no column is called like a joint of the robot" in out + error
 
 
-@pytest.mark.parametrize(
-    ("verb", "words", "statuses"),
-    [
-        ("tool", "cannot tell", {3}),
-        ("check", "in postures alike", {3}),
-        ("rezero", "The postures are alike and tell little", {0, 1, 3}),
-    ],
-)
+@by_table("verb", "words", "statuses")
 def test_postures_alike_say_too_little(simulated, said, verb, words, statuses):
     rows = [0] * 6 + [8] * 6
     q = simulated.later.positions[rows] + np.linspace(0, 1e-5, 12)[:, None]
@@ -62,16 +56,15 @@ def test_postures_alike_say_too_little(simulated, said, verb, words, statuses):
 
 @pytest.mark.parametrize("size", [100_000_000, 8])
 def test_a_covariance_of_another_size_is_refused_before_it_fills_the_memory(
-    simulated, tmp_path, command, size
+    simulated, cal, tmp_path, command, size
 ):
     packed = base64.b64encode(zlib.compress(bytes(size))).decode()
-    simulated.calibration.save(tmp_path / "cal")
     file, since = tmp_path / "damaged.json", simulated.later
 
     def change(document):
         document["posterior"]["covariance"] = packed
 
-    edited(tmp_path / "cal" / "calibration.json", file, change)
+    edited(cal / "calibration.json", file, change)
     placement = mukca.Placement.of_arrays("since", since.positions, since.sockets, distance=0.05)
     write_samples(tmp_path / "since", placement)
     tracemalloc.start()
@@ -88,10 +81,9 @@ def test_a_name_without_a_calibration_asks_for_one(refused, tmp_path, monkeypatc
     refused("mukca solve DATA --robot ur3e", verb, "ur3e", "x.csv")
 
 
-def test_points_in_millimetres_are_asked_about(simulated, tmp_path, refused):
-    simulated.calibration.save(tmp_path / "cal")
+def test_points_in_millimetres_are_asked_about(simulated, cal, tmp_path, refused):
     names = simulated.calibration.robot.joint_names
     rows = np.hstack([simulated.later.positions[:8], np.full((8, 3), 412.5)])
     file = write_rows(tmp_path / "touches.csv", rows.tolist(), [*names, "x", "y", "z"])
-    error = refused("touches.csv:2: x, y or z is 412.5", "tool", tmp_path / "cal", file)
+    error = refused("touches.csv:2: x, y or z is 412.5", "tool", cal, file)
     assert "are these millimetres?" in error

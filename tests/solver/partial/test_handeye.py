@@ -19,6 +19,7 @@ from cameras import (
     rotations,
     views,
 )
+from recorded import RIGID
 
 import mukca
 from mukca import MukcaError
@@ -26,18 +27,25 @@ from mukca import MukcaError
 pytestmark = pytest.mark.slow
 
 
+@pytest.fixture(params=["on-arm", "beside"])
+def camera(request):
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def sound(simulated):
+def found_by(simulated):
+    """What is found of views by a camera."""
+    return lambda camera, rows, **options: mukca.handeye(
+        simulated.calibration, recorded(rows), camera, **options
+    )
+
+
+@pytest.fixture(scope="module")
+def sound(simulated, found_by):
     """What is found of the views by a camera."""
-
-    @cache
-    def sound(camera):
-        return mukca.handeye(simulated.calibration, recorded(views(simulated, camera)), camera)
-
-    return sound
+    return cache(lambda camera: found_by(camera, views(simulated, camera)))
 
 
-@pytest.mark.parametrize("camera", ["on-arm", "beside"])
 def test_a_board_seen_elsewhere_stays_where_it_is(simulated, sound, camera):
     found = sound(camera)
     later = views(simulated, camera, seed=5)
@@ -57,36 +65,33 @@ def test_a_board_seen_elsewhere_stays_where_it_is(simulated, sound, camera):
     assert 1e-4 < found.noise[0] < 4e-4
 
 
-@pytest.mark.parametrize("camera", ["on-arm", "beside"])
-def test_exact_views_leave_little_noise(simulated, camera):
-    found = mukca.handeye(
-        simulated.calibration, recorded(views(simulated, camera, noise=0)), camera
-    )
+def test_exact_views_leave_little_noise(simulated, found_by, camera):
+    found = found_by(camera, views(simulated, camera, noise=0))
     assert found.noise[0] < 1e-5 and not found.untold
 
 
-@pytest.mark.parametrize("camera", ["on-arm", "beside"])
-def test_another_camera_other_units_and_mirrored_poses_are_told(simulated, camera):
+def test_another_camera_other_units_and_mirrored_poses_are_told(simulated, found_by, camera):
     rows = views(simulated, camera)
     other = "beside" if camera == "on-arm" else "on-arm"
     with pytest.raises(MukcaError, match=f"use --camera {camera}"):
-        mukca.handeye(simulated.calibration, recorded(rows), other)
+        found_by(other, rows)
     large = rows.copy()
     large[:, 7:10] *= 1e3
     with pytest.raises(MukcaError, match="are these millimetres"):
-        mukca.handeye(simulated.calibration, recorded(large), camera)
+        found_by(camera, large)
     rows[:, [7, 11, 12]] *= -1
-    found = mukca.handeye(simulated.calibration, recorded(rows), camera)
+    found = found_by(camera, rows)
     assert len(found.untold) == 1 and "are places mirrored" in found.untold[0]
 
 
-@pytest.mark.parametrize("camera", ["on-arm", "beside"])
-def test_the_size_of_the_board_is_an_unknown_and_a_wrong_one_is_told(simulated, sound, camera):
+def test_the_size_of_the_board_is_an_unknown_and_a_wrong_one_is_told(
+    simulated, found_by, sound, camera
+):
     rows = views(simulated, camera)
     for factor in (0.9, 1.005, 1.05):
         scaled = rows.copy()
         scaled[:, 7:10] *= factor
-        found = mukca.handeye(simulated.calibration, recorded(scaled), camera)
+        found = found_by(camera, scaled)
         off = np.array(found.frame.xyz) - np.array(sound(camera).frame.xyz)
         assert off == pytest.approx(np.zeros(3), abs=5e-4)
         told = [line for line in found.untold if "The views fit if the board" in line]
@@ -94,12 +99,11 @@ def test_the_size_of_the_board_is_an_unknown_and_a_wrong_one_is_told(simulated, 
         assert not told or ("larger" in told[0]) == (factor < 1)
 
 
-@pytest.mark.parametrize("camera", ["on-arm", "beside"])
 @pytest.mark.parametrize("joint", [1, 3, 5])
-def test_a_zero_that_changed_since_is_told(simulated, sound, camera, joint):
+def test_a_zero_that_changed_since_is_told(simulated, found_by, sound, camera, joint):
     rows = views(simulated, camera)
     rows[:, joint] -= 5e-3
-    found = mukca.handeye(simulated.calibration, recorded(rows), camera)
+    found = found_by(camera, rows)
     assert "A joint's zero changed since the calibration" in found.untold[0]
     assert simulated.calibration.robot.joint_names[joint] in found.untold[0]
     off = np.array(found.frame.xyz) - sound(camera).frame.xyz
@@ -116,8 +120,7 @@ def test_a_place_less_sure_than_a_limit_is_not_enough(simulated):
     assert not any("ros2" in line for line in found.text)
 
 
-@pytest.mark.parametrize("camera", ["on-arm", "beside"])
-def test_the_way_to_read_the_turns_is_named(simulated, camera):
+def test_the_way_to_read_the_turns_is_named(simulated, found_by, camera):
     rows = views(simulated, camera)
     first, transposed = rows.copy(), rows.copy()
     first[:, 10:] = rows[:, [13, 10, 11, 12]]
@@ -134,23 +137,15 @@ def test_the_way_to_read_the_turns_is_named(simulated, camera):
         (inverse, "w first, inverse"),
     ):
         with pytest.raises(MukcaError, match=f"read as .*{words}"):
-            mukca.handeye(simulated.calibration, recorded(wrong), camera)
+            found_by(camera, wrong)
 
 
-@pytest.mark.parametrize(("factor", "unit"), [(1.0, ""), (180 / np.pi, " in degrees")])
-def test_angles_in_the_place_of_rotation_vectors_are_named(simulated, tmp_path, factor, unit):
-    rows = views(simulated, "on-arm")
-    angles = factor * np.array([angles_of(R) for R in rotations(rows)])
-    names = (*names_of(simulated)[:10], "rx", "ry", "rz")
-    file = write_rows(tmp_path / "a.csv", np.hstack([rows[:, :10], angles]).tolist(), names)
-    with pytest.raises(MukcaError, match=rf"read as roll, pitch, yaw{unit} \(Rz"):
-        mukca.handeye(simulated.calibration, in_file(file), "on-arm")
-
-
-EULER = {
-    "about z, y, x": lambda R: angles_of(R)[::-1],
-    "about x, y, z": lambda R: [-angle for angle in angles_of(R.T)],
-    "about z, y, z": lambda R: [
+ANGLES = {
+    r"roll, pitch, yaw \(Rz": angles_of,
+    r"roll, pitch, yaw in degrees \(Rz": lambda R: np.degrees(angles_of(R)),
+    "Euler angles about z, y, x": lambda R: angles_of(R)[::-1],
+    "Euler angles about x, y, z": lambda R: [-angle for angle in angles_of(R.T)],
+    "Euler angles about z, y, z": lambda R: [
         np.arctan2(R[1, 2], R[0, 2]),
         np.arccos(R[2, 2]),
         np.arctan2(R[2, 1], -R[2, 0]),
@@ -158,20 +153,21 @@ EULER = {
 }
 
 
-@pytest.mark.parametrize("order", EULER)
-def test_the_order_of_euler_angles_is_named(simulated, tmp_path, order):
-    rows = views(simulated, "beside")
-    angles = [EULER[order](R) for R in rotations(rows)]
+@pytest.mark.parametrize("words", ANGLES)
+def test_angles_in_the_place_of_rotation_vectors_are_named(simulated, tmp_path, words):
+    camera = "on-arm" if words.startswith("roll") else "beside"
+    rows = views(simulated, camera)
+    angles = [ANGLES[words](R) for R in rotations(rows)]
     names = (*names_of(simulated)[:10], "rx", "ry", "rz")
     file = write_rows(tmp_path / "a.csv", np.hstack([rows[:, :10], angles]).tolist(), names)
-    with pytest.raises(MukcaError, match=f"read as Euler angles {order}"):
-        mukca.handeye(simulated.calibration, in_file(file), "beside")
+    with pytest.raises(MukcaError, match=f"read as {words}"):
+        mukca.handeye(simulated.calibration, in_file(file), camera)
 
 
-def test_a_flipped_view_is_named_and_hardly_counts(simulated, sound):
+def test_a_flipped_view_is_named_and_hardly_counts(simulated, found_by, sound):
     rows = views(simulated, "on-arm")
     rows[4, 10:] = rows[4, [13, 12, 11, 10]] * [1, 1, -1, -1]
-    found = mukca.handeye(simulated.calibration, recorded(rows), "on-arm")
+    found = found_by("on-arm", rows)
     assert not sound("on-arm").outliers
     assert len(found.outliers) == 1 and "view 4" in found.outliers[0]
     assert np.array(found.frame.xyz) == pytest.approx(np.array(sound("on-arm").frame.xyz), abs=5e-4)
@@ -184,13 +180,14 @@ def turned_over(rows, count):
     return rows
 
 
-@pytest.mark.parametrize("camera", ["on-arm", "beside"])
-def test_a_board_turned_over_is_told_in_a_few_views_and_in_half_of_them(simulated, camera):
+def test_a_board_turned_over_is_told_in_a_few_views_and_in_half_of_them(
+    simulated, found_by, camera
+):
     rows = views(simulated, camera, seed=4)
-    few = mukca.handeye(simulated.calibration, recorded(turned_over(rows, 2)), camera)
+    few = found_by(camera, turned_over(rows, 2))
     assert len(few.outliers) == 2 and not few.untold
     assert all(line.endswith("Was the board found turned over?") for line in few.outliers)
-    half = mukca.handeye(simulated.calibration, recorded(turned_over(rows, 7)), camera)
+    half = found_by(camera, turned_over(rows, 7))
     assert "7 of 15 views fit no other: is the board turned over" in half.untold[0]
 
 
@@ -204,23 +201,22 @@ def test_views_of_which_most_agree_with_no_other_ask_for_the_board(simulated):
     ("rows", "message"),
     [(slice(4), "4 views; 5 are needed"), ([0] * 3 + [1] * 3, "2 views; 5 are needed")],
 )
-def test_views_that_cannot_tell_are_refused(simulated, rows, message):
+def test_views_that_cannot_tell_are_refused(simulated, found_by, rows, message):
     with pytest.raises(MukcaError, match=message):
-        mukca.handeye(simulated.calibration, recorded(views(simulated, "on-arm")[rows]), "on-arm")
+        found_by("on-arm", views(simulated, "on-arm")[rows])
 
 
-def test_the_command_writes_the_camera_into_the_urdf(simulated, tmp_path, command, refused):
+def test_the_command_writes_the_camera_into_the_urdf(simulated, cal, tmp_path, command, refused):
     rows, names = views(simulated, "beside").tolist(), names_of(simulated)
     write_rows(tmp_path / "of june.csv", rows, names)
     (tmp_path / "points.csv").write_text("another recording\n")
-    simulated.calibration.save(tmp_path / "cal")
-    words = ("handeye", tmp_path / "cal", tmp_path / "of june.csv", "--camera")
+    words = ("handeye", cal, tmp_path / "of june.csv", "--camera")
     status, out, _ = command(*words, "beside", "--json", "--out", tmp_path / "new")
     said = json.loads(out)
     assert status == 0 and said["parent"] == simulated.calibration.robot.base
     assert "camera" in mukca.load_robot(said["outputs"]["urdf"]).text.links
     write_rows(tmp_path / "few.csv", rows[:3], names)
-    few = ("handeye", tmp_path / "cal", tmp_path / "few.csv", "--camera", "beside")
+    few = ("handeye", cal, tmp_path / "few.csv", "--camera", "beside")
     assert "15 are" in refused("few.csv: 3 views; 5 are needed", *few)
     refused("", *words, "on-arm")
     refused("--near 1,2: give 7 numbers", *words, "beside", "--near", "1,2")
@@ -229,7 +225,6 @@ def test_the_command_writes_the_camera_into_the_urdf(simulated, tmp_path, comman
 POSTURE = np.array([0.3, -1.4, 1.6, -1.2, -1.5, 0.2])
 
 
-@pytest.mark.parametrize("camera", ["on-arm", "beside"])
 def test_the_order_of_columns_without_names_is_found(ur5e, camera, tmp_path):
     """A driver's order, lift to wrist and then pan, under names that say nothing."""
     q = POSTURE + np.random.default_rng(4).uniform(-0.5, 0.5, (12, 6))
@@ -246,7 +241,7 @@ def test_the_order_of_columns_without_names_is_found(ur5e, camera, tmp_path):
 
 def test_another_arms_calibration_is_told_where_both_fit(simulated, sound, tmp_path, command):
     _, placements = mukca.simulate_recordings(simulated.calibration.robot, 2, seed=77, samples=12)
-    other = mukca.calibrate(simulated.calibration.robot, placements)
+    other = mukca.calibrate(simulated.calibration.robot, placements, **RIGID)
     data = recorded(views(simulated, "on-arm"))
     assert not sound("on-arm").untold
     assert "another arm's" in mukca.handeye(other, data, "on-arm").untold[0]

@@ -102,10 +102,9 @@ def test_zeros_of_a_servo_arm_that_was_never_calibrated():
     assert found.urdf() != robot.text.data
 
 
-def test_the_command_says_and_writes_what_was_found(simulated, tmp_path, command, refused):
+def test_the_command_says_and_writes_what_was_found(simulated, cal, tmp_path, command, refused):
     write_samples(tmp_path / "since", simulated.read({3: 5e-3}))
-    simulated.calibration.save(tmp_path / "cal")
-    words = ("rezero", tmp_path / "cal", tmp_path / "since")
+    words = ("rezero", cal, tmp_path / "since")
     status, out, _ = command(*words, "--json", "--out", tmp_path / "new")
     assert status == 0 and json.loads(out)["changed"] == ["panda_joint4"]
     assert (tmp_path / "new" / "calibrated.urdf").exists()

@@ -53,9 +53,8 @@ def test_a_zero_that_changed_since_is_told(simulated, joint):
     assert np.trace(found.frame.covariance) > 4 * np.trace(sound.frame.covariance)
 
 
-def test_a_tip_less_sure_than_a_limit_is_not_enough(simulated, tmp_path, command, refused):
-    simulated.calibration.save(tmp_path / "cal")
-    words = ("tool", tmp_path / "cal", written(tmp_path / "t.csv", simulated.touched(TIP)))
+def test_a_tip_less_sure_than_a_limit_is_not_enough(simulated, cal, tmp_path, command, refused):
+    words = ("tool", cal, written(tmp_path / "t.csv", simulated.touched(TIP)))
     status, out, _ = command(*words, "--limit-mm", "0.001")
     assert status == 3 and "NOT ENOUGH DATA: these touches cannot tell the tip along" in out
     refused("--limit-mm 0: give millimetres above 0", *words, "--limit-mm", "0")
@@ -114,16 +113,15 @@ def written(file, touches):
 
 
 def test_the_command_takes_a_shaft_a_face_and_sockets_that_stood(
-    simulated, tmp_path, command, refused
+    simulated, cal, tmp_path, command, refused
 ):
-    simulated.calibration.save(tmp_path / "cal")
     aside = 0.03 * np.eye(3)
     points = {"tip": TIP, "shaft": SHAFT, "x": TIP + aside[0], "y": TIP + aside[1]}
     tip, shaft, x, y = (
         written(tmp_path / f"{name}.csv", simulated.touched(point, seed=i))
         for i, (name, point) in enumerate(points.items())
     )
-    words = ("tool", tmp_path / "cal", tip, "--json")
+    words = ("tool", cal, tip, "--json")
     z = {"axis": ("--axis", shaft), "face": ("--face", x, y)}
     for name, more in z.items():
         status, out, _ = command(*words, *more, "--out", tmp_path / name)
@@ -134,7 +132,7 @@ def test_the_command_takes_a_shaft_a_face_and_sockets_that_stood(
     base = simulated.first_base
     few = written(tmp_path / "few.csv", simulated.touched(TIP, 4, seed=1, base=base))
     known, free = (
-        json.loads(command("tool", tmp_path / "cal", few, "--json", *more)[1])
+        json.loads(command("tool", cal, few, "--json", *more)[1])
         for more in (("--stood", base.name), ())
     )
     assert known["xyz"][:2] == pytest.approx(TIP[:2].tolist(), abs=5e-4)
@@ -142,10 +140,9 @@ def test_the_command_takes_a_shaft_a_face_and_sockets_that_stood(
     refused("kitchen", *words, "--stood", "kitchen")
 
 
-def test_the_command_takes_a_csv_file(simulated, tmp_path, command, refused):
+def test_the_command_takes_a_csv_file(simulated, cal, tmp_path, command, refused):
     written(tmp_path / "spike.csv", simulated.touched(TIP))
-    simulated.calibration.save(tmp_path / "cal")
-    words = ("tool", tmp_path / "cal", tmp_path / "spike.csv", "--name", "spike", "--json")
+    words = ("tool", cal, tmp_path / "spike.csv", "--name", "spike", "--json")
     status, out, told = command(*words, "--out", tmp_path / "new")
     said = json.loads(out)
     assert status == 0 and said["elsewhere"] < 5e-4

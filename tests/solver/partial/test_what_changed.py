@@ -80,16 +80,15 @@ def test_a_base_that_does_not_stand_where_it_stood_is_told(simulated):
 
 
 @pytest.mark.slow
-def test_the_command_says_what_to_do_next(simulated, tmp_path, command, refused):
+def test_the_command_says_what_to_do_next(simulated, cal, tmp_path, command, refused):
     write_samples(tmp_path / "since", simulated.read({3: 3e-3}))
-    simulated.calibration.save(tmp_path / "cal")
-    words = ("check", tmp_path / "since", "--calibration", tmp_path / "cal")
+    words = ("check", tmp_path / "since", "--calibration", cal)
     status, out, _ = command(*words)
     assert status == 1 and "mukca rezero --joint panda_joint4" in out
     status, out, _ = command(*words, "--json")
     assert status == 1 and json.loads(out)["likeliest"] == "panda_joint4"
     by_check = command(*words)
-    words = ("validate", tmp_path / "cal", tmp_path / "since")
+    words = ("validate", cal, tmp_path / "since")
     assert command(*words) == by_check
     status, out, _ = command(*words, "--json", "--out", tmp_path / "page")
     assert status == 1
@@ -101,14 +100,13 @@ def test_the_command_says_what_to_do_next(simulated, tmp_path, command, refused)
     refused("--robot", "check", tmp_path / "since")
 
 
-def test_a_few_samples_say_nothing_of_an_old_calibration(simulated, tmp_path, command):
+def test_a_few_samples_say_nothing_of_an_old_calibration(simulated, cal, tmp_path, command):
     since = simulated.read({})
     few = mukca.Placement.of_arrays(
         "few", since.positions[[0, 1, -2, -1]], [0, 0, 1, 1], distance=since.distance
     )
     write_samples(tmp_path / "few", few)
-    simulated.calibration.save(tmp_path / "cal")
-    for words in (("validate", tmp_path / "cal"), ("check", "--calibration", tmp_path / "cal")):
+    for words in (("validate", cal), ("check", "--calibration", cal)):
         status, out, _ = command(*words, tmp_path / "few")
         assert status == 3 and "too little" in out
 

@@ -60,10 +60,9 @@ def keeps(verb, told, folder):
 
 
 @pytest.mark.slow
-def test_what_is_found_on_a_calibrated_arm_comes_first(simulated, screen, tmp_path):
+def test_what_is_found_on_a_calibrated_arm_comes_first(simulated, cal, screen, tmp_path):
     """``--details`` shows what the screen shows, and more."""
-    cal, arm = tmp_path / "cal", simulated.calibration.robot
-    simulated.calibration.save(cal)
+    arm = simulated.calibration.robot
     write_samples(tmp_path / "since", simulated.read({3: 5e-3}))
     tip = [0.03, -0.02, 0.2]
     touches = simulated.touched(np.array(tip)).positions.tolist()

@@ -61,14 +61,13 @@ def lead_on(steps, to=()):
         file.write(",".join(map(repr, to)) + "\n")
 
 
-def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated, tmp_path):
+def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated, cal, tmp_path):
     """A hand follows what the screen says of a zero 3 mrad off; the verdict comes at the end."""
-    simulated.calibration.save(tmp_path / "cal")
     hand, out, steps = tmp_path / "hand.csv", tmp_path / "since", tmp_path / "steps"
     zero, starts = 3e-3 * np.eye(7)[3], simulated.later.positions[[0, 8]]
     centres, at = simulated.truth.ball(starts), starts[0]
     hand.write_text(",".join(map(repr, (at - zero).tolist())))
-    words = led(steps, hand, out, PACE, "--calibration", str(tmp_path / "cal"))
+    words = led(steps, hand, out, PACE, "--calibration", str(cal))
     with TerminalSession(words, columns=100, rows=30) as terminal:
         for number in range(1, 2 * BLOCK + 1):
             socket = int(number > BLOCK)

@@ -27,7 +27,9 @@ def test_poses_are_led_to_that_tell_the_zeros_best(simulated):
     assert end.enough and end.target is None and end.predicted > 1.1 * then.goal
 
 
-def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(simulated, tmp_path, scripted, capsys):
+def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(
+    simulated, cal, tmp_path, scripted, capsys
+):
     def recorded(name, rows, keys, *more, status=0, said=""):
         hand = write_rows(tmp_path / f"{name}.csv", rows.tolist())
         words = ["--distance", "0.05", "--no-guide", *more]
@@ -35,21 +37,20 @@ def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(simulated, tmp_path, 
         assert done.status == status and said in done.output, done.errors
         return tmp_path / name
 
-    simulated.calibration.save(tmp_path / "cal")
     since = recorded(
         "since",
         simulated.read({3: 5e-3}).positions,
         "a*8 s a*8 q",
         "--calibration",
-        str(tmp_path / "cal"),
+        str(cal),
         status=1,
         said="mukca rezero --joint panda_joint4 finds its zero",
     )
-    assert main(["check", str(since), "--calibration", str(tmp_path / "cal")]) == 1
+    assert main(["check", str(since), "--calibration", str(cal)]) == 1
     assert "mukca rezero --joint panda_joint4" in capsys.readouterr().out
-    assert main(["validate", str(tmp_path / "cal"), str(since)]) == 1
+    assert main(["validate", str(cal), str(since)]) == 1
     new = tmp_path / "new"
-    words = ["rezero", str(tmp_path / "cal"), str(since), "--out", str(new), "--details"]
+    words = ["rezero", str(cal), str(since), "--out", str(new), "--details"]
     assert main(words) == 0
     said = capsys.readouterr().out
     assert "panda_joint4: +0.00" in said and "homing_offset -3 (Feetech), +3 (Dynamixel)" in said
@@ -57,7 +58,7 @@ def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(simulated, tmp_path, 
     assert next(line for line in said.splitlines() if "panda_joint4: +" in line) in told
     assert main(["check", str(since), "--calibration", str(new)]) == 0
     spike = recorded("spike", simulated.touched(TIP, 8).positions, "a*8 q")
-    words = ["tool", str(tmp_path / "cal"), str(spike), "--out", str(tmp_path / "tip")]
+    words = ["tool", str(cal), str(spike), "--out", str(tmp_path / "tip")]
     assert main(words) == 0
     found = mukca.load_calibration(tmp_path / "tip").document.tools[-1]
     assert np.array(found.xyz[:2]) == pytest.approx(TIP[:2], abs=1e-3)
