@@ -1,8 +1,9 @@
-"""The Python face: what a notebook does, and what it is told when it does something else."""
+"""The Python face: what a person tries first works, or says what does."""
 
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import lazy_loader
@@ -16,15 +17,13 @@ from mukca.tools.cli import main
 
 
 @pytest.fixture(scope="module")
-def recordings(session):
-    train = mukca.read_placements(session / "front")
-    return train, mukca.read_placements(str(session / "left"), str(session / "right"))
+def placements(session):
+    return mukca.read_placements(session)
 
 
 @pytest.fixture(scope="module")
-def calibration(recordings):
-    train, test = recordings
-    return mukca.calibrate(mukca.load_robot("panda"), train, test=test)
+def calibration(panda, placements):
+    return mukca.calibrate(panda, placements[0], test=placements[1:])
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +62,7 @@ def test_every_public_name_is_there():
 
 
 @pytest.mark.slow
-def test_errors_are_there_per_placement_and_as_a_table(calibration, recordings):
+def test_errors_are_there_per_placement_and_as_a_table(calibration, placements):
     roles = {e.name.split("/")[-1]: e.role for e in calibration.errors}
     assert roles == {"front": "train", "left": "test", "right": "test"}
     left = calibration.errors[1]
@@ -73,9 +72,8 @@ def test_errors_are_there_per_placement_and_as_a_table(calibration, recordings):
     assert "panda" in table and "left" in table and len(table.splitlines()) < 25
     assert f"{1e3 * left.calibrated.mean_absolute_error:.3f}" in table
     assert "(as the recording says)" in table and "Verdict: PASS" in table
-    train, test = recordings
-    how = {"distance": 0.051, "method": "paper"}
-    wrong = repr(mukca.calibrate(calibration.robot, train, test=test, **how))
+    how = {"distance": 0.051, "method": "paper", "test": placements[1:]}
+    wrong = repr(mukca.calibrate(calibration.robot, placements[0], **how))
     assert "Distance of the sockets: 51 mm (as given)" in wrong and "Verdict: FAIL" in wrong
     assert "warning: all placements: more likely the sockets" in wrong
 
@@ -114,23 +112,22 @@ def test_what_is_saved_is_loaded_again(calibration, saved, session):
 
 
 @by_table("settings", "words")
-def test_bad_settings_are_told_in_one_line(recordings, settings, words):
+def test_bad_settings_are_told_in_one_line(panda, placements, settings, words):
     with pytest.raises(mukca.MukcaError) as told:
-        mukca.calibrate(mukca.load_robot("panda"), recordings[0], **settings)
+        mukca.calibrate(panda, placements[0], **settings)
     assert words in str(told.value) and "\n" not in str(told.value)
 
 
-def test_other_bad_arguments_are_told_in_one_line(calibration, recordings, tmp_path):
-    robot = mukca.load_robot("panda")
+def test_other_bad_arguments_are_told_in_one_line(panda, calibration, placements, tmp_path):
     for bad in (
         lambda: mukca.load_robot("robby"),
         lambda: mukca.load_robot("panda", flange="panda_link8"),
         lambda: mukca.read_placements(tmp_path / "nowhere"),
-        lambda: mukca.calibrate(robot, []),
-        lambda: mukca.calibrate(mukca.load_robot("ur5e"), recordings[0]),
-        lambda: mukca.calibrate("panda", recordings[0]),
-        lambda: mukca.calibrate(robot, "recordings/front"),
-        lambda: mukca.calibrate(robot, recordings[0], test=["recordings/left"]),
+        lambda: mukca.calibrate(panda, []),
+        lambda: mukca.calibrate(mukca.load_robot("ur5e"), placements[0]),
+        lambda: mukca.calibrate("panda", placements[0]),
+        lambda: mukca.calibrate(panda, "recordings/front"),
+        lambda: mukca.calibrate(panda, placements[0], test=["recordings/left"]),
         lambda: calibration.validate("recordings/left"),
         lambda: calibration.validate([]),
         lambda: calibration.ball(np.zeros(3)),
@@ -139,25 +136,150 @@ def test_other_bad_arguments_are_told_in_one_line(calibration, recordings, tmp_p
         lambda: mukca.load_calibration(tmp_path / "none.json"),
         lambda: mukca.open_driver("nobody:1.2.3.4"),
         lambda: mukca.export(calibration, "dh", tmp_path / "dh.json", lik="other.json"),
-        lambda: mukca.simulate_recordings(robot, 2, sed=1),
+        lambda: mukca.simulate_recordings(panda, 2, sed=1),
     ):
         with pytest.raises(mukca.MukcaError) as told:
             bad()
         assert "\n" not in str(told.value)
 
 
-def test_what_is_printed_in_a_notebook_is_short(calibration, recordings):
-    values = (calibration.robot, recordings[0][0], calibration, calibration.calibrated)
+def test_what_is_printed_in_a_notebook_is_short(calibration, placements):
+    values = (calibration.robot, placements[0], calibration, calibration.calibrated)
     for value in values:
         assert len(repr(value)) < 2500, type(value)
     assert len(repr(calibration.robot)) < 100 and "7 joints" in repr(calibration.robot)
 
 
-def test_a_fit_that_does_not_converge_says_what_is_wrong_in_the_recordings(recordings):
-    robot, (placement,) = mukca.load_robot("panda"), recordings[0]
+def test_a_fit_that_does_not_converge_says_what_is_wrong_in_the_recordings(panda, placements):
+    placement = placements[0]
     with pytest.raises(mukca.MukcaError) as told:
-        mukca.calibrate(robot, placement, method="paper", max_iterations=1)
+        mukca.calibrate(panda, placement, method="paper", max_iterations=1)
     assert "did not converge;" not in str(told.value)
     broken = moved(placement, placement.positions * [1, 0, 1, 1, 1, 1, 1])
     with pytest.raises(mukca.MukcaError, match=r"did not converge; .*is it this robot's model"):
-        mukca.calibrate(robot, broken, method="paper", max_iterations=1)
+        mukca.calibrate(panda, broken, method="paper", max_iterations=1)
+
+
+def test_a_calibration_is_loaded_by_its_folder_and_has_what_one_looks_for(calibration, saved):
+    found, folder = calibration, saved
+    again = mukca.load_calibration(folder)
+    q = [0.1, -0.3, 0.2, -1.8, 0.1, 1.5, 0.7]
+    assert np.array_equal(again.flange(q), found.flange(q))
+    assert again.urdf(folder) == (folder / "calibrated.urdf").read_bytes()
+    assert again.parameters == again.document.parameters
+    assert again.true_positions(q) == pytest.approx(q)
+    with pytest.raises(mukca.MukcaError, match=r"force=True") as stopped:
+        found.save(folder)
+    assert str(folder) in str(stopped.value)
+
+
+def test_errors_are_found_by_the_placements_name(calibration):
+    errors = calibration.errors
+    assert errors["left"] is errors[[e.name.split("/")[-1] for e in errors].index("left")]
+    with pytest.raises(mukca.MukcaError, match=r"there are: .*front"):
+        errors["nowhere"]
+
+
+@pytest.mark.parametrize("nothing", [None, 7])
+def test_what_is_no_path_is_said(nothing):
+    with pytest.raises(mukca.MukcaError, match=r"^(None|7) is no path: give that of calib"):
+        mukca.load_calibration(nothing)
+
+
+def test_what_does_not_fit_is_said(calibration):
+    found, q = calibration, np.zeros((3, 7))
+    for wrong, said in (
+        (np.zeros(6), r"shape \(6,\): panda has 7 joints"),
+        (np.zeros((2, 2, 7)), r"shape \(2, 2, 7\): panda has 7 joints"),
+        ([0, 0, 0, np.nan, 0, 0, 0], "row 0, 'panda_joint4' is nan"),
+    ):
+        own = found.calibrated
+        for ball in (found.ball, own.ball, own.nominal_ball, own.geometric_ball):
+            with pytest.raises(mukca.MukcaError, match=said):
+                ball(wrong)
+    with pytest.raises(mukca.MukcaError, match="one effort for each position"):
+        found.ball(q, np.zeros(7))
+    with pytest.warns(UserWarning, match=r"'panda_joint4' is 0, outside its limits -3\.07"):
+        found.flange(q)
+
+
+@by_table("setup", "said")
+def test_words_that_mean_nothing_are_said(calibration, setup, said):
+    with pytest.raises(mukca.MukcaError, match=said):
+        calibration.command([0.4, 0.0, 0.4], **setup)
+
+
+def test_no_poses_give_no_joints(calibration):
+    none = np.zeros((0, 4, 4))
+    assert (
+        calibration.command(none).shape == calibration.command_path(none).checked().shape == (0, 7)
+    )
+
+
+def test_a_point_in_millimetres_is_asked_about(calibration):
+    with pytest.raises(mukca.MukcaError, match="in millimetres"):
+        calibration.command([400.0, 0.0, 40000.0])
+
+
+def test_a_placement_is_made_of_arrays(panda, placements):
+    one = placements[0]
+    made = mukca.Placement.of_arrays(
+        "mine", one.positions, one.sockets, one.joint_names, distance=one.distance
+    )
+    by_both = [mukca.calibrate(panda, p, method="paper") for p in (one, made)]
+    assert by_both[0].parameters == by_both[1].parameters
+    with pytest.raises(mukca.MukcaError, match="do not fit"):
+        mukca.Placement.of_arrays("mine", one.positions, one.sockets[:-1])
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda q, s: (np.where(np.arange(7) == 1, np.nan, q), s), r"positions\[0, 1\]: nan"),
+        (lambda q, s: (q + 1j, s), "complex"),
+        (lambda q, s: (q[:0], s[:0]), "no samples"),
+        (lambda q, s: (q, s - 1), "sockets are -1 to 0"),
+        (lambda q, s: (q, s + 10**12), "from 0 to 999"),
+        (lambda q, s: (q, s + 0.5), "whole numbers"),
+        (lambda q, s: (q, ["left"] * len(s)), "sockets: real numbers are expected"),
+    ],
+)
+def test_arrays_that_are_no_samples_are_refused(placements, change, told):
+    one = placements[0]
+    with pytest.raises(mukca.MukcaError, match=told):
+        mukca.Placement.of_arrays("mine", *change(one.positions, one.sockets))
+
+
+def test_what_is_no_path_nor_number_is_refused(panda, placements):
+    for paths in (["front"], None):
+        with pytest.raises(mukca.MukcaError, match="no path; name the folders one by one"):
+            mukca.read_placements(paths)
+    with pytest.raises(mukca.MukcaError, match="no driver is called 'None'"):
+        mukca.open_driver(None)
+    one = placements[0]
+    first = replace(one.samples[0], position=(np.nan,) * 7)
+    with pytest.raises(mukca.MukcaError, match="nan is no number"):
+        mukca.calibrate(panda, replace(one, samples=(first, *one.samples[1:])))
+
+
+def test_placements_may_come_one_by_one(panda, placements):
+    found = mukca.calibrate(panda, (p for p in placements[:1]), method="paper")
+    assert found.parameters == mukca.calibrate(panda, placements[0], method="paper").parameters
+
+
+def test_a_robot_knows_its_limits_and_misspelt_ones_are_offered(panda):
+    assert panda.lower[3] == pytest.approx(-3.0718) and panda.upper.shape == (7,)
+    with pytest.raises(mukca.MukcaError, match="did you mean 'panda'"):
+        mukca.load_robot("Panda")
+
+
+def test_a_ball_of_ones_own_goes_onto_a_shipped_model(panda):
+    own = mukca.load_robot("panda", flange="panda_hand_tcp", ball=(0.0, 0.0, 0.03))
+    assert own.ball_joint.origin.xyz == (0.0, 0.0, 0.03) and own.tip != panda.tip
+
+
+def test_joints_outside_their_limits_are_said(calibration):
+    q = np.array([3.5, -0.3, 0.2, -1.8, 0.1, 1.5, 0.7])
+    for ask in (calibration.ball, calibration.true_positions, calibration.flange):
+        with pytest.warns(UserWarning, match=r"'panda_joint1' is 3.5, outside its limits -2.897"):
+            ask(q)
