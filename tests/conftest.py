@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from calibrated_arm import simulate
 from hypothesis import settings
-from recorded import true_arm, write_session
+from recorded import RIGID, true_arm, write_session
 from virtual_time import VirtualTime
 
 import mukca
@@ -193,11 +193,30 @@ def simulated():
 
 
 @pytest.fixture(scope="session")
+def cal(simulated, shared):
+    """A folder with the calibration of that arm; nobody writes there."""
+    return shared("cal", simulated.calibration.save)
+
+
+@pytest.fixture(scope="session")
 def ur5e():
     """The calibration of a UR5e."""
     robot = mukca.load_robot("ur5e")
     _, placements = mukca.simulate_recordings(robot, 2, seed=2, samples=12)
-    return mukca.calibrate(robot, placements)
+    return mukca.calibrate(robot, placements, **RIGID)
+
+
+@pytest.fixture(scope="session")
+def curved(shared):
+    """The calibration of a UR5e with joint error curves, the placements trained on, and another."""
+    robot = mukca.load_robot("ur5e")
+    _, (*train, later) = mukca.simulate_recordings(robot, 3, samples=15, seed=2, curves=5e-4)
+
+    def make(folder):
+        others = ("compliance", "tilt", "transmission")
+        mukca.calibrate(robot, train, without=others).save(folder)
+
+    return mukca.load_calibration(shared("curved", make)), train, later
 
 
 @pytest.fixture(scope="session")

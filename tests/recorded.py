@@ -6,10 +6,13 @@ from altered import moved
 from mukca import load_robot
 from mukca.recorder import read_keys, set_distance, write_holes
 from mukca.solver.bayes.model import Deflection
+from mukca.solver.bayes.model.effects import EXTENSIONS
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
 PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.35, 0.4, 0.1), "right": (0.35, -0.4, 0.1)}
 """Where the bases of a session at a Panda stand [m]."""
+RIGID = {"without": tuple(EXTENSIONS)}
+"""Options of a calibration that tries no effect, which takes a fraction of the time."""
 BESIDE = np.array([0.0, 1.0, 0.0])
 """From socket 0 to socket 1 of those bases."""
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from altered import seats, write_rows
 from cases import by_table
+from recorded import RIGID
 
 import mukca
 from mukca.recorder import Sample
@@ -13,6 +14,7 @@ from mukca.tools.simulation import Session, SessionFault, with_faults
 
 pytestmark = pytest.mark.slow
 
+STIFF = RIGID | {"as_recorded": True}
 IN_TURN = [*range(6), *range(12, 18), *range(6, 12), *range(18, 24)]
 
 
@@ -44,27 +46,28 @@ def told(found):
 @by_table("fault", "words")
 def test_a_base_that_moves_is_told_and_taken_into_account(panda, fault, words):
     truth, placement = recorded(panda, fault)
-    found = mukca.calibrate(panda, placement, as_recorded=True)
+    found = mukca.calibrate(panda, placement, **STIFF)
     (text,) = told(found)
     assert words in text
     q = np.random.default_rng(0).uniform(-1, 1, (50, 7)) - [0, 0, 0, 1.5, 0, -1.5, 0]
     silent = replace(
         placement, samples=tuple(replace(s, number=0, time=None) for s in placement.samples)
     )
-    without = mukca.calibrate(panda, silent, as_recorded=True)
+    without = mukca.calibrate(panda, silent, **STIFF)
     assert not told(without)
     assert error(truth, found, q) < 0.7 * error(truth, without, q)
     assert found.errors.summary.train.calibrated.mean_absolute_error < 2e-4
 
 
 def test_a_base_that_stands_still_and_blocks_in_a_row_tell_of_no_step(panda):
-    assert not told(mukca.calibrate(panda, recorded(panda, "none")[1]))
+    assert not told(mukca.calibrate(panda, recorded(panda, "none")[1], **RIGID))
     _, blocks = recorded(panda, "base@13:0.5mm", range(24))
-    assert not any("change of socket" in text for text in told(mukca.calibrate(panda, blocks)))
+    in_a_row = told(mukca.calibrate(panda, blocks, **RIGID))
+    assert not any("change of socket" in text for text in in_a_row)
 
 
 def test_a_saved_calibration_knows_how_its_places_moved(panda, tmp_path):
-    found = mukca.calibrate(panda, recorded(panda, "base@13:5mm")[1], as_recorded=True)
+    found = mukca.calibrate(panda, recorded(panda, "base@13:5mm")[1], **STIFF)
     found.save(tmp_path / "saved")
     again = mukca.load_calibration(tmp_path / "saved" / "calibration.json")
     assert told(again) == told(found)
@@ -82,7 +85,5 @@ def test_an_instrument_that_follows_the_temperature(panda, tmp_path):
     names = (*panda.joint_names, "x", "y", "z", "temperature [C]")
     write_rows(tmp_path / "points.csv", np.column_stack([q, balls, warm]).tolist(), names)
     points = mukca.read_placements(tmp_path)
-    (text,) = told(
-        mukca.calibrate(panda, points, without=["transmission", "curves"], as_recorded=True)
-    )
+    (text,) = told(mukca.calibrate(panda, points, **STIFF))
     assert "temperature" in text

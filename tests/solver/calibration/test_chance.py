@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from recorded import RIGID
 
 import mukca
 from mukca.solver.calibration import Comparison, differences
@@ -32,7 +33,7 @@ def sessions():
 def test_chance_explains_two_sessions_but_no_joint_that_moved(sessions):
     robot, same, later = sessions
     first, second, changed = (
-        mukca.calibrate(robot, placements) for placements in (same[:2], same[2:], later)
+        mukca.calibrate(robot, placements, **RIGID) for placements in (same[:2], same[2:], later)
     )
     data = [measure(one, robot) for one in same]
     workspace, places = differences(first, second, data)
@@ -45,13 +46,15 @@ def test_chance_explains_two_sessions_but_no_joint_that_moved(sessions):
 
 def test_shared_samples_and_the_base_s_length_are_no_chance(sessions):
     robot, same, _ = sessions
-    few, all_but_one = (mukca.calibrate(robot, placements) for placements in (same[:2], same[:3]))
+    few, all_but_one = (
+        mukca.calibrate(robot, placements, **RIGID) for placements in (same[:2], same[:3])
+    )
     data = [measure(one, robot) for one in same[:1]]
     itself = Comparison(few.posterior, few.posterior, few.load).at(data[0])
     assert itself.value < 1e-12 and itself.chance < 0.35 * few.document.noise.space
     (more,), (none,) = (
         differences(few, other, data)[1]
-        for other in (all_but_one, mukca.calibrate(robot, same[2:], distance=0.0501))
+        for other in (all_but_one, mukca.calibrate(robot, same[2:], distance=0.0501, **RIGID))
     )
     assert more.chance < 0.8 * none.chance and not more.beyond_chance
 

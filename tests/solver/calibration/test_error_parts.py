@@ -2,6 +2,7 @@
 
 import pytest
 from error_parts import NOISE, draw
+from recorded import RIGID
 
 import mukca
 
@@ -24,11 +25,13 @@ def test_what_is_not_in_the_model_is_told():
 def test_the_parts_are_in_the_document_and_in_words():
     robot = mukca.load_robot("ur5e")
     _, placements = mukca.simulate_recordings(robot, 2, samples=10, seed=1)
-    parts = mukca.calibrate(robot, placements[:1], test=placements[1:]).document.error_parts
+    parts = mukca.calibrate(robot, placements[:1], placements[1:], **RIGID).document.error_parts
     assert sum(parts.shares) == pytest.approx(1)
     assert f"{1e3 * parts.want_of_data:.2f} want of data" in parts.text
 
 
 def test_nothing_is_said_where_nothing_was_held_out():
     _, placements = mukca.simulate_recordings(mukca.load_robot("ur5e"), 1, samples=8)
-    assert mukca.calibrate(mukca.load_robot("ur5e"), placements).document.error_parts is None
+    assert (
+        mukca.calibrate(mukca.load_robot("ur5e"), placements, **RIGID).document.error_parts is None
+    )

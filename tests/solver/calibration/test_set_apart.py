@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from altered import moved
-from recorded import PLACES, recorded_at
+from recorded import PLACES, RIGID, recorded_at
 
 from mukca import calibrate
 
@@ -29,7 +29,7 @@ def test_it_is_told_set_apart_and_costs_no_accuracy(panda, true_panda, remounted
 
     train = [right(name) for name in trained]
     test = [right(name) for name in PLACES if name not in trained]
-    calibration = calibrate(panda, train, test=test, distance=0.05)
+    calibration = calibrate(panda, train, test=test, distance=0.05, **RIGID)
     done = [d for d in calibration.document.checks if d.code == "set_right"]
     assert done and all("left" in d.where or "left" in d.advice for d in done[-1:])
     errors = [row.calibrated.mean_absolute_error for row in calibration.document.placements]

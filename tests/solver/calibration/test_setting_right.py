@@ -9,17 +9,16 @@ import pytest
 from altered import moved as changed
 from altered import write_samples
 from calibrated_arm import balls_of
-from recorded import recorded_at
+from recorded import RIGID, recorded_at
 
 import mukca
-from mukca.solver.bayes.model.effects import EXTENSIONS
 
 PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.3, 0.45, 0.1)}
 
 
 def solved(robot, *data, **options):
     """A calibration that tries no effect: faults are set right before any is tried."""
-    return mukca.calibrate(robot, *data, **{"without": EXTENSIONS, **options})
+    return mukca.calibrate(robot, *data, **(RIGID | options))
 
 
 @pytest.fixture(scope="module")

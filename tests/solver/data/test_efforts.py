@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from altered import with_efforts
+from recorded import RIGID
 
 import mukca
 from mukca.solver.data import STANDARD_LOAD, Load, measure
@@ -58,5 +59,5 @@ def test_a_model_without_masses_is_said(recorded, tmp_path):
     robot, placement = recorded
     text = re.sub(r"<inertial>.*?</inertial>", "", robot.text.data.decode(), flags=re.DOTALL)
     (tmp_path / "light.urdf").write_text(text)
-    found = mukca.calibrate(mukca.load_robot(tmp_path / "light.urdf"), placement)
+    found = mukca.calibrate(mukca.load_robot(tmp_path / "light.urdf"), placement, **RIGID)
     assert sum("the URDF has no masses" in line for line in found.document.warnings) == 1

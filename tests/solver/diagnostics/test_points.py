@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from recorded import RIGID
 
 from mukca import calibrate
 from mukca.recorder import Placement, Sample
@@ -95,7 +96,7 @@ def test_sound_points_are_sound_and_an_instrument_moved_between_placements_is_to
 
 
 def test_an_instrument_that_moved_has_another_frame_after(panda, points):
-    calibration = calibrate(panda, points(moved))
+    calibration = calibrate(panda, points(moved), **RIGID)
     frames = [row.frame for row in calibration.document.data]
     assert frames == [None, "instrument from point 26 of front"]
     (split,) = [d for d in calibration.document.checks if d.code == "set_right"]

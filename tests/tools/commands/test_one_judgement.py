@@ -6,6 +6,7 @@ from shutil import copytree
 import numpy as np
 import pytest
 from altered import moved, write_rows
+from recorded import RIGID
 
 import mukca
 
@@ -73,7 +74,7 @@ def test_check_and_solve_agree(panda, session, tmp_path, command, spoil, distanc
     others = [p for p in placements if p.place != "left"]
     for trained in (placements, others):
         held_out = [p for p in placements if p not in trained]
-        calibration = mukca.calibrate(panda, trained, test=held_out, as_recorded=keep)
+        calibration = mukca.calibrate(panda, trained, test=held_out, as_recorded=keep, **RIGID)
         checks = [check.as_dict() for check in calibration.document.checks]
         ours = by_name(check for check in checks if check["code"] != "movement")
         theirs = by_name(seen)

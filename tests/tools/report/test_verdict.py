@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from altered import moved, row_of, statuses
 from cases import by_table
-from recorded import write_sockets
+from recorded import RIGID, write_sockets
 
 import mukca
 from mukca.tools.cli import build_parser, main
@@ -430,7 +430,7 @@ def test_a_held_out_distance_is_held_to_what_is_known_of_it(panda, session):
     train, left = (mukca.read_placements(session / name)[0] for name in ("front", "left"))
     for distance, expected in ((0.05, "pass"), (0.0503, "not enough")):
         test = replace(left, distance=distance)
-        found = mukca.calibrate(panda, train, test=test, repeatability_mm=1.0).verdict
+        found = mukca.calibrate(panda, train, test=test, repeatability_mm=1.0, **RIGID).verdict
         assert statuses(found)["distance_error"] == "pass"
         assert statuses(found)["distance_deviations"] == expected
     assert found.kind == "better" and "moved between its sockets" in found.text
@@ -446,7 +446,7 @@ def test_a_drift_that_the_fit_has_weighed_is_not_weighed_again(panda, session, m
         (unordered, "not enough"),
         (replace(unordered, samples=numbered), "pass"),
     ):
-        assert statuses(mukca.calibrate(panda, placement).verdict)["drift"] == said
+        assert statuses(mukca.calibrate(panda, placement, **RIGID).verdict)["drift"] == said
 
 
 def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session, tmp_path):
