@@ -94,7 +94,7 @@ def test_crossval_names_a_bad_placement_and_goes_on(copy, run, method):
     generator = np.random.default_rng(0)
     for file in (copy / "left").glob("hole_*.csv"):
         q = np.loadtxt(file, delimiter=",")
-        np.savetxt(file, q + generator.normal(0, 0.1, q.shape), delimiter=",", fmt="%.17g")
+        np.savetxt(file, q + generator.normal(0, 0.03, q.shape), delimiter=",", fmt="%.17g")
     words = ["crossval", str(copy), "--robot", "panda", "--method", method, "--processes", "1"]
     status, told = run(*words)
     assert status == 0, told
