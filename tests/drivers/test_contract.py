@@ -89,7 +89,6 @@ SERVO = {**POLLED, "tolerance": math.pi / 4096 + 1e-9}
 DYNAMIXEL = {**SERVO, "name": "dynamixel", "nobody": "/dev/no_such_port?arm=koch"}
 ROBOTS = {
     "Franka5": FRANKA,
-    "Franka3": {**FRANKA, "options": ("--version", "3")},
     "Franka10": {**FRANKA, "options": ("--version", "10")},
     "Kuka115": KUKA,
     "Kuka25": {**KUKA, "options": ("--version", "2.5")},

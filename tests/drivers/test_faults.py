@@ -11,7 +11,7 @@ from mukca.drivers import DriverError, Reason, Reconnecting, clock, open_driver
 
 pytestmark = pytest.mark.waits
 
-STATES = 600
+STATES = 300
 
 
 def options(*faults):
@@ -71,7 +71,7 @@ def test_kinova_asks_again_after_a_bad_answer(version, tmp_path):
     faults = options("drop:0.02", "truncate:0.02", "garble:0.02", "duplicate:0.02")
     with emulated("kinova", tmp_path, "--version", version, "--noise", "0", *faults) as emulation:
         with open_driver("kinova", emulation.address) as driver:
-            states = read_states(driver, 60)
+            states = read_states(driver, 30)
             assert driver.rejected > 0
         emulation.stop()
         sent = list(emulation.sent().values())
@@ -114,12 +114,12 @@ def test_a_line_that_stalls_and_then_delivers_all_gives_no_old_angles(
     name, version, tolerance, again, tmp_path
 ):
     """Each joint's angle was told within 0.2 s of its stamp; nothing old passes for anything."""
-    words = ("--version", version, "--hold", "0", *options("stall@0.5+2.2"))
+    words = ("--version", version, "--hold", "0", *options("stall@0.5+1.2"))
     with emulated(name, tmp_path, *words) as emulation:
         silence = 0.5 if again else 10.0
         states = []
         with Reconnecting(lambda: open_driver(name, emulation.address), silence=silence) as driver:
-            end = clock.now() + 5
+            end = clock.now() + 3
             while clock.now() < end:
                 states += read_one(driver, 0.2)
             assert bool(driver.drops) == again
