@@ -107,6 +107,16 @@ def overhanging(mesh, degrees=45.0):
     return np.flatnonzero(looks_down & lifted & (mesh.area_faces > 1e-6))
 
 
+def height_at(mesh, points, above=100.0):
+    """Return the height of a part's top below a height at points, 0 where there is nothing."""
+    origins = np.column_stack((points, np.full(len(points), above)))
+    down = np.tile((0.0, 0.0, -1.0), (len(points), 1))
+    hits, rays, _ = mesh.ray.intersects_location(origins, down, multiple_hits=False)
+    heights = np.zeros(len(points))
+    heights[rays] = hits[:, 2]
+    return heights
+
+
 def fit_sphere(points):
     """Return centre and radius of the sphere through points, by linear least squares."""
     system = np.column_stack((2 * points, np.ones(len(points))))

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio
 import yourdfpy
+from imagined import poses
 
 FOLDER = Path(str(files("mukca.solver.robot") / "shipped"))
 
@@ -91,11 +91,7 @@ def inertials(name):
 
 def pose(name, link, q):
     """4 x 4 pose of a link in base_link, by pinocchio."""
-    model = pinocchio.buildModelFromUrdf(str(path_of(name)))
-    data = model.createData()
-    assert model.existFrame(link)
-    pinocchio.framesForwardKinematics(model, data, np.asarray(q, dtype=float))
-    return np.array(data.oMf[model.getFrameId(link)].homogeneous)
+    return poses(path_of(name).read_text(), link, [np.asarray(q, dtype=float)])[0]
 
 
 def random_configurations(name, count=20):

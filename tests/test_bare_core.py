@@ -102,14 +102,14 @@ def test_recording_asks_windows_for_what_it_has(session, tmp_path):
     assert len((tmp_path / "second" / "samples.csv").read_text().splitlines()) == 2
 
 
-def test_parts_without_their_kernel_name_the_extra(tmp_path):
-    result = run_without(("manifold3d",), (), "print-parts", "--out", "parts", cwd=tmp_path)
+@pytest.mark.parametrize(
+    ("absent", "extra", "words"),
+    [
+        ("manifold3d", "print", "print-parts --out parts"),
+        ("fpdf", "pdf", "report calibration.json --certificate sheet.pdf"),
+    ],
+)
+def test_what_needs_an_extra_names_it(absent, extra, words, tmp_path):
+    result = run_without((absent,), (), *words.split(), cwd=tmp_path)
     assert result.returncode == 2 and result.stderr.count("\n") == 1
-    assert "pip install 'mukca[print]'" in result.stderr
-
-
-def test_a_certificate_without_its_library_names_the_extra(tmp_path):
-    words = ("report", "calibration.json", "--certificate", "sheet.pdf")
-    result = run_without(("fpdf",), (), *words, cwd=tmp_path)
-    assert result.returncode == 2 and result.stderr.count("\n") == 1
-    assert "pip install 'mukca[pdf]'" in result.stderr
+    assert f"pip install 'mukca[{extra}]'" in result.stderr

@@ -7,20 +7,15 @@ import re
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from plugins import lay_out
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from project import ROOT, tomllib
 
 pytestmark = pytest.mark.slow
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "plugin"
-PAGE = Path(__file__).parents[2] / "docs" / "new-arm.md"
+EXAMPLE = ROOT / "examples" / "plugin"
+PAGE = ROOT / "docs" / "new-arm.md"
 
 
 def run(*words, path, status=0):

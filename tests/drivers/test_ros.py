@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from contextlib import contextmanager
 from subprocess import PIPE, STDOUT
 
 import pytest
@@ -15,12 +16,19 @@ from mukca import open_driver
 from mukca.recorder.stream import JointLimits, StreamMonitor
 
 
+@contextmanager
+def reading(joints=ARM, options="", **settings):
+    """A driver that reads a rosbridge."""
+    with (
+        rosbridge(**settings) as bridge,
+        open_driver("ros", bridge.address + options, joints) as driver,
+    ):
+        yield driver
+
+
 def first_state(message, joints=ARM, options=""):
     """Return what is read of a message, where the one before tells that the joints are there."""
-    with (
-        rosbridge(first_messages=[message, message]) as bridge,
-        open_driver("ros", f"{bridge.address}{options}", joints) as driver,
-    ):
+    with reading(joints, options, first_messages=[message, message]) as driver:
         return driver.read(PATIENCE)
 
 
@@ -50,10 +58,7 @@ def test_efforts_may_lack(effort):
 
 def test_headers_without_a_stamp_are_told_and_arrival_times_taken():
     unstamped = [joint_state(n) | {"header": joint_state(0)["header"]} for n in range(100)]
-    with (
-        rosbridge(first_messages=unstamped) as bridge,
-        open_driver("ros", bridge.address, ARM) as driver,
-    ):
+    with reading(first_messages=unstamped) as driver:
         states = [driver.read(PATIENCE) for _ in range(99)]
         assert driver.status == "the headers have no stamps: times of arrival are taken"
     assert [state.position for state in states] == [arm_state(n)[0] for n in range(1, 100)]
@@ -95,7 +100,7 @@ ODD = [
 
 
 def test_messages_of_others_and_odd_ones_are_counted():
-    with rosbridge(odd_messages=ODD) as bridge, open_driver("ros", bridge.address, ARM) as driver:
+    with reading(odd_messages=ODD) as driver:
         for _ in range(10):
             assert driver.read(PATIENCE).position == pytest.approx((0.1, 0.2, 0.3), abs=0.02)
         assert driver.rejected >= 9 * 3
@@ -107,10 +112,7 @@ def of_gripper(number):
 
 def test_messages_of_a_gripper_alone_do_not_count():
     fingers = [of_gripper(n) for n in range(200)]
-    with (
-        rosbridge(first_messages=fingers, others=lambda n: [of_gripper(n)]) as bridge,
-        open_driver("ros", bridge.address, ARM) as driver,
-    ):
+    with reading(first_messages=fingers, others=lambda n: [of_gripper(n)]) as driver:
         states = [driver.read(PATIENCE) for _ in range(50)]
     assert [s.position for s in states] == [arm_state(n)[0] for n in range(1, 51)]
     assert (driver.rejected, driver.missed, driver.status) == (0, 0, "")
@@ -118,15 +120,9 @@ def test_messages_of_a_gripper_alone_do_not_count():
         assert open_driver("ros", bridge.address).joint_names == NAMES
 
 
-def ahead(number):
-    return [joint_state(number + 5)]
-
-
 def test_two_publishers_of_one_state_are_told():
-    with (
-        rosbridge(first_messages=[joint_state(9)] * 2, others=ahead) as bridge,
-        open_driver("ros", bridge.address, ARM) as driver,
-    ):
+    first = [joint_state(9)] * 2
+    with reading(first_messages=first, others=lambda n: [joint_state(n + 5)]) as driver:
         for _ in range(60):
             driver.read(PATIENCE)
         assert "do two publishers send these joints?" in driver.status
@@ -141,10 +137,7 @@ def later(number, **values):
 @pytest.mark.parametrize("angles", [[9.0, 0.7, 0.1, 0.3], [0.0] * 4])
 def test_two_publishers_of_other_states_are_told(angles):
     monitor = StreamMonitor([JointLimits(name) for name in ARM])
-    with (
-        rosbridge(others=lambda n: [later(n + 1, position=angles)]) as bridge,
-        open_driver("ros", bridge.address, ARM) as driver,
-    ):
+    with reading(others=lambda n: [later(n + 1, position=angles)]) as driver:
         for _ in range(60):
             state = driver.read(PATIENCE)
             monitor.feed(state, state.stamp)

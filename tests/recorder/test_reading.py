@@ -55,11 +55,6 @@ def test_samples_keep_socket_and_line(tmp_path):
     assert placement.efforts is None
 
 
-def test_windows_line_ends_and_byte_order_mark(tmp_path):
-    placement = read(holes(tmp_path, "\ufeff1,2,3\r\n4,5,6\r\n"))
-    assert placement.positions[0].tolist() == [1, 2, 3]
-
-
 @by_table("first", "second")
 def test_columns_go_by_known_names_or_by_order(tmp_path, first, second):
     ordered = read(holes(tmp_path, first, second)).for_joints(NAMES)

@@ -4,6 +4,7 @@ import os
 import random
 import socket
 import struct
+from contextlib import contextmanager
 
 import pytest
 from cases import by_table
@@ -15,6 +16,16 @@ from mukca.drivers.transport import CanBus, parse_can_address
 
 LEAVERS = 40
 RESET = struct.pack("ii", 1, 0)
+
+
+@contextmanager
+def outlived(name, folder):
+    """An emulator that still serves a client after all that happened meanwhile."""
+    with emulated(name, folder) as emulation:
+        yield emulation
+        clock.sleep(0.1)
+        with open_driver(name, emulation.address) as driver:
+            assert driver.read(1)
 
 
 def leave(name, address, messages):
@@ -45,7 +56,7 @@ def leave(name, address, messages):
 )
 def test_clients_that_leave_at_any_moment_do_no_harm(name, tmp_path):
     source = random.Random(7)
-    with emulated(name, tmp_path) as emulation:
+    with outlived(name, tmp_path) as emulation:
         with open_driver(name, emulation.address) as driver:
             driver.read(1)
         requests = [message for _, message in emulation.received()]
@@ -58,31 +69,24 @@ def test_clients_that_leave_at_any_moment_do_no_harm(name, tmp_path):
                 messages[-1] = bytes(garbled)
             leave(name, emulation.address, messages)
             clock.sleep(source.choice([0.0, 1e-4, 0.01]))
-        clock.sleep(0.1)
-        with open_driver(name, emulation.address) as driver:
-            assert driver.read(1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["franka", "ur", "xarm", "feetech"])
 def test_a_client_that_reads_nothing_does_no_harm(name, tmp_path):
-    with emulated(name, tmp_path) as emulation:
-        with open_driver(name, emulation.address) as driver:
-            driver.read(1)
-            requests = [message for _, message in emulation.received()]
-            clock.sleep(20)
-            if name == "feetech":
-                for _ in range(2000):
-                    leave(name, emulation.address, requests)
-                    clock.sleep(0.001)
-        clock.sleep(0.1)
-        with open_driver(name, emulation.address) as driver:
-            assert driver.read(1)
+    with outlived(name, tmp_path) as emulation, open_driver(name, emulation.address) as driver:
+        driver.read(1)
+        requests = [message for _, message in emulation.received()]
+        clock.sleep(20)
+        if name == "feetech":
+            for _ in range(2000):
+                leave(name, emulation.address, requests)
+                clock.sleep(0.001)
 
 
 @by_table("name", "message")
 def test_a_request_that_makes_no_sense_does_no_harm(name, message, tmp_path):
-    with emulated(name, tmp_path) as emulation:
+    with outlived(name, tmp_path) as emulation:
         host, _, port = emulation.address.partition(":")
         if name == "ur":
             with socket.create_connection((host, int(port))) as client:
@@ -90,6 +94,3 @@ def test_a_request_that_makes_no_sense_does_no_harm(name, message, tmp_path):
                 clock.sleep(0.1)
         else:
             leave(name, emulation.address, [bytes.fromhex(message)])
-        clock.sleep(0.1)
-        with open_driver(name, emulation.address) as driver:
-            assert driver.read(1)

@@ -28,14 +28,18 @@ def workspace(request):
     return nominal, arm, reachable_bases(arm, generator, 5), generator
 
 
+def fitted(nominal, measured, regularization):
+    """The problem, and the arm at its minimum."""
+    problem = build_problem(nominal, measured, regularization=regularization)
+    x = solve(problem).x
+    return problem, CalibratedRobot(nominal, problem.parameters, x, rotation_numbers="rpy")
+
+
 @pytest.mark.slow
 def test_without_noise_the_truth_is_found(workspace):
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator), nominal) for base in bases]
-    problem = build_problem(nominal, measured[:4], regularization=1e-12)
-    calibration = CalibratedRobot(
-        nominal, problem.parameters, solve(problem).x, rotation_numbers="rpy"
-    )
+    _, calibration = fitted(nominal, measured[:4], 1e-12)
     before = evaluate(calibration.nominal_ball(measured[4].positions), measured[4])
     after = evaluate(calibration.ball(measured[4].positions), measured[4])
     assert before.mean_absolute_error > 1e-3
@@ -52,10 +56,7 @@ def test_without_noise_the_truth_is_found(workspace):
 def test_with_noise_the_held_out_error_is_the_noise(workspace):
     nominal, arm, bases, generator = workspace
     measured = [measure(record(arm, base, generator, noise=1e-4), nominal) for base in bases]
-    problem = build_problem(nominal, measured[:4], regularization=1e-6)
-    calibration = CalibratedRobot(
-        nominal, problem.parameters, solve(problem).x, rotation_numbers="rpy"
-    )
+    problem, calibration = fitted(nominal, measured[:4], 1e-6)
     values = problem.model.parameters_at(arm.origins)
     truth = CalibratedRobot(nominal, problem.parameters, values, rotation_numbers="rpy")
     held_out = measured[4]

@@ -45,6 +45,13 @@ def like(tmp_path):
     return file
 
 
+@pytest.fixture
+def words(calibration, like, tmp_path):
+    """Words of an export to new.json, for Feetech's servos."""
+    how = ("--to", "lerobot", "--like", like, "--servos", "feetech")
+    return (calibration, *how, "--out", tmp_path / "new.json")
+
+
 def degrees(motor, actual, sign):
     """What lerobot tells of a motor, from the servo's count without an offset."""
     position = actual + sign * motor["homing_offset"]
@@ -52,12 +59,10 @@ def degrees(motor, actual, sign):
 
 
 @pytest.mark.parametrize(("make", "sign"), [("feetech", -1), ("dynamixel", 1)])
-def test_each_reading_moves_by_its_zero(export, calibration, like, tmp_path, make, sign):
-    out = tmp_path / "new.json"
-    words = (calibration, "--to", "lerobot", "--like", like, "--servos", make, "--out", out)
-    status, shown, _ = export(*words)
+def test_each_reading_moves_by_its_zero(export, words, make, sign):
+    status, shown, _ = export(*(make if word == "feetech" else word for word in words))
     assert status == 0
-    old, new = present(), json.loads(out.read_text())
+    old, new = present(), json.loads(words[-1].read_text())
     assert list(new) == list(old)
     for name, ticks in zip((*JOINTS, "gripper"), (*TICKS, 0), strict=True):
         moved = degrees(new[name], 1234, sign) - degrees(old[name], 1234, sign)
@@ -69,33 +74,30 @@ def test_each_reading_moves_by_its_zero(export, calibration, like, tmp_path, mak
     assert "wrist_flex     +20.00 +- 0.10 deg, +228 ticks are too many" in shown
 
 
-def test_a_file_that_changes_nothing_says_so(export, calibration, like, tmp_path):
+def test_a_file_that_changes_nothing_says_so(export, calibration, words):
     def undecided(document):
         for one in document["coefficients"]:
             one["standard_deviation"] = 1.0
 
     edited(calibration, calibration, undecided)
-    words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
-    status, shown, error = export(calibration, *words, "--out", tmp_path / "new.json")
+    status, shown, error = export(*words)
     assert status == 0, error
     assert "Nothing changes: every homing offset is that of" in shown
-    assert json.loads((tmp_path / "new.json").read_text()) == present()
+    assert json.loads(words[-1].read_text()) == present()
 
 
-def test_the_old_file_stays_and_its_digest_is_noted(export, calibration, like, tmp_path):
+def test_the_old_file_stays_and_its_digest_is_noted(export, words, like, tmp_path):
     before = like.read_bytes()
-    out = tmp_path / "new.json"
-    export(calibration, "--to", "lerobot", "--like", like, "--servos", "feetech", "--out", out)
+    export(*words)
     assert like.read_bytes() == before
     beside = json.loads((tmp_path / "new.json.mukca.json").read_text())
     assert beside["calibration_file_sha256"] == hashlib.sha256(before).hexdigest()
     assert [zero["ticks"] for zero in beside["zeros"]] == TICKS
 
 
-def test_the_urdf_beside_it_has_the_new_zeros(export, calibration, like, tmp_path):
+def test_the_urdf_beside_it_has_the_new_zeros(export, calibration, words, tmp_path):
     """Where the old readings are by the calibrated URDF, the new ones are by this one."""
-    out = tmp_path / "new.json"
-    export(calibration, "--to", "lerobot", "--like", like, "--servos", "feetech", "--out", out)
+    export(*words)
     calibrated = mukca.load_calibration(calibration).calibrated
     robot = mukca.load_robot(tmp_path / "new.urdf")
     q = np.random.default_rng(0).uniform(-1, 1, (20, 5))
@@ -111,11 +113,10 @@ def by_other_names(motors, order):
 
 
 @pytest.mark.parametrize("order", [lambda name: name, lambda name: name[::-1]])
-def test_motors_of_other_names_are_known_by_their_ids(export, calibration, like, tmp_path, order):
+def test_motors_of_other_names_are_known_by_their_ids(export, words, like, order):
     like.write_text(json.dumps(by_other_names(present(), order)))
-    out = tmp_path / "new.json"
-    export(calibration, "--to", "lerobot", "--like", like, "--servos", "feetech", "--out", out)
-    old, new = present(), json.loads(out.read_text())
+    export(*words)
+    old, new = present(), json.loads(words[-1].read_text())
     offsets = [
         old[name]["homing_offset"] - new[f"motor_of_{name}"]["homing_offset"] for name in JOINTS
     ]
@@ -126,12 +127,9 @@ def test_motors_of_other_names_are_known_by_their_ids(export, calibration, like,
     ("number", "says"),
     [(2, "motor_of_shoulder_lift, motor_of_elbow_flex all have the id 2"), (9, "no motor has")],
 )
-def test_motors_that_no_id_tells_apart_are_refused(
-    refused, calibration, like, tmp_path, number, says
-):
+def test_motors_that_no_id_tells_apart_are_refused(refused, words, like, number, says):
     like.write_text(json.dumps(by_other_names(present(id=number), lambda name: 0)))
-    words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
-    refused(says, "export", calibration, *words, "--out", tmp_path / "new.json")
+    refused(says, "export", *words)
 
 
 @by_table("change", "words", "says")
@@ -143,15 +141,12 @@ def test_what_cannot_be_gets_one_line(refused, calibration, like, tmp_path, chan
     assert not out.exists()
 
 
-def test_joints_that_were_read_the_other_way_are_refused(refused, calibration, like, tmp_path):
+def test_joints_that_were_read_the_other_way_are_refused(refused, calibration, words, tmp_path):
     (tmp_path / "placement.json").write_text('{"sessions": [{"driver": "feetech:p?signs=-1,1"}]}')
     files = [str(tmp_path / "hole_0.csv")]
     edited(calibration, calibration, lambda document: document["data"][0].update(files=files))
-    words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
-    refused("recorded with signs=", "export", calibration, *words, "--out", tmp_path / "new.json")
+    refused("recorded with signs=", "export", *words)
 
 
-def test_without_zeros_there_is_nothing_to_write(refused, calibrations, like, tmp_path):
-    words = ("--to", "lerobot", "--like", like, "--servos", "feetech")
-    out = tmp_path / "new.json"
-    refused("solve with --zeros", "export", calibrations / "fitted.json", *words, "--out", out)
+def test_without_zeros_there_is_nothing_to_write(refused, calibrations, words):
+    refused("solve with --zeros", "export", calibrations / "fitted.json", *words[1:])

@@ -148,7 +148,7 @@ def test_the_screws_stand_on_a_25_mm_grid_with_room_for_washers(name):
     for hole in base.holes:
         for radius, height in ((3.25, 0.0), (3.4, 8.0), (6.2, 8.0)):
             ring = np.column_stack((np.cos(turn), np.sin(turn))) * radius + hole
-            assert height_at(mesh, ring) == pytest.approx(height, abs=1e-4)
+            assert mesh_checks.height_at(mesh, ring) == pytest.approx(height, abs=1e-4)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -157,17 +157,7 @@ def test_a_clamp_finds_a_flat_strip_along_front_and_back(name):
     (x0, y0), (x1, y1) = base.plate
     for y in (y0 + 1, *([y1 - 1] if base.sockets == 2 else [])):
         line = np.column_stack((np.linspace(x0 + 6, x1 - 6, 50), np.full(50, y)))
-        assert height_at(mesh, line) == pytest.approx(8.0, abs=1e-4)
-
-
-def height_at(mesh, points):
-    """Return the height of a part's top at points, 0 where there is nothing."""
-    origins = np.column_stack((points, np.full(len(points), 100.0)))
-    down = np.tile((0.0, 0.0, -1.0), (len(points), 1))
-    hits, rays, _ = mesh.ray.intersects_location(origins, down, multiple_hits=False)
-    heights = np.zeros(len(points))
-    heights[rays] = hits[:, 2]
-    return heights
+        assert mesh_checks.height_at(mesh, line) == pytest.approx(8.0, abs=1e-4)
 
 
 @pytest.mark.parametrize("sockets", [2, 3])
