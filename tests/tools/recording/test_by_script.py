@@ -1,6 +1,5 @@
 """Sessions without a person: key scripts, pipes, wrong usage, and two minutes with ten poses."""
 
-import json
 import shlex
 import subprocess
 from pathlib import Path
@@ -86,30 +85,6 @@ def test_a_closed_standard_input_is_told(hand, tmp_path):
     words += ["--keys", str(script)]
     done = subprocess.run([*shell, *words], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0 and "1 in socket 0" in done.stdout
-
-
-def test_scripted_sessions_calibrate_to_the_truth(session, tmp_path, scripted, capsys):
-    """What was recorded through the recorder solves as well as the true configurations do."""
-    for name in ("front", "left"):
-        words = ("--distance", "0.05")
-        done = scripted(tmp_path / name, "a*12 s a*12 q", *words, hand=session / name)
-        assert done.status == 0, done.output
-        assert_true(read(tmp_path / name).positions, read(session / name).positions.tolist(), 75)
-    errors = {}
-    for folder in (tmp_path, session):
-        words = ["solve", str(folder / "front"), "--test", str(folder / "left")]
-        assert main([*words, "--robot", "panda", "--method", "paper", "--json"]) == 0
-        errors[folder] = json.loads(capsys.readouterr().out)["summary"]["test"]
-    nominal, found, true = (
-        errors[folder][model]["mean_absolute_error"]
-        for folder, model in (
-            (tmp_path, "nominal"),
-            (tmp_path, "calibrated"),
-            (session, "calibrated"),
-        )
-    )
-    assert nominal > 1e-3 > 5 * found
-    assert found == pytest.approx(true, abs=5e-6)
 
 
 def test_keys_can_be_piped(hand, tmp_path):
