@@ -95,6 +95,7 @@ def test_the_command_says_what_to_do_next(simulated, cal, tmp_path, command, ref
     said = json.loads(out)
     told = html.unescape((tmp_path / "page" / "report.html").read_text())
     assert said["outputs"]["report"].endswith("report.html")
+    assert said["verdict"]["nearest_cause"]["offset"] == pytest.approx(3e-3, abs=5e-4)
     assert said["verdict"]["text"] in told and "= held out" in told
     refused("page: exists", *words, "--out", tmp_path / "page")
     refused("--robot", "check", tmp_path / "since")
