@@ -122,11 +122,12 @@ def test_a_changed_model_is_told(tmp_path):
 
 @pytest.mark.slow
 def test_a_torn_end_costs_only_itself(tmp_path):
-    """Cut the file at every byte: all whole lines stay, the rest is kept aside, and it goes on."""
+    """Cut the file anywhere: all whole lines stay, the rest is kept aside, and it goes on."""
     record(tmp_path / "whole", 1)
     whole = (tmp_path / "whole/samples.csv").read_bytes()
     lines = whole.splitlines(keepends=True)
-    for length in range(len(whole)):
+    end = len(lines[0])
+    for length in (*range(0, end, 7), end - 1, end, end + 1, *range(end + 2, len(whole), 3)):
         folder = tmp_path / f"cut_{length}"
         folder.mkdir()
         (folder / "samples.csv").write_bytes(whole[:length])
