@@ -139,10 +139,12 @@ class KukaEmulator(DatagramEmulator):
         if self.faults.is_active("commanding", moment):
             session = COMMANDING_ACTIVE
         identifier = 0x245199 if self.faults.is_active("version", moment) else 0x245142
+        reflected = max(0, self._replies - 1)
+        period = round(1000 / self.arm.rate)
         return encode_message(
             self.version,
-            header=(identifier, self.number, max(0, self._replies - 1)),
-            connection=(session, 3, round(1000 / self.arm.rate), self._multiplier),
+            header=(identifier, self.number, reflected),
+            connection=(session, 3, period, self._multiplier),
             state=state,
             nanoseconds=self.number * round(1e9 / self.arm.rate),
         )

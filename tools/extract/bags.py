@@ -217,7 +217,7 @@ def _table(question: Question) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             words = " ".join(str(error).split())
             raise ExtractError(f"{file}: not a whole table of states: {words}") from None
         parts.append((states, *times))
-    states, stamps, episodes = (np.concatenate(column) for column in zip(*parts, strict=True))
+    states, stamps, episodes = map(np.concatenate, zip(*parts, strict=True))
     return states, stamps, episodes
 
 
@@ -228,8 +228,9 @@ def _radians(
     known = np.all(np.isfinite(values), axis=1)
     if question.units in ("radians", "degrees"):
         degrees = question.units == "degrees"
-        servo = SERVO_ARMS.search(str(info.get("robot_type")))
-        angles = np.radians(values) * (4095 / 4096 if servo else 1.0) if degrees else values
+        angles = np.radians(values) if degrees else values
+        if degrees and SERVO_ARMS.search(str(info.get("robot_type"))):
+            angles = angles * 4095 / 4096
         turning = ~np.array(question.prismatic)
         check_angles(angles[known][:, turning], degrees, question)
         return angles, known
