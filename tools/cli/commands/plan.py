@@ -9,12 +9,10 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ....solver import assessment, design, results
 from ....solver.results import refuse_existing, write_files
 from ... import printables
-from ...report.plots import to_scale
+from ...report.plots import from_above, to_scale
 from .. import Options, OutputOptions, RobotOptions, Terminal, WorkerOptions, option
 
 
@@ -74,11 +72,11 @@ svg { background: white; font: 12px sans-serif; }
 
 def _picture(robot: str, planned: "design.Plan") -> bytes:
     """Return the placements seen from above, as SVG, in their order."""
-    bases = np.array(planned.places)[:, 1::-1] * [-1, 1]
+    seen = from_above([(0, 0, 0), *planned.places])
     labels = "to the right of the robot, m", "before it, m"
-    panel = to_scale(f"{robot}, from above", np.array([[0, 0], *bases]), labels, room=0.15)
+    panel = to_scale(f"{robot}, from above", seen, labels, room=0.15)
     panel.dot(0, 0, "robot", size=14)
-    for number, (sideways, before) in enumerate(bases.tolist(), 1):
+    for number, (sideways, before) in enumerate(seen[1:].tolist(), 1):
         panel.dot(sideways, before, "base", size=10)
         x = panel.x(sideways)
         y = panel.y(before)

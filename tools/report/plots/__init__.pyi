@@ -3,6 +3,7 @@ from .comparison import comparison_plots as comparison_plots
 from .comparison import simulation_plot as simulation_plot
 from .figure import Panel as Panel
 from .figure import Plot as Plot
+from .figure import from_above as from_above
 from .figure import named_rows as named_rows
 from .figure import to_scale as to_scale
 from .model import display_of as display_of

@@ -105,8 +105,10 @@ class Panel:
 
     def rule(self, class_: str, *, x: float | None = None, y: float | None = None) -> None:
         """Draw a line from top to bottom at an x, or from left to right at a y."""
-        x1, x2 = (self.left, self.right) if x is None else (self.x(x), self.x(x))
-        y1, y2 = (self.top, self.bottom) if y is None else (self.y(y), self.y(y))
+        x1 = self.left if x is None else self.x(x)
+        x2 = self.right if x is None else x1
+        y1 = self.top if y is None else self.y(y)
+        y2 = self.bottom if y is None else y1
         self.add("line", x1=x1, x2=x2, y1=y1, y2=y2, class_=class_)
 
     def threshold(
@@ -159,6 +161,11 @@ class Panel:
         """Draw a dot at a value; its size is in the panel's own units."""
         self.add("circle", hint, cx=self.x(x), cy=self.y(y), r=size, class_=class_)
 
+    def square(self, x: float, y: float, side: float, hint: str = "", **looks: object) -> None:
+        """Draw a square round a place, all in the panel's own units."""
+        half = side / 2
+        self.add("rect", hint, x=x - half, y=y - half, width=side, height=side, **looks)
+
     def bars(self, lows: ArrayLike, highs: ArrayLike, class_: str, thick: float = 2) -> None:
         """Draw a bar in each named row, unless it has no length or an end is NaN."""
         for i, (low, high) in enumerate(np.broadcast(lows, highs)):
@@ -183,16 +190,26 @@ class Panel:
                 self.dot(value, i, class_, hint, size)
 
 
+FROM_ABOVE = ("m to the robot's right", "m ahead of the robot's base")
+"""Labels of the axes of what the robot sees from above."""
+
+
+def from_above(points: ArrayLike) -> np.ndarray:
+    """Return points in the robot's base as it sees them from above: right and ahead, (N, 2)."""
+    return np.asarray(points)[:, 1::-1] * (-1, 1)
+
+
 def to_scale(title: str, points: np.ndarray, labels: tuple[str, str], *, room: float) -> Panel:
     """Return a panel with lines, both axes to one scale, with room round points, shape (N, 2)."""
-    low = points.min(axis=0) - room
-    high = points.max(axis=0) + room
+    left, bottom = (points.min(axis=0) - room).tolist()
+    right, top = (points.max(axis=0) + room).tolist()
     width = WIDTH - LEFT - RIGHT
-    scale = float(min(width / (high[0] - low[0]), 420 / (high[1] - low[1])))
-    middle = float(low[0] + high[0]) / 2
-    x = Axis(middle - width / scale / 2, middle + width / scale / 2, labels[0])
-    y = Axis(float(low[1]), float(high[1]), labels[1])
-    return Panel(title, x, y, height=86 + scale * (y.high - y.low)).grid()
+    scale = min(width / (right - left), 420 / (top - bottom))
+    middle = (left + right) / 2
+    half = width / scale / 2
+    x = Axis(middle - half, middle + half, labels[0])
+    y = Axis(bottom, top, labels[1])
+    return Panel(title, x, y, height=86 + scale * (top - bottom)).grid()
 
 
 def named_rows(
@@ -206,7 +223,8 @@ def named_rows(
 ) -> Panel:
     """Return a panel with named rows from the top, row i at y = i."""
     count = len(names)
-    margin = min(24 + 6.6 * min(max(map(len, names), default=0), LONGEST), 150)
+    letters = max(map(len, names), default=0)
+    margin = min(24 + 6.6 * min(letters, LONGEST), 150)
     height = TOP + BOTTOM + pitch * count
     panel = Panel(title, x, Axis(count - 0.5, -0.5), width=width, height=height, margin=margin)
     panel.names = names

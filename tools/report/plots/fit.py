@@ -76,7 +76,10 @@ def cross_placement(report: ReportDocument) -> Plot | None:
         return None
     names = short_names(matrix.names)
     errors = {i: row for i, row in enumerate(matrix.matrix) if row is not None}
-    means = [(float(np.mean(np.delete(row, i))), names[i]) for i, row in errors.items()]
+    means: list[tuple[float, str]] = []
+    for i, row in errors.items():
+        others = np.delete(row, i)
+        means.append((float(np.mean(others)), names[i]))
     limit = report.limits.mean_absolute_error.value
     return plot(
         "cross-placement",
@@ -100,19 +103,18 @@ def _matrix_panel(
     for (i, row), row_of_shades in zip(errors.items(), shades.tolist(), strict=True):
         y = panel.y(i)
         for j, (value, shade) in enumerate(zip(row, row_of_shades, strict=True)):
-            x = panel.left + j * size
-            box = {"x": x, "y": y - size / 2, "width": size, "height": size}
+            x = panel.left + (j + 0.5) * size
             number = MM * value
             hint = f"trained on {names[i]}, error at {names[j]}: {number:.3f} mm"
-            panel.add("rect", hint, **box, class_="cell", fill_opacity=0.06 + 0.8 * shade)
+            opacity = 0.06 + 0.8 * shade
+            panel.square(x, y, size, hint, class_="cell", fill_opacity=opacity)
             if i == j:
-                panel.add("rect", **box, fill="url(#hatch)")
+                panel.square(x, y, size, fill="url(#hatch)")
             if value > limit:
-                inner = {"x": x + 2, "y": y - size / 2 + 2, "width": size - 4, "height": size - 4}
-                panel.add("rect", **inner, class_="threshold")
+                panel.square(x, y, size - 4, class_="threshold")
             if size > 24:
                 inverse = "light" if shade > 0.6 else ""
-                panel.text(x + size / 2, y + 4, f"{number:.2f}", f"number middle {inverse}")
+                panel.text(x, y + 4, f"{number:.2f}", f"number middle {inverse}")
     step = math.ceil(LINE / (size * math.sin(math.radians(24))))
     y = panel.bottom + 12
     for j in range(0, len(names), step):

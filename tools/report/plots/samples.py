@@ -9,7 +9,7 @@ from ....solver.assessment import SampleErrors, area, nice_above
 from ....solver.results import ModelName, Role
 from ..figures import FAR, Answer, ReportDocument, text
 from .axis import MM, Axis
-from .figure import LOADED, Panel, Plot, named_rows, plot, to_scale
+from .figure import FROM_ABOVE, LOADED, Panel, Plot, from_above, named_rows, plot, to_scale
 
 
 def _lengths(report: ReportDocument, model: ModelName, role: Role | None = None) -> np.ndarray:
@@ -170,18 +170,20 @@ def table_map(report: ReportDocument) -> Plot:
     """The placements as the robot sees them from above, coloured by the answer for the task."""
     rows = report.placements
     place = report.answers.next.place
-    ahead, sideways, _ = np.array([(0.0, 0.0, 0.0), *(row.position for row in rows), place]).T
-    labels = ("m to the robot's right", "m ahead of the robot's base")
-    panel = to_scale("", np.stack([-sideways, ahead], axis=1), labels, room=HALF)
-    panel.dot(0, 0, "base", "the robot's base", size=9)
-    panel.text(panel.x(0) + 13, panel.y(0) + 4, "robot", "tick")
-    panel.dot(-place[1], place[0], "next", f"record next: {area(place)}", size=9)
-    panel.text(panel.x(-place[1]), panel.y(place[0]) + 22, "next", "tick middle")
+    seen = from_above([(0, 0, 0), place, *(row.position for row in rows)])
+    panel = to_scale("", seen, FROM_ABOVE, room=HALF)
+    (x, y), following, *others = seen.tolist()
+    panel.dot(x, y, "base", "the robot's base", size=9)
+    panel.text(panel.x(x) + 13, panel.y(y) + 4, "robot", "tick")
+    x, y = following
+    panel.dot(x, y, "next", f"record next: {area(place)}", size=9)
+    panel.text(panel.x(x), panel.y(y) + 22, "next", "tick middle")
     uses = report.answers.use.rows
     asked = report.task is not None
     for i, (row, use) in enumerate(zip(rows, uses, strict=True)):
-        x = panel.x(-row.position[1])
-        y = panel.y(row.position[0])
+        right, ahead = others[i]
+        x = panel.x(right)
+        y = panel.y(ahead)
         word = use.answer.split(" ")[0] if asked or use.least is None else "unasked"
         mark = {"class_": f"answer {word}", "data_placement": i}
         panel.add("circle", f"{use.name}: {area(row.position)}", cx=x, cy=y, r=10, **mark)

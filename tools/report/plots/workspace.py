@@ -11,7 +11,7 @@ from ....solver.results import ArmsDocument
 from ....solver.robot import Origin
 from ..figures import ReportDocument
 from .axis import Axis
-from .figure import COLOURS, Panel, Plot, plot, to_scale
+from .figure import COLOURS, FROM_ABOVE, Panel, Plot, from_above, plot, to_scale
 
 AXIS = 0.12
 """Length of the axes of frames, as a share of the picture."""
@@ -26,48 +26,48 @@ def error_map(report: ReportDocument) -> Plot | None:
     outlook = None if report.outlook is None else report.outlook.map
     if outlook is None:
         return None
-    deviations = [deviation for _, _, deviation in outlook.cells]
-    lowest = min(deviations)
-    ends = np.linspace(lowest, max(deviations), LEVELS + 1)
-    reach = max(max(abs(x), abs(y)) for x, y, _ in outlook.cells) + outlook.width
-    labels = "m to the robot's right", "m ahead of the robot's base"
-    axes = [Axis(-reach, reach, label) for label in labels]
+    places = from_above(outlook.cells)
+    deviations = np.array([deviation for _, _, deviation in outlook.cells])
+    lowest = float(deviations.min())
+    highest = float(deviations.max())
+    shares = (deviations - lowest) / max(highest - lowest, 1e-12)
+    levels = (LEVELS * shares).astype(int)
+    reach = float(np.abs(places).max()) + outlook.width
+    axes = [Axis(-reach, reach, label) for label in FROM_ABOVE]
     panel = Panel("predicted error of places, from above", *axes, height=468)
     side = panel.x(outlook.width) - panel.x(0) - 1
-    width = max(ends[-1] - lowest, 1e-12)
-    for x, y, deviation in outlook.cells:
-        level = min(int(LEVELS * (deviation - lowest) / width), LEVELS - 1)
-        corner = {"x": panel.x(-y) - side / 2, "y": panel.y(x) - side / 2}
-        panel.add("rect", **corner, width=side, height=side, class_=f"known-{level}")
+    for (x, y), level in zip(places.tolist(), levels.clip(max=LEVELS - 1), strict=True):
+        panel.square(panel.x(x), panel.y(y), side, class_=f"known-{level}")
     limits = {row.name: row.limit for row in report.verdict.limits}
     limit = limits.get("predicted_distance")
     if limit is not None:
-        unsure = [(x, y) for x, y, deviation in outlook.cells if deviation > limit]
-        _outline(panel, unsure, outlook.width)
+        _outline(panel, places[deviations > limit].tolist(), outlook.width)
     panel.grid()
     panel.dot(0, 0, "base", "the robot's base", size=7)
     for row in report.placements:
         if row.role == "train":
-            panel.dot(-row.position[1], row.position[0], "socket", row.name, size=4)
+            ahead, left, _ = row.position
+            panel.dot(-left, ahead, "socket", row.name, size=4)
     return plot(
         "error-map",
         panel,
         layout="half",
-        ends=ends.tolist(),
-        far=max(outlook.cells, key=lambda cell: cell[2]),
+        ends=np.linspace(lowest, highest, LEVELS + 1).tolist(),
+        far=outlook.cells[int(deviations.argmax())],
         limit=limit,
     )
 
 
-def _outline(panel: Panel, cells: Sequence[tuple[float, float]], width: float) -> None:
+def _outline(panel: Panel, cells: Sequence[Sequence[float]], width: float) -> None:
     """Draw a dashed line round cells by their centres, which lie half a cell from the axes."""
     inside = {(x // width, y // width) for x, y in cells}
     half = width / 2
     for x, y in cells:
-        for a, b in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        for a, b in ((0, 1), (0, -1), (-1, 0), (1, 0)):
             if (x // width + a, y // width + b) not in inside:
-                ends = [(-y - half * (b - s * a), x + half * (a + s * b)) for s in (-1, 1)]
-                panel.line(ends, "threshold")
+                begin = x + half * (a - b), y + half * (b + a)
+                end = x + half * (a + b), y + half * (b - a)
+                panel.line([begin, end], "threshold")
 
 
 class _Frame(NamedTuple):
