@@ -22,17 +22,19 @@ def named_states(records: Sequence[Record]) -> list[Record] | None:
     first = [cell.strip() for cell in records[0][1]]
     matches = [_FIELD.fullmatch(cell) for cell in first]
     fields = {match.groups(): i for i, match in enumerate(matches) if match}
+    numbered = len(first) > 4 and first[0].isdecimal() and first[1].isdecimal()
     if ("name", "0") in fields and ("position", "0") in fields:
         clock = next((i for i, cell in enumerate(first) if cell.endswith("header.stamp")), 0)
         messages = [_by_fields(record, fields, clock) for record in records[1:]]
-    elif len(first) > 4 and first[0].isdecimal() and first[1].isdecimal() and _is_name(first[3]):
+    elif numbered and _is_name(first[3]):
         messages = [_by_place(record) for record in records]
     else:
         return None
     names = list(dict.fromkeys(chain.from_iterable(positions for _, _, positions in messages)))
     table = [(records[0][0], ["time", *names])]
     for line, time, positions in messages:
-        table.append((line, [time, *(positions.get(name, "") for name in names)]))
+        cells = [positions.get(name, "") for name in names]
+        table.append((line, [time, *cells]))
     return table
 
 
@@ -43,8 +45,10 @@ def _by_fields(
     line, cells = record
     positions: dict[str, str] = {}
     for (kind, number), i in fields.items():
+        if kind != "name":
+            continue
         index = fields.get(("position", number), len(cells))
-        if kind == "name" and max(i, index) < len(cells) and cells[i].strip():
+        if max(i, index) < len(cells) and cells[i].strip():
             positions[cells[i].strip()] = cells[index]
     stamp = cells[clock].strip()
     return line, _seconds(int(stamp)) if stamp.isdecimal() else "", positions
@@ -55,8 +59,10 @@ def _by_place(record: Record) -> tuple[int, str, dict[str, str]]:
     line, cells = record
     texts = [cell.strip() for cell in cells]
     names = list(takewhile(_is_name, texts[3:]))
-    positions = texts[3 + len(names) :][: len(names)]
-    if len(positions) < len(names) or not (texts[0].isdecimal() and texts[1].isdecimal()):
+    begin = 3 + len(names)
+    positions = texts[begin : begin + len(names)]
+    dated = texts[0].isdecimal() and texts[1].isdecimal()
+    if len(positions) < len(names) or not dated:
         return line, "", {}
     time = _seconds(int(texts[0]) * _SECOND + int(texts[1]))
     return line, time, dict(zip(names, positions, strict=True))
@@ -67,4 +73,5 @@ def _seconds(nanoseconds: int) -> str:
 
 
 def _is_name(cell: str) -> bool:
-    return any(map(str.isalpha, cell)) and cell.lower() not in ("nan", "inf", "-inf", ".nan")
+    has_letter = any(map(str.isalpha, cell))
+    return has_letter and cell.lower() not in ("nan", "inf", "-inf", ".nan")

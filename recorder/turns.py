@@ -32,17 +32,18 @@ def arc(intervals: Iterable[tuple[float, float]]) -> tuple[float, float]:
 
     Single positions are arcs from a position to itself.
     """
-    ends = sorted((low % TURN, low % TURN + high - low, low) for low, high in intervals)
-    reach, gap, first = ends[0][1], -1.0, 0
-    for i, (low, high, _) in enumerate(ends[1:], start=1):
-        if low - reach > gap:
-            gap, first = low - reach, i
-        reach = max(reach, high)
-    if ends[0][0] + TURN - reach >= gap:
-        gap, first = ends[0][0] + TURN - reach, 0
-    if gap <= 0:
-        return ends[0][2], ends[0][2] + TURN
-    return ends[first][2], ends[first][2] + TURN - gap
+    lows, highs = np.array([*intervals]).T
+    starts = lows % TURN
+    ends = starts + highs - lows
+    order = np.lexsort((lows, ends, starts))
+    starts = starts[order]
+    reaches = np.maximum.accumulate(ends[order])
+    next_starts = np.append(starts[1:], starts[0] + TURN)
+    gaps_before = np.roll(next_starts - reaches, 1)
+    gap = float(gaps_before.max())
+    first = int(gaps_before.argmax()) if gap > 0 else 0
+    begin = float(lows[order[first]])
+    return begin, begin + TURN - max(gap, 0.0)
 
 
 def without_turns(
@@ -58,7 +59,8 @@ def without_turns(
     """
     unwound = np.array(positions, dtype=float)
     for i in np.flatnonzero(turning).tolist():
-        unwound[:, i] = _unwound(unwound[:, i], float(lower[i]), float(upper[i]))
+        limits = float(lower[i]), float(upper[i])
+        unwound[:, i] = _unwound(unwound[:, i], *limits)
     return unwound
 
 
@@ -70,9 +72,11 @@ def _unwound(q: np.ndarray, low: float, high: float) -> np.ndarray:
         on_arc = q
         if np.ptp(q) > end - start + _ROUNDING:
             on_arc = start + (q - start + _ROUNDING) % TURN - _ROUNDING
-        turns, counts = np.unique(np.rint((q - on_arc) / TURN), return_counts=True)
-        usual_first = turns[np.argsort(-counts)].tolist()
-        choices = [on_arc + TURN * k for k in (*usual_first, -1, 1, -2, 2)] + choices
+        turns = np.rint((q - on_arc) / TURN)
+        numbers, counts = np.unique(turns, return_counts=True)
+        usual_first = numbers[np.argsort(-counts)].tolist()
+        near = [on_arc + TURN * k for k in (*usual_first, -1, 1, -2, 2)]
+        choices = [*near, q]
     if math.isfinite(high - low):
         choices.append(low + (q - low) % TURN)
     inside = (choice for choice in choices if low <= choice.min() and choice.max() <= high)

@@ -41,8 +41,7 @@ def gauge(view: View, width: int) -> list[Text]:
     start = f" predicted {_mm(advice.predicted)}{unit} "
     first, *lines = _lines_of([f"goal {_mm(advice.goal)}", age, *facts], width - len(start) - 4)
     length = max(3, min(24, width - len(f"{start} {first}")))
-    share = min(1.0, advice.goal / max(advice.predicted, 1e-9))
-    bar = ("█" * round(share * length)).ljust(length, "·")
+    bar = progress_bar(advice.goal / max(advice.predicted, 1e-9), length)
     style = "green" if advice.predicted <= advice.goal else ""
     return [Text(f"{start}{bar} {first}", style=style), *(Text(f" {line}") for line in lines)]
 
@@ -54,6 +53,12 @@ def _lines_of(facts: Iterable[str | None], width: int) -> list[str]:
         joined = f"{lines[-1]} {fact}".strip()
         lines[-1:] = [joined] if len(joined) <= width else [lines[-1], fact]
     return lines
+
+
+def progress_bar(share: float, length: int) -> str:
+    """Return a bar of a length, filled by a share of it."""
+    filled = round(min(1.0, share) * length)
+    return ("█" * filled).ljust(length, "·")
 
 
 def _mm(metres: float) -> str:

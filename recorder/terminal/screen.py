@@ -13,7 +13,7 @@ from rich.text import Text
 from .. import Sample
 from ..session import Session, View
 from ..stream import JointLimits
-from .facts import fit, gauge, kept, stream
+from .facts import fit, gauge, kept, progress_bar, stream
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 _TEXTS = Path(__file__).parent
@@ -105,12 +105,12 @@ def _counts(session: Session, width: int) -> Text:
     line = Text()
     asked = USUAL if session.block else f"{session.target}"
     target = int(asked.rpartition("-")[2])
+    length = max(4, column - 16 - len(asked))
     for socket, count in enumerate(session.counts):
-        share = min(1.0, count / max(1, target))
-        length = max(4, column - 13 - len(asked) - 3)
-        bar = ("█" * round(share * length)).ljust(length, "·")
+        bar = progress_bar(count / max(1, target), length)
         style = "bold" if socket == session.socket else ""
-        line.append(f" {socket}: {count:>2}/{asked:<2} {bar}".ljust(column), style=style)
+        words = f" {socket}: {count:>2}/{asked:<2} {bar}"
+        line.append(words.ljust(column), style=style)
     return line
 
 
@@ -121,7 +121,8 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
         return [*_wrapped(view.resume_summary, width, "bold"), *joints]
     room -= len(joints)
     hint = _hint(view, width)[: max(0, room - 2)]
-    messages = _messages(view.session, width, max(2, min(room // 2, room - len(hint))))
+    of_messages = min(room // 2, room - len(hint))
+    messages = _messages(view.session, width, max(2, of_messages))
     captures = _captures(view.session, width, room - len(messages) - len(hint))
     return [*joints, *hint, *captures, *messages]
 
@@ -156,7 +157,8 @@ def _joints(view: View, width: int) -> list[Text]:
             mark, style = ("▮", "cyan") if sample.socket == session.socket else ("╷", "dim")
             marks.append((sample.position[i], mark, style))
         lower, upper = _ends(joint)
-        at_limit = min(values[i] - lower, upper - values[i]) < 0.05 * (upper - lower)
+        margin = min(values[i] - lower, upper - values[i])
+        at_limit = margin < 0.05 * (upper - lower)
         marks.append((target[i], "◆", "bold magenta"))
         marks.append((values[i], "┃", "bold red" if at_limit else "bold"))
         line = Text(f" {fit(joint.name, names):<{names}} ")
@@ -199,13 +201,14 @@ def _captures(session: Session, width: int, room: int) -> list[Text]:
 
 
 def _capture(session: Session, sample: Sample) -> str:
-    clock = "" if sample.time is None else time.strftime("%H:%M:%S", time.localtime(sample.time))
+    clock = ""
+    if sample.time is not None:
+        clock = time.strftime("%H:%M:%S", time.localtime(sample.time))
     text = f" sample {sample.number:>3}  socket {sample.socket}  {clock}  {sample.states} states"
     if not sample.spread:
         return text
-    worst = max(range(len(sample.spread)), key=sample.spread.__getitem__)
-    joint = session.joints[worst]
-    spread = sample.spread[worst]
+    spread = max(sample.spread)
+    joint = session.joints[sample.spread.index(spread)]
     size = f"{spread * 1e3:.3f} mm" if joint.prismatic else f"{math.degrees(spread):.4f}°"
     return f"{text}  spread {size} ({joint.name})"
 
@@ -236,5 +239,6 @@ _LETTERS = {
 def banner(words: str, colour: str, width: int) -> list[Text]:
     """Return some words as three lines, each as wide as the screen and all of one colour."""
     letters = [_LETTERS.get(letter, _LETTERS["?"]) for letter in words]
+    style = f"bold white on {colour}"
     rows = [" " + " ".join(row) for row in zip(*letters, strict=True)]
-    return [Text(row[:width].ljust(width), style=f"bold white on {colour}") for row in rows]
+    return [Text(row[:width].ljust(width), style=style) for row in rows]

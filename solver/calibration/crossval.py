@@ -86,5 +86,5 @@ def _half(measured: Measurement, first: int) -> Measurement:
 def _resampled(measured: Measurement, generator: np.random.Generator) -> Measurement:
     """Return a placement with as many samples drawn from its own (the bootstrap)."""
     sockets = [measured.order[rows] for rows in measured.slices]
-    drawn = [rows[generator.integers(len(rows), size=len(rows))] for rows in sockets]
+    drawn = [generator.choice(rows, len(rows)) for rows in sockets]
     return measured.only(np.concatenate(drawn))

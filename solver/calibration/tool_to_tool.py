@@ -1,6 +1,6 @@
 """Distances between the tools of two arms, predicted and measured, at places held out."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -82,19 +82,16 @@ def _at_places(robot: CalibratedRobot, pose: Pose, data: Sequence[Measurement]) 
     samples: _AtPlaces = {}
     for measured in data:
         balls = pose.apply(robot.predict(measured))
-        for place, rows, points in _measured(measured):
-            pairs = np.stack([balls[rows], points], axis=1)
-            samples[place] = np.concatenate([samples.get(place, pairs[:0]), pairs])
+        points = np.zeros_like(balls)  # a socket is its own origin
+        places = [(measured.placement.place, socket) for socket in measured.sockets]
+        if measured.kind == "points":
+            points = measured.points
+            places = [(measured.frame, -1)]
+        pairs = np.stack([balls, points], axis=1)
+        for place, rows in zip(places, measured.slices, strict=True):
+            before = samples.get(place, pairs[:0])
+            samples[place] = np.concatenate([before, pairs[rows]])
     return samples
-
-
-def _measured(measured: Measurement) -> Iterator[tuple[tuple[str, int], slice, np.ndarray]]:
-    """Return each place of a placement, its rows, and their points; a socket is its own origin."""
-    if measured.kind == "points":
-        yield (measured.frame, -1), slice(None), measured.points
-        return
-    for socket, rows in zip(measured.sockets, measured.slices, strict=True):
-        yield (measured.placement.place, socket), rows, np.zeros((rows.stop - rows.start, 3))
 
 
 def _errors(robots: Sequence[_AtPlaces], places: Sequence[tuple[str, int]]) -> np.ndarray:
@@ -102,8 +99,8 @@ def _errors(robots: Sequence[_AtPlaces], places: Sequence[tuple[str, int]]) -> n
     errors: list[np.ndarray] = []
     for place in places:
         apart = robots[0][place][:, None] - robots[1][place]
-        predicted, true = np.moveaxis(np.linalg.norm(apart, axis=-1), -1, 0)
-        errors.append(np.abs(predicted - true).ravel())
+        distances = np.linalg.norm(apart, axis=-1)
+        errors.append(np.abs(distances[..., 0] - distances[..., 1]).ravel())
     return np.concatenate(errors)
 
 

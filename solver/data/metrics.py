@@ -77,11 +77,11 @@ def targets(
     if frames and measured.frame in frames:
         return frames[measured.frame].apply(measured.points)
     places = np.empty_like(points)
-    part = np.arange(len(points)) % FOLDS
-    for fold in np.unique(part).tolist():
-        complement = part != fold
-        pose = fit_pose(measured.points[complement], points[complement])
-        places[~complement] = pose.apply(measured.points[~complement])
+    fold = np.arange(len(points)) % FOLDS
+    for number in np.unique(fold).tolist():
+        part = fold == number
+        pose = fit_pose(measured.points[~part], points[~part])
+        places[part] = pose.apply(measured.points[part])
     return places
 
 
@@ -99,9 +99,9 @@ def evaluate(
     turned = None
     if rotations is not None and measured.has_orientations:
         frame = (frames or {}).get(measured.frame) or fit_pose(measured.points, points)
-        R = (frame.rotation @ measured.rotations).swapaxes(1, 2)
-        angles = np.linalg.norm(rotation_vectors(rotations @ R), axis=1)
-        turned = float(angles.mean())
+        measured_rotations = frame.rotation @ measured.rotations
+        errors_left = rotation_vectors(rotations @ measured_rotations.swapaxes(1, 2))
+        turned = float(np.linalg.norm(errors_left, axis=1).mean())
     distance = _distance_error(points, measured)
     return Metrics(float(errors.mean()), float(errors.max()), distance, turned)
 
@@ -148,5 +148,5 @@ def is_distorted(metrics: Metrics, measured: Measurement) -> bool:
     N0, N1 = measured.counts[:2]
     scatter = metrics.mean_absolute_error**2 * (1 / N0 + 1 / N1)
     caliper = measured.distance_deviation or CALIPER_DEVIATION
-    allowed = min(3 * (caliper**2 + scatter) ** 0.5, 0.2 * measured.distance)
-    return abs(metrics.distance_error) > allowed
+    by_chance = 3 * (caliper**2 + scatter) ** 0.5
+    return abs(metrics.distance_error) > min(by_chance, 0.2 * measured.distance)
