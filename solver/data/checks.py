@@ -75,26 +75,35 @@ def measure(
             f"({names}); give the robot's names, or none for the robot's order"
         )
     ordered = unwound(ordered, robot)
-    ordered = ordered if whole else counted_once(ordered)
-    ordered = ordered if load is None else with_plausible_efforts(ordered, robot, load)
+    if not whole:
+        ordered = counted_once(ordered)
+    if load is not None:
+        ordered = with_plausible_efforts(ordered, robot, load)
     warnings = list(ordered.remarks)
     ordered = without_single(ordered, warnings)
     with order_said([placement], robot.joint_names):
         _check_limits(ordered, robot, warnings)
     recorded = None if placement.distance_assumed else placement.distance
-    typed_readings = [check_distance(reading) for reading in readings_of(distance)]
-    length = agreed_length(typed_readings) if typed_readings else None
-    if length is not None and recorded not in (None, length):
-        warnings.append(
-            f"{placement.name}: distance {length:.7g} m as given, not the recording's "
-            f"{placement.distance} m"
-        )
-    source = "given" if length is not None else "recording" if recorded is not None else "default"
-    where = f"{placement.where}: " if source == "recording" else ""
-    used = check_distance(length or placement.distance or DEFAULT_DISTANCE, where)
-    before = () if recorded is None else placement.readings or (recorded,)
-    readings = agreeing(used, [*typed_readings, *(d for d in before if d not in typed_readings)])
-    measured = Measurement(ordered, used, source, readings, warnings=tuple(warnings))
+    typed = [check_distance(reading) for reading in readings_of(distance)]
+    readings = typed.copy()
+    if recorded is not None:
+        readings += [d for d in placement.readings or (recorded,) if d not in typed]
+    if typed:
+        source = "given"
+        length = agreed_length(typed)
+        if recorded not in (None, length):
+            warnings.append(
+                f"{placement.name}: distance {length:.7g} m as given, not the recording's "
+                f"{placement.distance} m"
+            )
+    elif recorded is not None:
+        source = "recording"
+        length = check_distance(recorded, f"{placement.where}: ")
+    else:
+        source = "default"
+        length = check_distance(placement.distance or DEFAULT_DISTANCE)
+    count = agreeing(length, readings)
+    measured = Measurement(ordered, length, source, count, warnings=tuple(warnings))
     if measured.kind == "points":
         _check_points(measured)
     else:

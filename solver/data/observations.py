@@ -1,7 +1,7 @@
 """The samples of one robot, and the places where they were recorded."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, Literal
 
@@ -28,24 +28,39 @@ class Observations(Places):
     sockets: np.ndarray
     """Index of each sample's socket among all sockets, shape (N,); -1 for what an instrument
     measured."""
-    clocks: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    clocks: np.ndarray
     """Index, time and temperature from the first sample of its placement on, shape (N, 3)."""
-    time: np.ndarray = field(default_factory=lambda: np.empty(0))
+    time: np.ndarray
     """Times of the samples, shape (N,) [s]; NaN where not known."""
-    temperature: np.ndarray = field(default_factory=lambda: np.empty(0))
+    temperature: np.ndarray
     """Temperatures, likewise."""
-    recorded_at: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=str))
+    recorded_at: np.ndarray
     """Name of the placement of each sample, shape (N,)."""
-    measured_in: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    measured_in: np.ndarray
     """Index of the frame in which an instrument measured each ball, shape (N,); -1 for none."""
-    points: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    points: np.ndarray
     """Its coordinates in that frame, shape (N, 3) [m]; zero for a sample in a socket."""
-    turned_in: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    turned_in: np.ndarray
     """Index of the frame of each measured orientation, shape (N,); -1 for other samples."""
-    rotations: np.ndarray = field(default_factory=lambda: np.empty((0, 3, 3)))
+    rotations: np.ndarray
     """Orientations in that frame, shape (N, 3, 3)."""
-    wheres: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=str))
+    wheres: np.ndarray
     """File and line of each measured sample, for messages, shape (N,)."""
+
+    @classmethod
+    def none(cls, joints: int) -> "Observations":
+        """Return no samples of a robot with so many joints."""
+        shapes = {
+            "positions": (0, joints),
+            "torques": (0, 3 * joints),
+            "clocks": (0, 3),
+            "points": (0, 3),
+            "rotations": (0, 3, 3),
+        }
+        places = Places(labels=(), known=())
+        names = {field.name for field in fields(cls)}.difference(vars(places))
+        samples: dict[str, Any] = {name: np.zeros(shapes.get(name, 0)) for name in names}
+        return cls(**vars(places), **samples)
 
     @property
     def turned(self) -> np.ndarray:

@@ -218,12 +218,5 @@ def from_fit(posterior: Posterior) -> ParameterCovariance:
 
 def expected_groups(model: ExtendedModel) -> tuple[PriorGroup, ...]:
     """Return the priors of a rigid arm's geometry before anything is measured."""
-    m = len(model.robot.actuated)
-    nothing = Observations(
-        labels=(),
-        known=(),
-        positions=np.zeros((0, m)),
-        torques=np.zeros((0, 2 * m)),
-        sockets=np.zeros(0, dtype=np.int64),
-    )
+    nothing = Observations.none(len(model.robot.actuated))
     return prior_groups(model, nothing)
