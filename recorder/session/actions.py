@@ -4,7 +4,7 @@ import math
 import re
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from ...drivers import clock
 from .. import REDO, RELABEL, UNDO, RecordingError, Sample
@@ -46,24 +46,18 @@ class Sound:
             self._next = now + APART
 
 
+@dataclass
 class SessionActions:
     """A session with its file: a change is on the disk before :attr:`session` shows it."""
 
-    def __init__(
-        self,
-        session: Session,
-        recording: Recording,
-        sound: Sound,
-        plausible: Check | None = None,
-    ) -> None:
-        self.session = session
-        self.refused = 0
-        """Number of refused captures."""
-        self.moved: tuple[Sample, ...] = ()
-        """Samples that belong to the next placement."""
-        self._recording = recording
-        self._sound = sound
-        self._plausible = plausible
+    session: Session
+    recording: Recording
+    sound: Sound
+    plausible: Check | None = None
+    refused: int = 0
+    """Number of refused captures."""
+    moved: tuple[Sample, ...] = ()
+    """Samples that belong to the next placement."""
 
     def notify(self, text: str) -> None:
         """Show a message to the operator."""
@@ -72,12 +66,12 @@ class SessionActions:
     def alarm(self, text: str) -> None:
         """Show a message that needs attention."""
         self.session = self.session.with_message(text, alarm=True)
-        self._sound.play(REFUSED)
+        self.sound.play(REFUSED)
 
     def keep(self, text: str) -> None:
         """Go on although an alarm said this; the recording says so from now on."""
         try:
-            self._recording.keep_alarm(text)
+            self.recording.keep_alarm(text)
         except RecordingError as error:
             self.alarm(f"not noted: {error}")
             return
@@ -95,7 +89,7 @@ class SessionActions:
 
     def implausible(self, pose: StationaryPose) -> str | None:
         """Return the reason why a rest is not captured without a key; None if it is."""
-        odd = self._plausible and self._plausible(
+        odd = self.plausible and self.plausible(
             (*self.session.live, self.session.sample_at(pose, time.time()))
         )
         return f"this pose {odd}" if odd else None
@@ -104,7 +98,7 @@ class SessionActions:
         """Save a rest as a sample; None if that failed, and the operator was told."""
         sample = self.session.sample_at(pose, time.time())
         try:
-            self._recording.capture(sample)
+            self.recording.capture(sample)
         except RecordingError as error:
             self.refuse(str(error))
             return None
@@ -116,13 +110,13 @@ class SessionActions:
         further = "s for the next socket, " if self.session.sockets > 1 else ""
         message += f"; that is the target: {further}q to finish" if done else ""
         self.notify(message)
-        self._sound.play(DONE if done or self.session.turn_done else CAPTURED)
+        self.sound.play(DONE if done or self.session.turn_done else CAPTURED)
         taken = len(self.session.live)
         if taken % BLOCK == 0 and self.session.span < ALIKE:
             self.alarm(
                 f"all {taken} poses lie within 25 degrees of each other: lead every joint on"
             )
-        odd = self._plausible and self._plausible(self.session.live)
+        odd = self.plausible and self.plausible(self.session.live)
         if odd:
             back = "u takes it back. Or has the base moved? n: new placement"
             self.alarm(f"sample {sample.number} {odd} {back}")
@@ -155,7 +149,7 @@ class SessionActions:
     def measured_again(self, distance: float) -> bool:
         """Write a further reading of the sockets' distance [m]; return whether it is as before."""
         try:
-            before = self._recording.add_reading(distance)
+            before = self.recording.add_reading(distance)
         except RecordingError as error:
             self.alarm(f"not done: {error}")
             return False
@@ -210,7 +204,7 @@ class SessionActions:
             return
         self.session = self.session.switched(socket)
         try:
-            self._recording.set_socket(socket)
+            self.recording.set_socket(socket)
         except RecordingError as error:
             self.alarm(f"socket {socket} is active, but {error}")
             return
@@ -235,7 +229,7 @@ class SessionActions:
 
     def _mark(self, event: str, sample: Sample) -> bool:
         try:
-            self._recording.mark(event, sample, time.time())
+            self.recording.mark(event, sample, time.time())
         except RecordingError as error:
             self.alarm(f"not done: {error}")
             return False
