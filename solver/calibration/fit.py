@@ -42,9 +42,11 @@ class Fit:
         if self.selected is None:
             return None
         posterior = self.selected.full.arm
-        variances = np.diag(posterior.covariance)
-        usable = np.isfinite(posterior.covariance).all() and (variances >= 0).all()
-        return posterior if usable else None
+        return posterior if _is_covariance(posterior.covariance) else None
+
+
+def _is_covariance(matrix: np.ndarray) -> bool:
+    return bool(np.isfinite(matrix).all() and (np.diag(matrix) >= 0).all())
 
 
 def fit_robots(
