@@ -60,8 +60,10 @@ def _tool_deviation(world: TiedRobots, robot: int, shared: list[int]) -> float |
     met = _led_to(world.arms[robot], pose.inverse().apply(first.places), starts)
     if not met.reached.any():
         return None
-    _, J1, _ = world.arms[0].linearise(*_unloaded(first.q[met.reached]))
-    points, J2, _ = world.arms[robot].linearise(*_unloaded(met.positions[met.reached]))
+    one = _unloaded(first.q[met.reached])
+    other = _unloaded(met.positions[met.reached])
+    _, J1, _ = world.arms[0].linearise(*one)
+    points, J2, _ = world.arms[robot].linearise(*other)
     slopes = np.zeros((len(points), 3, len(world.around.mean)))
     slopes[:, :, world.columns[0]][:, :, : J1.shape[2]] = -J1
     slopes[:, :, world.columns[robot]][:, :, : J2.shape[2]] = pose.rotation @ J2
@@ -83,9 +85,9 @@ def _led_to(arm: Posterior, targets: np.ndarray, starts: np.ndarray) -> Solution
 def _recorded_by_both(world: TiedRobots, robot: int) -> np.ndarray:
     """Return corners of the region in the world where both recorded, or between where each did."""
     balls = [_balls(world, k, world.arms[k].data.positions) for k in (0, robot)]
-    lowest = np.max([places.min(axis=0) for places in balls], axis=0)
-    highest = np.min([places.max(axis=0) for places in balls], axis=0)
-    return np.array([lowest, highest])
+    lowest = [places.min(axis=0) for places in balls]
+    highest = [places.max(axis=0) for places in balls]
+    return np.array([np.max(lowest, axis=0), np.min(highest, axis=0)])
 
 
 def _unloaded(q: np.ndarray) -> SocketSamples:
@@ -114,8 +116,9 @@ def _inside(world: TiedRobots, robot: int, region: np.ndarray) -> Configurations
     places = _balls(world, robot, q)
     low = region.min(axis=0) - MARGIN
     high = region.max(axis=0) + MARGIN
-    inside = np.flatnonzero(((places > low) & (places < high)).all(axis=1))[:MEETINGS]
-    return Configurations(q[inside], places[inside])
+    inside = np.all((places > low) & (places < high), axis=1)
+    some = np.flatnonzero(inside)[:MEETINGS]
+    return Configurations(q[some], places[some])
 
 
 def _words(names: tuple[str, str], base: BaseToBase) -> str:

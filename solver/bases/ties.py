@@ -192,7 +192,9 @@ def _of_lengths(world: Seen, sockets: np.ndarray, places: Places) -> Equations:
     offsets = world.points[second] - world.points[first]
     lengths = np.linalg.norm(offsets, axis=1)
     directions = offsets / lengths[:, None]
-    slopes = np.einsum("ki,kin->kn", directions, world.slopes[second] - world.slopes[first])
-    whiten = np.linalg.inv(np.linalg.cholesky(distance_covariance(places.known)))
+    by_offsets = world.slopes[second] - world.slopes[first]
+    slopes = np.einsum("ki,kin->kn", directions, by_offsets)
+    root = np.linalg.cholesky(distance_covariance(places.known))
+    whiten = np.linalg.inv(root)
     errors = lengths - [length.distance for length in places.known]
     return Equations(whiten @ slopes, whiten @ errors)

@@ -82,12 +82,16 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     data = posterior.data
     _, J, _ = posterior.linearise(data.positions, data.torques, data.clocks)
     offsets = points - posterior.points.mean(axis=0)
-    directions = offsets / np.linalg.norm(offsets, axis=1, keepdims=True).clip(1e-9)
+    distances = np.linalg.norm(offsets, axis=1, keepdims=True)
+    directions = offsets / distances.clip(1e-9)
     slopes = np.einsum("ni,nij->nj", directions, by_unknowns - J.mean(axis=0))
     variances = np.sum(slopes @ posterior.of_unknowns * slopes, axis=1)
-    width = float(np.linalg.norm(points[:, :2], axis=1).max()) / CELLS
-    cells, cell = np.unique(np.floor(points[:, :2] / width), axis=0, return_inverse=True)
-    medians = [np.median(variances[cell.ravel() == k]) for k in range(len(cells))]
+    from_above = points[:, :2]
+    width = float(np.linalg.norm(from_above, axis=1).max()) / CELLS
+    corners = np.floor(from_above / width)
+    cells, cell = np.unique(corners, axis=0, return_inverse=True)
+    cell = cell.ravel()
+    medians = [np.median(variances[cell == k]) for k in range(len(cells))]
     rows = np.column_stack([(cells + 0.5) * width, np.sqrt(medians)])
     return ErrorMap(width, tuple(map(as_point, rows)))
 

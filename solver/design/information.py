@@ -52,7 +52,8 @@ class Workspace:
         """
         along = self.lengths / (np.linalg.norm(self.lengths) or 1.0)
         scale = along @ self.slopes
-        directions = np.linalg.qr(self.slopes - np.outer(along, scale), mode="r")
+        relative = self.slopes - np.outer(along, scale)
+        directions = np.linalg.qr(relative, mode="r")
         return np.vstack([scale, directions]).T / len(self.slopes) ** 0.5
 
 
@@ -123,8 +124,9 @@ class ParameterCovariance:
 
     def whitened(self, q: np.ndarray, socket: int, moments: np.ndarray | None = None) -> np.ndarray:
         """Return L^-1 A of (D1) for each of some samples, shape (N, 3, n), with C = L L^T."""
-        torques = np.tile(0 * q, 3) if moments is None else moments
-        _, J, by_joints = self.model.linearise(self.x, q, torques)
+        if moments is None:
+            moments = np.tile(0 * q, 3)
+        _, J, by_joints = self.model.linearise(self.x, q, moments)
         A = np.zeros((len(q), 3, len(self.covariance)))
         A[:, :, : self.model.size] = J
         A[:, :, self._centre(socket)] = -np.eye(3)

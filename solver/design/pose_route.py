@@ -112,7 +112,8 @@ class Annealing:
         """Choose the poses of the pools that are nearest to some, in their order."""
         for t, (k, q) in enumerate(zip(self.order, poses, strict=False)):
             pool = self.pools[k]
-            self.chosen[t] = pool.start + np.argmin(np.abs(self.poses[pool] - q).max(axis=1))
+            turns = np.abs(self.poses[pool] - q).max(axis=1)
+            self.chosen[t] = pool.start + np.argmin(turns)
 
     def ways(self, chosen: np.ndarray) -> np.ndarray:
         """Return ways through chosen poses, (..., T), from a known start on, (..., T + 1, m)."""

@@ -64,10 +64,12 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
     With the prior p_k, the slopes A by all unknowns that any explanation frees, and the widths S_k
     of explanation k, its evidence Z_k is the sum over the noise of N(e; 0, C + A S_k^2 A^T).
     """
-    task, errors = system.task, system.errors
+    task = system.task
+    errors = system.errors
     unchanged = replace(task, free=dict.fromkeys(task.prior.zeros, UNCHANGED))
     wandering = replace(system, task=unchanged)
-    by_lengths = np.eye(len(errors))[:, len(errors) - len(task.distances) :]
+    samples = len(errors) - len(task.distances)
+    by_lengths = np.eye(len(errors))[:, samples:]
     slopes = np.hstack([system.slopes, by_lengths])
     widths = np.zeros((len(candidates), slopes.shape[1]))
     for row, explanation in zip(widths, candidates, strict=True):
@@ -78,7 +80,8 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
     logs: list[np.ndarray] = []
     for place in LEVELS * task.noise.place:
         level = replace(task.noise, place=float(place))
-        white = np.linalg.solve(np.linalg.cholesky(wandering.covariance(level)), columns)
+        root = np.linalg.cholesky(wandering.covariance(level))
+        white = np.linalg.solve(root, columns)
         M = white.T @ white
         factors = log_bayes_factor(M[1:, 1:], M[0, 1:], widths[:, some])
         logs.append(wandering.log_evidence(level) + factors)

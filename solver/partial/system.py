@@ -62,8 +62,9 @@ class System:
 
     def noise_blocks(self, noise: NoiseBelief) -> np.ndarray:
         """Return Sigma_i of each sample, shape (N, axes, axes)."""
-        scales = np.repeat([noise.place, noise.turn], 3)[: self.by_joints.shape[1]]
-        of_joints = noise.joint**2 * self.by_joints @ self.by_joints.transpose(0, 2, 1)
+        J = self.by_joints
+        scales = np.repeat([noise.place, noise.turn], 3)[: J.shape[1]]
+        of_joints = noise.joint**2 * J @ J.transpose(0, 2, 1)
         return np.diag(scales**2) + of_joints
 
     def covariance(self, noise: NoiseBelief, *, gaussian: bool = False) -> np.ndarray:
@@ -74,9 +75,11 @@ class System:
         """Return the same where all unknowns are known, shape (R, R)."""
         N, d, _ = self.by_joints.shape
         blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
-        C = np.diag(np.full(len(self.errors), CALIPER_DEVIATION**2))
+        if gaussian:
+            blocks = blocks * (1 + 2 / (noise.nu + d))
+        C = CALIPER_DEVIATION**2 * np.eye(len(self.errors))
         rows = np.arange(N * d, dtype=np.int64).reshape(N, d)
-        C[rows[:, :, None], rows[:, None]] = blocks * (1 + 2 * gaussian / (noise.nu + d))
+        C[rows[:, :, None], rows[:, None]] = blocks
         return C
 
     def log_evidence(self, noise: NoiseBelief | None = None) -> float:
@@ -106,11 +109,13 @@ class System:
         S = self.task.covariance[some]
         across = self.slopes @ S.T
         joint = np.block([[self.spread, across], [across.T, S[:, some]]])
+        prior = Gaussian.of(np.zeros(len(joint)), joint)
         count = len(self.errors)
         noise = self.noise_covariance(self.state.noise, gaussian=True)
-        whitened = np.linalg.solve(np.linalg.cholesky(noise), np.eye(count, len(joint)))
-        prior = Gaussian.of(np.zeros(len(joint)), joint)
-        return prior.conditioned(whitened, np.zeros(count)).marginal(slice(count, None)).covariance
+        root = np.linalg.cholesky(noise)
+        whitened = np.linalg.solve(root, np.eye(count, len(joint)))
+        posterior = prior.conditioned(whitened, np.zeros(count))
+        return posterior.marginal(slice(count, None)).covariance
 
     def covariance_on_flange(self, some: np.ndarray) -> np.ndarray:
         """Return the same for an exact chain: how far the flange itself is off is left out."""
@@ -132,7 +137,9 @@ class System:
 
 def linear(task: Task, state: State) -> System:
     """Return a task, linear about a state."""
-    prior, rows, x = task.prior, task.rows, state.x
+    prior = task.prior
+    rows = task.rows
+    x = state.x
     R, p, by_unknowns, by_joints = prior.flanges(x, rows.q, rows.moments)
     left, right = rows.resized(float(x[task.scale].sum()))
     turns = state.places[rows.places]
@@ -142,8 +149,9 @@ def linear(task: Task, state: State) -> System:
     reach = np.einsum("nij,nj->ni", turns, right[:, :3, 3])
     measured = R @ state.tool @ left[:, :3, :3]
     seen = turns @ right[:, :3, :3]
+    place_errors = p + lever - centres - reach
     turn_errors = rotation_vectors(measured @ seen.transpose(0, 2, 1))
-    errors = np.hstack([p + lever - centres - reach, turn_errors])[:, : rows.axes]
+    errors = np.hstack([place_errors, turn_errors])[:, : rows.axes]
 
     N = len(R)
     G = np.zeros((N, 6, task.size))
@@ -152,12 +160,17 @@ def linear(task: Task, state: State) -> System:
     if rows.turns:
         G[:, :, task.tool_turn] = _at_end(np.hstack([0 * R, R]), arm)
         G[:, :3, task.scale.start] = arm - reach
-    by_place = _at_end(np.tile(-np.eye(6), (N, 1, 1)), reach)[:, :, : rows.axes]
-    G[np.arange(N)[:, None], :, task.places[rows.places]] = by_place.transpose(0, 2, 1)
+    by_place = _at_end(np.tile(-np.eye(6), (N, 1, 1)), reach)
+    of_place = task.places[rows.places]
+    for sample, unknowns, columns in zip(G, of_place, by_place, strict=True):
+        sample[:, unknowns] = columns[:, : rows.axes]
     lengths, by_lengths = _distances(task, x)
-    slopes = np.vstack([G[:, : rows.axes].reshape(-1, task.size), by_lengths])
-    errors = np.concatenate([errors.ravel(), lengths]) - slopes @ (x - task.mean(x))
-    return System(task, state, errors, slopes, _at_end(by_joints, lever)[:, : rows.axes])
+    of_samples = G[:, : rows.axes].reshape(-1, task.size)
+    slopes = np.vstack([of_samples, by_lengths])
+    errors = np.concatenate([errors.ravel(), lengths])
+    errors -= slopes @ (x - task.mean(x))
+    by_joints = _at_end(by_joints, lever)[:, : rows.axes]
+    return System(task, state, errors, slopes, by_joints)
 
 
 def _at_end(slopes: np.ndarray, levers: np.ndarray) -> np.ndarray:

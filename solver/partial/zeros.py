@@ -120,7 +120,8 @@ def zero_deviations(system: System) -> np.ndarray:
     """Return the standard deviation of each joint's zero, if it alone may have changed."""
     A = system.slopes[:, system.task.prior.zeros]
     C = system.covariance(system.state.noise, gaussian=True)
-    information: np.ndarray = np.sum(A * np.linalg.solve(C, A), axis=0)
+    weighted = np.linalg.solve(C, A)
+    information: np.ndarray = np.sum(A * weighted, axis=0)
     return 1 / np.sqrt(information + ZERO**-2)
 
 

@@ -80,10 +80,15 @@ def averaged(results: Sequence[FitPosterior], shares: np.ndarray) -> FitPosterio
     at_zero = np.zeros(objective.x_size, dtype=bool)
     for group in ordered:
         at_zero[group.members] = not group.width
-    x, centres = np.zeros(len(at_zero)), np.zeros_like(best.state.centres)
-    state = replace(
-        best.state, objective=objective, x=x, centres=centres, groups=ordered, at_zero=at_zero
-    ).changed(mixture.mean)
+    origin = replace(
+        best.state,
+        objective=objective,
+        x=np.zeros(len(at_zero)),
+        centres=np.zeros_like(best.state.centres),
+        groups=ordered,
+        at_zero=at_zero,
+    )
+    state = origin.changed(mixture.mean)
     state = replace(state, linear=linearise(objective, state.x, state.frames))
     before = np.zeros((len(best.iterates), objective.size))
     before[:, _rows(objective, best.objective)[: len(best.state.x)]] = best.iterates
@@ -132,15 +137,18 @@ def held_out_errors(posterior: FitPosterior) -> np.ndarray:
 def _mean_error(posterior: FitPosterior, x: np.ndarray, placement: str) -> float:
     """Return the mean distance of balls from their socket's mean or measured place [m]."""
     distances: list[np.ndarray] = []
-    model, data = posterior.model, posterior.data
+    model = posterior.model
+    data = posterior.data
     rows = data.rows_of(placement)
     samples = data.positions[rows], data.torques[rows], data.clocks[rows]
-    points, sockets = model.predict(x[: model.size], *samples), data.sockets[rows]
+    points = model.predict(x[: model.size], *samples)
+    sockets = data.sockets[rows]
     for socket in np.unique(sockets[sockets >= 0]):
         balls = points[sockets == socket]
         distances.append(np.linalg.norm(balls - balls.mean(axis=0), axis=1))
     if (sockets < 0).any():
-        balls, measured = points[sockets < 0], data.points[rows][sockets < 0]
+        balls = points[sockets < 0]
+        measured = data.points[rows][sockets < 0]
         fitted_places = fit_pose(measured, balls).apply(measured)
         distances.append(np.linalg.norm(balls - fitted_places, axis=1))
     return float(np.concatenate(distances).mean())

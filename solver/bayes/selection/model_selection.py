@@ -124,8 +124,12 @@ def _required(extension: str) -> set[str]:
 def _effects_of(robot: Robot, prior: GivenPrior | None, seen: Collection[str]) -> tuple[str, ...]:
     """Return the effects but curves that a prior tells of, or that recordings show."""
     names = {*seen, *(prior.names if prior is not None else ())}
-    effects = (e for e in EFFECTS.values() if e is not CURVE)
-    return tuple(e.name for e in effects if names & {*e.coefficient_names(robot.joint_names)})
+    joints = robot.joint_names
+    return tuple(
+        effect.name
+        for effect in EFFECTS.values()
+        if effect is not CURVE and names & {*effect.coefficient_names(joints)}
+    )
 
 
 @dataclass(frozen=True)
