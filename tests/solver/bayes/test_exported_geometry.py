@@ -12,6 +12,8 @@ from mukca.solver.robot import workspace
 
 pytestmark = pytest.mark.slow
 ELASTIC = {"compliance": 8e-5, "tilt": 4e-5}
+TRIED = {"without": ("transmission", "curves")}
+"""Options of a calibration that tries elasticity alone."""
 
 
 def by_geometry(calibration):
@@ -22,7 +24,7 @@ def by_geometry(calibration):
 
 def test_it_is_better_than_the_papers_geometry_elsewhere(panda):
     _, (train, *test) = mukca.simulate_recordings(panda, 4, seed=0, noise=7e-5, **ELASTIC)
-    by_auto = mukca.calibrate(panda, train, test=test)
+    by_auto = mukca.calibrate(panda, train, test=test, **TRIED)
     by_paper = mukca.calibrate(panda, train, test=test, method="paper")
     assert by_auto.document.deflection
     assert by_geometry(by_auto) < by_geometry(by_paper)
@@ -41,7 +43,7 @@ def test_it_is_near_to_the_truth_anywhere(panda):
     """The full model tells more of the workspace than the samples' own geometry does."""
     truth, (train,) = mukca.simulate_recordings(panda, 1, seed=1, noise=7e-5, **ELASTIC)
     by_paper = mukca.calibrate(panda, train, method="paper").calibrated
-    full = mukca.calibrate(panda, train, without="transmission").calibrated
+    full = mukca.calibrate(panda, train, **TRIED).calibrated
     q = workspace(panda, 400)
     balls = (truth.ball(q), by_paper.ball(q), full.geometric_ball(q), full.ball(q))
     true, *lengths = (np.linalg.norm(ball[1::2] - ball[::2], axis=1) for ball in balls)
@@ -54,7 +56,8 @@ def test_a_distance_that_is_hardly_known_does_not_set_the_size(panda, flaws):
     """The paper's cost takes it as it is; so its geometry is not what the URDF has."""
     truth, (train,) = mukca.simulate_recordings(panda, 1, seed=0, noise=7e-5, **flaws)
     wrong = replace(train, distance=0.051)
-    found = mukca.calibrate(panda, wrong, distance_deviation=1e-3, accept_distorted=True).calibrated
+    options = TRIED | {"distance_deviation": 1e-3, "accept_distorted": True}
+    found = mukca.calibrate(panda, wrong, **options).calibrated
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (60, 7))
     true, exported = (
         np.linalg.norm(points[1::2] - points[::2], axis=1).sum()
@@ -91,7 +94,7 @@ def test_where_balls_were_measured_no_rigid_geometry_is_much_better(panda):
     truth, _ = mukca.simulate_recordings(panda, 1, samples=10, seed=1, noise=7e-5, **ELASTIC)
     generator = np.random.default_rng(0)
     train, test = (near_a_table(truth, name, generator) for name in ("train", "test"))
-    found = mukca.calibrate(panda, train)
+    found = mukca.calibrate(panda, train, **TRIED)
     (q, points), (q_test, points_test) = (
         (np.array([s.position for s in p.samples]), np.array([s.point for s in p.samples]))
         for p in (train, test)
@@ -113,7 +116,8 @@ def test_a_few_measured_balls_do_not_bend_the_geometry(panda):
     truth, (train,) = mukca.simulate_recordings(panda, 1, samples=15, seed=1, noise=7e-5, **ELASTIC)
     points = near_a_table(truth, "points", np.random.default_rng(0))
     few, q = replace(points, samples=points.samples[:4]), workspace(panda, 400)
-    balls = [mukca.calibrate(panda, p).calibrated.geometric_ball(q) for p in (train, [train, few])]
+    both = (mukca.calibrate(panda, p, **TRIED) for p in (train, [train, few]))
+    balls = [found.calibrated.geometric_ball(q) for found in both]
     true, *lengths = (np.linalg.norm(b[1::2] - b[::2], axis=1) for b in (truth.ball(q), *balls))
     without, beside = (np.median(np.abs(length - true)) for length in lengths)
     assert beside < 1.1 * without

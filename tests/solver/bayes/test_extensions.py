@@ -19,6 +19,11 @@ EXTENSIONS = tuple(
 """Those that are tried without --zeros."""
 
 
+def all_but(*tried):
+    """Options of a calibration that tries these effects alone."""
+    return {"without": tuple(name for name in EXTENSIONS if name not in tried)}
+
+
 @pytest.mark.parametrize("name", ["panda", "gen3_lite"])
 def test_what_is_not_there_vanishes(name):
     robot = mukca.load_robot(name)
@@ -35,7 +40,8 @@ def test_what_is_not_there_vanishes(name):
 def test_elasticity_is_found_within_its_intervals(kind, size, panda):
     sizes = {kind: size}
     truth, (train, test) = mukca.simulate_recordings(panda, 2, seed=2, samples=20, **sizes)
-    found = mukca.calibrate(panda, train, test=test, type_prior=["none"])
+    options = all_but("compliance", "tilt") | {"type_prior": ["none"]}
+    found = mukca.calibrate(panda, train, test=test, **options)
     geometric = mukca.calibrate(panda, train, test=test, without=EXTENSIONS)
     assert kind in found.document.deflection
     assert any(line.startswith(f"{kind}: kept") for line in found.document.choices or ())
@@ -49,7 +55,7 @@ def test_elasticity_is_found_within_its_intervals(kind, size, panda):
 
 def test_transmission_error_is_found(panda):
     _, (train, test) = mukca.simulate_recordings(panda, 2, seed=3, samples=20, transmission=4e-4)
-    found = mukca.calibrate(panda, train, test=test)
+    found = mukca.calibrate(panda, train, test=test, **all_but("transmission"))
     assert {"harmonic_1", "harmonic_2"} <= found.document.deflection.keys()
     geometric = mukca.calibrate(panda, train, test=test, without=EXTENSIONS)
     assert held_out(found) < 0.7 * held_out(geometric)
@@ -78,7 +84,8 @@ def test_measured_efforts_tell_how_an_arm_bends(panda):
         bent = moved(placement, placement.positions + compliance * efforts)
         return with_efforts(bent, efforts)
 
-    by_effort = mukca.calibrate(panda, pushed(train), test=pushed(test))
+    options = all_but("compliance")
+    by_effort = mukca.calibrate(panda, pushed(train), test=pushed(test), **options)
     assert held_out(by_effort) < 3e-4
     found, _ = coefficients(by_effort, "compliance")
     assert found[1:6] == pytest.approx(compliance[1:6], abs=1.5e-5)
@@ -116,9 +123,7 @@ def test_of_many_placements_some_are_left_out_at_a_time():
     robot = mukca.load_robot("ur5e")
     _, train = mukca.simulate_recordings(robot, 6, samples=8, seed=3, compliance=3e-4)
     tried = []
-    found = mukca.calibrate(
-        robot, train, progress=tried.append, without=("tilt", "transmission", "curves")
-    )
+    found = mukca.calibrate(robot, train, progress=tried.append, **all_but("compliance"))
     assert "compliance" in tried and "compliance" in found.document.deflection
     (line,) = found.document.choices or ()
     assert "where one placement is left out, all together lower errors by" in line

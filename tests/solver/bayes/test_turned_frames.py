@@ -19,7 +19,9 @@ def calibrations(name):
     robot = load_robot(name)
     _, (*train, test) = mukca.simulate_recordings(robot, 3, seed=2, **BENDING)
     arms = robot, turned_frames(robot)
-    return [mukca.calibrate(arm, train, test=[test]) for arm in arms]
+    # harmonics and curves turn joints about their own axes, however frames are drawn
+    without = ("transmission", "curves")
+    return [mukca.calibrate(arm, train, test=[test], without=without) for arm in arms]
 
 
 @pytest.mark.parametrize("name", ["panda", "lite6", "ur5e", "gen3_lite", "so101", "wxai"])
