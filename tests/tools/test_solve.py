@@ -190,27 +190,28 @@ def test_a_full_disk_is_told(run, tmp_path):
     assert list((tmp_path / "c").iterdir()) == []
 
 
-def test_as_a_module_and_to_a_closed_pipe(session):
-    command = f"{sys.executable} -m mukca solve front --robot panda | head -1"
-    result = subprocess.run(
-        ["bash", "-c", command], cwd=session, capture_output=True, text=True, check=False
-    )
+@pytest.fixture
+def shell(session):
+    """Run `mukca` with words and redirections in the folder of the recordings, by a shell."""
+    return lambda words: subprocess.run(
+        ["bash", "-c", f"{sys.executable} -m mukca {words}"],
+        cwd=session, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+def test_as_a_module_and_to_a_closed_pipe(shell):
+    result = shell("solve front --robot panda | head -1")
     assert result.returncode == 0 and "Traceback" not in result.stderr
 
 
 @pytest.mark.parametrize("more", ["", " --json"])
-def test_an_output_that_is_full_is_told_in_one_line(session, more):
-    command = f"{sys.executable} -m mukca check front --robot panda{more} > /dev/full"
-    result = subprocess.run(
-        ["bash", "-c", command], cwd=session, capture_output=True, text=True, check=False
-    )
+def test_an_output_that_is_full_is_told_in_one_line(shell, more):
+    words = f"check front --robot panda{more}"
+    result = shell(f"{words} > /dev/full")
     *_, last = result.stderr.splitlines()
-    assert (result.returncode, last) == (
-        1,
-        "mukca check: what it says cannot be written: No space left on device",
-    )
-    closed = command.replace("/dev/full", "&-").replace("> &-", ">&-")
-    assert not subprocess.run(["bash", "-c", closed], cwd=session, check=False).returncode
+    assert result.returncode == 1
+    assert last == "mukca check: what it says cannot be written: No space left on device"
+    assert shell(f"{words} >&-").returncode == 0
 
 
 def test_a_link_that_is_written_to_stays_a_link(session, tmp_path, run):
