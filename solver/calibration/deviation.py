@@ -55,18 +55,13 @@ class FittedModel(FullModel):
         robot, load, names = self.robot, self.calibrated.load, self.robot.joint_names
         places: list[HeldOut] = []
         for row in self.document.data:
-            if row.role == "test":
-                held = measure(row.placement(names), robot, sockets=1, load=load)
-                moments = load.torques(robot, held)
-                measured = held.kind == "points"
-                places += [
-                    HeldOut(
-                        held.positions[rows],
-                        moments[rows],
-                        held.points[rows] if measured else None,
-                    )
-                    for rows in ([slice(None)] if measured else held.slices)
-                ]
+            if row.role != "test":
+                continue
+            held = measure(row.placement(names), robot, sockets=1, load=load)
+            if held.kind == "points":
+                places.append(HeldOut(held.positions, load.torques(robot, held), held.points))
+            else:
+                places += [HeldOut(*samples) for samples in load.by_socket(robot, held)]
         return misfit(self.posterior, places)
 
     def deviation(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:

@@ -1,6 +1,5 @@
 """Estimates of a fit: parameters, error curves, size, and their uncertainty."""
 
-from collections.abc import Sequence
 from itertools import chain
 from typing import Any
 
@@ -9,8 +8,7 @@ import numpy as np
 from .. import results
 from ..bayes import results as bayes
 from ..bayes.inference import Posterior
-from ..bayes.model import extend
-from ..data import Measurement
+from ..bayes.model import ExtendedModel, extend
 from .earlier import stored_posterior
 from .fit import Fit
 from .problem import CalibrationProblem
@@ -21,9 +19,8 @@ def parameter_values(
 ) -> tuple[results.ParameterValue, ...]:
     """Return every calibrated number of the joint origins, with its deviation where known."""
     columns = (calibrated.model.nominal, calibrated.values, calibrated.geometry)
-    deviations: list[Any] = [None] * len(calibrated.values)
-    if posterior is not None:
-        deviations = bayes.deviations(posterior).tolist()
+    unknown = [None] * len(calibrated.values)
+    deviations = unknown if posterior is None else bayes.deviations(posterior).tolist()
     rows = zip(calibrated.parameters, *(c.tolist() for c in columns), deviations, strict=False)
     return tuple(
         results.ParameterValue.filled(
@@ -84,6 +81,7 @@ def known_of(
     load = calibrated.load
     exported = calibrated.exported
     recorded = [m.positions for _, m in problem.placements]
+    held = [m for m in problem.test if m.kind == "sockets"]
     measured = posterior.noises.get("points")
     turns = posterior.noises.get("turns")
     nominal = before or calibrated.with_ball_alone
@@ -107,7 +105,9 @@ def known_of(
             measured_joint=measured and measured.joint,
             measured_turn=turns and turns.space,
         ),
-        "error_parts": _error_parts(posterior, calibrated, problem.test),
+        "error_parts": bayes.error_parts(
+            posterior, list(chain.from_iterable(load.by_socket(calibrated.robot, m) for m in held))
+        ),
         "error_patterns": bayes.error_patterns(
             posterior, calibrated.robot, load, problem.measurements, problem.test
         ),
@@ -145,27 +145,22 @@ def _frames(fit: Fit) -> tuple[results.FramePose, ...]:
     return fit.world.frames if fit.selected.full is fit.world.robots[0].fit else ()
 
 
-def _error_parts(
-    posterior: Posterior, calibrated: results.CalibratedRobot, test: Sequence[Measurement]
-) -> results.ErrorParts | None:
-    """Return the parts of the error at held-out sockets."""
-    robot = calibrated.robot
-    load = calibrated.load
-    placements = [m for m in test if m.kind == "sockets"]
-    return bayes.error_parts(
-        posterior, list(chain.from_iterable(load.by_socket(robot, m) for m in placements))
-    )
+def model_of(fit: Fit) -> tuple[ExtendedModel, np.ndarray]:
+    """Return the model of a fit, and its most probable unknowns, shape (size,)."""
+    if fit.posterior is not None:
+        return fit.posterior.model, fit.posterior.x
+    arm = fit.calibrated
+    model = extend(arm.robot, arm.parameters, rotation_numbers=arm.rotation_numbers)
+    return model, arm.values - arm.model.nominal
 
 
 def scale_of(fit: Fit) -> results.Scale:
     """Return by how much the arm came out larger than its model."""
     if fit.posterior is not None:
         return bayes.scale(fit.posterior)
-    calibrated = fit.calibrated
-    numbers = calibrated.rotation_numbers
-    model = extend(calibrated.robot, calibrated.parameters, rotation_numbers=numbers)
+    model, x = model_of(fit)
     by_scale = model.by_scale()
-    value = float(by_scale @ (calibrated.values - calibrated.model.nominal))
+    value = float(by_scale @ x)
     if fit.covariance is None:
         return results.Scale(value=value)
     return results.Scale(value=value, deviation=float(by_scale @ fit.covariance @ by_scale) ** 0.5)

@@ -51,7 +51,7 @@ class FullModel:
         self.calibrated = calibrated
         """The calibrated robot: predictions and URDFs."""
         self.tool, self.base = tool, base
-        self._into_base = HERE if base is HERE else np.linalg.inv(base)
+        self._into_base = np.linalg.inv(base)
         self.base_in: Callable[[str, ArrayLike | None], np.ndarray] | None = None
         """Pose of the base in a frame; of robots that were calibrated together."""
         self._loaded = lru_cache(maxsize=8)(calibrated.carrying)
@@ -120,19 +120,19 @@ class FullModel:
         if not setup:
             return self
         check_keywords("this method", setup, Setup.__annotations__)
-        tool, payload, frame = setup.get("tool"), setup.get("payload"), setup.get("frame")
-        base = setup.get("base")
+        tool, frame, base = setup.get("tool"), setup.get("frame"), setup.get("base")
         base = self.base if base is None else one_pose(base, "base")
         if frame is not None:
             if self.base_in is None:
-                words = "this robot was calibrated alone; give its base there"
-                raise PoseError(f"frame {frame!r}: {words}")
+                raise PoseError(
+                    f"frame {frame!r}: this robot was calibrated alone; give its base there"
+                )
             base = base @ self.base_in(frame, setup.get("at"))
         if isinstance(tool, str):
             origins = self.calibrated.model.origins(self.calibrated.values)
             tool = pose_on_flange(self.robot, tool, origins)
         return FullModel(
-            self._loaded(one_payload(payload)),
+            self._loaded(one_payload(setup.get("payload"))),
             self.tool if tool is None else one_pose(tool, "tool", ON_FLANGE),
             base,
         )

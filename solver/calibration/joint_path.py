@@ -61,20 +61,17 @@ class JointPath(Solutions):
             CommandError: A pose is not reached, or the joints jump between two.
         """
         faults = [*np.flatnonzero(~self.reached).tolist(), *self.jumps]
-        if faults:
-            row = min(faults)
-            where = f"pose {row}"
-            joint = self.at_limit[row]
-            if not self.reached[row]:
-                raise not_reached(where, self, row, joint)
-            raise CommandError(
-                f"{where}: from the pose before the joints jump, and the tool would leave the way; "
-                "start in another posture, or give poses between them",
-                self,
-                row,
-                joint,
-            )
-        return self.positions
+        if not faults:
+            return self.positions
+        row = min(faults)
+        joint = self.at_limit[row]
+        if not self.reached[row]:
+            raise not_reached(f"pose {row}", self, row, joint)
+        words = (
+            f"pose {row}: from the pose before the joints jump, and the tool would leave the way; "
+            "start in another posture, or give poses between them"
+        )
+        raise CommandError(words, self, row, joint)
 
 
 def along(
@@ -128,11 +125,12 @@ def not_reached(where: str, solutions: Solutions, row: int, joint: str) -> Comma
 
 def find_jumps(q: np.ndarray, pose: Callable[[np.ndarray], np.ndarray], turns: bool) -> list[int]:
     """Return the rows to which the joints do not go straight, by the tool's way and its turns."""
-    first = pose(q[:-1])
+    poses = pose(q)
+    first, second = poses[:-1], poses[1:]
     between = pose((q[:-1] + q[1:]) / 2)
-    second = pose(q[1:])
     jumps = np.zeros(len(first), dtype=bool)
-    for distance, threshold in list(zip((_distance, _angle), DETOUR, strict=True))[: 1 + turns]:
+    distances = (_distance, _angle) if turns else (_distance,)
+    for distance, threshold in zip(distances, DETOUR, strict=False):
         direct = distance(first, second)
         detour = distance(first, between) + distance(between, second) - direct
         jumps |= detour > 2 * threshold + direct

@@ -6,11 +6,11 @@ import numpy as np
 
 from .. import results
 from ..bayes import results as bayes
-from ..bayes.model import extend
 from ..data import Load, SocketSamples
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
 from ..diagnostics import farthest_place
 from ..robot import InverseKinematics, Robot, SimulationError
+from .estimates import model_of
 from .fit import Fit
 from .problem import CalibrationProblem
 
@@ -24,17 +24,11 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     """Return what a calibration will be worth; None where nothing was trained on in sockets."""
     robot = problem.robot
     calibrated = fit.calibrated
-    load = fit.calibrated.load
+    load = calibrated.load
     train = [m for m in problem.measurements if m.kind == "sockets"]
     if not train:
         return None
-    if fit.posterior is None:
-        numbers = calibrated.rotation_numbers
-        model = extend(robot, calibrated.parameters, rotation_numbers=numbers)
-        x = calibrated.values - calibrated.model.nominal
-    else:
-        model = fit.posterior.model
-        x = fit.posterior.x
+    model, x = model_of(fit)
     poses = workspace_samples(model, x, load)
     recorded = list(chain.from_iterable(load.by_socket(robot, m) for m in train))
     joints = joint_effects(model, x, poses, recorded)
@@ -43,15 +37,14 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     test = [m for m in problem.test if m.kind == "sockets"]
     centres = np.array([calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test])
     new = _imagined(robot, farthest_place(centres), train[0].distance, load)
-    further = [*((m.name, load.by_socket(robot, m)) for m in test), (None, new)]
-    forecasts = tuple(
-        results.Forecast(
-            placement=name, distance_deviation=bayes.workspace_errors(after, load).median
-        )
-        for name, samples in further
-        if samples and (after := predicted_posterior(fit.posterior, samples))
-    )
-    return results.Outlook(joints=joints, map=error_map(fit.posterior, poses), forecasts=forecasts)
+    forecasts: list[results.Forecast] = []
+    for name, samples in [*((m.name, load.by_socket(robot, m)) for m in test), (None, new)]:
+        after = predicted_posterior(fit.posterior, samples) if samples else None
+        if after is not None:
+            error = bayes.workspace_errors(after, load).median
+            forecasts.append(results.Forecast(placement=name, distance_deviation=error))
+    places = error_map(fit.posterior, poses)
+    return results.Outlook(joints=joints, map=places, forecasts=tuple(forecasts))
 
 
 def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> list[SocketSamples]:

@@ -80,8 +80,8 @@ def as_poses(pose: ArrayLike, what: str) -> np.ndarray:
         )
     if points:
         return _translations(array)
-    T = array.copy()
-    T[..., :3, :3], T[..., 3, :] = _nearest_rotation(array[..., :3, :3]), [0, 0, 0, 1]
+    T = _translations(array[..., :3, 3])
+    T[..., :3, :3] = _nearest_rotation(array[..., :3, :3])
     skew = float(np.abs(T - array).max(initial=0))
     if skew > SKEWED:
         raise PoseError(
@@ -129,8 +129,7 @@ def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
             if doubt:
                 where = f"row {row}: " if values.ndim > 1 else ""
                 raise PoseError(f"{where}roll, pitch or yaw is {doubt}")
-        for pose, rpy in zip(T.reshape(-1, 4, 4), turns.reshape(-1, 3), strict=True):
-            pose[:3, :3] = matrix_rpy(rpy)
+        T[..., :3, :3] = matrix_rpy(turns)
         return T
     length = np.linalg.norm(turns, axis=-1, keepdims=True)
     if (rows := np.flatnonzero(~(abs(length - 1) < SKEWED))).size:
@@ -142,16 +141,15 @@ def pose_of_numbers(numbers: ArrayLike) -> np.ndarray:
 
 def quaternion_of(rotations: np.ndarray) -> np.ndarray:
     """Return unit quaternions qx qy qz qw, shape (N, 4), qw not negative, of rotations."""
-    quaternions = np.empty((len(rotations), 4))
-    for row, R in zip(quaternions, rotations, strict=True):
+    quaternions: list[np.ndarray] = []
+    for R in rotations:
         # the outer product of the quaternion with itself, times 4 (Bar-Itzhack 2000)
-        K = np.empty((4, 4))
-        K[:3, :3] = R + R.T + (1 - np.trace(R)) * np.eye(3)
-        K[:3, 3] = K[3, :3] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
-        K[3, 3] = 1 + np.trace(R)
-        longest = K[:, int(np.argmax(np.diag(K)))]
-        row[:] = longest / np.linalg.norm(longest) * (1 if longest[3] >= 0 else -1)
-    return quaternions
+        turn = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+        block = R + R.T + (1 - np.trace(R)) * np.eye(3)
+        K = np.block([[block, turn[:, None]], [turn, 1 + np.trace(R)]])
+        longest = K[np.argmax(np.diag(K))]
+        quaternions.append(longest / np.copysign(np.linalg.norm(longest), longest[3]))
+    return np.reshape(quaternions, (-1, 4))
 
 
 def one_payload(payload: Payload | None) -> Payload | None:

@@ -107,12 +107,10 @@ def _samples(
         if measured.moved is not None:
             shifts = list(map(as_point, measured.as_recorded(measured.moved)))
         rows.append(
-            results.PlacementSamples(
-                name=measured.name,
+            results.PlacementSamples.filled(
+                placement,
                 role=role,
                 distance=measured.distance,
-                frame=placement.frame,
-                payload=placement.payload,
                 files=tuple(map(str, placement.files)),
                 samples=tuple(
                     results.RecordedSample.filled(

@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...errors import JOINT_POSITION
 from ..bayes.model import Deflection
 from ..data import STANDARD_LOAD, Load, Measurement
 from ..robot import (
@@ -31,7 +32,7 @@ from ..robot import (
     set_origins,
 )
 from .by_model import ModelName
-from .joint_rows import JointsError, joint_rows, position_rows
+from .joint_rows import JointsError, joint_rows
 
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
@@ -162,10 +163,12 @@ class CalibratedRobot:
     def _correction(self, q: Any) -> Any:
         """Return what :meth:`_corrected` computes of numbers, of symbols."""
         moments = moments_function(self.robot, self.load.gravity, self.load.payload)(q)
-        rows = [np.empty((1, column.numel()), dtype=object) for column in (q, moments)]
-        for row, column in zip(rows, (q, moments), strict=True):
-            row[0] = [column[i] for i in range(column.numel())]
-        return ca.vertcat(*self.deflection.true_positions(rows[0], rows[1])[0])
+        rows: list[np.ndarray] = []
+        for column in (q, moments):
+            row = np.empty((1, column.numel()), dtype=object)
+            row[0] = ca.vertsplit(column)
+            rows.append(row)
+        return ca.vertcat(*self.deflection.true_positions(*rows)[0])
 
     @property
     def geometry(self) -> np.ndarray:
@@ -279,7 +282,11 @@ class CalibratedRobot:
 
         They have shape (m,) or (N, m), or if they may be ``stacked``, (..., m).
         """
-        return position_rows(self.robot, q, what, stacked=stacked)
+        rows = joint_rows(self.robot, q, what, stacked=stacked)
+        for row, i in np.argwhere(abs(rows) > JOINT_POSITION.largest)[:1].tolist():
+            doubt = JOINT_POSITION.doubt(rows[row, i : i + 1].tolist())
+            raise JointsError(f"{what}: row {row}, {self.robot.joint_names[i]!r} is {doubt}")
+        return rows
 
     def urdf(self, folder: Path | None = None) -> bytes:
         """Return the calibrated URDF: joint origins replaced, all else as it was.

@@ -43,10 +43,8 @@ def agreement(a: ErrorCurves | None, b: ErrorCurves | None) -> tuple[CurveAgreem
         determined = (deviations < KNOWN * np.array([[a.amplitude], [b.amplitude]])).all(axis=0)
         if determined.sum() < LEAST_OVERLAP:
             continue
-        values, shared = (
-            np.array([curve.values, partner.values])[:, determined].T,
-            gauge[determined],
-        )
+        values = np.array([curve.values, partner.values])[:, determined].T
+        shared = gauge[determined]
         values = values - shared @ np.linalg.lstsq(shared, values, rcond=None)[0]
         lengths = np.linalg.norm(values, axis=0).clip(min=1e-12)
         agreements.append(

@@ -3,23 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import JOINT_POSITION, MukcaError
+from ...errors import MukcaError
 from ..robot import Robot
 
 
 class JointsError(MukcaError):
     """Joint positions or efforts that are not those of the robot."""
-
-
-def position_rows(robot: Robot, q: ArrayLike, what: str, *, stacked: bool = False) -> np.ndarray:
-    """Return joint positions as :func:`joint_rows` does, none larger than a joint's can be."""
-    rows = joint_rows(robot, q, what, stacked=stacked)
-    for row, column in np.argwhere(abs(rows) > JOINT_POSITION.largest)[:1].tolist():
-        raise JointsError(
-            f"{what}: row {row}, {robot.joint_names[column]!r} is "
-            f"{JOINT_POSITION.doubt(rows[row, column : column + 1].tolist())}"
-        )
-    return rows
 
 
 def joint_rows(robot: Robot, values: ArrayLike, what: str, *, stacked: bool = False) -> np.ndarray:
