@@ -166,7 +166,7 @@ class CalibratedRobot:
         rows: list[np.ndarray] = []
         for column in (q, moments):
             row = np.empty((1, column.numel()), dtype=object)
-            row[0] = ca.vertsplit(column)
+            row[0] = [column[i] for i in range(column.numel())]
             rows.append(row)
         return ca.vertcat(*self.deflection.true_positions(*rows)[0])
 
