@@ -28,18 +28,21 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     P = posterior.covariance
     q, residuals, A = samples_in_sockets(posterior)
     squares = np.sum((q[:, None] - q) ** 2, axis=2)
-    kernels = np.exp(-0.5 * squares / np.square(LENGTHS)[:, None, None])
+    lengths = np.array(LENGTHS)[:, None, None]
+    kernels = np.exp(-0.5 * squares / lengths**2)
     some = evenly(len(q), MOST)
     kernels_of_some = kernels[:, some[:, None], some]
     shared = _shared_variance(residuals[some], A[some], P, kernels_of_some)
     R = Gaussian.of(np.zeros(len(P)), P).root
-    W = (A @ R).transpose(1, 2, 0)  # axis, unknown, sample
-    across = W.transpose(0, 2, 1)
-    correlated = W @ np.tensordot(shared, kernels, axes=1) @ across
-    eigenvalues, axes = np.linalg.eigh(np.sum(W @ across, axis=0))
-    independent = axes * (1 - shared.sum() * eigenvalues.clip(max=1.0)) @ axes.T
+    W = (A @ R).transpose(1, 0, 2)  # axis, sample, unknown
+    across = W.swapaxes(1, 2)
+    rho_K = np.tensordot(shared, kernels, axes=1)
+    correlated = np.sum(across @ rho_K @ W, axis=0)
+    eigenvalues, axes = np.linalg.eigh(np.sum(across @ W, axis=0))
+    remaining = 1 - shared.sum() * eigenvalues.clip(max=1.0)
+    independent = axes * remaining @ axes.T
     root = R[: posterior.model.size]
-    return root @ (independent + correlated.sum(axis=0)) @ root.T
+    return root @ (independent + correlated) @ root.T
 
 
 def _shared_variance(
@@ -57,14 +60,15 @@ def _shared_variance(
         kernels: K over each length, shape (L, N, N).
     """
     by_axis = A.transpose(1, 0, 2).reshape(u.size, -1)
-    eigenvalues, axes = np.linalg.eigh(np.eye(u.size) - by_axis @ P @ by_axis.T)
-    remaining = eigenvalues > DECIDED
-    axes = axes[:, remaining]
-    errors = axes.T @ u.T.ravel() / eigenvalues[remaining]
+    shrinking = np.eye(u.size) - by_axis @ P @ by_axis.T
+    eigenvalues, axes = np.linalg.eigh(shrinking)
+    left = eigenvalues > DECIDED
+    axes = axes[:, left]
+    errors = axes.T @ u.T.ravel() / eigenvalues[left]
     V = axes.reshape(3, len(u), -1)
     inner = np.einsum("ani,lnm,amj->lij", V, kernels, V, optimize=True)
     k, turns = np.linalg.eigh(inner)
+    squares = (errors @ turns) ** 2
     variances = 1 - SHARES + SHARES * k.clip(min=0.0)[:, None]
-    squares = (turns.swapaxes(1, 2) @ errors) ** 2
-    logs = -0.5 * np.sum(np.log(variances) + squares[:, None] / variances, axis=2)
-    return probabilities(logs) @ SHARES[:, 0]
+    terms = np.log(variances) + squares[:, None] / variances
+    return probabilities(-0.5 * terms.sum(axis=2)) @ SHARES[:, 0]

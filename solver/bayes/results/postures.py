@@ -34,13 +34,16 @@ def poses_near(
     """
     generator = np.random.default_rng(0)
     ball = BallModel(robot, [])
-    starts = recorded[generator.integers(len(recorded), size=counts[0])]
-    centres = ball.points(ball.nominal, starts)
+
+    def any_of_recorded(count: int) -> np.ndarray:
+        return recorded[generator.integers(len(recorded), size=count)]
+
+    centres = ball.points(ball.nominal, any_of_recorded(counts[0]))
     centres = centres + generator.normal(0, margin, centres.shape)
     places = np.repeat(np.arange(counts[0]), counts[1])
-    q = recorded[generator.integers(len(recorded), size=len(places))]
-    q = q + generator.normal(0, SWAY, q.shape)
     targets = centres[places]
+    q = any_of_recorded(len(places))
+    q = q + generator.normal(0, SWAY, q.shape)
     for _ in range(ROUNDS):
         linear = ball.linearise(ball.nominal, q)
         q = q + _steps(linear.by_joints, targets - linear.points).clip(-SWAY, SWAY)
@@ -63,5 +66,6 @@ def _steps(J: np.ndarray, shifts: np.ndarray) -> np.ndarray:
     """
     across = J.swapaxes(1, 2)
     damping: np.ndarray = DAMPING * np.sum(J**2, axis=(1, 2), keepdims=True)
-    forces = np.linalg.solve(J @ across + damping * np.eye(3), shifts[:, :, None])
+    stiffness = J @ across + damping * np.eye(3)
+    forces = np.linalg.solve(stiffness, shifts[:, :, None])
     return (across @ forces)[:, :, 0]

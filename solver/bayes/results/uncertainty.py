@@ -10,6 +10,7 @@ from ...results import Correlation, Scale
 from ..inference import Posterior
 from ..model import ExtendedModel, PriorGroup, submatrix
 from .correlated_errors import with_correlated_errors
+from .projections import outside
 
 UNDECIDED = 0.5
 """The data did not decide a direction if its posterior is wider than this share of its prior."""
@@ -33,8 +34,9 @@ def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
         return group.effective
     before = np.diag(group.covariance(group.deviation))
     after = np.diag(posterior.covariance)[group.members]
-    positive = before > 0
-    return max(float(np.sum(1 - after[positive] / before[positive])), 0.0)
+    free = before > 0
+    decided_shares = 1 - after[free] / before[free]
+    return max(float(decided_shares.sum()), 0.0)
 
 
 def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
@@ -43,12 +45,15 @@ def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     deviation = deviations(posterior)[:size]
     prior = np.diag(posterior.prior_covariance) ** 0.5
     decided = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior))
-    covariance = submatrix(posterior.covariance, decided)
-    matrix = covariance / np.outer(deviation[decided], deviation[decided])
-    names = [posterior.model.names[i] for i in decided.tolist()]
-    pairs = np.argwhere(np.triu(np.abs(matrix) > STRONG, k=1)).tolist()
-    pairs_of_names = [Correlation(names[i], names[j], float(matrix[i, j])) for i, j in pairs]
-    return tuple(sorted(pairs_of_names, key=lambda pair: -abs(pair.value)))
+    deviation = deviation[decided]
+    matrix = submatrix(posterior.covariance, decided) / np.outer(deviation, deviation)
+    names = [posterior.model.names[i] for i in decided]
+    strong = np.triu(np.abs(matrix) > STRONG, k=1)
+    pairs = [
+        Correlation(names[i], names[j], float(matrix[i, j]))
+        for i, j in np.argwhere(strong).tolist()
+    ]
+    return tuple(sorted(pairs, key=lambda pair: -abs(pair.value)))
 
 
 def observability_index(posterior: Posterior) -> float:
@@ -66,17 +71,20 @@ def observability_index(posterior: Posterior) -> float:
     linear = model.ball.linearise(posterior.values, true)
     prior = np.sqrt(np.diag(posterior.prior_covariance))
     scaled = linear.by_parameters * prior[: model.geometry]
-    in_sockets = [scaled[data.sockets == k] for k in range(data.socket_count)]
-    parts = [rows - rows.mean(axis=0) for rows in in_sockets if len(rows)]
-    for k in range(len(data.frames)):
-        rows = data.measured_in == k
-        motions = IDENTITY.slopes(linear.points[rows]).reshape(-1, 6)
-        columns = scaled[rows].reshape(-1, model.geometry)
-        parts.append(columns - motions @ np.linalg.lstsq(motions, columns, rcond=None)[0])
-    centred = np.concatenate([rows.reshape(-1, model.geometry) for rows in parts])
-    values = np.linalg.svd(centred, compute_uv=False)
+    motions = IDENTITY.slopes(linear.points)
+    shifts = motions[:, :, 3:]
+    places = [(data.sockets == k, shifts) for k in range(data.socket_count)]
+    places += [(data.measured_in == k, motions) for k in range(len(data.frames))]
+    centred: list[np.ndarray] = []
+    for rows, changes in places:
+        if rows.any():
+            Q = np.linalg.qr(changes[rows].reshape(3 * rows.sum(), -1))[0]
+            columns = scaled[rows].reshape(len(Q), model.geometry)
+            centred.append(outside(columns, Q))
+    values = np.linalg.svd(np.concatenate(centred), compute_uv=False)
     values = values[values > 1e-6 * values[0]]
-    return float(np.exp(np.mean(np.log(values))) / np.sqrt(len(data.positions)))
+    mean = np.exp(np.mean(np.log(values)))
+    return float(mean / np.sqrt(len(data.positions)))
 
 
 def distance_slopes(
@@ -87,11 +95,11 @@ def distance_slopes(
     Joint positions q have shape (2 N, m) [rad], rows 0 and 1, 2 and 3, ... being pairs, and what
     holds their joints (2 N, 3 m) [N m].
     """
-    points, jacobian, _ = model.linearise(x, q, torque)
-    offset = points[1::2] - points[::2]
-    distances: np.ndarray = np.linalg.norm(offset, axis=1).clip(1e-12)
-    direction = offset / distances[:, None]
-    return distances, np.einsum("ni,nij->nj", direction, jacobian[1::2] - jacobian[::2])
+    points, J, _ = model.linearise(x, q, torque)
+    offsets = points[1::2] - points[::2]
+    distances: np.ndarray = np.linalg.norm(offsets, axis=1).clip(1e-12)
+    directions = offsets / distances[:, None]
+    return distances, np.einsum("ni,nij->nj", directions, J[1::2] - J[::2])
 
 
 def distance_deviations(
@@ -99,8 +107,8 @@ def distance_deviations(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the distances of :func:`distance_slopes`, and their standard deviations [m]."""
     distances, slopes = distance_slopes(posterior.model, posterior.x, q, torque)
-    covariance = covariance_of(posterior)
-    return distances, np.sqrt(np.sum((slopes @ covariance) * slopes, axis=1))
+    variances = np.sum((slopes @ covariance_of(posterior)) * slopes, axis=1)
+    return distances, np.sqrt(variances)
 
 
 @lru_cache(maxsize=1)  # it takes a while
@@ -121,18 +129,21 @@ def predicted_deviation(posterior: Posterior, by_socket: Sequence[SocketSamples]
     """
     covariance = posterior.of_unknowns
     total = 0.0
+    count = 0
     for q, torque in by_socket:
         sums = np.zeros((3, len(covariance)))
         noise = 0.0
         for begin in range(0, len(q), BATCH):
             some = slice(begin, begin + BATCH)
             _, J, by_joints = posterior.linearise(q[some], torque[some])
-            total += sum(sum_of_variances(rows, covariance) for rows in J)
             sums += J.sum(axis=0)
             noise += float(np.einsum("nii->", posterior.noise.as_gaussian(by_joints)))
+            for slopes in J:
+                total += sum_of_variances(slopes, covariance)
         total -= sum_of_variances(sums, covariance) / len(q)
         total += noise * (1 - 1 / len(q))
-    return (total / sum(len(q) for q, _ in by_socket)) ** 0.5
+        count += len(q)
+    return (total / count) ** 0.5
 
 
 def sum_of_variances(rows: np.ndarray, covariance: np.ndarray) -> float:
