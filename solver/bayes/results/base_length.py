@@ -28,7 +28,8 @@ class SocketMean(NamedTuple):
     def of(cls, posterior: Posterior, q: np.ndarray, moments: np.ndarray) -> "SocketMean":
         """Return that of samples, whose noise counts as correlated."""
         points, J, by_joints = posterior.linearise(q, moments)
-        noise = CORRELATED * posterior.noise.as_gaussian(by_joints).sum(axis=0) / len(q) ** 2
+        of_samples = posterior.noise.as_gaussian(by_joints)
+        noise = CORRELATED * of_samples.mean(axis=0) / len(q)
         return cls(points.mean(axis=0), J.mean(axis=0), noise)
 
 
@@ -60,6 +61,7 @@ def length_deviation(
     The first two sockets of ``by_socket`` count, and their distance is measured to ``measured``
     [m].
     """
-    length = BaseLength.of(*(SocketMean.of(posterior, *samples) for samples in by_socket[:2]))
+    means = [SocketMean.of(posterior, *samples) for samples in by_socket[:2]]
+    length = BaseLength.of(*means)
     variance = length.slope @ covariance_of(posterior) @ length.slope
     return float(variance + length.noise + measured**2) ** 0.5

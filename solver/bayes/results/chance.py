@@ -19,7 +19,7 @@ from ...data import IDENTITY, common_covariance, distance_covariance, kabsch
 from ...results import Apart
 from ..inference import Posterior
 from ..model import block_matrix, prior_covariance
-from .projections import outside
+from .projections import basis_of, outside, rows_of
 from .uncertainty import covariance_of
 from .whitening import samples_in_sockets
 
@@ -43,7 +43,7 @@ class Estimate:
     def linear(self) -> tuple[np.ndarray, np.ndarray]:
         """Balls, shape (N, 3) [m], and their derivatives D by the unknowns, shape (3 N, size)."""
         points, J, _ = self.posterior.linearise(self.q, self.moments)
-        return points, J.reshape(-1, J.shape[2])
+        return points, rows_of(J)
 
     @cached_property
     def spread(self) -> np.ndarray:
@@ -71,6 +71,12 @@ class Estimate:
         return self.spread[:, :size] @ precision, prior_covariance(free, size)
 
     @property
+    def recorded(self) -> np.ndarray:
+        """Joint positions of the samples in sockets, so that equal ones compare equal."""
+        data = self.posterior.data
+        return data.positions[data.sockets >= 0].round(SAME_DIGITS)
+
+    @property
     def by_samples(self) -> np.ndarray:
         """D G C^1/2 of the samples in sockets, shape (samples, 3, 3 N).
 
@@ -78,7 +84,8 @@ class Estimate:
         """
         slopes = samples_in_sockets(self.posterior).slopes
         weights = self.posterior.weights[self.posterior.data.sockets >= 0]
-        return np.sqrt(weights)[:, None, None] * (slopes @ self.spread.T)
+        shares = np.sqrt(weights)[:, None, None]
+        return shares * (slopes @ self.spread.T)
 
     @property
     def by_lengths(self) -> np.ndarray:
@@ -108,7 +115,9 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
     over the unknowns of either. A model that lacks an unknown holds it at the prior's mean, so M
     is 1 of it there. P of an unknown that both have is the mean of theirs.
     """
-    names_of_both = dict.fromkeys([*a.posterior.model.names, *b.posterior.model.names])
+    names_of_a = a.posterior.model.names
+    names_of_b = b.posterior.model.names
+    names_of_both = dict.fromkeys([*names_of_a, *names_of_b])
     place = {name: i for i, name in enumerate(names_of_both)}
     models_with = np.zeros(len(place))
     P = np.zeros((len(place), len(place)))
@@ -131,13 +140,9 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
 
 def _by_shared_errors(a: Estimate, b: Estimate) -> np.ndarray:
     """Return X, by samples that both were made of and by bases that both stood on, (3 N, 3 N)."""
-    recorded = [
-        estimate.posterior.data.positions[estimate.posterior.data.sockets >= 0].round(SAME_DIGITS)
-        for estimate in (a, b)
-    ]
-    same = (recorded[0][:, None] == recorded[1]).all(axis=2)
-    rows_of_a, rows_of_b = np.nonzero(same)
-    by_samples = np.tensordot(a.by_samples[rows_of_a], b.by_samples[rows_of_b], ((0, 1), (0, 1)))
+    equal = a.recorded[:, None] == b.recorded
+    same_a, same_b = np.nonzero(equal.all(axis=2))
+    by_samples = rows_of(a.by_samples[same_a]).T @ rows_of(b.by_samples[same_b])
     S = common_covariance(a.posterior.data.known, b.posterior.data.known)
     return by_samples + a.by_lengths @ S @ b.by_lengths.T
 
@@ -151,7 +156,8 @@ def apart_by_chance(a: Estimate, b: Estimate, *, follows: bool = False) -> Apart
     """
     A = a.linear[0]
     B = b.linear[0]
-    gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
+    moved = kabsch(B, A).apply(B)
+    gaps = np.linalg.norm(moved - A, axis=1)
     if follows:
         covariance = a.covariance - b.covariance
         covariance *= np.sign(np.trace(covariance))
@@ -170,7 +176,7 @@ def apart_by_chance(a: Estimate, b: Estimate, *, follows: bool = False) -> Apart
 
 def _still(covariance: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return a covariance of N points without their rigid motions, symmetric, (3 N, 3 N)."""
-    Q = np.linalg.qr(IDENTITY.slopes(points).reshape(-1, 6))[0]
+    Q = basis_of(IDENTITY.slopes(points))
     inner = outside(outside(covariance, Q).T, Q)
     return (inner + inner.T) / 2
 

@@ -30,9 +30,11 @@ class Background(NamedTuple):
         L = np.linalg.cholesky(NOISES[:, None, None] * C + S)
         whitening = np.linalg.inv(L)
         white = whitening @ y
-        volumes = np.log(np.diagonal(L, axis1=1, axis2=2)).sum(axis=1)
+        diagonals = np.diagonal(L, axis1=1, axis2=2)
+        volumes = np.log(diagonals).sum(axis=1)
+        squares = np.sum(white**2, axis=1)
         prior = np.square(np.log(NOISES) / 2 / NOISE_DEVIATION)
-        return cls(whitening, white, -0.5 * (np.sum(white**2, axis=1) + prior) - volumes)
+        return cls(whitening, white, -0.5 * (squares + prior) - volumes)
 
     def with_part(self, d: np.ndarray, squares: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         """Return the logarithms of the evidence with a part of K, for each n and m^2 of sizes.
@@ -48,5 +50,5 @@ class Background(NamedTuple):
         """
         m2 = sizes[:, None]
         variances = 1 + m2 * d[:, None]
-        gains = np.sum(m2 * squares[:, None] / variances - np.log(variances), axis=2)
-        return self.logs[:, None] + 0.5 * gains
+        gains = m2 * squares[:, None] / variances - np.log(variances)
+        return self.logs[:, None] + 0.5 * gains.sum(axis=2)

@@ -10,7 +10,7 @@ from ...robot import BallModel, workspace
 from ..inference import Posterior
 from .joint_offsets import with_joint_offsets
 from .postures import arm_length, poses_near
-from .projections import outside
+from .projections import basis_of, outside, rows_of
 from .uncertainty import sum_of_variances
 
 PLACES, POSTURES = 80, 10
@@ -64,15 +64,18 @@ def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
 
     It is that of the fit where nothing beyond the geometry was found.
     """
+    ball = posterior.model.ball
     start = with_joint_offsets(posterior)
     if not posterior.deflection.beyond_zeros.extensions:
         return start
     uses = _uses(posterior, load)
-    change = np.zeros(len(start))
-    L = np.linalg.cholesky(posterior.prior_covariance[: len(start), : len(start)])
+    n = len(start)
+    L = np.linalg.cholesky(posterior.prior_covariance[:n, :n])
+    change = np.zeros(n)
     for _ in range(ROUNDS):
         values = start + L @ change
-        change = _least([use.form(posterior.model.ball, values, change, L) for use in uses])
+        forms = [use.form(ball, values, change, L) for use in uses]
+        change = _least(forms)
     return start + L @ change
 
 
@@ -90,9 +93,9 @@ def _least(forms: list[np.ndarray]) -> np.ndarray:
 
 def _minimum(form: np.ndarray) -> np.ndarray:
     """Return the x of the least [x, 1]^T F [x, 1] + HELD |x|^2, shape (n,)."""
-    H = form[:-1, :-1]
+    H = form[:-1, :-1] + HELD * np.eye(len(form) - 1)
     g = form[:-1, -1]
-    return -np.linalg.solve(H + HELD * np.eye(len(g)), g)
+    return -np.linalg.solve(H, g)
 
 
 def _uses(posterior: Posterior, load: Load) -> list[Use]:
@@ -103,7 +106,7 @@ def _uses(posterior: Posterior, load: Load) -> list[Use]:
     anywhere = workspace(robot, 2 * PAIRS)
 
     def point(errors: np.ndarray) -> np.ndarray:
-        return _rows(without_mean(errors, places))
+        return rows_of(without_mean(errors, places))
 
     moments = load.moments(robot, nearby, None)
     uses = [
@@ -133,7 +136,7 @@ def _in_sockets(posterior: Posterior) -> list[Use]:
     along = _lengths(posterior.centres[recorded], first, second)
 
     def point(errors: np.ndarray) -> np.ndarray:
-        return _rows(roots * without_mean(errors, sockets))
+        return rows_of(roots * without_mean(errors, sockets))
 
     def distance(errors: np.ndarray) -> np.ndarray:
         return along(np.tensordot(means, errors, axes=1))
@@ -168,11 +171,11 @@ def _in_frame(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
     With Q an orthonormal basis of what the frame's motions do to all balls, what counts of errors e
     is e - Q Q^T e.
     """
-    motions = IDENTITY.slopes(posterior.predict(q, torques)).reshape(-1, 6)
-    Q = np.linalg.qr(motions)[0]
+    points = posterior.predict(q, torques)
+    Q = basis_of(IDENTITY.slopes(points))
 
     def point(errors: np.ndarray) -> np.ndarray:
-        return outside(_rows(errors), Q)
+        return outside(rows_of(errors), Q)
 
     return _use(posterior, q, torques, point)
 
@@ -180,7 +183,9 @@ def _in_frame(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
 def _distances(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
     """Return the use that measures distances, from the first half of the poses to the second."""
     points = posterior.predict(q, torques)
-    first, second = np.arange(len(q) // 2 * 2).reshape(2, -1)
+    half = len(q) // 2
+    first = np.arange(half)
+    second = first + half
     return _use(posterior, q, torques, _lengths(points, first, second))
 
 
@@ -191,7 +196,8 @@ def _lengths(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> Diffe
     """
     offsets = points[second] - points[first]
     lengths = np.linalg.norm(offsets, axis=1)[:, None]
-    directions = np.where(lengths > SAME, offsets, 0) / np.maximum(lengths, SAME)
+    is_apart = lengths > SAME
+    directions = np.where(is_apart, offsets, 0) / np.maximum(lengths, SAME)
 
     def difference(errors: np.ndarray) -> np.ndarray:
         return np.einsum("ni,nik->nk", directions, errors[second] - errors[first])
@@ -210,17 +216,16 @@ def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: D
     # of error curves, few poses at a time need few coefficients
     parts = np.array_split(rows, PLACES if posterior.deflection.curves is not None else 1)
     variances = [sum_of_variances(part, posterior.of_unknowns) for part in parts]
-    return Use(q, points, difference, sum(variances) / max(len(rows), 1))
-
-
-def _rows(errors: np.ndarray) -> np.ndarray:
-    return errors.reshape(-1, errors.shape[2])
+    variance = sum(variances) / max(len(rows), 1)
+    return Use(q, points, difference, variance)
 
 
 def without_mean(values: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Return values, shape (N, ...), less their mean at each place, by places of shape (N,)."""
-    means = np.tensordot(_means(places, np.ones(len(places))), values, axes=1)
-    return values - means[np.unique(places, return_inverse=True)[1]]
+    averaging = _means(places, np.ones(len(places)))
+    means = np.tensordot(averaging, values, axes=1)
+    _, place = np.unique(places, return_inverse=True)
+    return values - means[place]
 
 
 def _means(places: np.ndarray, weights: np.ndarray) -> np.ndarray:

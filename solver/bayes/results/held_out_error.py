@@ -20,7 +20,7 @@ from ...results import ErrorParts, Interval
 from ..inference import Posterior
 from ..model import probabilities
 from .evidence import NOISES, Background
-from .projections import block_diagonal
+from .projections import block_diagonal, rows_of
 from .uncertainty import covariance_of
 
 MOST = 72
@@ -44,15 +44,17 @@ def error_parts(posterior: Posterior, sockets: Sequence[SocketSamples]) -> Error
     """
     total = sum(len(q) for q, _ in sockets)
     step = -(-total // MOST)
-    thinned = [(q[::step], moments[::step]) for q, moments in sockets if len(q) > 2 * step]
-    if not thinned:
+    large = [(q, moments) for q, moments in sockets if len(q) > 2 * step]
+    if not large:
         return None
+    thinned = [(q[::step], moments[::step]) for q, moments in large]
     Q = _contrasts([len(q) for q, _ in thinned])
     q, moments = map(np.concatenate, zip(*thinned, strict=True))
     points, J, by_joints = posterior.linearise(q, moments)
-    A = Q.T @ J.reshape(len(Q), -1)
+    A = Q.T @ rows_of(J)
     want = A @ covariance_of(posterior) @ A.T
-    noise = Q.T @ block_diagonal(posterior.noise.as_gaussian(by_joints)) @ Q
+    C = block_diagonal(posterior.noise.as_gaussian(by_joints))
+    noise = Q.T @ C @ Q
     roots = [Q.T @ F for F in _roots(q, moments, by_joints)]
     errors = Q.T @ points.ravel()
     weights = _weights(want, noise, roots, errors)
@@ -60,18 +62,20 @@ def error_parts(posterior: Posterior, sockets: Sequence[SocketSamples]) -> Error
     by_size = weights.sum(axis=(0, 1))
     expected = np.trace(want + noise)
     of_noise = by_noise @ NOISES * np.trace(noise)
-    parts = np.array([of_noise, np.trace(want), by_size @ SIZES * expected])
+    of_model = by_size @ SIZES * expected
+    parts = np.array([of_noise, np.trace(want), of_model])
     error = float(errors @ errors)
     scale = error / parts.sum()
     ends = SIZES[np.searchsorted(np.cumsum(by_size), LEVELS)]
     interval = np.minimum(scale * expected * ends, error)
     squares = np.concatenate([[error], scale * parts, interval])
-    found, of_noise, of_want, of_model, low, high = np.sqrt(squares / len(q)).tolist()
+    sizes = np.sqrt(squares / len(q)).tolist()
+    found, by_seat, by_want, by_model, low, high = sizes
     return ErrorParts(
         error=found,
-        noise=of_noise,
-        want_of_data=of_want,
-        not_in_model=Interval(value=of_model, low=low, high=high),
+        noise=by_seat,
+        want_of_data=by_want,
+        not_in_model=Interval(value=by_model, low=low, high=high),
     )
 
 

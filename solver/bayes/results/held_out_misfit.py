@@ -17,7 +17,7 @@ import numpy as np
 
 from ...data import IDENTITY, fit_pose
 from ..inference import Posterior
-from .projections import bisected, outside
+from .projections import basis_of, bisected, outside, rows_of
 from .uncertainty import covariance_of
 from .whitening import whitened
 
@@ -42,7 +42,8 @@ class HeldOut(NamedTuple):
 
 def misfit(posterior: Posterior, places: Sequence[HeldOut]) -> float:
     """Return f by held-out samples; 0 where they are too few."""
-    squares = [_squares_of_misfit(posterior, place) for place in places if len(place.q) > 2]
+    large = [place for place in places if len(place.q) > 2]
+    squares = [_squares_of_misfit(posterior, place) for place in large]
     by_size = np.sort(np.concatenate([np.zeros(0), *squares]))
     count = len(by_size)
     if count < FEWEST:
@@ -56,7 +57,8 @@ def within(
 ) -> list[float]:
     """Return the shares of samples whose e^T S^-1 e, S with this misfit, is below some levels."""
     shares, whitened_errors = _by_axes(posterior, place)
-    squares: np.ndarray = np.sum(whitened_errors**2 / (shares + factor**2), axis=1)
+    variances = shares + factor**2
+    squares: np.ndarray = np.sum(whitened_errors**2 / variances, axis=1)
     return [float(np.mean(squares < level)) for level in levels]
 
 
@@ -65,7 +67,8 @@ def _squares_of_misfit(posterior: Posterior, place: HeldOut) -> np.ndarray:
     shares, whitened_errors = _by_axes(posterior, place)
 
     def is_beyond(squares: np.ndarray) -> np.ndarray:
-        return np.sum(whitened_errors**2 / (shares + squares[:, None]), axis=1) > SQUARE
+        variances = shares + squares[:, None]
+        return np.sum(whitened_errors**2 / variances, axis=1) > SQUARE
 
     low = np.zeros(len(shares))
     return bisected(is_beyond, low, low + LARGEST, HALVINGS)
@@ -79,18 +82,20 @@ def _by_axes(posterior: Posterior, place: HeldOut) -> tuple[np.ndarray, np.ndarr
     """
     points, J, by_joints = posterior.linearise(place.q, place.moments)
     if place.measured is None:
-        unknown_place = np.tile(np.eye(3), (len(points), 1))
+        unknown_place = np.tile(np.eye(3), (len(points), 1, 1))
         errors = points - points.mean(axis=0)
     else:
-        unknown_place = IDENTITY.slopes(points).reshape(-1, 6)
-        errors = points - fit_pose(place.measured, points).apply(place.measured)
-    Q = np.linalg.qr(unknown_place)[0]
-    A = outside(J.reshape(len(Q), -1), Q).reshape(J.shape)
+        unknown_place = IDENTITY.slopes(points)
+        frame = fit_pose(place.measured, points)
+        errors = points - frame.apply(place.measured)
+    Q = basis_of(unknown_place)
+    A = outside(rows_of(J), Q).reshape(J.shape)
     # The place was fitted to these samples, so their errors came out smaller.
     numbers, fitted_numbers = Q.shape
     errors = errors * (numbers / (numbers - fitted_numbers)) ** 0.5
     white = whitened(posterior, by_joints, np.dstack([errors, A]))
     slopes = white[:, :, 1:]
-    shares, axes = np.linalg.eigh(slopes @ covariance_of(posterior) @ slopes.swapaxes(1, 2))
+    spread = slopes @ covariance_of(posterior) @ slopes.swapaxes(1, 2)
+    shares, axes = np.linalg.eigh(spread)
     whitened_errors = np.einsum("nji,nj->ni", axes, white[:, :, 0])
     return shares.clip(min=0.0), whitened_errors

@@ -10,7 +10,7 @@ import numpy as np
 from ...data import IDENTITY, Pose
 from ...results import Direction
 from ..inference import Posterior
-from .projections import outside
+from .projections import basis_of, outside
 from .uncertainty import UNDECIDED
 
 UNOBSERVABLE = (
@@ -49,14 +49,16 @@ def weakly_identifiable_directions(posterior: Posterior) -> tuple[Direction, ...
     L = np.linalg.cholesky(posterior.prior_covariance[:n, :n])
     whiten = np.linalg.inv(L)
     covariance = whiten @ posterior.covariance[:n, :n] @ whiten.T
-    changes = [Change(text, _unit(whiten @ vector)) for text, vector in _structural(posterior)]
+    structural = _structural(posterior)
+    changes = [Change(text, _unit(whiten @ vector)) for text, vector in structural]
     if posterior.data.anchored:
         changes = _without_turns_of_joints(changes, n)
     by_scale = L.T @ posterior.model.by_scale()[:n]
     if by_scale.any():
         changes.append(Change(SCALE, _unit(by_scale)))
     Q = _basis(changes, n)
-    values, vectors = np.linalg.eigh(outside(outside(covariance, Q).T, Q))
+    remaining = outside(outside(covariance, Q).T, Q)
+    values, vectors = np.linalg.eigh(remaining)
     undecided = np.flatnonzero(values > UNDECIDED**2)
     for vector in vectors.T[undecided[::-1]]:
         shares = np.abs(L @ vector) / np.linalg.norm(L, axis=1)
@@ -82,7 +84,8 @@ def _without_turns_of_joints(changes: Sequence[Change], n: int) -> list[Change]:
 
 def _basis(changes: Sequence[Change], n: int) -> np.ndarray:
     """Return an orthonormal basis of changes, shape (n, changes)."""
-    return np.linalg.qr(np.reshape([change.vector for change in changes], (-1, n)).T)[0]
+    vectors = [change.vector for change in changes]
+    return basis_of(np.reshape(vectors, (-1, n)).T)
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
@@ -103,7 +106,8 @@ def _structural(posterior: Posterior) -> list[Change]:
     model = posterior.model
     chain = model.robot.joints
     place = {p.index: i for i, p in enumerate(model.parameters)}
-    joints = [j for j in range(len(chain)) if place.keys() >= {*range(6 * j, 6 * j + 6)}]
+    numbers = [range(6 * j, 6 * j + 6) for j in range(len(chain))]
+    joints = [j for j, of_joint in enumerate(numbers) if place.keys() >= {*of_joint}]
     ball = len(chain) - 1
     frames = model.ball.frames(posterior.values)
     result: list[Change] = []
@@ -111,29 +115,32 @@ def _structural(posterior: Posterior) -> list[Change]:
     def add(text: str, changes: dict[int, np.ndarray]) -> None:
         vector = np.zeros(model.geometry)
         for joint, change in changes.items():
-            vector[[place[6 * joint + k] for k in range(6)]] = change
+            vector[[place[number] for number in numbers[joint]]] = change
         result.append(Change(text, vector))
 
     if joints and chain[joints[0]].actuated:
-        for number in np.eye(6):
-            add(BASE, {joints[0]: number})
+        for unit in np.eye(6):
+            add(BASE, {joints[0]: unit})
     if ball in joints:
-        for angle in np.eye(6)[3:]:
-            add("the ball's orientation", {ball: angle})
+        for unit in np.eye(6)[3:]:
+            add("the ball's orientation", {ball: unit})
     for j, other in pairwise(joints):
         joint = chain[j]
-        if not joint.actuated or any(between.actuated for between in chain[j + 1 : other]):
+        between = chain[j + 1 : other]
+        if not joint.actuated or any(link.actuated for link in between):
             continue
         fixed = [Pose(frame[:, 1:4], frame[:, 0]) for frame in frames[j + 1 : other]]
         to_other = reduce(Pose.__matmul__, fixed, IDENTITY).inverse()
-        outward = frames[j, :, 1:4] @ np.array(joint.axis)
-        back = -to_other.rotation @ np.array(joint.axis)
+        axis = np.array(joint.axis)
+        outward = frames[j, :, 1:4] @ axis
+        back = -to_other.rotation @ axis
         still = np.zeros(3)
         slides = {j: np.append(outward, still), other: np.append(back, still)}
         add(f"sliding along {joint.name}'s axis", slides)
         if joint.type == "prismatic":
             continue
-        shift = np.cross(back, frames[other, :, 0] - to_other.translation)
+        lever = frames[other, :, 0] - to_other.translation
+        shift = np.cross(back, lever)
         turns = {
             j: np.append(still, _rates(frames[j], outward)),
             other: np.append(shift, _rates(frames[other], back)),

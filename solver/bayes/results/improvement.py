@@ -15,7 +15,7 @@ from ...robot import workspace
 from ..inference import Posterior
 from .base_length import BaseLength, SocketMean
 from .predicted_errors import neighbourhoods
-from .projections import evenly, outside
+from .projections import basis_of, evenly, outside, rows_of
 from .uncertainty import covariance_of, distance_slopes
 from .whitening import whitened
 
@@ -59,7 +59,8 @@ def better_than_nominal(
     """
     robot = posterior.model.robot
     mean, root = _updated(posterior, load, held_out)
-    draws = mean + np.random.default_rng(0).standard_normal((DRAWS, len(root))) @ root.T
+    white = np.random.default_rng(0).standard_normal((DRAWS, len(root)))
+    draws = mean + white @ root.T
 
     def improvement(q: np.ndarray) -> Improvement:
         moments = load.moments(robot, q, None)
@@ -80,7 +81,8 @@ def _improvement(
 
     Each draw is of the arm and, with replacement, of the pairs, which are a sample as well.
     """
-    pairs = np.random.default_rng(1).integers(truths.shape[1], size=truths.shape)
+    generator = np.random.default_rng(1)
+    pairs = generator.integers(truths.shape[1], size=truths.shape)
     truths = np.take_along_axis(truths, pairs, axis=1)
 
     def errors(distances: np.ndarray) -> np.ndarray:
@@ -100,7 +102,8 @@ def _improvement(
 
 def _share(better: np.ndarray) -> float:
     """Return a probability by draws, which is never 0 or 1."""
-    return (float(np.sum(better)) + 0.5) / (len(better) + 1)
+    count = float(np.sum(better))
+    return (count + 0.5) / (len(better) + 1)
 
 
 def _distances(points: np.ndarray) -> np.ndarray:
@@ -126,7 +129,10 @@ def _updated(
     held-out samples contradict is known less well than it seems.
     """
     root = _root(covariance_of(posterior))
-    rows = [row for m in held_out if m.kind == "sockets" for row in _evidence(posterior, load, m)]
+    rows: list[np.ndarray] = []
+    for m in held_out:
+        if m.kind == "sockets":
+            rows += _evidence(posterior, load, m)
     if not rows:
         return np.zeros(len(root)), root
     evidence = np.concatenate(rows)
@@ -134,10 +140,12 @@ def _updated(
     A = evidence[:, 1:]
     whitened_slopes = A @ root
     precision = np.eye(len(root)) + whitened_slopes.T @ whitened_slopes
-    root = np.linalg.solve(np.linalg.cholesky(precision), root.T).T
+    L = np.linalg.cholesky(precision)
+    root = np.linalg.solve(L, root.T).T
     along = root.T @ (A.T @ r)
-    grown = max(float(r @ r - along @ along) / (INDEPENDENT * len(r)), 1.0)
-    return -root @ along, grown**0.5 * root
+    contradiction = float(r @ r - along @ along) / (INDEPENDENT * len(r))
+    f = max(contradiction, 1.0)
+    return -root @ along, f**0.5 * root
 
 
 def _root(covariance: np.ndarray) -> np.ndarray:
@@ -145,7 +153,8 @@ def _root(covariance: np.ndarray) -> np.ndarray:
     deviation = np.sqrt(np.diag(covariance).clip(min=0))
     scale = np.where(deviation > 0, deviation, 1.0)
     correlation = covariance / np.outer(scale, scale)
-    return deviation[:, None] * np.linalg.cholesky(correlation + ROUNDING * np.eye(len(scale)))
+    L = np.linalg.cholesky(correlation + ROUNDING * np.eye(len(scale)))
+    return deviation[:, None] * L
 
 
 def _evidence(posterior: Posterior, load: Load, measured: Measurement) -> Iterator[np.ndarray]:
@@ -178,7 +187,7 @@ def _scatter(
     """
     points, J, by_joints = posterior.linearise(q, moments)
     shifts = np.tile(np.eye(3), (len(q), 1, 1))
-    white = whitened(posterior, by_joints, np.dstack([shifts, points - centre, J]))
-    rows = white.reshape(3 * len(q), -1)
-    Q = np.linalg.qr(rows[:, :3])[0]
+    columns = np.dstack([shifts, points - centre, J])
+    rows = rows_of(whitened(posterior, by_joints, columns))
+    Q = basis_of(rows[:, :3])
     return INDEPENDENT**0.5 * outside(rows[:, 3:], Q)

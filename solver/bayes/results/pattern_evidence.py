@@ -18,7 +18,7 @@ import numpy as np
 from ..inference import Posterior
 from ..model import probabilities, student_weights
 from .evidence import Background
-from .projections import block_diagonal
+from .projections import block_diagonal, rows_of
 from .uncertainty import covariance_of
 
 WIDE = 5.0
@@ -50,13 +50,14 @@ class PatternRows(NamedTuple):
 
 def of_held_out(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
     """Return the evidence of patterns beside what the posterior leaves open."""
-    J = rows.J.reshape(rows.errors.size, -1)
-    return PatternEvidence(posterior, rows, rows.errors.ravel(), J @ covariance_of(posterior) @ J.T)
+    J = rows_of(rows.J)
+    changes = J @ covariance_of(posterior) @ J.T
+    return PatternEvidence(posterior, rows, rows.errors.ravel(), changes)
 
 
 def of_trained(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
     """Return the evidence of patterns beside all that the model's unknowns can explain."""
-    J = rows.J.reshape(rows.errors.size, -1)
+    J = rows_of(rows.J)
     mean = np.zeros(len(posterior.x))
     changes = np.zeros((len(J), len(J)))
     for group in posterior.groups:
@@ -75,14 +76,16 @@ class PatternEvidence:
     ) -> None:
         noise = posterior.noise
         normal = noise.as_gaussian(rows.by_joints)
-        squares = np.einsum("ni,nij,nj->n", rows.errors, np.linalg.inv(normal), rows.errors)
+        precisions = np.linalg.inv(normal)
+        squares = np.einsum("ni,nij,nj->n", rows.errors, precisions, rows.errors)
         # The farther a sample is, the less it counts, as in the fit.
         weights = np.minimum(student_weights(squares, noise.nu), 1.0)
         C = normal / weights[:, None, None]
         traces = np.trace(C, axis1=1, axis2=2)
         self.deviations: np.ndarray = np.sqrt(traces / 3)
         self._size = float(traces.mean())
-        self._beside = Background.of(y, block_diagonal(C), changes + rows.seats @ rows.seats.T)
+        S = changes + rows.seats @ rows.seats.T
+        self._beside = Background.of(y, block_diagonal(C), S)
 
     def of(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the logarithm of the odds of a pattern, and its mean, shape (N, 3) [m].
@@ -90,7 +93,7 @@ class PatternEvidence:
         With W = L_n^-1 A, and d, V and b as in :meth:`.Background.with_part`, its mean at some n
         and m is A V diag(m^2 / (1 + m^2 d)) b.
         """
-        mean_square = max(float(np.mean(columns**2)), 1e-30) * columns.shape[1]
+        mean_square = max(float(np.sum(columns**2)) / len(columns), 1e-30)
         A = columns * (self._size / 3 / mean_square) ** 0.5
         beside = self._beside
         W = beside.whitening @ A
@@ -98,11 +101,13 @@ class PatternEvidence:
         d = d.clip(min=0.0)
         b = np.einsum("nrk,nr->nk", W @ V, beside.white)
         logs = beside.with_part(d, b**2, SIZES)
-        shrunk = SIZES[:, None] / (1 + SIZES[:, None] * d[:, None])
+        m2 = SIZES[:, None]
+        shrunk = m2 / (1 + m2 * d[:, None])
         weights = probabilities(logs)
         coefficients = np.einsum("nm,nmk,nk,njk->j", weights, shrunk, b, V)
-        log_odds = _log_sum(logs) - np.log(len(SIZES)) - _log_sum(beside.logs)
-        return float(log_odds), (A @ coefficients).reshape(-1, 3)
+        average = _log_sum(logs) - float(np.log(len(SIZES)))
+        log_odds = average - _log_sum(beside.logs)
+        return log_odds, (A @ coefficients).reshape(-1, 3)
 
 
 def _log_sum(logs: np.ndarray) -> float:

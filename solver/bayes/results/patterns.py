@@ -10,7 +10,7 @@ from ...results import ErrorPattern, ErrorPatterns
 from ...robot import Robot, even_bodies, link_poses
 from ..inference import Posterior
 from .pattern_evidence import PatternEvidence, PatternRows, of_held_out, of_trained
-from .projections import block_diagonal
+from .projections import block_diagonal, rows_of
 
 MOST = 360
 """Samples that are looked at, at most, evenly chosen."""
@@ -79,23 +79,26 @@ def _rows(
         still = m.at_rest(points)
         errors = still - targets(still, m, frames)
         if frames:
-            seats = frames[m.frame].slopes(m.points) * np.repeat([TURN, SEAT], 3)
+            widths = np.repeat([TURN, SEAT], 3)
+            seats = widths * frames[m.frame].slopes(m.points)
         else:
             in_socket = np.repeat(np.eye(len(m.counts)), m.counts, axis=0)
-            seats = SEAT * np.kron(in_socket, np.eye(3)).reshape(len(q), 3, -1)
+            by_centres = np.kron(in_socket, np.eye(3))
+            seats = SEAT * by_centres.reshape(len(q), 3, -1)
         time = m.order / max(len(q) - 1, 1)
-        columns = (q, errors, J, by_joints, points, time, np.full(len(q), k), seats)
+        index = np.full(len(q), k)
+        columns = (q, errors, J, by_joints, points, time, index, seats)
         parts.append([column[::step] for column in columns])
     *columns, seats = zip(*parts, strict=True)
     joined = list(map(np.concatenate, columns))
-    blocks = [of_placement.reshape(-1, of_placement.shape[2]) for of_placement in seats]
-    return PatternRows._make([*joined, block_diagonal(blocks)])
+    return PatternRows._make([*joined, block_diagonal(map(rows_of, seats))])
 
 
 def _middle(robot: Robot, q: np.ndarray) -> np.ndarray:
     """Return the arm's centre of mass, of even masses where the model has none, (N, 3) [m]."""
     bodies = robot.bodies or even_bodies(robot.joints)
-    poses = link_poses(robot.joints, q)[:, [body.joint + 1 for body in bodies]]
+    links = [body.joint + 1 for body in bodies]
+    poses = link_poses(robot.joints, q)[:, links]
     local = np.array([(*body.centre, 1.0) for body in bodies])
     centres = np.einsum("nbij,bj->nbi", poses, local)
     return np.average(centres, axis=1, weights=[body.mass for body in bodies])
@@ -106,7 +109,7 @@ def _axes(middle: np.ndarray) -> np.ndarray:
     upward = np.array([0.0, 0.0, 1.0])
     outward = _unit(middle * [1.0, 1.0, 0.0])
     sideways = np.cross(upward, outward)
-    return np.stack([outward, sideways, np.tile(upward, (len(middle), 1))], axis=2)
+    return np.stack(np.broadcast_arrays(outward, sideways, upward), axis=2)
 
 
 class Quantity(NamedTuple):
@@ -140,22 +143,24 @@ def _quantities(robot: Robot, rows: PatternRows) -> dict[str, Quantity]:
         motion = rows.by_joints[:, :, j]
         phases = angles[:, None] * k
         waves = np.hstack([np.sin(phases), np.cos(phases)])
-        columns = motion[:, :, None] * waves[:, None]
-        quantities[joint.name] = Quantity(
-            angles, "rad", "along its motion", _unit(motion), columns.reshape(-1, 2 * HARMONICS)
-        )
+        columns = rows_of(motion[:, :, None] * waves[:, None])
+        quantities[joint.name] = Quantity(angles, "rad", "along its motion", _unit(motion), columns)
     middle = _middle(robot, rows.q)
     axes = _axes(middle)
     tilt_y = np.cross([0.0, 1.0, 0.0], rows.balls) * middle[:, [0]]
     tilt_x = -np.cross([1.0, 0.0, 0.0], rows.balls) * middle[:, [1]]
-    tilts = np.stack([tilt_x, tilt_y], axis=2).reshape(-1, 2)
+    tilts = rows_of(np.stack([tilt_x, tilt_y], axis=2))
     reach = np.linalg.norm(middle[:, :2], axis=1)
     by_reach = np.hstack([tilts, _powers(axes, reach)])
-    quantities["reach"] = Quantity(reach, "m", "upward", axes[:, :, 2], by_reach)
+    upward = axes[:, :, 2]
+    quantities["reach"] = Quantity(reach, "m", "upward", upward, by_reach)
     height = middle[:, 2]
-    quantities["height"] = Quantity(height, "m", "outward", axes[:, :, 0], _powers(axes, height))
+    outward = axes[:, :, 0]
+    by_height = _powers(axes, height)
+    quantities["height"] = Quantity(height, "m", "outward", outward, by_height)
     powers = _powers(np.eye(3), rows.time)
-    here = np.repeat(rows.placement[:, None] == np.unique(rows.placement), 3, axis=0)
+    in_placement = rows.placement[:, None] == np.unique(rows.placement)
+    here = np.repeat(in_placement, 3, axis=0)
     by_time = (here[:, :, None] * powers[:, None]).reshape(len(powers), -1)
     quantities["time"] = Quantity(rows.time, "", "along the drift", None, by_time)
     return quantities
@@ -164,8 +169,8 @@ def _quantities(robot: Robot, rows: PatternRows) -> dict[str, Quantity]:
 def _powers(axes: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return errors along three axes in proportion to values and their squares, shape (3 N, 6)."""
     centred = (values - values.mean()) / max(float(values.std()), 1e-9)
-    powers = [centred, centred**2 - 1]
-    return np.dstack([axes * power[:, None, None] for power in powers]).reshape(-1, 6)
+    columns = [axes * power[:, None, None] for power in (centred, centred**2 - 1)]
+    return rows_of(np.dstack(columns))
 
 
 def _pattern(
@@ -180,7 +185,8 @@ def _pattern(
     errors = np.sum(rows.errors * directions, axis=1)
     grid = np.linspace(float(at.min()), float(at.max()), GRID)
     width = NEIGHBOURS * max(float(np.ptp(at)), 1e-9)
-    weights = np.exp(-0.5 * ((grid[:, None] - at) / width) ** 2) + 1e-12
+    away = (grid[:, None] - at) / width
+    weights = np.exp(-0.5 * away**2) + 1e-12
     weights /= weights.sum(axis=1, keepdims=True)
     step = -(-len(at) // DRAWN)
     return ErrorPattern(
@@ -202,12 +208,14 @@ def _drift_directions(rows: PatternRows, field: np.ndarray) -> np.ndarray:
     slopes = np.zeros((rows.placement.max() + 1, 3))
     for k in np.unique(rows.placement):
         here = rows.placement == k
-        slopes[k] = (rows.time[here] - rows.time[here].mean()) @ field[here]
+        time = rows.time[here]
+        slopes[k] = (time - time.mean()) @ field[here]
     return _unit(slopes)[rows.placement]
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.maximum(lengths, 1e-12)
 
 
 def _rounded(values: np.ndarray) -> tuple[float, ...]:

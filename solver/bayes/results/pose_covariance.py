@@ -5,6 +5,7 @@ import numpy as np
 from ..inference import Posterior
 from ..model import ExtendedModel
 from ..model.effects import curve_values, splines
+from .projections import rows_of
 from .uncertainty import covariance_of
 
 BATCH = 1024
@@ -40,8 +41,9 @@ def pose_covariances(
     """
     Sigma = covariance_of(posterior)
     noise = posterior.noise
-    s_x, s_q = np.array([noise.space, noise.joint]) * misfit / noise.information**0.5
-    of_place = s_x**2 * np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    factor = misfit**2 / noise.information
+    of_place = factor * noise.space**2 * np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    of_joints = factor * noise.joint**2
     covariances = np.empty((len(q), 6, 6))
     for begin in range(0, len(q), BATCH):
         rows = slice(begin, begin + BATCH)
@@ -49,11 +51,11 @@ def pose_covariances(
         if not of_ball:
             J[:, :, _of_ball(posterior.model)] = 0.0
         scalars = J.shape[2]
-        spread = (J.reshape(-1, scalars) @ Sigma[:scalars, :scalars]).reshape(J.shape)
-        part = spread @ J.swapaxes(1, 2)
+        spread = rows_of(J) @ Sigma[:scalars, :scalars]
+        part = spread.reshape(J.shape) @ J.swapaxes(1, 2)
         if posterior.deflection.curves is not None:
             part += _of_curves(Sigma, J, by_joints, q[rows])
-        part += of_place + s_q**2 * by_joints @ by_joints.swapaxes(1, 2)
+        part += of_place + of_joints * by_joints @ by_joints.swapaxes(1, 2)
         covariances[rows] = part
     return covariances
 
@@ -74,7 +76,8 @@ def _derivatives(
     arms = (places - points)[:, :, None]
 
     def of_pose(shift: np.ndarray, turn: np.ndarray) -> np.ndarray:
-        return np.concatenate([shift + np.cross(turn, arms, axis=1), turn], axis=1)
+        of_place = shift + np.cross(turn, arms, axis=1)
+        return np.concatenate([of_place, turn], axis=1)
 
     return of_pose(J, turns), of_pose(by_joints, turns_by_joints)
 
@@ -102,7 +105,9 @@ def _of_curves(
     by_scalars = np.einsum("njw,njws->njs", weights, Sigma[:, :scalars][places])
     knots = places.reshape(len(q), -1)
     w = weights.reshape(len(q), -1)
-    of_coefficients = w[:, :, None] * Sigma[knots[:, :, None], knots[:, None]] * w[:, None]
-    between = of_coefficients.reshape(-1, m, 4, m, 4).sum(axis=(2, 4))
+    of_knots = Sigma[knots[:, :, None], knots[:, None]]
+    of_coefficients = w[:, :, None] * of_knots * w[:, None]
+    B = of_coefficients.reshape(-1, m, 4, m, 4).sum(axis=(2, 4))
+    by_curves = by_joints @ B @ by_joints.swapaxes(1, 2)
     mixed = by_joints @ by_scalars @ J.swapaxes(1, 2)
-    return by_joints @ between @ by_joints.swapaxes(1, 2) + mixed + mixed.swapaxes(1, 2)
+    return by_curves + mixed + mixed.swapaxes(1, 2)

@@ -46,14 +46,16 @@ def poses_near(
     q = q + generator.normal(0, SWAY, q.shape)
     for _ in range(ROUNDS):
         linear = ball.linearise(ball.nominal, q)
-        q = q + _steps(linear.by_joints, targets - linear.points).clip(-SWAY, SWAY)
-    gaps = np.linalg.norm(ball.points(ball.nominal, q) - targets, axis=1)
+        steps = _steps(linear.by_joints, targets - linear.points)
+        q = q + steps.clip(-SWAY, SWAY)
+    offsets = ball.points(ball.nominal, q) - targets
     # Some controllers count whole turns, by which readings are beyond a joint's limits.
     middle: np.ndarray = np.median(recorded, axis=0)
     excess = middle - middle.clip(robot.lower, robot.upper)
-    inside = q - TURN * np.sign(excess) * np.ceil(np.abs(excess) / TURN)
+    turns = np.sign(excess) * np.ceil(np.abs(excess) / TURN)
+    inside = q - TURN * turns
     within = np.all((inside >= robot.lower) & (inside <= robot.upper), axis=1)
-    within &= gaps < OFF * arm_length(robot)
+    within &= np.linalg.norm(offsets, axis=1) < OFF * arm_length(robot)
     return q[within], places[within]
 
 

@@ -44,7 +44,8 @@ def predicted_errors(
     export_error = None
     if exported is not None:
         points = posterior.model.ball.points(exported, q)
-        gap = np.linalg.norm(points[1::2] - points[::2], axis=1) - distances
+        offsets = points[1::2] - points[::2]
+        gap = np.linalg.norm(offsets, axis=1) - distances
         export_error = float(np.median(likely_errors(gap, deviation)))
     return DistanceDeviation(
         median=float(np.median(deviation)),

@@ -5,10 +5,20 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 
+def rows_of(columns: np.ndarray) -> np.ndarray:
+    """Return columns of samples, shape (N, 3, k), as those of a matrix, shape (3 N, k)."""
+    return columns.reshape(-1, columns.shape[-1])
+
+
+def basis_of(columns: np.ndarray) -> np.ndarray:
+    """Return Q, an orthonormal basis of what columns span, of shape (n, k) or (N, 3, k)."""
+    return np.linalg.qr(rows_of(columns))[0]
+
+
 def outside(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """Return C - Q Q^T C: columns C, shape (n, k), less their part in a span.
 
-    Q has an orthonormal basis of that, shape (n, r), as columns.
+    Q has a basis of that, shape (n, r), see :func:`basis_of`.
     """
     return columns - basis @ (basis.T @ columns)
 

@@ -10,7 +10,7 @@ from ...results import Correlation, Scale
 from ..inference import Posterior
 from ..model import ExtendedModel, PriorGroup, submatrix
 from .correlated_errors import with_correlated_errors
-from .projections import outside
+from .projections import basis_of, outside, rows_of
 
 UNDECIDED = 0.5
 """The data did not decide a direction if its posterior is wider than this share of its prior."""
@@ -78,9 +78,8 @@ def observability_index(posterior: Posterior) -> float:
     centred: list[np.ndarray] = []
     for rows, changes in places:
         if rows.any():
-            Q = np.linalg.qr(changes[rows].reshape(3 * rows.sum(), -1))[0]
-            columns = scaled[rows].reshape(len(Q), model.geometry)
-            centred.append(outside(columns, Q))
+            Q = basis_of(changes[rows])
+            centred.append(outside(rows_of(scaled[rows]), Q))
     values = np.linalg.svd(np.concatenate(centred), compute_uv=False)
     values = values[values > 1e-6 * values[0]]
     mean = np.exp(np.mean(np.log(values)))

@@ -26,9 +26,9 @@ def samples_in_sockets(posterior: Posterior) -> WhitenedSamples:
     q = data.positions[rows]
     points, J, by_joints = posterior.linearise(q, data.torques[rows], data.clocks[rows])
     residuals = points - posterior.centres[sockets]
-    by_centres = -np.kron(np.eye(len(posterior.centres))[sockets], np.eye(3))
-    by_centres = by_centres.reshape(len(q), 3, 3 * len(posterior.centres))
-    columns = np.dstack([residuals, J, by_centres])
+    count = len(posterior.centres)
+    by_centres = -np.kron(np.eye(count)[sockets], np.eye(3))
+    columns = np.dstack([residuals, J, by_centres.reshape(len(q), 3, 3 * count)])
     white = whitened(posterior, by_joints, columns)
     return WhitenedSamples(q, white[:, :, 0], white[:, :, 1:])
 
