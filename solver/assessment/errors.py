@@ -1,7 +1,7 @@
 """Errors of samples, placements and roles, and of distances that were measured from outside."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -94,7 +94,7 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
         placements = predictions.of_role(role)
         if summary is None or not placements:
             return None
-        errors = _by_model(placements)
+        errors = _joined(placements, PlacementPrediction.errors)
         return RoleSummary.filled(
             summary,
             placements=len(placements),
@@ -107,17 +107,20 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
     return RoleSummaries(train=of("train", summary.train), test=of("test", summary.test))
 
 
-def _by_model(placements: Sequence[PlacementPrediction]) -> ByModel[np.ndarray]:
-    """Return the errors of all samples of some placements, shape (N,) [m]."""
+def _joined(
+    placements: Sequence[PlacementPrediction],
+    figures: Callable[[PlacementPrediction, ModelName], np.ndarray],
+) -> ByModel[np.ndarray]:
+    """Return figures of placements by each model, those of one after those of the other."""
     points = placements[0].points
-    return points.by_name(lambda model: np.concatenate([p.errors(model) for p in placements]))
+    return points.by_name(lambda model: np.concatenate([figures(p, model) for p in placements]))
 
 
 def placement_reports(predictions: Predictions, tolerance: float) -> tuple[PlacementReport, ...]:
     """Return each placement's errors, and its position."""
 
     def report(row: PlacementErrors, placement: PlacementPrediction) -> PlacementReport:
-        errors = _by_model([placement])
+        errors = _joined([placement], PlacementPrediction.errors)
         centres = zip(placement.measured.sockets, placement.centres(), strict=True)
         return PlacementReport.filled(
             row,
@@ -182,9 +185,7 @@ def known_distance_errors(
     placements = predictions.placements
     sockets = [(placement, k) for placement in placements for k in placement.measured.sockets]
     labels = [(placement.name, k) for placement, k in sockets]
-    centres = placements[0].points.by_name(
-        lambda model: np.concatenate([placement.centres(model) for placement in placements])
-    )
+    centres = _joined(placements, PlacementPrediction.centres)
     # A distance that was fitted proves nothing; only sockets trained on can be fitted to.
     in_fit = bool(predictions.document.settings.get("known"))
 

@@ -200,7 +200,7 @@ def limits_of(document: CalibrationDocument, source: str, options: Options) -> L
     """
     name = known_arm(document.model)
     stored = setting(document, source, "repeatability_mm")
-    repeatability = options.repeatability or (None if stored is None else stored / 1e3)
+    repeatability = options.repeatability or (stored and stored / 1e3)
     arm: Arm | None = None
     if repeatability is not None:
         arm = Arm(repeatability, "given by --repeatability-mm")
@@ -210,7 +210,7 @@ def limits_of(document: CalibrationDocument, source: str, options: Options) -> L
         arm = Arm(scatter, "no maker's figure: so far these samples scatter about their sockets")
     servos = 2 if document.settings.get("zeros") else 1  # their gears have play
     return Limits(
-        repeatability=None if arm is None else arm.repeatability,
+        repeatability=arm and arm.repeatability,
         repeatability_source=arm.source if arm else "no repeatability is known for this arm",
         mean_absolute_error=_limit(arm, 3, options.mean_absolute_error, "--limit-mae-mm"),
         distance_error=_limit(arm, servos, options.distance_error, "--limit-distance-mm"),
@@ -222,7 +222,7 @@ def _scatter(document: CalibrationDocument) -> float | None:
     """Return how far an arm of servos was off over two placements [m]; None where that is much."""
     summary = document.summary.train
     placements = sum(p.role == "train" and p.kind == "sockets" for p in document.placements)
-    error = None if summary is None else summary.calibrated.mean_absolute_error
+    error = summary and summary.calibrated.mean_absolute_error
     if error is None or error > LARGEST_PREDICTED or placements < 2:
         return None
     return round(max(error, RESOLUTION), 5)

@@ -30,7 +30,7 @@ _SOURCES = {
 
 def distance_text(placements: Sequence[PlacementErrors]) -> str:
     """Return which distances between sockets the scale rests on, and where they are from."""
-    rows = [row for row in placements if row.role == "train" and row.has_distance]
+    rows = _with_distance(placements)
     points = [row.name for row in placements if row.role == "train" and row.kind == "points"]
     kinds: dict[tuple[str, str | None], list[str]] = {}
     for name, row in zip(short_names([row.name for row in rows]), rows, strict=True):
@@ -62,11 +62,10 @@ def joints_wrong(checks: Sequence[Diagnostic] | None) -> bool:
 
 def rests_on(document: CalibrationDocument) -> list[Premise]:
     """Return the premises of a PASS that no recording can test."""
-    rows = [row for row in document.placements if row.role == "train"]
     premises: list[Premise] = []
-    for placement in rows:
+    for placement in _with_distance(document.placements):
         source = _source(placement, document)
-        if placement.distance is None or not placement.has_distance or source not in _TYPED:
+        if placement.distance is None or source not in _TYPED:
             continue
         effect = STEP / placement.distance
         twice = ", read twice" if (placement.distance_readings or 1) > 1 else ""
@@ -76,9 +75,10 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
             name="distance", text=text, value=placement.distance, source=source, effect=effect
         )
         premises += [premise] if premise not in premises else []
-    if any(row.kind == "points" for row in rows):
+    kinds = {row.kind for row in document.placements if row.role == "train"}
+    if "points" in kinds:
         premises.append(Premise(name="instrument", text="the instrument measures lengths rightly"))
-    if any(row.kind == "sockets" for row in rows):
+    if "sockets" in kinds:
         premises.append(Premise(name="firm", text="ball, base and table were firm"))
     return premises
 
@@ -96,17 +96,18 @@ def distance_row(assumed: Sequence[float]) -> LimitResult:
 
 def assumed_distances(document: CalibrationDocument) -> list[float]:
     """Return the distances trained on that neither a person nor a recording said [m]."""
-    return [
-        row.distance or 0.0
-        for row in document.placements
-        if row.role == "train" and row.has_distance and _source(row, document) not in _TYPED
-    ]
+    rows = _with_distance(document.placements)
+    return [row.distance or 0.0 for row in rows if _source(row, document) not in _TYPED]
 
 
 def most_readings(placements: Sequence[PlacementErrors]) -> int:
     """Return how many readings agree on the distance of a placement trained on, at the most."""
-    rows = (row for row in placements if row.role == "train" and row.has_distance)
-    return max((row.distance_readings or 1 for row in rows), default=1)
+    return max((row.distance_readings or 1 for row in _with_distance(placements)), default=1)
+
+
+def _with_distance(placements: Sequence[PlacementErrors]) -> list[PlacementErrors]:
+    """Return the placements trained on that have a distance between sockets."""
+    return [row for row in placements if row.role == "train" and row.has_distance]
 
 
 def _source(placement: PlacementErrors, document: CalibrationDocument) -> str | None:

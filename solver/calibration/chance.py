@@ -37,11 +37,10 @@ class Comparison:
         return self._at(workspace(self.first.model.robot, POSES), None)
 
     def _at(self, q: np.ndarray, efforts: np.ndarray | None) -> Apart:
-        some = slice(None, None, -(-len(q) // POSES))
-        efforts = None if efforts is None else efforts[some]
-        moments = self.load.moments(self.first.model.robot, q[some], efforts)
-        a = Estimate(self.first, q[some], moments)
-        b = Estimate(self.second, q[some], moments)
+        step = -(-len(q) // POSES)
+        moments = self.load.moments(self.first.model.robot, q, efforts)
+        poses = q[::step], moments[::step]
+        a, b = Estimate(self.first, *poses), Estimate(self.second, *poses)
         return apart_by_chance(a, b, follows=self.later)
 
 
