@@ -187,12 +187,17 @@ def _error(ranked: Ranked) -> float:
 
 def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     """Return the best hypotheses of each kind that clearly lower the error."""
-    few, robot = samples.thinned(TRIED, 4), model.robot
-    nominal, as_recorded = _NominalModel(model, few), unchanged(robot)
-    best, joints = nominal.ranked, len(robot.actuated)
+    few = samples.thinned(TRIED, 4)
+    robot = model.robot
+    joints = len(robot.actuated)
+    nominal = _NominalModel(model, few)
+    best = nominal.ranked
+    as_recorded = unchanged(robot)
     ((now, _),) = best([as_recorded])
-    orders = [as_recorded.order[::-1], *(np.roll(as_recorded.order, k) for k in range(1, joints))]
-    ranking = [*best(signs(robot, 1))[:2], *best(swaps(robot))[:2]]
+    rolled = [np.roll(as_recorded.order, k) for k in range(1, joints)]
+    orders = [as_recorded.order[::-1], *rolled]
+    ranking = best(signs(robot, 1))[:2]
+    ranking += best(swaps(robot))[:2]
     ranking += best(replace(as_recorded, order=order) for order in orders)[:1]
     # A turn of the first or the last joint is one of the base frame or of the ball.
     turning = [j for j in range(1, joints - 1) if robot.actuated[j].type != "prismatic"]
@@ -245,7 +250,8 @@ def of_columns(
 
 def _of_last_sign(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     """Return the last joint's other sign, unless it leaves clearly more."""
-    few, (*_, last) = samples.thinned(TRIED, 4), signs(model.robot, 1)
+    few = samples.thinned(TRIED, 4)
+    *_, last = signs(model.robot, 1)
     turned, now = model.nominal_errors([last.apply(few), few])
     return [] if turned > now / PROMISING else [last]
 

@@ -5,7 +5,7 @@ Both models are fitted to the same samples, whose weights are robust.
 
 from collections.abc import Collection, Sequence
 from functools import cached_property
-from itertools import chain, pairwise
+from itertools import chain
 
 import numpy as np
 
@@ -115,8 +115,8 @@ class _Fit:
         """Geometry and effects of the arm, shape (size,)."""
         scene = self.scene
         widths = scene.widths_of_effects(scene.as_readings)
-        ends = scene.centres.size + np.cumsum([0, len(scene.parameters), len(widths)])
-        of_geometry, of_effects = (self._x[a:b] for a, b in pairwise(ends))
+        sizes = [scene.centres.size, len(scene.parameters), len(widths)]
+        _, of_geometry, of_effects, _ = np.split(self._x, np.cumsum(sizes))
         return np.concatenate([scene.usual @ of_geometry, widths * of_effects])
 
     def points(self, q: np.ndarray, finding: Candidate | None = None) -> np.ndarray:

@@ -76,13 +76,15 @@ def fault_of(candidate: Candidate, evidence: float) -> Fault:
     """Return a candidate as a fault, with the samples from its first one on."""
     scene, p = candidate.scene, candidate.parameters
     names = [m.name for m in scene.measurements]
-    place = names.index(p["placement"]) if "placement" in p else len(names) - 1
-    placement, rows = scene.measurements[place].placement, scene.places[place]
+    place = names.index(p.get("placement", names[-1]))
+    placement = scene.measurements[place].placement
+    rows = scene.places[place]
     first, end = 0, len(placement.samples)
     if "sample" in p:
         seat = scene.labels.index((names[place], p["socket"]))
-        is_first = (scene.sockets[rows] == seat) & (scene.numbers[rows] == p["sample"])
-        first = int(scene.times[place][np.argmax(is_first)])
+        in_seat = scene.sockets[rows] == seat
+        row = np.argmax(in_seat & (scene.numbers[rows] == p["sample"]))
+        first = int(scene.times[place][row])
     if candidate.kind.name == "ball_sample":
         end = first + 1
     numbers = p.get("numbers") or tuple(number_of(placement, i) for i in range(first, end))

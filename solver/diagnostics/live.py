@@ -6,7 +6,7 @@ How often sound sessions may be called faulty sets the threshold (``benchmarks/s
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain, compress
+from itertools import chain
 
 import numpy as np
 
@@ -121,8 +121,10 @@ class LiveCheck:
 
     def _compared(self, scene: Scene) -> FaultComparison:
         """Return explanations by the most probable arm, and their evidence over all arms."""
-        arms = [replace(scene, play=play, wide=max(WIDES)) for play in PLAYS if scene.zeros]
-        arms = arms or [replace(scene, wide=wide) for wide in WIDES]
+        if scene.zeros:
+            arms = [replace(scene, play=play, wide=max(WIDES)) for play in PLAYS]
+        else:
+            arms = [replace(scene, wide=wide) for wide in WIDES]
         comparisons = [Comparison(arm, self._kinds, SHARE).candidates for arm in arms]
         logs = [[c.log_evidence for c in candidates] for candidates in comparisons]
         evidence_of_arms = [np.logaddexp.reduce(logs_of_arm) for logs_of_arm in logs]
@@ -150,11 +152,12 @@ class LiveCheck:
         errors = self._left(placements, arm.x, runs)
         limit = min([TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]])
         causes = list[Candidate]()
-        for run in compress(runs, [error <= max(LITTLE, limit) for error in errors]):
-            parts = [*before, relabelled(placement, run)]
-            scene = replace(self.scene(parts, arm.x), play=arm.play, wide=arm.wide)
-            sound = sound_recordings(scene, SHARE)
-            causes.append(forgotten(sound, placement, run, prior))
+        for run, error in zip(runs, errors, strict=True):
+            if error <= max(LITTLE, limit):
+                parts = [*before, relabelled(placement, run)]
+                scene = replace(self.scene(parts, arm.x), play=arm.play, wide=arm.wide)
+                sound = sound_recordings(scene, SHARE)
+                causes.append(forgotten(sound, placement, run, prior))
         return causes
 
     def _left(
@@ -164,15 +167,17 @@ class LiveCheck:
         count = max(ABOUT // len(placements), FEW)
         few = [p.samples[:: max(len(p.samples) // count, 1)] for p in placements[:-1]]
         parts = [*few, placements[-1].samples]
+        last = len(few)
         q = np.array([s.position for s in chain(*parts)])
         seats = np.array([MANY * i + s.socket for i, part in enumerate(parts) for s in part])
-        last = len(few)
         start = len(q) - len(parts[last])
-        linear, errors = self._model.linearised(x, q), list[float]()
+        no_points = np.zeros((len(q), 3))
+        linear = self._model.linearised(x, q)
+        errors: list[float] = []
         for rows, socket in runs:
-            seats_of_run = seats.copy()
-            seats_of_run[start + np.array(rows)] = MANY * last + socket
-            sockets = np.unique(seats_of_run, return_inverse=True)[1]
-            fit = self._model.fit(Samples(q, sockets, np.zeros((len(q), 3))), STEPS, x, linear)
+            of_run = seats.copy()
+            of_run[start + np.array(rows)] = MANY * last + socket
+            sockets = np.unique(of_run, return_inverse=True)[1]
+            fit = self._model.fit(Samples(q, sockets, no_points), STEPS, x, linear)
             errors.append(float(fit.errors.mean()))
         return errors

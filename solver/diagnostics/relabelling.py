@@ -29,10 +29,12 @@ def runs_of(placement: Placement) -> Iterator[Run]:
     changes = [i for i in range(1, len(sockets)) if sockets[i] != sockets[i - 1]]
     for first, end in pairwise([0, *changes, len(sockets)]):
         before = sockets[first - 1] if first else sockets[0] + 1
-        for last in range(first + 1, end + 1) if first else ():
-            yield Run(range(first, last), before)
+        after = sockets[end] if end < len(sockets) else before
+        if first:
+            for last in range(first + 1, end + 1):
+                yield Run(range(first, last), before)
         for begin in range(end - 1, first, -1):
-            yield Run(range(begin, end), sockets[end] if end < len(sockets) else before)
+            yield Run(range(begin, end), after)
 
 
 def relabelled(placement: Placement, run: Run) -> Placement:

@@ -95,8 +95,9 @@ class RigidModel:
     def nominal_errors(self, variants: Sequence[Samples]) -> list[float]:
         """Return the mean errors by the nominal model, its ball put right, of each reading [m]."""
         joints = np.arange(len(self.robot.actuated) if self.zeros else 0)
-        joints_of_variants = np.tile(joints, (len(variants), 1))
-        return self._seeds(variants, joints_of_variants, JOINT_OFFSET.typical_shift)[1].tolist()
+        of_variants = np.tile(joints, (len(variants), 1))
+        _, errors = self._seeds(variants, of_variants, JOINT_OFFSET.typical_shift)
+        return errors.tolist()
 
     def nominal_offsets(self, variants: Sequence[Samples], joints: np.ndarray) -> np.ndarray:
         """Return the best offsets of joints, shape (V, J), by the nominal model [rad]."""
@@ -204,8 +205,10 @@ class RigidModel:
 
     def refitted(self, scene: Scene, start: np.ndarray | None = None) -> tuple[Scene, float]:
         """Return a scene about a fit to its samples, and the noise of that [m]."""
-        fit = self.fit(scene.samples.thinned(ABOUT, FEW), start=start)
-        return replace(scene, x=fit.x, centres=fit.centres, R=fit.R), fit.noise
+        few = scene.samples.thinned(ABOUT, FEW)
+        fit = self.fit(few, start=start)
+        about = replace(scene, x=fit.x, centres=fit.centres, R=fit.R)
+        return about, fit.noise
 
 
 def _with_turns(

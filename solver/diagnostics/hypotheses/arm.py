@@ -114,8 +114,9 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
     bends: np.ndarray = TILT.turns(scene.as_readings)[:, [0, m]]
     squares: np.ndarray = np.sum(bends**2, axis=1)
     scale = max(float(squares.mean()) ** 0.5, 1e-6)
-    first = scene.model.slices[scene.effects.index(TILT)].start
-    columns = -scene.linear[1][:, :, [first, first + m]] / scale
+    tilts = scene.model.slices[scene.effects.index(TILT)]
+    of_first_joint = [tilts.start, tilts.start + m]
+    columns = -scene.linear[1][:, :, of_first_joint] / scale
     yield of_samples(scene.every, columns, [{}], TILTS)
 
 

@@ -89,8 +89,8 @@ class LinearEvidence:
         M, g = self._information(block, np.array([sigma]))
         information, axes = np.linalg.eigh(M[0, 0])
         # Where the nuisances explain all, M is a difference of equal numbers.
-        variances = 1 / (information.clip(min=0.0) + max(block.widths) ** -2)
-        covariance: np.ndarray = (axes * variances) @ axes.T
+        precision = information.clip(min=0.0) + max(block.widths) ** -2
+        covariance: np.ndarray = (axes / precision) @ axes.T
         return covariance @ g[0, 0], covariance
 
     def _information(self, block: Block, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -104,10 +104,12 @@ class Flaw:
 
     def _is_of(self, parameters: Parameters) -> bool:
         words = [value for value in parameters.values() if isinstance(value, str)]
-        values = {*words, *(word.rpartition("/")[2] for word in words)}
+        folders = [word.rpartition("/")[2] for word in words]
+        if not {*words, *folders}.issuperset(self.names):
+            return False
         number = parameters.get("number") or parameters.get("place")
-        same = self.sample is None or (number == self.sample and not parameters.get("throughout"))
-        return same and values.issuperset(self.names)
+        is_first = number == self.sample and not parameters.get("throughout")
+        return self.sample is None or is_first
 
 
 def _positive(text: str) -> float:

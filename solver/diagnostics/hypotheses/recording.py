@@ -46,8 +46,9 @@ def repeated(scene: Scene) -> Iterable[Block]:
         near = _alike(q, q, NEAR) & (seats[:, None] == seats)
         again = np.tril(near, -1).any(axis=1)
         if scene.measurements[place].kind == "sockets" and again.mean() > REPEATED:
-            counts = {"samples": len(q), "postures": int(np.sum(~again))}
-            yield without_columns({**scene.named(place), **counts}, CHANCE)
+            postures = int(np.sum(~again))
+            names = {**scene.named(place), "samples": len(q), "postures": postures}
+            yield without_columns(names, CHANCE)
 
 
 def _alike(q: np.ndarray, others: np.ndarray, tolerance: float) -> np.ndarray:

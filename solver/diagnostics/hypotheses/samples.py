@@ -138,10 +138,13 @@ def seats_of(measurements: Sequence[Measurement]) -> tuple[tuple[Seat, ...], np.
     seats: list[Seat] = []
     for m in measurements:
         for socket, count in zip(m.sockets, m.counts, strict=True):
-            seat = (m.name, socket) if m.kind == "sockets" else (m.frame, OF_INSTRUMENT)
+            seat = (m.name, socket)
+            if m.kind == "points":
+                seat = (m.frame, OF_INSTRUMENT)
             seats += [seat] * count
     labels = sorted(dict.fromkeys(seats), key=lambda seat: seat[1] == OF_INSTRUMENT)
-    return tuple(labels), np.array([labels.index(seat) for seat in seats])
+    indices = [labels.index(seat) for seat in seats]
+    return tuple(labels), np.array(indices)
 
 
 def _measured(measurements: Sequence[Measurement]) -> np.ndarray:
