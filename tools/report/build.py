@@ -14,7 +14,7 @@ from markupsafe import Markup
 from ...solver.assessment import Assessment, fixed, short_names
 from ...solver.calibration import Calibration
 from ...solver.results import Document, encode, refuse_existing, write_files
-from ..experiments import SimulationDocument
+from ..experiments import ModelTrials, SimulationDocument
 from . import figures
 from .figures import Answer, ComparisonDocument, ReportDocument, report_figures
 from .plots import (
@@ -173,7 +173,9 @@ def build_comparison(result: ComparisonDocument) -> dict[str, bytes]:
 
 def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -> str:
     """Return a simulated experiment with both models as HTML, and its pictures by file name."""
-    models = [*([] if result.beside is None else [("beside.", result.beside)]), ("", result)]
+    models: list[tuple[str, ModelTrials]] = [("", result)]
+    if result.beside is not None:
+        models.insert(0, ("beside.", result.beside))
     return render(
         "simulation.html.j2",
         result,

@@ -105,8 +105,7 @@ def _data_answer(
         _TEXTS,
         "data",
         checked=checks is not None,
-        errors=sum(check.level == "error" for check in checks or ()),
-        warnings=sum(check.level == "warning" for check in checks or ()),
+        levels=[check.level for check in checks or ()],
         drifts=[row.text for row in reasons if "drift" in row.name and row.status in _DRIFTS],
         trained=[names[i] for i in placements_with_errors(result) if placements[i].role == "train"],
         floors=residuals,
@@ -254,8 +253,7 @@ def farthest_held_out(result: assessment.Assessment) -> tuple[int, float] | None
     candidates = [i for i in np.flatnonzero(~is_training).tolist() if i not in faulty]
     if not candidates or not is_training.any():
         return None
-    gaps = np.linalg.norm(positions[candidates][:, None] - positions[is_training], axis=2).min(
-        axis=1
-    )
+    offsets = positions[candidates][:, None] - positions[is_training]
+    gaps = np.linalg.norm(offsets, axis=2).min(axis=1)
     best = int(np.argmax(gaps))
     return candidates[best], float(gaps[best])

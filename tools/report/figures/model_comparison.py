@@ -112,7 +112,8 @@ def contenders_of(files: Sequence[Path]) -> dict[str, Calibration]:
     """
     if len(set(files)) < len(files):
         raise ComparisonError("a calibration is named twice; name each only once")
-    tries = [["/".join(file.resolve().parent.parts[-n:]) for file in files] for n in (1, 2)]
+    folders = [file.resolve().parent.parts for file in files]
+    tries = [["/".join(parts[-count:]) for parts in folders] for count in (1, 2)]
     tries.append([str(file) for file in files])
     names = next(names for names in tries if len({*names, NOMINAL}) > len(files))
     contenders = dict(zip(names, map(Calibration.of_file, files), strict=True))
@@ -149,15 +150,16 @@ def compare(
     nominal = first.ball_refitted or first.calibrated.nominal
     models = [nominal, *(contender.calibrated for contender in contestants)]
     points = [[model.predict(m) for model in models] for m in data]
-    pairs = list(zip(points, data, strict=True))
-    errors = [[np.linalg.norm(p - targets(p, m), axis=1) for p in row] for row, m in pairs]
+    errors: list[list[np.ndarray]] = []
     placements: list[ComparedPlacement] = []
-    for i, (row, m) in enumerate(pairs):
+    for row, m in zip(points, data, strict=True):
+        lengths = [np.linalg.norm(p - targets(p, m), axis=1) for p in row]
+        errors.append(lengths)
         trained_on = [False, *(contender.was_trained_on(m) for contender in contestants)]
         at_placement = tuple(
             ErrorsAtPlacement(
                 **asdict(evaluate(p, m)),
-                quantiles=quantiles(errors[i][k]),
+                quantiles=quantiles(lengths[k]),
                 trained_on=trained_on[k],
             )
             for k, p in enumerate(row)

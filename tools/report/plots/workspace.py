@@ -110,9 +110,10 @@ def arms_together(report: ReportDocument) -> Plot | None:
 def _frames(arms: ArmsDocument) -> list[_Frame]:
     """Return the frames whose orientation is known: the robots' bases, and those of sockets."""
     bases = zip(arms.robots[1:], arms.between.values(), strict=True)
-    tables = [frame for frame in arms.frames if frame.sockets and frame.name != "base"]
+    known = [frame for frame in arms.frames if frame.sockets and frame.turn_known]
+    tables = [(frame.name, frame) for frame in known if frame.name != "base"]
     frames = [_Frame(arms.robots[0], IDENTITY, np.zeros(3))]
-    for name, base in (*bases, *((table.name, table) for table in tables if table.turn_known)):
+    for name, base in (*bases, *tables):
         if base.xyz is not None and base.rpy is not None and base.xyz_deviation is not None:
             pose = Pose.of(Origin(base.xyz, base.rpy))
             frames.append(_Frame(name, pose, np.array(base.xyz_deviation)))
