@@ -1,5 +1,6 @@
 """Pose selection: the predicted error of a calibration on the samples, and the best next pose."""
 
+from collections import Counter
 from collections.abc import Sequence
 from itertools import takewhile
 
@@ -30,6 +31,10 @@ PLATEAU, PLATEAU_SAMPLES = 0.06, 3
 """It is also exhausted if the last few samples gained less than this share."""
 
 
+_NO_ROUTE: tuple[list[int], np.ndarray] = ([], np.zeros((0, 0)))
+"""Sockets of the samples to come, and their poses, shape (N, m), where none are planned."""
+
+
 class PoseSelector:
     """Selection of poses at one placement, after earlier ones of the same arm.
 
@@ -58,7 +63,7 @@ class PoseSelector:
         self._earlier = tuple(parts)
         self._history: dict[int, float] = {}
         self._enough = False
-        self._route: tuple[list[int], np.ndarray] | None = None
+        self._route = _NO_ROUTE
 
     def alarms(self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS) -> tuple[Alarm, ...]:
         """Return the faults that the operator has not answered, the most probable first.
@@ -81,9 +86,7 @@ class PoseSelector:
     ) -> Advice:
         """Return advice for the active socket and the arm's configuration [rad], [m]."""
         alarms = self.alarms(samples, answers)
-        sockets = [sample.socket for sample in samples]
-        counts = [sockets.count(k) for k in range(self._sockets)]
-        posterior = self._fitted(samples, counts)
+        posterior = self._fitted(samples)
         state = self._covariance(samples, posterior)
         where = design.workspace_of(self._model, state.x)
         rigid = state.error(where)
@@ -96,7 +99,7 @@ class PoseSelector:
         )
         predicted, goal = (solved.predicted, solved.asked) if solved else (rigid, None)
         goal = self._given or goal or self._goal
-        fewest = 0 if posterior is None else min(counts[:2])
+        fewest = 0 if posterior is None else min(self._counts(samples)[:2])
         # it is first said with a margin, so that further samples do not take it back
         enough = bool(solved and solved.enough and not alarms and (solved.sized or self._enough))
         reached = enough and predicted <= goal
@@ -132,7 +135,7 @@ class PoseSelector:
 
     def _steps(self) -> tuple[tuple[int, tuple[float, ...]], ...]:
         """Return the socket and pose of each sample to come, as far as they are planned."""
-        order, way = self._route or ([], np.zeros((0, 0)))
+        order, way = self._route
         return tuple((k, tuple(q)) for k, q in zip(order, way.tolist(), strict=False))
 
     def _exhausted(
@@ -152,8 +155,13 @@ class PoseSelector:
             state = state.with_samples(self._pool.candidates(samples, socket)[:MORE], socket)
         return state.error(where) > goal
 
-    def _fitted(self, samples: Sequence[Sample], counts: list[int]) -> Posterior | None:
-        if self._sockets < 2 or min(counts[:2]) < MIN_FITTED:
+    def _counts(self, samples: Sequence[Sample]) -> list[int]:
+        """Return the number of samples in each socket."""
+        counts = Counter(sample.socket for sample in samples)
+        return [counts[k] for k in range(self._sockets)]
+
+    def _fitted(self, samples: Sequence[Sample]) -> Posterior | None:
+        if self._sockets < 2 or min(self._counts(samples)[:2]) < MIN_FITTED:
             return None
         return rigid_fit(self._model, [*self._earlier, self._placement(samples)])
 
@@ -193,11 +201,9 @@ class PoseSelector:
 
     def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
         """Return the gain of another placement, in words; this takes some seconds."""
-        sockets = [sample.socket for sample in samples]
-        counts = [sockets.count(k) for k in range(self._sockets)]
-        if self._sockets != 2 or min(counts) == 0:
+        if self._sockets != 2 or min(self._counts(samples)) == 0:
             return ()
-        state = self._covariance(samples, self._fitted(samples, counts))
+        state = self._covariance(samples, self._fitted(samples))
         centres = [self._pool.centre(samples, k) for k in (0, 1)]
         base = np.array([c for c in centres if c is not None])
         where = design.workspace_of(self._model, state.x)
@@ -223,7 +229,7 @@ class PoseSelector:
         pools = {k: self._pool.candidates(samples, k) for k in dict.fromkeys(order)}
         reached = [pool for pool in pools.values() if len(pool)]
         if not reached:
-            self._route = None
+            self._route = _NO_ROUTE
             return None, 0.0
         # a socket without a sample is near the others
         pools = {k: pool if len(pool) else reached[0] for k, pool in pools.items()}
@@ -242,7 +248,7 @@ class PoseSelector:
 
     def _rest(self, order: list[int]) -> np.ndarray | None:
         """Return the rest of the previous route; None where the sockets to come have changed."""
-        before, way = self._route or ([], np.zeros((0, 0)))
+        before, way = self._route
         for done in (0, 1):
             remainder = before[done:]
             if remainder and remainder == order[: len(remainder)]:

@@ -1,6 +1,5 @@
 """Pose selection for the zeros of a calibrated arm's joints, without calibrating again."""
 
-from collections import Counter
 from collections.abc import Sequence
 from itertools import chain
 
@@ -56,7 +55,7 @@ class ZeroSelector(PoseSelector):
         after = state
         if order and len(where.slopes):
             target, gain = self._next(state, where, samples, order, position)
-            for k, q in zip(*(self._route or ((), ())), strict=True):
+            for k, q in zip(*self._route, strict=True):
                 after = after.with_samples(q[None], k)
         predicted = goal = np.inf
         if len(where.slopes):
@@ -85,7 +84,7 @@ class ZeroSelector(PoseSelector):
 
     def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
         """Return the sockets of the samples to come: the rest in this one, then in the others."""
-        counts = Counter(sample.socket for sample in samples)
+        counts = self._counts(samples)
         sockets = [k for k in range(self._sockets) if k != socket]
         return list(chain(*([k] * (self._target - counts[k]) for k in (socket, *sockets))))
 
