@@ -77,8 +77,11 @@ class Flaw:
         """Return its kinds with the candidates that it may be.
 
         Raises:
-            FlawError: There are none in this scene.
+            FlawError: There are none in this scene, or none that can be told.
         """
+        if scene.zeros and all(kind.rigid for kind in self.kinds):
+            reason = "play, and zeros that are off by degrees, look the same; leave out --zeros"
+            raise FlawError(f"fault {self.text!r}: {reason}")
         kinds: list[Kind] = []
         for kind in self.kinds:
             blocks = [self._named(block) for block in kind.blocks(scene)]

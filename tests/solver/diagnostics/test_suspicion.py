@@ -82,3 +82,5 @@ def test_the_verb_answers_first_and_tells_the_words(spoilt, capsys, tmp_path):
     ]:
         assert main([*words, "--fault", fault]) == 2
         assert said in capsys.readouterr().err
+    assert main([*words, "--fault", "length 2mm", "--zeros"]) == 2
+    assert "leave out --zeros" in capsys.readouterr().err
