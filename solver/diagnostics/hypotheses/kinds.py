@@ -16,6 +16,7 @@ Parameters = Mapping[str, Any]
 """Numbers and names in an explanation, by name [m, rad]."""
 
 Values = Callable[[Scene, Parameters, np.ndarray], Parameters]
+"""Further parameters, by a candidate's own and the estimate of its unknowns."""
 DECADES = 5.0
 """Logarithm of the range over which less noise is as likely."""
 UNITS = {"mm": 1e3, "deg": 180 / np.pi, "%": 100.0}
@@ -62,6 +63,7 @@ def of_samples(
 
 
 Blocks = Callable[[Scene], Iterable[Block]]
+"""Candidates that a scene may have."""
 
 
 def without_columns(parameters: Parameters, bonus: float = 0.0) -> Block:
@@ -88,6 +90,7 @@ class NoisePrior:
 
 
 Noise = Callable[[Scene], NoisePrior]
+"""Belief on the noise of a scene."""
 
 
 def sized(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
