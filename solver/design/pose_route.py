@@ -58,7 +58,12 @@ def _costs(ways: np.ndarray, turns: np.ndarray, typical: np.ndarray) -> np.ndarr
 
 
 class Annealing:
-    """State of the annealing: the chosen poses among those of all pools, one for each sample."""
+    """State of the annealing: the chosen poses among those of all pools, one for each sample.
+
+    ``prior`` is the covariance before them, and ``rows`` are derivatives by all poses, pool after
+    pool, shape (P, 3, n), or what a subclass has in their place; ``judged`` is that of
+    :class:`.Workspace`; the others as for :func:`plan_poses`.
+    """
 
     sweeps = SWEEPS
     slack = SLACK
@@ -72,17 +77,6 @@ class Annealing:
         order: Sequence[int],
         start: np.ndarray | None = None,
     ) -> None:
-        """Begin without a choice.
-
-        Args:
-            prior: The covariance before all samples, or what stands for it.
-            rows: Derivatives of all poses, pool after pool, shape (P, 3, n), or what stands for
-                them.
-            judged: Of the distances, see :attr:`.Workspace.judged`.
-            pools: For each socket in the order, poses that reach it, shape (N, m).
-            order: The socket of each sample to come, T of them.
-            start: The arm's pose now, shape (m,).
-        """
         self.prior = prior
         self.rows = rows
         self.judged = judged

@@ -1,6 +1,5 @@
 """Zeros of joints after an exchange, a crash or a reset, with the calibrated chain held."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -129,7 +128,7 @@ class Zeros:
             {
                 **asdict(joint),
                 "told": joint.told,
-                "degrees": math.degrees(joint.offset),
+                "degrees": joint.degrees,
                 "ticks": joint.offset / TICK,
                 "homing_offset": {"feetech": -joint.counts, "dynamixel": joint.counts},
             }
