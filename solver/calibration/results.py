@@ -106,20 +106,21 @@ def _samples(
                 of_turns = of_turns[count:]
         if measured.moved is not None:
             shifts = list(map(as_point, measured.as_recorded(measured.moved)))
+        samples = [
+            results.RecordedSample.filled(
+                sample, weight=weight, orientation_weight=turn, moved=shift
+            )
+            for sample, weight, turn, shift in zip(
+                placement.samples, of_ball, of_turn, shifts, strict=True
+            )
+        ]
         rows.append(
             results.PlacementSamples.filled(
                 placement,
                 role=role,
                 distance=measured.distance,
                 files=tuple(map(str, placement.files)),
-                samples=tuple(
-                    results.RecordedSample.filled(
-                        sample, weight=weight, orientation_weight=turn, moved=shift
-                    )
-                    for sample, weight, turn, shift in zip(
-                        placement.samples, of_ball, of_turn, shifts, strict=True
-                    )
-                ),
+                samples=tuple(samples),
             )
         )
     return tuple(rows)

@@ -15,7 +15,7 @@ from ...robot import workspace
 from ..inference import Posterior
 from .base_length import BaseLength, SocketMean
 from .predicted_errors import neighbourhoods
-from .projections import basis_of, evenly, outside, rows_of
+from .projections import basis_of, evenly, outside, pair_lengths, rows_of
 from .uncertainty import covariance_of, distance_slopes
 from .whitening import whitened
 
@@ -88,8 +88,8 @@ def _improvement(
     def errors(distances: np.ndarray) -> np.ndarray:
         return np.median(np.abs(distances[pairs] - truths), axis=1)
 
-    before = errors(_distances(models.nominal(q)))
-    now = errors(_distances(models.loaded(q)))
+    before = errors(pair_lengths(models.nominal(q)))
+    now = errors(pair_lengths(models.loaded(q)))
     corrected = errors(lengths) if models.corrected else None
     return Improvement(
         before=_interval(before),
@@ -104,10 +104,6 @@ def _share(better: np.ndarray) -> float:
     """Return a probability by draws, which is never 0 or 1."""
     count = float(np.sum(better))
     return (count + 0.5) / (len(better) + 1)
-
-
-def _distances(points: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(points[1::2] - points[::2], axis=1)
 
 
 def _interval(errors: np.ndarray) -> Interval:

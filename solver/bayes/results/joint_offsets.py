@@ -15,15 +15,16 @@ DECIDED = math.radians(0.2)
 
 def joint_offsets_in_words(posterior: Posterior) -> str:
     """Return what was found of each joint's zero, and which the data do not decide."""
+    names = posterior.model.robot.joint_names
     begin = posterior.model.geometry
-    variances = np.diag(posterior.covariance)[begin:]
-    words = [
-        f"{joint} {math.degrees(zero):+.2f} +- {math.degrees(variance**0.5):.2f} deg"
-        + (" (not decided)" if variance > DECIDED**2 else "")
-        for joint, zero, variance in zip(
-            posterior.model.robot.joint_names, posterior.x[begin:], variances, strict=False
-        )
-    ]
+    end = begin + len(names)
+    zeros = posterior.x[begin:end]
+    deviations = np.diag(posterior.covariance)[begin:end] ** 0.5
+    words: list[str] = []
+    for joint, zero, deviation in zip(names, zeros, deviations, strict=True):
+        doubt = " (not decided)" if deviation > DECIDED else ""
+        interval = f"{math.degrees(zero):+.2f} +- {math.degrees(deviation):.2f} deg"
+        words.append(f"{joint} {interval}{doubt}")
     return f"joint offsets: {', '.join(words)}"
 
 

@@ -10,7 +10,7 @@ from ...results import DistanceDeviation
 from ...robot import Robot, workspace
 from ..inference import Posterior
 from .postures import poses_near
-from .projections import bisected
+from .projections import bisected, pair_lengths
 from .uncertainty import distance_deviations
 
 WITHIN_ONE, LARGE_GAP = 0.6827, 4.0
@@ -44,8 +44,7 @@ def predicted_errors(
     export_error = None
     if exported is not None:
         points = posterior.model.ball.points(exported, q)
-        offsets = points[1::2] - points[::2]
-        gap = np.linalg.norm(offsets, axis=1) - distances
+        gap = pair_lengths(points) - distances
         export_error = float(np.median(likely_errors(gap, deviation)))
     return DistanceDeviation(
         median=float(np.median(deviation)),

@@ -34,6 +34,11 @@ def block_diagonal(blocks: Iterable[np.ndarray]) -> np.ndarray:
     return matrix
 
 
+def pair_lengths(points: np.ndarray) -> np.ndarray:
+    """Return distances between pairs of points, rows 0 and 1, 2 and 3, ..., shape (N,) [m]."""
+    return np.linalg.norm(points[1::2] - points[::2], axis=1)
+
+
 def evenly(count: int, most: int) -> np.ndarray:
     """Return at most so many of the indices below ``count``, spread evenly."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
