@@ -122,17 +122,18 @@ def _objective(
 
 def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     """Return the step to the minimum of L's quadratic approximation."""
-    objective, (information, slope) = state.objective, normal_equations(state)
+    information, slope = normal_equations(state)
     covariance = inverse_of_free(information + state.prior_precision(), state.free)
     spread = state.information[:, None, None] * leverage(state, covariance)
     volume = _volume_weight(state, spread)
     bounded = state.bounded
-    fixed = state.at_zero & ~(may_leave & bounded[: objective.x_size])
+    fixed = state.at_zero & ~(may_leave & bounded[: len(state.x)])
     released = replace(state, at_zero=fixed)
     mask, prior = released.free, released.prior_precision()
     gradient = slope + prior @ state.offset + volume * state.linear.by_volume
+    known = covariance if (fixed == state.at_zero).all() else None
     change, covariance = active_set_step(
-        information + prior, gradient, state.padded, mask, bounded & mask
+        information + prior, gradient, state.padded, mask, bounded & mask, known
     )
     return Step(change, covariance, spread, volume, float(gradient @ change))
 

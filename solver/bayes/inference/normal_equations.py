@@ -21,11 +21,16 @@ def active_set_step(
     x: np.ndarray,
     free: np.ndarray,
     bounded: np.ndarray,
+    inverse: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the step to the minimum of a quadratic function within the bounds, and H^-1 there."""
+    """Return the step to the minimum of a quadratic function within the bounds, and H^-1 there.
+
+    The inverse of all that is free may be known from before.
+    """
     at_bound = bounded & (x == 0) & (gradient > 0)
-    change = np.zeros(len(x))
-    covariance = inverse_of_free(H, free & ~at_bound)
+    change, covariance = np.zeros(len(x)), inverse
+    if covariance is None or at_bound.any():
+        covariance = inverse_of_free(H, free & ~at_bound)
     for _ in range(3 * int(bounded.sum()) + 1):
         change = np.where(at_bound, -x, 0.0)
         for _ in range(REFINEMENTS):
