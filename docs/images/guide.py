@@ -11,14 +11,14 @@ import re
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
+from rich.console import Console, Group
 from rich.text import Text
 
 from mukca.recorder import Sample
-from mukca.recorder.session import Advice, Session, View
+from mukca.recorder.session import BLOCK, Advice, Session, View
 from mukca.recorder.terminal import render
 from mukca.solver.robot import InverseKinematics, load_robot
-from mukca.tools.recording import BLOCK, SHARE, PoseSelector, joints_of
+from mukca.tools.recording import SHARE, PoseSelector, joints_of
 from mukca.tools.simulation import Base, perturb
 
 COLUMNS, ROWS = 84, 24
@@ -30,7 +30,7 @@ def main() -> None:
     arm = perturb(robot, generator, 2e-3, 5e-3)
     base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]), 0.1)
     coach, guide = PoseSelector(robot, 0.1), InverseKinematics(arm)
-    session, advice = Session(joints_of(robot)), None
+    session, advice = Session(joints_of(robot), block=BLOCK), None
     console = Console(record=True, width=COLUMNS, file=io.StringIO())
     for number in range(1, 2 * SHARE + 1):
         socket = (number - 1) // BLOCK % 2
@@ -85,7 +85,7 @@ def seated(
 def draw(console: Console, session: Session, advice: Advice | None, q: np.ndarray) -> None:
     title = "panda  data/front  sockets 100 mm  franka:172.16.0.2"
     view = View(session, tuple(q.tolist()), title, advice=advice, rate=1000.0, age=0.001)
-    console.print(render(view, COLUMNS, ROWS))
+    console.print(Group(*render(view, COLUMNS, ROWS)))
     console.print(Text())
 
 
