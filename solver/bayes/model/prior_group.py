@@ -21,7 +21,7 @@ NOISE_DEVIATION = 0.3
 noise shows, as a share of it."""
 FALLING = 0.05
 """Relative change in a step from which on a width falls, and not just settles."""
-SMALLEST_WIDTH = 1e-9
+SMALLEST_WIDTH = 1e-8
 """A width is never less: rounding would leave nothing of the scale that lengths share."""
 LEAST_VARIANCE = 1e-24
 """An unknown of less variance was held, and tells nothing."""
