@@ -167,17 +167,17 @@ def _read_recorded(file: Path) -> Placement:
 
 
 def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
-    tables: dict[int, Table] = {}
+    tables: list[tuple[int, Table]] = []
     skipped: list[EmptyRecordingError] = []
     for socket, file in holes:
         _require_samples(file)
         try:
-            tables[socket] = read_table(file)
+            tables.append((socket, read_table(file)))
         except EmptyRecordingError as error:
             skipped.append(error)
     if skipped and len(tables) < SOCKETS:
         raise skipped[0]
-    first, *others = tables.values()
+    first, *others = [table for _, table in tables]
     joints = first.joints()
     if first.header and not joints:
         raise RecordingError(
@@ -194,7 +194,7 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
             )
     samples: list[Sample] = []
     remarks: list[str] = []
-    for socket, table in tables.items():
+    for socket, table in tables:
         rows = table.numbers(joints, gaps=first.header is not None)
         samples += [Sample(row, socket, where=table.where(i)) for i, row in enumerate(rows)]
         remarks += table.notes
@@ -202,7 +202,7 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         name=placement_name(folder),
         samples=tuple(samples),
         joint_names=tuple(column.name for column in joints) if first.header else None,
-        files=tuple(table.file for table in tables.values()),
+        files=tuple(table.file for _, table in tables),
         remarks=(*remarks, *(f"{error}; the file is skipped" for error in skipped)),
     )
 

@@ -88,10 +88,8 @@ class Metadata:
 
 def read_metadata(file: Path) -> dict[str, Any]:
     """Return the keys of a ``placement.json``; none where there is no such file."""
-    if not file.exists():
-        return {}
     try:
-        metadata: Any = read_json(file)
+        metadata: Any = read_json(file) if file.exists() else {}
     except (OSError, ValueError) as error:
         raise RecordingError(f"{file}: cannot be read as JSON: {error}") from None
     if not isinstance(metadata, dict):
@@ -100,7 +98,7 @@ def read_metadata(file: Path) -> dict[str, Any]:
 
 
 def read_sessions(file: Path) -> list[dict[str, Any]]:
-    """Return what a ``placement.json`` says of each session; nothing of a file that is damaged."""
+    """Return what a ``placement.json`` says of each session; nothing of what cannot be read."""
     try:
         rows = _entries(read_metadata(file), "sessions")
     except RecordingError:
@@ -121,7 +119,7 @@ def read_keys(file: Path) -> PlacementKeys:
     for key, name in names.items():
         if not (name is None or (isinstance(name, str) and _NAME.fullmatch(name))):
             raise RecordingError(f"{file}: {key} {name!r} is no name: letters, digits, and . _ -")
-    measured = metadata.get("distance_measured") is True
+    measured = distance is not None and metadata.get("distance_measured") is True
     entries = [entry.get("distance") for entry in _entries(metadata, "readings") if entry]
     readings = list(filter(_is_length, entries)) or ([distance] if measured else [])
     return PlacementKeys(

@@ -39,10 +39,15 @@ class Options(dict[str, str]):
 
     def signs(self, count: int) -> tuple[int, ...]:
         """Return the option ``signs``, 1 or -1 for each joint."""
-        signs = self.integers("signs", [1] * count)
-        if len(signs) != count or not set(signs) <= {1, -1}:
+        if "signs" not in self:
+            return (1,) * count
+        try:
+            signs = tuple(map(float, self["signs"].split(",")))
+        except ValueError:
+            signs = ()
+        if len(signs) != count or not set(signs) <= {1.0, -1.0}:
             raise self.wrong("signs", f"1 or -1 for each joint ({count})")
-        return signs
+        return tuple(map(int, signs))
 
     def positive(self, name: str, default: float) -> float:
         """Return an option as a positive number."""

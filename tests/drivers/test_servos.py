@@ -36,7 +36,9 @@ def read_first(address):
 def test_where_the_zero_is(tmp_path):
     with emulated("feetech", tmp_path, "--noise", "0") as emulation:
         plain = read_first(emulation.address)
-        turned = read_first(f"{emulation.address}?signs=1,-1,1,1,1&zeros=2048,2048,1024,2048,2048")
+        turned = read_first(
+            f"{emulation.address}?signs=1,-1.0,1,1,1&zeros=2048,2048,1024,2048,2048"
+        )
         by_file = read_first(f"{emulation.address}?calibration={so101(tmp_path)}")
         of_so100 = read_first(f"{emulation.address}?arm=so100")
         fewer = read_first(f"{emulation.address}?ids=2,3")

@@ -1,11 +1,14 @@
 """Reading placements: what is read is what was written, and bad files are told in one line."""
 
+from pathlib import Path
+
 import pytest
 from cases import by_table
 from hypothesis import given
 from hypothesis import strategies as st
 
 import mukca
+from mukca.recorder import read_sessions
 
 NAMES = ("j1", "j2", "j3")
 HEADER = (
@@ -53,6 +56,21 @@ def test_samples_keep_socket_and_line(tmp_path):
     assert placement.name.endswith("/front")
     assert placement.distance is None and placement.joint_names is None
     assert placement.efforts is None
+
+
+def test_all_files_of_a_socket_are_read(tmp_path):
+    (holes(tmp_path, "1,2,3\n") / "hole_01.csv").write_text("7,8,9\n")
+    assert sorted(read(tmp_path).positions[:, 0].tolist()) == [1, 1, 4, 7]
+
+
+def test_a_distance_that_is_said_to_be_measured_may_lack(tmp_path):
+    (holes(tmp_path, "1,2,3\n") / "placement.json").write_text('{"distance_measured": true}')
+    placement = read(tmp_path)
+    assert placement.distance is None and placement.readings == ()
+
+
+def test_sessions_in_a_folder_that_cannot_be_looked_into_are_none():
+    assert read_sessions(Path("x" * 300) / "placement.json") == []
 
 
 @by_table("first", "second")

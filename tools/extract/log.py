@@ -87,7 +87,9 @@ def in_parts(
         for i in last
     ]
     parts = np.searchsorted(last, np.arange(len(times)))
-    _, rows = np.unique([parts, times], axis=1, return_index=True)
+    order = np.lexsort((times, parts))
+    steps = np.diff([parts[order], times[order]], axis=1, prepend=-np.inf)
+    rows = order[steps.any(axis=0)]
     q = np.array(positions)[rows]
     torques = None if efforts is None else np.array(efforts, dtype=float)[rows]
     return Log(times[rows], q, torques, parts[rows], (*notes, *remarks))
