@@ -148,7 +148,8 @@ def quaternion_of(rotations: np.ndarray) -> np.ndarray:
         block = R + R.T + (1 - np.trace(R)) * np.eye(3)
         K = np.block([[block, turn[:, None]], [turn, 1 + np.trace(R)]])
         longest = K[np.argmax(np.diag(K))]
-        quaternions.append(longest / np.copysign(np.linalg.norm(longest), longest[3]))
+        w = longest[3] + 0.0  # -0.0 is not negative
+        quaternions.append(longest / np.copysign(np.linalg.norm(longest), w))
     return np.reshape(quaternions, (-1, 4))
 
 

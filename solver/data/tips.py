@@ -10,6 +10,9 @@ from .measurements import Measurement
 
 ROUNDS = 8
 """Steps of Gauss-Newton; the tip is linear, and the frame turns hardly once it is fitted."""
+HELD = 1e-6
+"""Weight of no further shift [m/m]: it holds a tip that never turns, of whose place points tell
+nothing."""
 
 
 class TipSamples(NamedTuple):
@@ -32,8 +35,8 @@ def tip_shift(frames: Sequence[TipSamples]) -> np.ndarray:
     """
     shift = np.zeros(3)
     for _ in range(ROUNDS):
-        columns: list[np.ndarray] = []
-        offsets: list[np.ndarray] = []
+        columns = [HELD * np.eye(3)]
+        offsets = [np.zeros(3)]
         for points, rotations, measured in frames:
             tips = points + rotations @ shift
             places = fit_pose(measured, tips).apply(measured)

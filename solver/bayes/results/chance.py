@@ -71,10 +71,11 @@ class Estimate:
         return self.spread[:, :size] @ precision, prior_covariance(free, size)
 
     @property
-    def recorded(self) -> np.ndarray:
+    def recorded(self) -> list[tuple[float, ...]]:
         """Joint positions of the samples in sockets, so that equal ones compare equal."""
         data = self.posterior.data
-        return data.positions[data.sockets >= 0].round(SAME_DIGITS)
+        rows = data.positions[data.sockets >= 0].round(SAME_DIGITS)
+        return list(map(tuple, rows.tolist()))
 
     @property
     def by_samples(self) -> np.ndarray:
@@ -140,8 +141,11 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
 
 def _by_shared_errors(a: Estimate, b: Estimate) -> np.ndarray:
     """Return X, by samples that both were made of and by bases that both stood on, (3 N, 3 N)."""
-    equal = a.recorded[:, None] == b.recorded
-    same_a, same_b = np.nonzero(equal.all(axis=2))
+    numbers: dict[tuple[float, ...], int] = {}
+    for i, q in enumerate(b.recorded):
+        numbers.setdefault(q, i)  # one each: a posture may have been recorded twice
+    pairs = [(i, numbers[q]) for i, q in enumerate(a.recorded) if q in numbers]
+    same_a, same_b = np.reshape(pairs, (-1, 2)).astype(int).T
     by_samples = rows_of(a.by_samples[same_a]).T @ rows_of(b.by_samples[same_b])
     S = common_covariance(a.posterior.data.known, b.posterior.data.known)
     return by_samples + a.by_lengths @ S @ b.by_lengths.T

@@ -75,8 +75,8 @@ def _rows(
     for k, m in enumerate(placements):
         q = m.positions
         points, J, by_joints = posterior.linearise(q, load.torques(robot, m))
-        frames = fit_frames([(points, m)])
         still = m.at_rest(points)
+        frames = fit_frames([(still, m)])
         errors = still - targets(still, m, frames)
         if frames:
             widths = np.repeat([TURN, SEAT], 3)

@@ -93,6 +93,12 @@ def test_wrong_columns_of_quaternions_are_named(panda):
             check_orientations(R, wrong, "file")
 
 
+@pytest.mark.parametrize("zero", [0.0, -0.0])
+def test_half_a_turn_is_about_one_axis_whatever_the_sign_of_zero(zero):
+    about_z = np.array([[[-1.0, 0.0, 0.0], [zero, -1.0, 0.0], [0.0, 0.0, 1.0]]])
+    assert quaternion_of(about_z).tolist() == [[0.0, 0.0, 1.0, 0.0]]
+
+
 @by_table("order", "signs", "words")
 def test_wrong_columns_of_joints_are_named_by_orientations(panda, order, signs, words):
     q, R, p = poses(panda)

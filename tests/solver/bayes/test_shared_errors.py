@@ -1,0 +1,43 @@
+"""Errors that two estimates share, and those that a movement of an instrument leaves."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import mukca
+from mukca.recorder import Placement, Sample
+from mukca.solver.bayes.results import chance, patterns
+from mukca.solver.data import STANDARD_LOAD, Measurement
+
+
+class Recorded(chance.Estimate):
+    """An estimate by three samples of which two are of one posture."""
+
+    by_samples = np.random.default_rng(0).normal(size=(2, 3, 6))[[0, 1, 1]]
+    by_lengths = np.zeros((6, 0))
+
+
+def test_an_estimate_shares_each_of_its_errors_with_itself_once():
+    positions = np.array([[0.1, 0.2], [0.3, 0.4], [0.3, 0.4]])
+    data = SimpleNamespace(positions=positions, sockets=np.zeros(3, int), known=())
+    estimate = Recorded(SimpleNamespace(data=data), positions, positions)
+    rows = Recorded.by_samples.reshape(-1, 6)
+    shared = chance._by_shared_errors(estimate, estimate)
+    assert shared == pytest.approx(rows.T @ rows)
+
+
+def test_errors_of_points_are_without_the_movement_of_the_instrument():
+    robot, generator = mukca.load_robot("panda"), np.random.default_rng(0)
+    q = generator.uniform(robot.lower, robot.upper, (20, 7))
+    balls = generator.normal(size=(20, 3))
+    drift = np.linspace(-1e-3, 1e-3, 20)[:, None] * [1.0, 2.0, 0.0]
+    measured = (balls - drift).tolist()
+    pairs = zip(q.tolist(), measured, strict=True)
+    samples = tuple(Sample(tuple(a), 0, point=tuple(b)) for a, b in pairs)
+    placement = Placement("points", samples, robot.joint_names)
+    points = Measurement(placement, 0.0, moved=drift)
+    slopes = np.zeros((20, 3, 7))
+    posterior = SimpleNamespace(linearise=lambda *_: (balls, slopes, slopes))
+    rows = patterns._rows(posterior, robot, STANDARD_LOAD, [points])
+    assert np.abs(rows.errors).max() < 1e-12
