@@ -251,14 +251,17 @@ def _numbered(names: Sequence[str], joints: Sequence[str], *, some_named: bool) 
 
 
 def _series(names: Sequence[str]) -> Ways:
-    """Return columns like q1, q2, .. or position[0], position[1], .., numbered from the first."""
+    """Return columns like q1, q2, .. or position[0], position[1], .., numbered from the first.
+
+    Of columns with one number, as an angle in radians and again in degrees, the first one counts.
+    """
     ways: Ways = {}
     for i, name in enumerate(names):
         words = words_of(name)
         last = max((k for k, word in enumerate(words) if word.isdecimal()), default=0)
         before, after = words[:last], words[last + 1 :]
         if _any(_STEM, before) and not _any(_OTHER, words) and _all(_POSITION, after):
-            ways.setdefault((before, after), {}).setdefault(int(words[last]), []).append(i)
+            ways.setdefault((before, after), {}).setdefault(int(words[last]), [i])
     series: Ways = {}
     for way, columns in ways.items():
         first = min(columns)

@@ -170,6 +170,12 @@ def test_poses_are_read_alike(tmp_path, look):
     assert unit_quaternion(turn, rows.form[3:], "") == pytest.approx((0, 0, 0.6, 0.8))
 
 
+def test_of_columns_with_one_number_the_first_counts():
+    """Angles in radians, and the same ones in degrees."""
+    match = match_joints(["q1", "q2", "q1", "q2"], ["pan", "lift"])
+    assert match is not None and match.order == (0, 1)
+
+
 @by_table("header")
 def test_half_a_pose_is_none(tmp_path, header):
     file = tmp_path / "poses.csv"
