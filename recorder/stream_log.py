@@ -115,8 +115,8 @@ def _pack(rows: Block) -> bytes:
     zigzag = (steps << 1) ^ (steps >> 63)  # so that small steps to either side have small numbers
     numbers = zigzag.T.astype("<i8", order="C")
     by_weight = numbers.view(np.uint8).reshape(rows.size, 8).T
-    count = struct.pack("<I", len(rows))
-    return zlib.compress(count + by_weight.tobytes(), 6)
+    head = struct.pack("<I", len(rows))
+    return zlib.compress(head + by_weight.tobytes(), 6)
 
 
 def _unpack(packed: bytes, columns: int) -> Block:

@@ -22,7 +22,7 @@ _SEQUENCES = _TABLES["of_sequences"]
 _SINGLE = _TABLES["of_characters"]
 """Key by the one character that it sends."""
 _SPECIAL = _TABLES["of_console"]
-"""What follows ESC in the place of a special key, by its second character in a console."""
+"""Rest of a special key after ESC, by its second character in a console."""
 NAMES = frozenset({*_SEQUENCES.values(), *_SINGLE.values(), "space"})
 """Names of the keys that are no printable character."""
 _UNFINISHED = re.compile(rb"\x1b(\[[0-?]*[ -/]*|O)?$")

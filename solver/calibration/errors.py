@@ -133,10 +133,10 @@ def _summary(rows: Sequence[results.PlacementErrors]) -> results.Summary | None:
 
 
 def compared_models(
-    calibrated: results.CalibratedRobot, ball_refitted: results.CalibratedRobot | None
+    calibrated: results.CalibratedRobot, nominal: results.CalibratedRobot | None
 ) -> dict[str, results.CalibratedRobot]:
     """Return a robot's models and the nominal one with its ball refitted, if that is identified."""
-    beside = {} if ball_refitted is None else {BALL_REFITTED: ball_refitted}
+    beside = {} if nominal is None else {BALL_REFITTED: nominal}
     return {**calibrated.models, **beside}
 
 

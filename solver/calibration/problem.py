@@ -1,4 +1,4 @@
-"""What there is to fit: a robot, its checked recordings, and the options."""
+"""The problem of a calibration: a robot, its checked recordings, and the options."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace

@@ -119,7 +119,7 @@ class Inspector:
     lengths: Sequence[KnownDistance]
     """Known distances, as they were named before anything was split."""
     surveys: dict[tuple[int, ...], tuple[list[Measurement], Survey]]
-    """What was seen of placements, which are kept, so that no other takes an id."""
+    """Inspections of placements, which are kept, so that no other takes an id."""
 
     def look(self, training: Sequence[Measurement], held_out: Sequence[Measurement] = ()) -> Survey:
         """Return what explains placements to train on, and others held out beside them."""

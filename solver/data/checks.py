@@ -83,6 +83,21 @@ def measure(
     ordered = without_single(ordered, warnings)
     with order_said([placement], robot.joint_names):
         _check_limits(ordered, robot, warnings)
+    length, source, count = _length_of(placement, distance, warnings)
+    measured = Measurement(ordered, length, source, count, warnings=tuple(warnings))
+    if measured.kind == "points":
+        _check_points(measured)
+    else:
+        _check_sockets(measured, sockets)
+    with order_said([placement], robot.joint_names):
+        _check_poses(measured, robot, poses_of)
+    return measured
+
+
+def _length_of(
+    placement: Placement, distance: Readings | None, warnings: list[str]
+) -> tuple[float, str, int]:
+    """Return the distance of the sockets [m], its source, and the number of readings that agree."""
     recorded = None if placement.distance_assumed else placement.distance
     typed = [check_distance(reading) for reading in readings_of(distance)]
     readings = typed.copy()
@@ -102,15 +117,7 @@ def measure(
     else:
         source = "default"
         length = check_distance(placement.distance or DEFAULT_DISTANCE)
-    count = agreeing(length, readings)
-    measured = Measurement(ordered, length, source, count, warnings=tuple(warnings))
-    if measured.kind == "points":
-        _check_points(measured)
-    else:
-        _check_sockets(measured, sockets)
-    with order_said([placement], robot.joint_names):
-        _check_poses(measured, robot, poses_of)
-    return measured
+    return length, source, agreeing(length, readings)
 
 
 @contextmanager

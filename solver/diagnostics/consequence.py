@@ -39,11 +39,11 @@ def level_of(consequence: Consequence, noise: float) -> str:
     ``error``: the model could be worse than the nominal one by it, or it is more than a third of
     the limit on predicted errors of distances. ``note``: it is below a tenth of that limit.
     """
-    near, workspace = consequence.near, consequence.workspace
-    share = max(near, workspace) / predicted_limit(MARGIN * noise)
+    change = consequence
+    share = max(change.near, change.workspace) / predicted_limit(MARGIN * noise)
     if share <= SLIGHT:
         return "note"
-    worse = near > consequence.near_before or workspace > consequence.workspace_before
+    worse = change.near > change.near_before or change.workspace > change.workspace_before
     return "error" if worse or share > SEVERE else "warning"
 
 

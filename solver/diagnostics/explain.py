@@ -66,7 +66,7 @@ more are less probable by their number alone, and both are named."""
 OF_JOINTS = ("sign", "swap", "zero", "model")
 """Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
 MENDER = "solve"
-"""What sets recordings right unless told otherwise, as the texts of causes have it."""
+"""The verb that sets recordings right unless told otherwise, as the texts of causes have it."""
 LEAST, MORE = 8, 20
 """Fewest samples for any explanation, and for explanations that are only warnings."""
 
@@ -82,7 +82,7 @@ class Given:
     load: Load = STANDARD_LOAD
     """Gravity and payload."""
     mender: str = MENDER
-    """What sets recordings right, in the words of advice."""
+    """The verb that sets recordings right, in the words of advice."""
     trained: Sequence[str] = ()
     """Names of the placements to train on; none where all may be. What is wrong in others does
     nothing to the model."""

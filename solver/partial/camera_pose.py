@@ -87,7 +87,7 @@ class CameraPose(Found):
 
     @property
     def scatter(self) -> str:
-        """How far the detector scatters, in words."""
+        """Scatter of the detector, in words."""
         place, turn = self.noise
         return f"The detector scatters by {1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad an axis."
 

@@ -13,7 +13,7 @@ from ..data import measure
 from ..results import refuse_existing, write_files
 from ..robot import Robot
 from .prior import prior_of
-from .sockets import new_samples, similar_postures, socket_task
+from .sockets import new_samples, require_samples, similar_postures, socket_task
 from .system import System
 from .updated import updated, urdf_with_zeros
 from .zeros import SURE, TICK, JointZero, another_arm, find_zeros
@@ -185,11 +185,7 @@ def rezero(
     task = replace(task, rows=replace(task.rows, warnings=(*task.rows.warnings, *remarks)))
     if ball_moved:
         task = task.freeing(dict.fromkeys(prior.ball, BALL_ELSEWHERE))
-    count, sockets, asked = len(task.rows.q), len(task.rows.names), len(joints) or len(names)
-    if 3 * count + len(task.distances) <= 3 * (sockets - len(task.known)) + asked:
-        raise UsageError(
-            f"{count} samples for {asked} zeros and {sockets} sockets; record 6 in each"
-        )
+    require_samples(task, len(joints) or len(names))
     system, unchanged, zeros = find_zeros(task, [names.index(joint) for joint in joints])
     limit = OTHER_MODEL
     if isinstance(arm, Calibration):
@@ -200,11 +196,9 @@ def rezero(
     if not new:
         zeros = tuple(replace(zero, changed=0.0, offset=0.0) for zero in zeros)
         unchanged = None
-    untold = [
-        _how_to_identify(prior.robot, zero, stood)
-        for zero in zeros
-        if not zero.told and (not joints or zero.joint in joints)
-    ]
+    asked = joints or names
+    questions = [zero for zero in zeros if not zero.told and zero.joint in asked]
+    untold = [_how_to_identify(prior.robot, zero, stood) for zero in questions]
     hint = another_arm(system) if isinstance(arm, Robot) else ()
     noise = system.state.noise.place
     return Zeros(arm, zeros, unchanged, noise, (*untold, *hint), system, new, bool(hint))

@@ -96,7 +96,7 @@ def as_poses(R: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 class Fit(NamedTuple):
-    """What the best camera leaves of poses, and the logarithm of their evidence."""
+    """Residual of poses by the best camera, and the logarithm of their evidence."""
 
     angle: float
     """Typical angle [rad]."""

@@ -125,3 +125,13 @@ def _known_socket(prior: ArmPrior, stood: str, placement: str, socket: int) -> s
             f"sockets there (PLACEMENT:SOCKET): {names}"
         )
     return matches[0]
+
+
+def require_samples(task: Task, zeros: int) -> None:
+    """Refuse a task of fewer numbers than unknowns, with so many zeros of joints."""
+    count = len(task.rows.q)
+    sockets = len(task.rows.names)
+    if 3 * count + len(task.distances) <= 3 * (sockets - len(task.known)) + zeros:
+        raise UsageError(
+            f"{count} samples for {zeros} zeros and {sockets} sockets; record 6 in each"
+        )

@@ -26,6 +26,10 @@ LEAST_APART = 2e-3
 """Least distance of points of the tool that define a direction [m]."""
 LOOSE = 2e-3
 """Scatter of touches beyond which the tip is not to be relied on [m]."""
+SCATTER = (
+    "Touches scatter by {:.1f} mm: did the point give way, are they several points, or is it "
+    "another arm's calibration?"
+)
 ELSEWHERE, POSTURES = 6, 8
 """Points elsewhere at which the tip's spread is predicted, and postures at each."""
 NEAR, FAR_OUT, HIGH = 0.35, 0.65, 0.25
@@ -61,7 +65,7 @@ class Tool(Found):
 
     @property
     def scatter(self) -> str:
-        """How far the touches scatter, in words."""
+        """Scatter of the touches, in words."""
         return f"Touches scatter by {1e3 * self.noise:.3f} mm an axis."
 
 
@@ -103,10 +107,7 @@ def tool(
     zeros = changed_zeros(system, prior.ball)
     doubts = zeros.rival(system)
     if not doubts and scatter > LOOSE:
-        doubts = (
-            f"Touches scatter by {1e3 * scatter:.1f} mm: did the point give way, are they several "
-            "points, or is it another arm's calibration?",
-        )
+        doubts = (SCATTER.format(1e3 * scatter),)
     if not doubts:
         remedy = "turn the tool about two more axes at the point"
         doubts = not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)

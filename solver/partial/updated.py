@@ -1,6 +1,6 @@
 """Calibrations updated by a partial fit: joint zeros, a tool's frame, the posterior of the arm."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -43,7 +43,7 @@ class Found:
 
     @property
     def scatter(self) -> str:
-        """How far the samples scatter, in words."""
+        """Scatter of the samples, in words."""
         return ""
 
     @property
@@ -146,13 +146,12 @@ def updated(
         calibrated_urdf=calibrated.urdf().decode(),
     )
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
+    numbers = (document.parameters, values.tolist(), calibrated.geometry.tolist())
     document = structs.replace(
         document,
         parameters=tuple(
             structs.replace(row, calibrated=value, change=value - row.nominal, exported=number)
-            for row, value, number in zip(
-                document.parameters, values.tolist(), calibrated.geometry.tolist(), strict=True
-            )
+            for row, value, number in zip(*numbers, strict=True)
         ),
         deflection={name: tuple(array.tolist()) for name, array in coefficients},
         model=urdfs,
@@ -162,18 +161,20 @@ def updated(
         old_offsets = {zero.joint: zero.offset for zero in document.later_zeros}
         document = structs.replace(
             document,
-            later_zeros=tuple(
-                LaterZero(
-                    joint=zero.joint,
-                    offset=old_offsets.get(zero.joint, 0.0) + zero.offset,
-                    standard_deviation=zero.standard_deviation,
-                )
-                for zero in zeros
-            ),
+            later_zeros=tuple(_later_zero(zero, old_offsets) for zero in zeros),
             coefficients=_coefficients(document.coefficients or (), zeros),
             data=tuple(data.shifted((-offsets).tolist()) for data in document.data),
         )
     return Calibration(document, calibrated, calibration.source)
+
+
+def _later_zero(zero: JointZero, old_offsets: Mapping[str, float]) -> LaterZero:
+    """Return a zero beside the offsets that were found before [rad]."""
+    return LaterZero(
+        joint=zero.joint,
+        offset=old_offsets.get(zero.joint, 0.0) + zero.offset,
+        standard_deviation=zero.standard_deviation,
+    )
 
 
 def urdf_with_zeros(robot: Robot, offsets: Sequence[float]) -> bytes:

@@ -23,7 +23,7 @@ from ..assessment import (
     rows_since,
 )
 from ..calibration import Calibration, Errors, as_list
-from ..data import Measurement, Readings, measure
+from ..data import Measurement, Metrics, Readings, measure
 from ..results import CalibrationDocument, Summary
 from .changes import Changes, changes_since, reason_and_advice
 from .other_probe import probe_shift, probe_words
@@ -96,14 +96,11 @@ def what_changed(
     """Tell what changed since a calibration, and how large its errors are.
 
     It is valid if the evidence, by the full model, names no change, and its errors keep the arm's
-    limits. A change is allowed that leaves the errors of the full model as small as at held-out
-    places, or within limits that are given; not that of a joint's zero, but by a calibration
-    without the full model, whose own errors look like one.
+    limits; some changes are excused, see :func:`_is_excused`.
 
     Args:
         calibration: The calibration.
-        data: Samples recorded since, 6 in each of two sockets. Of points errors alone are told; the
-            tip of another probe is refitted.
+        data: Samples since, 6 in each of two sockets; of points, another probe's tip is refitted.
         stood: Placement of the calibration whose base still stands where it stood, or should.
         distance: Between the sockets' centres [m]; None for the recording's.
         repeatability: Of the arm, from which its limits follow [m]; None for what is known of it.
@@ -114,38 +111,28 @@ def what_changed(
         MeasurementError: Samples of another arm.
     """
     document = calibration.document
-    recorded = [
-        measure(placement, calibration.robot, distance, sockets=1, load=calibration.load)
-        for placement in as_list(data)
-    ]
-    measured = [calibration.as_read_now(m) for m in recorded]
+    measured = _as_read_now(calibration, as_list(data), distance)
     changes, now = changes_since(calibration, measured, stood, ball_moved=ball_moved)
     tip = probe_shift(calibration, measured, ball_moved=ball_moved)
     errors = calibration.errors_of(measured, other_tip=tip is not None)
     limits = limits_of(document, calibration.source, Options(repeatability))
-    new = errors.summary.test
-    if new is not None and now is not None:
-        new = structs.replace(new, calibrated=now, geometric=None)
-    rows, causes = rows_since(
-        calibration.calibrated,
-        new,
-        [m for m in measured if not calibration.was_trained_on(m)],
-        limits,
-        zeros=bool(document.settings.get("zeros")),
-        compared=bool(changes.probabilities),
-    )
+    new = _summary_now(errors, now)
+    later = [m for m in measured if not calibration.was_trained_on(m)]
+    zeros = bool(document.settings.get("zeros"))
+    compared = bool(changes.probabilities)
+    arm = calibration.calibrated
+    rows, causes = rows_since(arm, new, later, limits, zeros=zeros, compared=compared)
     advice = ""
-    few = too_few(measured, unchanged=bool(changes.probabilities) and not changes.changed)
     if new is None:
         reason = f"not known whether it is still valid; {rows[0].reason}."
-    elif few:
+    elif few := too_few(measured, unchanged=compared and not changes.changed):
         reason, changes = few, replace(changes, untold=())
         rows = [limit_row("samples", "not enough", reason, text=reason[:-1])]
     else:
         then = document.summary.test or document.summary.train
         reason, advice = reason_and_advice(changes, rows, new, limits, then)
         reason += probe_words(tip)
-        if changes.probabilities:
+        if compared:
             broken = any(row.status == "fail" for row in rows)
             excused = not broken and _is_excused(changes, document, new, bool(repeatability))
             status = "pass" if not changes.changed else "warning" if excused else "fail"
@@ -159,12 +146,33 @@ def what_changed(
     return Validity(**vars(changes), errors=errors, verdict=verdict, said=said, measured=measured)
 
 
+def _as_read_now(
+    calibration: Calibration, placements: Sequence[Placement], distance: Readings | None
+) -> list[Measurement]:
+    """Return checked placements, their joints as zeros found since read them."""
+    return [
+        calibration.as_read_now(
+            measure(placement, calibration.robot, distance, sockets=1, load=calibration.load)
+        )
+        for placement in placements
+    ]
+
+
+def _summary_now(errors: Errors, now: Metrics | None) -> Summary | None:
+    """Return the errors held out, those of the full model by the zeros as they are now."""
+    new = errors.summary.test
+    if new is None or now is None:
+        return new
+    return structs.replace(new, calibrated=now, geometric=None)
+
+
 def _is_excused(
     changes: Changes, document: CalibrationDocument, new: Summary, limited: bool
 ) -> bool:
-    """Return whether errors that are small, or within limits that are given, excuse a change.
+    """Return whether errors as small as held-out ones, or within given limits, excuse a change.
 
-    By the geometry alone a rigid chain's own errors look like a zero that changed.
+    They do not excuse that of a joint's zero, but by a calibration without the full model: a rigid
+    chain's own errors look like one.
     """
     held_out = document.summary.test
     before = held_out.calibrated.mean_absolute_error if held_out else 0.0

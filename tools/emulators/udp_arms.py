@@ -30,7 +30,7 @@ class DatagramEmulator(Emulator):
     FAULTS = (*COMMON_KINDS, "stranger", "version")
     _udp: UdpPort
     _target: tuple[str, int]
-    """Where the client listens."""
+    """Address at which the client listens."""
 
     @abstractmethod
     def _datagram(self, state: JointState, moment: float) -> bytes:

@@ -66,8 +66,7 @@ def select_models(
         recordings: The nominal robot, and its placements.
         parameters: The free numbers of the robot's geometry.
         data: Training placements.
-        without: Extensions that are not tried; without ``joint-noise`` the joints' angles are
-            exact.
+        without: Extensions that are not tried; without ``joint-noise`` joints' angles are exact.
         zeros: True if joint offsets may be degrees, as in arms made of servos.
         prior: The elasticity of other arms of the robot's type, to be tried, too; or what an
             earlier calibration of the robot left known.
@@ -201,7 +200,7 @@ class _Choice:
 
     models: Sequence[FitPosterior]
     reason: str = ""
-    """Why these count, in words."""
+    """Reason for which these count, in words."""
 
     @cached_property
     def probabilities(self) -> np.ndarray:

@@ -138,6 +138,24 @@ def shared_data(contenders: Iterable[Calibration]) -> list[Measurement]:
     return list(shared.values())
 
 
+def _at_placement(
+    measured: Measurement,
+    points: Sequence[np.ndarray],
+    lengths: Sequence[np.ndarray],
+    trained_on: Sequence[bool],
+) -> ComparedPlacement:
+    """Return the errors of each model at a placement, by its points and the lengths of errors."""
+    models = tuple(
+        ErrorsAtPlacement(
+            **asdict(evaluate(p, measured)),
+            quantiles=quantiles(lengths[k]),
+            trained_on=trained_on[k],
+        )
+        for k, p in enumerate(points)
+    )
+    return ComparedPlacement(name=measured.name, samples=tuple(measured.counts), models=models)
+
+
 def compare(
     contenders: Mapping[str, Calibration], data: Sequence[Measurement]
 ) -> ComparisonDocument:
@@ -156,17 +174,7 @@ def compare(
         lengths = [np.linalg.norm(p - targets(p, m), axis=1) for p in row]
         errors.append(lengths)
         trained_on = [False, *(contender.was_trained_on(m) for contender in contestants)]
-        at_placement = tuple(
-            ErrorsAtPlacement(
-                **asdict(evaluate(p, m)),
-                quantiles=quantiles(lengths[k]),
-                trained_on=trained_on[k],
-            )
-            for k, p in enumerate(row)
-        )
-        placements.append(
-            ComparedPlacement(name=m.name, samples=tuple(m.counts), models=at_placement)
-        )
+        placements.append(_at_placement(m, row, lengths, trained_on))
     fair = [i for i, row in enumerate(placements) if not any(m.trained_on for m in row.models)]
 
     def model(k: int, name: str) -> ComparedModel:
@@ -199,11 +207,10 @@ def compare(
         )
 
     curves = [None, *(contender.document.curves for contender in contestants)]
-    names = (NOMINAL, *contenders)
     return ComparisonDocument(
         format=COMPARISON,
         robot_name=first.robot.name,
-        models=tuple(model(k, name) for k, name in enumerate(names)),
+        models=tuple(model(k, name) for k, name in enumerate((NOMINAL, *contenders))),
         placements=tuple(placements),
         fair=tuple(fair),
         pairs=tuple(pair(a, b) for b in range(1, len(models)) for a in range(b)),
