@@ -70,7 +70,7 @@ class BallModel:
             self._given[:, 3:] = 0.0
         self.nominal: np.ndarray = self._given.ravel()[self.free]
         self._turned = np.unique(self.free[self.free % 6 >= 3] // 6)
-        # of one robot: to hash a chain takes as long as many a call
+        # functions are looked up by their kind alone: hashing a chain takes as long as many a call
         chain = tuple(map(kind_of_joint, robot.joints)), tuple(self.free.tolist())
         self._function = cache(partial(_row_function, *chain))
         # several values are computed of the same frames in turn

@@ -60,7 +60,11 @@ class Body:
 
 
 def find_root(text: UrdfText) -> str:
-    """Return the one link that has no parent, on which all others hang."""
+    """Return the one link that has no parent, on which all others hang.
+
+    Raises:
+        ModelError: There is none, or more than one, or a link that does not hang on it.
+    """
     parents = text.parents
     roots = [link for link in text.links if link not in parents]
     if not roots:
@@ -75,8 +79,9 @@ def find_root(text: UrdfText) -> str:
     reached = {*roots}
     while below := {link for link, (_, above) in parents.items() if above in reached} - reached:
         reached |= below
-    for link in sorted({*text.links} - reached):
-        raise ModelError(f"{text.source}: the joints above {link!r} form a loop")
+    others = sorted({*text.links} - reached)
+    if others:
+        raise ModelError(f"{text.source}: the joints above {others[0]!r} form a loop")
     return roots[0]
 
 
@@ -88,7 +93,11 @@ def require_link(text: UrdfText, link: str, hint: str = "") -> None:
 
 
 def find_chain(text: UrdfText, base: str, tip: str) -> tuple[Joint, ...]:
-    """Return the joints from base to tip, in that order, each of a kind to calibrate."""
+    """Return the joints from base to tip, in that order.
+
+    Raises:
+        ModelError: There is no such chain, or one of its joints is not of a kind to calibrate.
+    """
     names: list[str] = []
     link = tip
     while link != base:

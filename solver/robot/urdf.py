@@ -177,7 +177,11 @@ def _three_numbers(point: Sequence[float], what: str) -> tuple[float, float, flo
 
 
 def parse_robot(text: UrdfText, *, base: str | None = None, tip: str = BALL_LINK) -> Robot:
-    """Read the chain from a model's text; see :func:`load_robot`."""
+    """Read the chain from a model's text; see :func:`load_robot`.
+
+    Raises:
+        ModelError: The text has no such chain.
+    """
     root = find_root(text)
     hint = "; name the ball's link by --tip, or put a ball on a link by --flange LINK --ball X Y Z"
     require_link(text, tip, hint)

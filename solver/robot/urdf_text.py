@@ -65,7 +65,12 @@ class Element:
 
 
 class UrdfText:
-    """A URDF's text, with its joints and links; ``source`` is its name in messages."""
+    """A URDF's text, with its joints and links; ``source`` is its name in messages.
+
+    Raises:
+        ModelError: A joint or link without a name or with one used twice, or an origin that is not
+            three finite numbers.
+    """
 
     def __init__(self, data: bytes, source: str, root: Element) -> None:
         self.data, self.source, self.root = data, source, root
@@ -77,7 +82,11 @@ class UrdfText:
 
     @cached_property
     def parents(self) -> dict[str, tuple[str, str]]:
-        """The joint above each link but the root, and the link above that."""
+        """The joint above each link but the root, and the link above that.
+
+        Raises:
+            ModelError: A joint without its two links, or a link with two parents.
+        """
         parents: dict[str, tuple[str, str]] = {}
         for name, joint in self.joints.items():
             links = {role: joint.read(role, "link") for role in ("parent", "child")}

@@ -87,7 +87,7 @@ class WidthMixture:
 
     @cached_property
     def usual_widths(self) -> np.ndarray:
-        """Shape (groups,)."""
+        """Width of each group that is usual, shape (groups,)."""
         return np.array([usual_width(group) for group in self.groups])
 
     @cached_property
