@@ -65,6 +65,9 @@ def test_the_demo_never_removes_a_recording_of_a_real_arm(demo, tmp_path, capsys
     (left / "placement.json").write_text(re.sub('"mock:[^"]*"', '"franka:1.2.3.4"', metadata))
     assert main(["demo", "--out", str(tmp_path), "--force"]) == 2
     assert "left: holds a recording of a real arm" in capsys.readouterr().err
+    (left / "placement.json").write_text("{")
+    assert main(["demo", "--out", str(tmp_path), "--force"]) == 2
+    assert "placement.json: cannot be read as JSON" in capsys.readouterr().err
     assert (left / "samples.csv").read_bytes() == (
         demo / "recordings/left/samples.csv"
     ).read_bytes()

@@ -223,7 +223,7 @@ def session_faults(address: str) -> tuple[str, list[SessionFault]]:
             raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
         if fault is None:
             others.append(word)
-        else:
+        elif fault not in faults:
             faults.append(fault)
     return f"{path}{mark}{'&'.join(others)}", faults
 

@@ -14,6 +14,7 @@ from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.terminal import render
 from mukca.solver.robot import gravity_moments, load_robot
 from mukca.tools.recording import SessionAlarms, joints_of
+from mukca.tools.simulation.practice import session_faults
 
 
 def hand_of(folder, *samples):
@@ -61,6 +62,11 @@ def test_faults_for_practice_are_told(session, tmp_path, scripted, fault, told):
     assert done.status == 0  # it is recorded whole; check says whether it is sound
     screens = Path(__file__).parent / "screens"
     compare(screens / f"{re.split('[@:]', fault)[0]}.txt", screen_after(out))
+
+
+def test_a_fault_that_is_named_twice_is_one():
+    address, faults = session_faults("hand.csv?fault=base@6&noise=0&fault=base@6")
+    assert address == "hand.csv?noise=0" and len(faults) == 1
 
 
 @pytest.mark.slow

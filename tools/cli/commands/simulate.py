@@ -237,7 +237,9 @@ def _summary(folder: Path) -> list[str]:
 def _remove_simulated(folder: Path) -> None:
     """Remove an earlier demo's recording, which a recorder would else continue."""
     if (folder / recorder.SAMPLES).exists():
-        sessions = recorder.read_sessions(folder / recorder.METADATA)
+        file = folder / recorder.METADATA
+        recorder.read_metadata(file)  # a damaged file is told by its name
+        sessions = recorder.read_sessions(file)
         simulated = [str(session.get("driver")).startswith("mock:") for session in sessions]
         if not simulated or not all(simulated):
             raise OutputError(f"{folder}: holds a recording of a real arm; choose another --out")
