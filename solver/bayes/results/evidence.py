@@ -17,8 +17,10 @@ NOISE_DEVIATION = 0.5
 class Background(NamedTuple):
     """R errors without any part that the model lacks, for each n^2 of :data:`NOISES`."""
 
-    whitening: np.ndarray
-    """L_n^-1 with L_n L_n^T = n^2 C + S, shape (n, R, R)."""
+    basis: np.ndarray
+    """U^T G^-1 with C = G G^T and G^-1 S G^-T = U diag(s) U^T, shape (R, R)."""
+    scales: np.ndarray
+    """(n^2 + s)^-1/2, so that L_n^-1 = diag(scales) U^T G^-1 whitens n^2 C + S, shape (n, R)."""
     white: np.ndarray
     """z = L_n^-1 y, shape (n, R)."""
     logs: np.ndarray
@@ -27,14 +29,19 @@ class Background(NamedTuple):
     @classmethod
     def of(cls, y: np.ndarray, C: np.ndarray, S: np.ndarray) -> "Background":
         """Return that of errors y, shape (R,)."""
-        L = np.linalg.cholesky(NOISES[:, None, None] * C + S)
-        whitening = np.linalg.inv(L)
-        white = whitening @ y
-        diagonals = np.diagonal(L, axis1=1, axis2=2)
-        volumes = np.log(diagonals).sum(axis=1)
-        squares = np.sum(white**2, axis=1)
+        inverse = np.linalg.inv(np.linalg.cholesky(C))
+        s, U = np.linalg.eigh(inverse @ S @ inverse.T)
+        basis = U.T @ inverse
+        scales = 1 / np.sqrt(NOISES[:, None] + s.clip(min=0))
+        white = scales * (basis @ y)
+        volumes = np.log(scales).sum(axis=1) + np.log(np.diag(inverse)).sum()
         prior = np.square(np.log(NOISES) / 2 / NOISE_DEVIATION)
-        return cls(whitening, white, -0.5 * (squares + prior) - volumes)
+        squares = np.sum(white**2, axis=1)
+        return cls(basis, scales, white, volumes - 0.5 * (squares + prior))
+
+    def whitened(self, A: np.ndarray) -> np.ndarray:
+        """Return L_n^-1 A of columns A, shape (R, k), as (n, R, k)."""
+        return self.scales[:, :, None] * (self.basis @ A)
 
     def with_part(self, d: np.ndarray, squares: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         """Return the logarithms of the evidence with a part of K, for each n and m^2 of sizes.

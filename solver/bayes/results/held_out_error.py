@@ -93,7 +93,7 @@ def _weights(
     for F in roots:
         size = np.sum(F**2)
         if size > 0:
-            W = background.whitening @ (F * np.sqrt(expected / size))
+            W = background.whitened(F * np.sqrt(expected / size))
             d, axes = np.linalg.eigh(W.swapaxes(1, 2) @ W)
             b = (background.white[:, None] @ W @ axes)[:, 0]
             logs.append(background.with_part(d.clip(min=0), b**2, SIZES))

@@ -96,7 +96,7 @@ class PatternEvidence:
         mean_square = max(float(np.sum(columns**2)) / len(columns), 1e-30)
         A = columns * (self._size / 3 / mean_square) ** 0.5
         beside = self._beside
-        W = beside.whitening @ A
+        W = beside.whitened(A)
         d, V = np.linalg.eigh(W.swapaxes(1, 2) @ W)
         d = d.clip(min=0.0)
         b = np.einsum("nrk,nr->nk", W @ V, beside.white)
