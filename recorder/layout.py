@@ -128,11 +128,16 @@ class _Search:
 def find_joints(
     table: Table, joint_names: Sequence[str], reserved: Sequence[Column] = ()
 ) -> tuple[list[Column], str] | None:
-    """Return the columns of a model's joints in chain order, and a remark; None without them."""
+    """Return the columns of a model's joints in chain order, and a remark; None without them.
+
+    Columns of a place are not taken for joints in order.
+    """
     if not joint_names:
         return [], ""
     columns = table.joints(reserved)
     match = match_joints([column.name for column in columns], joint_names)
+    if match and match.note and {*AXES} <= {columns[i].name.lower() for i in match.order}:
+        return None
     if match is None:  # a joint may be called like a time
         columns = [column for column in table.columns if column not in reserved]
         match = match_joints([column.name for column in columns], joint_names, in_order=False)

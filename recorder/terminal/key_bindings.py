@@ -214,5 +214,5 @@ class Script:
             steps = [Step(key, at_once=key != "a" or bool(keys[1])) for key in keys[2]]
             return steps * int(keys[3] or 1)
         raise ScriptError(
-            f"{self.name}: {word!r} is no word of a key script; see mukca record --help"
+            f"{self.name}: {word!r} is no word of a key script; see mukca record --help-all"
         )

@@ -101,10 +101,11 @@ def _row(
     if predicted.length is not None and LENGTH_TOLERANCE * predicted.length > allowed:
         allowed = LENGTH_TOLERANCE * predicted.length
         words = f"{100 * LENGTH_TOLERANCE:g} % of {mm(predicted.length)}, their median length"
-    text = f"{TITLES[name]} are right to {mm(error)} only, where {mm(allowed)} is asked"
+    text = f"{TITLES[name]} are right to {mm(error)}, where {mm(allowed)} is asked"
     status: Status = "pass"
     if error > allowed:
         status = "not enough"
+        text = f"{TITLES[name]} are right to {mm(error)} only, where {mm(allowed)} is asked"
         text += f"; record more varied samples{_least_travel(coverage)}"
         text += ", and a second placement far from the first"
     row = limit_row(name, status, words, error, allowed, text=text)

@@ -72,6 +72,12 @@ def test_what_cannot_be_is_refused_with_its_row(folder, refused, tmp_path, lines
     assert not (tmp_path / "out.csv").exists()
 
 
+def test_poses_are_no_joint_positions(folder, refused, tmp_path):
+    """Seven columns are no seven joints where they are a place and a quaternion."""
+    (tmp_path / "poses.csv").write_text("x,y,z,qx,qy,qz,qw\n0.4,0,0.3,0,0,0,1\n")
+    refused("its header is x,y,z,qx", "poses", folder / "it", tmp_path / "poses.csv")
+
+
 def test_a_recording_is_no_file_of_joint_positions(folder, command, tmp_path):
     file = tmp_path / "samples.csv"
     file.write_text("event,sample,socket,time,position.panda_joint1\ncapture,1,0,17.5,-0.5\n")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ....solver import assessment, design, results
+from ....solver.calibration import UsageError
 from ....solver.results import refuse_existing, write_files
 from ... import printables
 from ...report.plots import from_above, to_scale
@@ -35,6 +36,8 @@ class _PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
 def run_plan(options: _PlanOptions, terminal: Terminal) -> int:
     """Show the table, and write the picture."""
     if options.out:
+        if options.out.suffix.lower() != ".svg":
+            raise UsageError(f"--out {options.out}: the picture is an SVG; end its name in .svg")
         results.refuse_existing(options.out.parent, [options.out.name], force=options.force)
     robot = options.load_robot()
     work = partial(design.plan, robot, placements=options.placements, samples=options.samples)
