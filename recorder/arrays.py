@@ -6,7 +6,11 @@ from .files import RecordingError
 
 
 def numbers_of(values: object, what: str) -> np.ndarray:
-    """Return values as an array of finite numbers; the error for another calls it ``what``."""
+    """Return values as an array of finite numbers.
+
+    Raises:
+        RecordingError: One of the values, which is called ``what``, is no number.
+    """
     try:
         numbers = np.array(values)
         if np.iscomplexobj(numbers):

@@ -38,7 +38,11 @@ def read_text(file: Path) -> str:
 
 
 def table_bytes(file: Path) -> bytes:
-    """Return the bytes of a table; refuse one with a line that is too long to be a row."""
+    """Return the bytes of a table; refuse one with a line that is too long to be a row.
+
+    Raises:
+        RecordingError: The file cannot be read, or a line is too long.
+    """
     try:
         content = read_bytes(file)
     except OSError as error:

@@ -35,6 +35,9 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
     """Return the folders of all placements that some paths stand for; refuse other paths.
 
     A folder of placements stands for all of them, by name.
+
+    Raises:
+        RecordingError: A path that does not exist, is no folder, or holds no placement.
     """
     folders: list[Path] = []
     for path in paths:

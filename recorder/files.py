@@ -72,7 +72,11 @@ def sync_folder(folder: Path) -> None:
 
 
 def lock_file(descriptor: int) -> None:
-    """Lock an open file until it is closed; BlockingIOError where another program holds it."""
+    """Lock an open file until it is closed.
+
+    Raises:
+        BlockingIOError: Another program holds it.
+    """
     if sys.platform == "win32":
         import msvcrt
 

@@ -44,6 +44,9 @@ def read_rows(
         joint_names: The model's joints, in chain order; none for poses.
         forms: Names of other columns, the richest form first. The error for a table that has none
             says which columns are needed.
+
+    Raises:
+        RecordingError: Columns are missing, or may be several; the message says which are needed.
     """
     return rows_of(read_table(file, joint_names), joint_names, forms)
 
@@ -131,6 +134,9 @@ def find_joints(
     """Return the columns of a model's joints in chain order, and a remark; None without them.
 
     Columns of a place are not taken for joints in order.
+
+    Raises:
+        ColumnError: Several columns may be one joint.
     """
     if not joint_names:
         return [], ""

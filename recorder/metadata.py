@@ -87,7 +87,11 @@ class Metadata:
 
 
 def read_metadata(file: Path) -> dict[str, Any]:
-    """Return the keys of a ``placement.json``; none where there is no such file."""
+    """Return the keys of a ``placement.json``; none where there is no such file.
+
+    Raises:
+        RecordingError: The file cannot be read, or holds no JSON object.
+    """
     try:
         metadata: Any = read_json(file) if file.exists() else {}
     except (OSError, ValueError) as error:
@@ -107,7 +111,12 @@ def read_sessions(file: Path) -> list[dict[str, Any]]:
 
 
 def read_keys(file: Path) -> PlacementKeys:
-    """Return the keys of a ``placement.json`` that a recording is read by; refuse other values."""
+    """Return the keys of a ``placement.json`` that a recording is read by; refuse other values.
+
+    Raises:
+        RecordingError: The file is no JSON object, the distance is not a positive number, the
+            payload is no mass, or a name has other characters than letters, digits, and ``. _ -``.
+    """
     metadata = read_metadata(file)
     distance = metadata.get("distance")
     if not (distance is None or _is_length(distance)):
@@ -153,12 +162,19 @@ def write_metadata(file: Path, metadata: dict[str, Any]) -> None:
 
 
 def set_distance(folder: Path, distance: float) -> float | None:
-    """Correct the distance between a placement's sockets [m]; return the earlier one, kept too."""
+    """Correct the distance between a placement's sockets [m]; return the earlier one, kept too.
+
+    Raises:
+        RecordingError: The file cannot be read or written, or a recorder has it open.
+    """
     return _rewrite(folder, distance, with_distance)
 
 
 def add_reading(folder: Path, distance: float) -> float | None:
-    """Add a reading of the distance between a placement's sockets [m]; return the one before."""
+    """Add a reading of the distance between a placement's sockets [m]; return the one before.
+
+    Raises as :func:`set_distance`.
+    """
     return _rewrite(folder, distance, with_reading)
 
 

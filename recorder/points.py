@@ -89,7 +89,11 @@ def _no_columns(file: Path, form: tuple[str, ...]) -> RecordingError:
 
 
 def coordinates(table: Table, names: Sequence[str], reserved: str = "") -> list[Column] | None:
-    """Return the columns of coordinates as by :func:`.match_coordinates`, their units checked."""
+    """Return the columns of coordinates as by :func:`.match_coordinates`, their units checked.
+
+    Raises:
+        RecordingError: Several columns may be one of them, or have a unit of something else.
+    """
     try:
         columns = match_coordinates(table.columns, names, reserved)
     except ColumnError as error:
@@ -111,6 +115,9 @@ def unit_quaternion(
     """Return the unit quaternion of a rotation in one of the forms :data:`.TURNS`; refuse others.
 
     ``where`` begins the message.
+
+    Raises:
+        RecordingError: The quaternion's length is not 1, or the matrix is no rotation.
     """
     quaternion = list(turn)
     if tuple(form) == RPY:

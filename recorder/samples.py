@@ -119,7 +119,12 @@ def _line(cells: Sequence[object]) -> bytes:
 
 
 def read_samples(file: Path) -> SampleFile:
-    """Read a ``samples.csv``; refuse one without a complete header, or with a line of no event."""
+    """Read a ``samples.csv``; refuse one without a complete header, or with a line of no event.
+
+    Raises:
+        RecordingError: It cannot be read, has no complete header, or a complete line that is
+            no event; the message names the line.
+    """
     try:
         complete, _, torn = table_bytes(file).rpartition(b"\n")
         text = complete.decode("utf-8-sig")

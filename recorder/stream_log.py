@@ -140,7 +140,11 @@ def next_log_file(folder: Path) -> Path:
 
 
 def read_stream_log(file: Path) -> LoggedStates:
-    """Read a file of states; refuse what is none."""
+    """Read a file of states; refuse what is none.
+
+    Raises:
+        RecordingError: It cannot be read, or is no such file.
+    """
     try:
         data = read_bytes(file)
     except OSError as error:

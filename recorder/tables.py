@@ -71,6 +71,9 @@ class Table:
         """Return the numbers of some columns in radians and metres, row by row.
 
         A cell that is no finite number is refused; with ``gaps`` it is NaN, which may not matter.
+
+        Raises:
+            RecordingError: A cell is no finite number; the message names line and column.
         """
         scales = [(column.index, scale_of(column)) for column in columns]
         rows: list[tuple[float, ...]] = []

@@ -37,7 +37,11 @@ class KeyMapError(MukcaError):
 
 
 def keys_with(settings: Iterable[str]) -> dict[str, str]:
-    """Return each key's action, some given by the operator, as in ``capture=Enter,PageDown``."""
+    """Return each key's action, some given by the operator, as in ``capture=Enter,PageDown``.
+
+    Raises:
+        KeyMapError: No such action, or no such key.
+    """
     keys = dict(KEYS)
     for setting in settings:
         action, _, names = setting.partition("=")
@@ -183,7 +187,11 @@ class Script:
             )
 
     def read(self) -> None:
-        """Read all that there is; call it when the descriptor is ready."""
+        """Read all that there is; call it when the descriptor is ready.
+
+        Raises:
+            ScriptError: A word that means nothing, or a script without end.
+        """
         while not self._read_all and (
             sys.platform == "win32" or select.select([self], [], [], 0)[0]
         ):
