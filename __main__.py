@@ -29,7 +29,9 @@ def run() -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except Exception as error:
-        if interrupts:  # Ctrl-C while a compiled module is loaded may come out as another error
+        if (
+            interrupts
+        ):  # Ctrl-C while a compiled module is loaded may come out as another error
             return INTERRUPTED
         from .tools.cli import report_defect
 

@@ -15,7 +15,9 @@ def attach_face(
     loads ``ast`` for them, which a cold start would feel.
     """
     with open(file + "i", encoding="utf-8") as stub:  # noqa: PTH123  (pathlib costs as much)
-        rows = re.findall(r"^from \.([\w.]+) import (\w+) as ", stub.read(), re.MULTILINE)
+        rows = re.findall(
+            r"^from \.([\w.]+) import (\w+) as ", stub.read(), re.MULTILINE
+        )
     names: dict[str, list[str]] = {}
     for module, name in rows:
         names.setdefault(module, []).append(name)

@@ -38,7 +38,9 @@ LONGEST_WORD, LONGEST_LINE = 400, 4000
 
 def shortened(text: str) -> str:
     """Return a message whose long words have lost their middles, and the whole if it is long."""
-    text = re.sub(rf"\S{{{LONGEST_WORD},}}", lambda word: _ends(word[0], LONGEST_WORD), text)
+    text = re.sub(
+        rf"\S{{{LONGEST_WORD},}}", lambda word: _ends(word[0], LONGEST_WORD), text
+    )
     return _ends(text, LONGEST_LINE)
 
 
@@ -80,7 +82,9 @@ def require_file(file: Path, largest: int | None = LARGEST_FILE) -> None:
     """
     status = file.stat()
     if not stat.S_ISREG(status.st_mode):
-        number, kind = _KINDS.get(stat.S_IFMT(status.st_mode), (errno.EINVAL, "no file"))
+        number, kind = _KINDS.get(
+            stat.S_IFMT(status.st_mode), (errno.EINVAL, "no file")
+        )
         raise RefusedFileError(number, f"is {kind}", str(file))
     if largest is not None and status.st_size > largest:
         words = f"holds {status.st_size / 1e6:,.1f} MB; at most {largest / 1e6:,.0f} MB are read"
@@ -121,7 +125,9 @@ class Quantity:
     """Absolute value that none exceeds."""
     mistaken: str
 
-    def doubt(self, values: Iterable[float], largest: float | None = None) -> str | None:
+    def doubt(
+        self, values: Iterable[float], largest: float | None = None
+    ) -> str | None:
         """Return what is doubtful of the largest number, or None where all of them can be.
 
         Args:

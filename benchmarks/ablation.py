@@ -43,7 +43,9 @@ def means_held(robot: Robot, train: Measurement) -> Predict:
     """Return the model whose balls are nearest to the nominal model's socket means."""
     parameters = choose_parameters(robot)
     model = BallModel(robot, [p.index for p in parameters])
-    weight = np.array([0.0 if p.of_ball else REGULARIZATION for p in parameters]) + 1e-12
+    weight = (
+        np.array([0.0 if p.of_ball else REGULARIZATION for p in parameters]) + 1e-12
+    )
     rows = [model.points(model.nominal, q) for q in train.by_socket]
     target = np.concatenate([np.tile(p.mean(axis=0), (len(p), 1)) for p in rows])
     q, x = np.concatenate(train.by_socket), np.zeros(len(parameters))
@@ -72,18 +74,24 @@ def errors(robot: Robot, data: Sequence[Measurement]) -> dict[str, float]:
         models[name] = lambda m, found=found: found.ball(m.positions, m.efforts)
         models["URDF alone"] = lambda m, found=found: found.geometric_ball(m.positions)
     return {
-        name: 1e3 * float(np.mean([evaluate(model(m), m).mean_absolute_error for m in test]))
+        name: 1e3
+        * float(np.mean([evaluate(model(m), m).mean_absolute_error for m in test]))
         for name, model in models.items()
     }
 
 
 def simulated(seed: int) -> tuple[Robot, list[Measurement]]:
     """Return a robot, and recordings of an arm of its type at four places."""
-    robot, generator = load_robot(ROBOTS[seed % len(ROBOTS)]), np.random.default_rng(seed)
+    robot, generator = (
+        load_robot(ROBOTS[seed % len(ROBOTS)]),
+        np.random.default_rng(seed),
+    )
     arm = perturb(robot, generator, TRANSLATION, TURN)
     flaws = realistic_flaws(robot, generator)
     bases = reachable_bases(arm, generator, 4)
-    return robot, [measure(record(arm, b, generator, imperfection=flaws), robot) for b in bases]
+    return robot, [
+        measure(record(arm, b, generator, imperfection=flaws), robot) for b in bases
+    ]
 
 
 def draw(seed: int) -> dict[str, float]:
@@ -92,7 +100,11 @@ def draw(seed: int) -> dict[str, float]:
 
 def picture(rows: dict[str, list[float]], title: str) -> str:
     """Return a bar for each model as SVG; the nominal one would not fit beside the others."""
-    shown = {name: float(np.mean(values)) for name, values in rows.items() if name != "nominal"}
+    shown = {
+        name: float(np.mean(values))
+        for name, values in rows.items()
+        if name != "nominal"
+    }
     largest = max(value for name, value in shown.items() if name != "means held")
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 640 {60 + 26 * len(shown)}" '
@@ -120,7 +132,9 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.placements:
         robot = load_robot(arguments.robot)
-        folders = dict.fromkeys(p.resolve() for p in find_placements(arguments.placements))
+        folders = dict.fromkeys(
+            p.resolve() for p in find_placements(arguments.placements)
+        )
         found = [read_placement(folder) for folder in folders]
         draws = [errors(robot, [measure(p, robot) for p in found])]
         title = f"{robot.name}: mean absolute error at other places, mm"
@@ -131,7 +145,9 @@ def main() -> None:
     print(title)
     for name, values in rows.items():
         better = np.mean([v <= p for v, p in zip(values, rows["paper"], strict=True)])
-        print(f"{name:24s} {np.mean(values):7.3f}   at or below the paper's: {100 * better:3.0f} %")
+        print(
+            f"{name:24s} {np.mean(values):7.3f}   at or below the paper's: {100 * better:3.0f} %"
+        )
     if arguments.picture:
         arguments.picture.write_text(picture(rows, title))
 

@@ -24,11 +24,29 @@ from mukca.recorder import Placement, find_placements, read_placement
 from mukca.solver.bayes.inference import Posterior
 from mukca.solver.bayes.model.effects import EXTENSIONS
 from mukca.solver.bayes.selection import JOINT_NOISE, select_models
-from mukca.solver.data import KnownDistance, Measurement, RobotRecordings, measure, observe
-from mukca.solver.robot import Robot, choose_parameters, gravity_moments, load_robot, workspace
+from mukca.solver.data import (
+    KnownDistance,
+    Measurement,
+    RobotRecordings,
+    measure,
+    observe,
+)
+from mukca.solver.robot import (
+    Robot,
+    choose_parameters,
+    gravity_moments,
+    load_robot,
+    workspace,
+)
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
-from mukca.tools.simulation import demo_arm, demo_bases, perturb, reachable_bases, record
+from mukca.tools.simulation import (
+    demo_arm,
+    demo_bases,
+    perturb,
+    reachable_bases,
+    record,
+)
 
 OFF = 5e-5
 """By so much is the base's distance misread [m]."""
@@ -126,7 +144,9 @@ def scale(arms: int, workers: Workers) -> None:
     draws = workers.map(misreading, range(arms))
     baseline = 0.0
     for kind in draws[0]:
-        rms = float(np.sqrt(np.mean(np.concatenate([draw[kind] for draw in draws]) ** 2)))
+        rms = float(
+            np.sqrt(np.mean(np.concatenate([draw[kind] for draw in draws]) ** 2))
+        )
         baseline = baseline or rms
         print(
             f"base misread by {1e3 * OFF} mm, {kind:17s}: rms error of distances up to 400 mm "
@@ -146,7 +166,9 @@ def main() -> None:
         recorded = [read_placement(p) for p in find_placements(arguments.placements)]
     else:
         generator = np.random.default_rng(0)
-        recorded = [record(demo_arm()[1], b, generator, noise=5e-5) for b in demo_bases()]
+        recorded = [
+            record(demo_arm()[1], b, generator, noise=5e-5) for b in demo_bases()
+        ]
     costs(robot, [measure(p, robot) for p in recorded])
     scale(arguments.arms, read_options(arguments).workers)
 

@@ -100,12 +100,18 @@ def noisy(q: np.ndarray) -> np.ndarray:
     return q + np.random.default_rng(0).normal(0, 5e-3, q.shape)
 
 
-def guided(count: int, *places: tuple[float, float, float], distance: float = 0.05) -> np.ndarray:
+def guided(
+    count: int, *places: tuple[float, float, float], distance: float = 0.05
+) -> np.ndarray:
     """Samples of the arm in the two sockets of a base, at one place after the other."""
     generator = np.random.default_rng(9)
     parts = [
         record(
-            ARM, Base("b", np.array(at), ALONG_Y, distance), generator, samples=count, noise=5e-5
+            ARM,
+            Base("b", np.array(at), ALONG_Y, distance),
+            generator,
+            samples=count,
+            noise=5e-5,
         )
         for at in places
     ]
@@ -306,33 +312,47 @@ MISTAKES: dict[str, Spoil] = {
     "joint 4's zero off by 0.1 rad": shifted(3, 0.1),
     "joint 6's zero off by 0.1 rad": shifted(5, 0.1),
     "zeros of joints 2 and 4 off": all_rows(lambda q: q + 0.1 * EYE[1] - 0.15 * EYE[3]),
-    "joint 3's sign, and joint 4's zero": all_rows(lambda q: q * (1 - 2 * EYE[2]) + 0.1 * EYE[3]),
+    "joint 3's sign, and joint 4's zero": all_rows(
+        lambda q: q * (1 - 2 * EYE[2]) + 0.1 * EYE[3]
+    ),
     "columns 3 and 5, and joint 2's zero": all_rows(
         lambda q: q[:, [0, 1, 4, 3, 2, 5, 6]] + 0.12 * EYE[1]
     ),
     "joint 4 homed again amid the recording": homed_again,
     "held out is trained on, rounded": copied_and_rounded,
-    "another distance in one placement.json": text(b'{"distance": 0.0512}', "left/placement.json"),
+    "another distance in one placement.json": text(
+        b'{"distance": 0.0512}', "left/placement.json"
+    ),
     "angles from 0 to 360 degrees": all_rows(lambda q: q % (2 * np.pi)),
-    "angles rounded to degrees": all_rows(lambda q: np.deg2rad(np.round(np.rad2deg(q)))),
+    "angles rounded to degrees": all_rows(
+        lambda q: np.deg2rad(np.round(np.rad2deg(q)))
+    ),
     "joint 2 always zero": all_rows(lambda q: q * (np.arange(7) != 1)),
-    "a counter for the last joint": all_rows(lambda q: np.c_[q[:, :6], np.arange(len(q)) / 10]),
+    "a counter for the last joint": all_rows(
+        lambda q: np.c_[q[:, :6], np.arange(len(q)) / 10]
+    ),
     "each of four samples five times": all_rows(lambda q: np.repeat(q[:4], 5, axis=0)),
     "each of six samples five times": all_rows(lambda q: np.repeat(q[:6], 5, axis=0)),
     "joint 7 still, but for a turn": a_turn_on,
-    "two arms in one file": tabled([f"{arm}_{n}" for arm in "ab" for n in PANDA], extra=7),
+    "two arms in one file": tabled(
+        [f"{arm}_{n}" for arm in "ab" for n in PANDA], extra=7
+    ),
     "a joint's column twice": tabled([*PANDA, PANDA[0]], extra=1),
     "one joint's name wrong": tabled([*PANDA[:6], "tool"]),
     "velocities alone": tabled([f"{n}_velocity" for n in PANDA]),
     "commands alone": tabled([f"target_q_{k}" for k in range(7)]),
-    "degrees that are said to be radians": tabled([f"{n} [rad]" for n in PANDA], scale=57.29578),
+    "degrees that are said to be radians": tabled(
+        [f"{n} [rad]" for n in PANDA], scale=57.29578
+    ),
     "a unit that no joint has": tabled([f"{n} [N]" for n in PANDA]),
     "UTF-16": utf_16,
     "cut off amid a line": cut_off,
     "decimal commas, separated by commas": decimal_commas,
     "a folder in the place of a file": replaced(Path.mkdir),
     "a FIFO in the place of a file": replaced(os.mkfifo),
-    "a link to a device that never ends": replaced(lambda file: file.symlink_to("/dev/zero")),
+    "a link to a device that never ends": replaced(
+        lambda file: file.symlink_to("/dev/zero")
+    ),
     "a link to nowhere": replaced(lambda file: file.symlink_to("nowhere")),
     "a file of 201 MB": replaced(sparse(201_000_000)),
     "10,001 columns": all_rows(lambda q: np.tile(q, (1, 1429))[:, :10_001], of="front"),
@@ -345,7 +365,9 @@ MISTAKES: dict[str, Spoil] = {
     "5 samples a socket": all_rows(lambda q: q[:5]),
     "3 samples a socket held out": all_rows(lambda q: q[:3], of="left"),
     "the eight most alike": all_rows(alike),
-    "joint 5 held still": all_rows(lambda q: np.where(np.arange(7) == 4, q.mean(axis=0), q)),
+    "joint 5 held still": all_rows(
+        lambda q: np.where(np.arange(7) == 4, q.mean(axis=0), q)
+    ),
     "--distance 0.12": options("--distance", "0.12"),
     "--distance 0.051": options("--distance", "0.051"),
     "--distance 0.048": options("--distance", "0.048"),
@@ -358,13 +380,23 @@ MISTAKES: dict[str, Spoil] = {
     "--known 10 mm wrong": options("--known", "front:0-front:1=0.06"),
     "--payload -1": options("--payload", "-1"),
     "--payload in grams": options("--payload", "5000"),
-    "--ball in millimetres": options("--flange", "panda_link8", "--ball", "0", "0", "70"),
-    "a ball 3 m from its flange": options("--flange", "panda_link8", "--ball", "0", "0", "3"),
-    "an xacro without its prefix": panda_urdf("<robot", '<robot xmlns="x"><macro/></robot><robot'),
+    "--ball in millimetres": options(
+        "--flange", "panda_link8", "--ball", "0", "0", "70"
+    ),
+    "a ball 3 m from its flange": options(
+        "--flange", "panda_link8", "--ball", "0", "0", "3"
+    ),
+    "an xacro without its prefix": panda_urdf(
+        "<robot", '<robot xmlns="x"><macro/></robot><robot'
+    ),
     "a URDF in UTF-16 that is cut off": utf_16_urdf,
     "a URDF of 21 MB": broken_urdf(" " * 21_000_000),
-    "a link as often as there are": panda_urdf("</robot>", '<link name="panda_link8"/></robot>'),
-    "a placement.json nested without end": text(b"[" * 1_000_000, "front/placement.json"),
+    "a link as often as there are": panda_urdf(
+        "</robot>", '<link name="panda_link8"/></robot>'
+    ),
+    "a placement.json nested without end": text(
+        b"[" * 1_000_000, "front/placement.json"
+    ),
     "an arm's log in the place of samples": text(b"0,0,0,0,0,0,0\n" * 200_000),
     "the lines of two programs": first_line("17,100,base,elbow,wrist,0.5,0.7"),
     "--gravity 0 0 0": options("--gravity", "0", "0", "0"),
@@ -393,11 +425,23 @@ def said(folder: Path, spoil: Spoil) -> tuple[int, str, bool]:
     """Return the exit status, what was said in short, and whether that may not be."""
     given = spoil(folder) or []
     robot = [] if "--robot" in given else ["--robot", "panda"]
-    words = ["solve", str(folder / "front"), "--test", str(folder / "left"), *robot, *FAST, *given]
+    words = [
+        "solve",
+        str(folder / "front"),
+        "--test",
+        str(folder / "left"),
+        *robot,
+        *FAST,
+        *given,
+    ]
     status, told = run(words, folder)
     lines = [line.strip() for line in told.splitlines() if line.strip()]
     verdict = [line for line in lines if line.startswith("Verdict:")]
-    reasons = [line for line in lines if re.match(r"(warning|error|mukca|Fail|Not enough)", line)]
+    reasons = [
+        line
+        for line in lines
+        if re.match(r"(warning|error|mukca|Fail|Not enough)", line)
+    ]
     short = "; ".join([*verdict, *(reasons or lines[-1:])[:2]])
     passed = any("PASS" in line and "FAIL" not in line for line in verdict)
     return status, short, passed or broken(status, told)
@@ -407,8 +451,14 @@ def answered(folder: Path, mistake: bad_files.Mistake) -> tuple[int, str, bool]:
     """Return the same of another verb, which may not end with status 0."""
     status, told = run(mistake(folder), folder)
     lines = [line.strip() for line in told.splitlines() if line.strip()]
-    reasons = [line for line in lines if re.match(r"(warning|mukca|NOT|No |[\d.]+ to )", line)]
-    return status, "; ".join((reasons or lines[-1:])[:2]), status == 0 or broken(status, told)
+    reasons = [
+        line for line in lines if re.match(r"(warning|mukca|NOT|No |[\d.]+ to )", line)
+    ]
+    return (
+        status,
+        "; ".join((reasons or lines[-1:])[:2]),
+        status == 0 or broken(status, told),
+    )
 
 
 def broken(status: int, told: str) -> bool:
@@ -428,7 +478,9 @@ def run(words: list[str], folder: Path) -> tuple[int, str]:
         status = int(stop.code or 0)
     except Exception:
         return 70, traceback.format_exc().splitlines()[-1]
-    return status, out.getvalue().replace(f"{folder}/", "").replace(str(folder), "FOLDER")
+    return status, out.getvalue().replace(f"{folder}/", "").replace(
+        str(folder), "FOLDER"
+    )
 
 
 def main() -> int:
@@ -442,12 +494,26 @@ def main() -> int:
         sound = Path(start) / "sound"
         for name, place in (("front", (0.5, 0.0, 0.1)), ("left", (0.35, 0.4, 0.1))):
             base = Base(name, np.array(place), ALONG_Y)
-            placement = record(ARM, base, np.random.default_rng(1), samples=20, noise=5e-5)
+            placement = record(
+                ARM, base, np.random.default_rng(1), samples=20, noise=5e-5
+            )
             write_holes(placement, sound / name)
-        run(["solve", str(sound), "--robot", "panda", "--out", str(sound / "calibrated")], sound)
+        run(
+            [
+                "solve",
+                str(sound),
+                "--robot",
+                "panda",
+                "--out",
+                str(sound / "calibrated"),
+            ],
+            sound,
+        )
         print("| what was done | status | what was said |\n|---|---|---|")
         rows = [(mistake, said, spoil) for mistake, spoil in MISTAKES.items()]
-        rows += [(mistake, answered, spoil) for mistake, spoil in bad_files.MISTAKES.items()]
+        rows += [
+            (mistake, answered, spoil) for mistake, spoil in bad_files.MISTAKES.items()
+        ]
         for i, (mistake, answer, spoil) in enumerate(rows):
             if arguments.only not in mistake:
                 continue
@@ -455,7 +521,8 @@ def main() -> int:
             status, short, bad = answer(folder, spoil)
             wrong += bad
             print(
-                f"| {mistake} | {status} | {'WRONG: ' * bad}{short.replace('|', '/')} |", flush=True
+                f"| {mistake} | {status} | {'WRONG: ' * bad}{short.replace('|', '/')} |",
+                flush=True,
             )
     print(f"\n{len(rows)} mistakes, {wrong} answered wrongly", file=sys.stderr)
     return 1 if wrong else 0

@@ -38,11 +38,14 @@ def draw(kind: str, seed: int) -> list[Apart | None]:
     stated = bases[0].distance + generator.normal(0, CALIPER_DEVIATION)
     lengths = [base.distance + generator.normal(0, SEAT_DEVIATION) for base in bases]
     placements = [
-        record(arm, replace(base, distance=d), generator, samples=20, imperfection=flaws)
+        record(
+            arm, replace(base, distance=d), generator, samples=20, imperfection=flaws
+        )
         for base, d in zip(bases, lengths, strict=True)
     ]
     first, second = (
-        mukca.calibrate(robot, part, distance=stated) for part in (placements[:2], placements[2:])
+        mukca.calibrate(robot, part, distance=stated)
+        for part in (placements[:2], placements[2:])
     )
     data = [measure(one, robot, stated) for one in placements]
     workspace, places = differences(first, second, data)

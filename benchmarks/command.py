@@ -47,7 +47,9 @@ def simulated(name: str) -> FullModel:
 def starts(model: FullModel, q: np.ndarray, off: float | None) -> np.ndarray:
     robot, generator = model.robot, np.random.default_rng(1)
     if off is not None:
-        return np.clip(q + generator.uniform(-off, off, q.shape), robot.lower, robot.upper)
+        return np.clip(
+            q + generator.uniform(-off, off, q.shape), robot.lower, robot.upper
+        )
     middle = (np.maximum(robot.lower, -np.pi) + np.minimum(robot.upper, np.pi)) / 2
     return np.tile(middle, (len(q), 1))
 
@@ -66,7 +68,9 @@ def measure(model: FullModel, q: np.ndarray) -> list[str]:
     regular = np.linalg.svd(model.jacobian(q), compute_uv=False)[:, -1] > 0.01
     solver: PoseSolver = model.calibrated.solver("pose")
     for off in STARTS:
-        solver.solve(targets, starts(model, q, off))  # what it computes with is made now
+        solver.solve(
+            targets, starts(model, q, off)
+        )  # what it computes with is made now
     words: list[str] = []
     for off in STARTS:
         near = starts(model, q, off)
@@ -121,7 +125,9 @@ def pinocchio(model: FullModel, q: np.ndarray) -> str:
             pin.framesForwardKinematics(arm, data, now)
             error = pin.log(data.oMf[frame].actInv(goal)).vector
             if np.abs(error).max() < 1e-9:
-                inside = (now >= arm.lowerPositionLimit) & (now <= arm.upperPositionLimit)
+                inside = (now >= arm.lowerPositionLimit) & (
+                    now <= arm.upperPositionLimit
+                )
                 reached += bool(inside.all())
                 break
             J = pin.computeFrameJacobian(arm, data, now, frame)
@@ -142,14 +148,18 @@ def toolbox(model: FullModel, q: np.ndarray) -> str:
         ets *= ET.SE3(Pose.of(Origin.of(origin)).matrix)
         if joint.actuated:
             to_z = np.eye(4)
-            to_z[:3, :3] = kabsch_rotation(np.eye(3)[2:], np.array([joint.axis]), np.ones(1))
+            to_z[:3, :3] = kabsch_rotation(
+                np.eye(3)[2:], np.array([joint.axis]), np.ones(1)
+            )
             moves = ET.tz() if joint.type == "prismatic" else ET.Rz()
             ets *= ET.SE3(to_z) * moves * ET.SE3(to_z.T)
     ets.qlim = np.array([model.robot.lower, model.robot.upper]).clip(-10, 10)
     poses, reached = [ets.fkine(row).A for row in q], 0
     begin = time.process_time()
     for pose, start in zip(poses, starts(model, q, 0.1), strict=True):
-        found = ets.ik_LM(pose, q0=start, ilimit=100, slimit=1, tol=1e-18, joint_limits=True)
+        found = ets.ik_LM(
+            pose, q0=start, ilimit=100, slimit=1, tol=1e-18, joint_limits=True
+        )
         reached += bool(found.success)
     spent = (time.process_time() - begin) / len(q)
     return f" {reached:5d} {1e6 * spent:6.0f}"

@@ -34,7 +34,18 @@ from mukca.solver.robot import Origin, turn
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
-ARMS = ["panda", "fr3", "ur5e", "ur10e", "iiwa14", "iiwa7", "gen3", "gen3_lite", "xarm7", "lite6"]
+ARMS = [
+    "panda",
+    "fr3",
+    "ur5e",
+    "ur10e",
+    "iiwa14",
+    "iiwa7",
+    "gen3",
+    "gen3_lite",
+    "xarm7",
+    "lite6",
+]
 SIZES = (0.0, 5e-4, 1e-3, 2e-3)
 """Changes of a zero [rad]."""
 BY_DEVIATIONS = (3.0, 5.0)
@@ -93,7 +104,9 @@ class Simulated:
         """Joints but the first and last."""
         return range(1, len(self.arm.joint_names) - 1)
 
-    def samples(self, arm: mukca.Robot, count: int, how: Imperfection) -> mukca.Placement:
+    def samples(
+        self, arm: mukca.Robot, count: int, how: Imperfection
+    ) -> mukca.Placement:
         """Return samples at another base."""
         (base,) = reachable_bases(arm, self.generator, 1)
         return record(arm, base, self.generator, samples=count, imperfection=how)
@@ -102,10 +115,17 @@ class Simulated:
 def simulated(name: str, draw: int) -> Simulated:
     """Return an arm that bends and winds, calibrated."""
     robot, generator = mukca.load_robot(name), np.random.default_rng([7, draw])
-    arm, how = perturb(robot, generator, TRANSLATION, TURN), realistic_flaws(robot, generator)
+    arm, how = (
+        perturb(robot, generator, TRANSLATION, TURN),
+        realistic_flaws(robot, generator),
+    )
     bases = reachable_bases(arm, generator, 3)
-    first, second, third = (record(arm, base, generator, imperfection=how) for base in bases)
-    return Simulated(arm, how, mukca.calibrate(robot, [first, second], [third]), generator)
+    first, second, third = (
+        record(arm, base, generator, imperfection=how) for base in bases
+    )
+    return Simulated(
+        arm, how, mukca.calibrate(robot, [first, second], [third]), generator
+    )
 
 
 def moved(one: Simulated, tally: Tally) -> None:
@@ -115,7 +135,9 @@ def moved(one: Simulated, tally: Tally) -> None:
     def noticed(j: int, size: float) -> bool:
         names = one.arm.joint_names
         q = since.positions - size * np.eye(len(names))[j]
-        placement = mukca.Placement.of_arrays("since", q, since.sockets, names, distance=0.05)
+        placement = mukca.Placement.of_arrays(
+            "since", q, since.sockets, names, distance=0.05
+        )
         return mukca.what_changed(one.calibration, placement).verdict.exit_status == 1
 
     for size in SIZES:
@@ -140,7 +162,9 @@ def tips(one: Simulated, tally: Tally) -> None:
     names, none = one.arm.joint_names, np.zeros(8, int)
 
     def found(q: np.ndarray) -> Found:
-        return mukca.tool(one.calibration, mukca.Placement.of_arrays("t", q, none, names))
+        return mukca.tool(
+            one.calibration, mukca.Placement.of_arrays("t", q, none, names)
+        )
 
     sound = found(touched)
     tally.counts["tip, nothing changed, status 3"].append(bool(sound.untold))
@@ -180,7 +204,9 @@ def cameras(one: Simulated, tally: Tally) -> None:
         result = mukca.handeye(one.calibration, board(q, list(scaled)), "on-arm")
         told = any("if the board" in line for line in result.untold)
         wrong = abs(size - 1) > 0.01
-        tally.counts[f"board {'' if wrong else 'not '}over 1 % wrong, told"].append(told)
+        tally.counts[f"board {'' if wrong else 'not '}over 1 % wrong, told"].append(
+            told
+        )
         off = np.linalg.norm(np.array(result.frame.xyz) - sound.frame.xyz)
         tally.errors["camera, its shift by a wrong board [mm]"].append(1e3 * float(off))
     readings(one, q, seen, tally)
@@ -204,7 +230,9 @@ def translations(one: Simulated, truth: FullModel, tally: Tally) -> None:
     seen = np.linalg.inv(truth.flange(q) @ CAMERA) @ BOARD
     seen[:, :3, 3] += one.generator.normal(0, 3e-4, (15, 3))
     try:
-        told = bool(mukca.handeye(one.calibration, board(q, list(seen)), "on-arm").untold)
+        told = bool(
+            mukca.handeye(one.calibration, board(q, list(seen)), "on-arm").untold
+        )
     except mukca.MukcaError:
         told = True
     tally.counts["camera by translations alone, no number"].append(told)
@@ -214,7 +242,9 @@ def readings(one: Simulated, q: np.ndarray, seen: np.ndarray, tally: Tally) -> N
     """Write turns in other ways than the columns say, and count those that are named."""
     rows = board(q, list(seen))
     others = {
-        "w first": [s.orientation[3:] + s.orientation[:3] for s in rows.samples if s.orientation],
+        "w first": [
+            s.orientation[3:] + s.orientation[:3] for s in rows.samples if s.orientation
+        ],
         "transposed": [
             (-s.orientation[0], -s.orientation[1], -s.orientation[2], s.orientation[3])
             for s in rows.samples
@@ -223,7 +253,9 @@ def readings(one: Simulated, q: np.ndarray, seen: np.ndarray, tally: Tally) -> N
     }
     for word, turns in others.items():
         pairs = zip(rows.samples, turns, strict=True)
-        wrong = replace(rows, samples=tuple(replace(s, orientation=r) for s, r in pairs))
+        wrong = replace(
+            rows, samples=tuple(replace(s, orientation=r) for s, r in pairs)
+        )
         named = ""
         try:
             mukca.handeye(one.calibration, wrong, "on-arm")
@@ -235,7 +267,9 @@ def readings(one: Simulated, q: np.ndarray, seen: np.ndarray, tally: Tally) -> N
 def shift(found: Found, sound: Found) -> float:
     """Return how far a place moved, in deviations that are stated, rms of its axes."""
     off = np.array(found.frame.xyz) - sound.frame.xyz
-    return float(off @ np.linalg.solve(np.array(found.frame.covariance), off) / 3) ** 0.5
+    return (
+        float(off @ np.linalg.solve(np.array(found.frame.covariance), off) / 3) ** 0.5
+    )
 
 
 def tally_of(rows: Sequence[str], job: tuple[str, int]) -> Tally:

@@ -46,7 +46,9 @@ class Effect:
         """Return where the joints truly are, shape (N, m) [rad]."""
         true = q.copy()
         if self.kind == "gears":
-            true[:, self.joint] += self.size * np.sin(CYCLES * q[:, self.joint] + self.phase)
+            true[:, self.joint] += self.size * np.sin(
+                CYCLES * q[:, self.joint] + self.phase
+            )
         elif self.kind == "play":
             torque = gravity_moments(self.arm, q)[:, self.joint]
             true[:, self.joint] += self.size * np.sign(torque)
@@ -78,7 +80,9 @@ def recorded(effect: Effect, placement: Placement) -> Placement:
         J = model.linearise(np.zeros(0), read).by_joints
         read -= (np.linalg.pinv(J) @ off[:, :, None])[:, :, 0]
     pairs = zip(placement.samples, read.tolist(), strict=True)
-    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
+    return replace(
+        placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs)
+    )
 
 
 def draw(kind: str, size: float, seed: int) -> tuple[float, ...]:
@@ -88,7 +92,9 @@ def draw(kind: str, size: float, seed: int) -> tuple[float, ...]:
     joint = int(generator.integers(1, 4))
     effect = Effect(arm, kind, joint, generator.uniform(0, 6)).of_size(size)
     bases = reachable_bases(arm, generator, 3)
-    placements = [record(arm, base, generator, samples=25, noise=NOISE) for base in bases]
+    placements = [
+        record(arm, base, generator, samples=25, noise=NOISE) for base in bases
+    ]
     placements = [recorded(effect, placement) for placement in placements]
     fit = mukca.calibrate(robot, placements[:2])
     held = measure(placements[2], robot)
@@ -108,7 +114,9 @@ def draw(kind: str, size: float, seed: int) -> tuple[float, ...]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draws", type=int, default=10)
-    parser.add_argument("--effect", choices=("none", "gears", "play", "table"), default="gears")
+    parser.add_argument(
+        "--effect", choices=("none", "gears", "play", "table"), default="gears"
+    )
     parser.add_argument("--size-mm", type=float, default=0.3)
     parser.add_argument("--seed", type=int, default=0)
     add_options(parser, WorkerOptions)

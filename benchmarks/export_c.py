@@ -79,26 +79,40 @@ RADIUS = 0.05
 """Of the circle [m]."""
 
 
-def in_c(file: Path, folder: Path, q: np.ndarray, start: Sequence[float]) -> dict[str, float]:
+def in_c(
+    file: Path, folder: Path, q: np.ndarray, start: Sequence[float]
+) -> dict[str, float]:
     """Return the time of each function and of the slowest cycle [us], its steps, and misses."""
     source = folder / "arm.c"
     assert mukca(["export", str(file), "--to", "c", "--out", str(source)]) == 0
     names = re.findall(r"^\w+ (arm_\w+)\(", (folder / "arm.h").read_text(), re.M)
     data = ",".join("{" + ",".join(map(repr, row)) + "}" for row in q.tolist())
-    loop = LOOP.replace("ROWS", str(len(q))).replace("DATA", data).replace("RADIUS", str(RADIUS))
+    loop = (
+        LOOP.replace("ROWS", str(len(q)))
+        .replace("DATA", data)
+        .replace("RADIUS", str(RADIUS))
+    )
     loop = loop.replace("START", ",".join(map(repr, start)))
     names.remove("arm_command_pose")
-    (folder / "loop.c").write_text(loop.replace("CALLS", " ".join(f"TIME({n});" for n in names)))
+    (folder / "loop.c").write_text(
+        loop.replace("CALLS", " ".join(f"TIME({n});" for n in names))
+    )
     words = ["cc", "-std=c99", "-O2", "loop.c", "arm.c", "-o", "loop", "-lm"]
     subprocess.run(words, cwd=folder, check=True)
-    lines = subprocess.run(["./loop"], cwd=folder, check=True, capture_output=True, text=True)
+    lines = subprocess.run(
+        ["./loop"], cwd=folder, check=True, capture_output=True, text=True
+    )
     rows = lines.stdout.splitlines()
     end = 1 + next(i for i, row in enumerate(rows) if row.startswith("circle"))
     print(*rows[end:], file=sys.stderr)
     slowest, rounds, missed = map(float, rows[end - 1].split()[1:])
     times = {f"`{row.split()[0]}`": float(row.split()[1]) for row in rows[: end - 1]}
     cycle = "`arm_command_pose`, slowest of 20,000 cycles"
-    return times | {cycle: slowest, "its most steps": rounds, "its poses missed": missed}
+    return times | {
+        cycle: slowest,
+        "its most steps": rounds,
+        "its poses missed": missed,
+    }
 
 
 def in_pinocchio(urdf: bytes, q: np.ndarray) -> tuple[float, float]:
@@ -129,7 +143,11 @@ def costs(file: Path) -> None:
     urdf = calibration.calibrated.urdf()
     others = [in_pinocchio(urdf, q) for _ in range(5)]
     extensions = ", ".join(calibration.calibrated.deflection.extensions)
-    print(f"| {calibration.robot.name} ({extensions}) | us a call |", "|---|---|", sep="\n")
+    print(
+        f"| {calibration.robot.name} ({extensions}) | us a call |",
+        "|---|---|",
+        sep="\n",
+    )
     for name in runs[0]:
         print(f"| {name} | {min(run[name] for run in runs):.3g} |")
     kinematics, nothing = map(min, zip(*others, strict=True))

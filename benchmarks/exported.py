@@ -55,7 +55,11 @@ class Timid(InverseKinematics):
         led: list[np.ndarray] = []
         for point in points:
             near = self._near(led[-1], point, generator) if led else None
-            led.append(super().reach(point[None], generator, rounds)[0] if near is None else near)
+            led.append(
+                super().reach(point[None], generator, rounds)[0]
+                if near is None
+                else near
+            )
         return np.array(led)
 
     def _near(
@@ -83,7 +87,10 @@ def distances(ball: np.ndarray, held_out: Measurement) -> np.ndarray:
 
 def draw(rigid: bool, step: float | None, seed: int) -> dict[str, Row]:
     """Return how one arm comes out, by what it was trained on."""
-    robot, generator = load_robot(ROBOTS[seed % len(ROBOTS)]), np.random.default_rng(seed)
+    robot, generator = (
+        load_robot(ROBOTS[seed % len(ROBOTS)]),
+        np.random.default_rng(seed),
+    )
     arm = perturb(robot, generator, 2e-3, 5e-3)
     how = Imperfection(1e-4) if rigid else realistic_flaws(robot, generator)
     bases = reachable_bases(arm, generator, 6)
@@ -106,14 +113,19 @@ def draw(rigid: bool, step: float | None, seed: int) -> dict[str, Row]:
         by = [SolveOptions(type_prior=("none",)), SolveOptions(method="paper")]
         fits = [fit_robots(recordings, options)[0].calibrated for options in by]
         urdf, paper = (
-            np.concatenate([distances(one.geometric_ball(m.positions), m) for m in test])
+            np.concatenate(
+                [distances(one.geometric_ball(m.positions), m) for m in test]
+            )
             for one in fits
         )
         spread = float((urdf - paper).std() / len(paper) ** 0.5 / paper.mean())
         near = 1e3 * float(paper.mean()), float(urdf.mean() / paper.mean()), spread
         auto, by_paper = fits
         balls = (by_paper.ball(q), auto.geometric_ball(q), auto.ball(q))
-        rows[name] = *near, *(1e3 * float(np.median(abs(lengths(b) - true))) for b in balls)
+        rows[name] = (
+            *near,
+            *(1e3 * float(np.median(abs(lengths(b) - true))) for b in balls),
+        )
     return rows
 
 
@@ -127,7 +139,9 @@ def main() -> None:
     parser.add_argument("--arms", type=int, default=40)
     parser.add_argument("--seed", type=int, default=9000, help="of the first arm")
     parser.add_argument("--step", type=float, help="of a timid hand, per joint [rad]")
-    parser.add_argument("--rigid", action="store_true", help="arms that neither bend nor wobble")
+    parser.add_argument(
+        "--rigid", action="store_true", help="arms that neither bend nor wobble"
+    )
     add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     work = partial(draw, arguments.rigid, arguments.step)
@@ -139,7 +153,11 @@ def main() -> None:
     )
     for name in TRAINED:
         paper, ratio, spread, *anywhere = np.array([row[name] for row in draws]).T
-        worse = [np.sum(ratio > 1.001), np.sum(ratio > 1.01), np.sum(ratio > 1 + 2 * spread)]
+        worse = [
+            np.sum(ratio > 1.001),
+            np.sum(ratio > 1.01),
+            np.sum(ratio > 1 + 2 * spread),
+        ]
         print(
             f"{name:24s}{paper.mean():9.3f}{ratio.mean():17.3f}{np.median(ratio):7.3f}"
             f"{ratio.max():7.3f}{worse[0]:8d}{worse[1]:7d}{worse[2]:9d}"

@@ -33,10 +33,15 @@ ROUND = 24
 def notes_of(seed: int) -> tuple[str, tuple[str, ...]]:
     """Return the robot, and what became of each extension."""
     names = list(shipped_robots())
-    nominal, generator = load_robot(names[seed % len(names)]), np.random.default_rng([seed, 7])
+    nominal, generator = (
+        load_robot(names[seed % len(names)]),
+        np.random.default_rng([seed, 7]),
+    )
     arm = perturb(nominal, generator, TRANSLATION, TURN)
     how = Imperfection(noise=generator.uniform(*NOISE))
-    placement = record(arm, reachable_bases(arm, generator, 1)[0], generator, imperfection=how)
+    placement = record(
+        arm, reachable_bases(arm, generator, 1)[0], generator, imperfection=how
+    )
     recordings = RobotRecordings(nominal, [measure(placement, nominal)])
     try:
         chosen = select_models(
@@ -57,7 +62,9 @@ def main() -> None:
     workers, end = read_options(arguments).workers, arguments.first + arguments.arms
     for begin in range(arguments.first, end, ROUND):
         seeds = range(begin, min(begin + ROUND, end))
-        for seed, (robot, notes) in zip(seeds, workers.map(notes_of, seeds), strict=True):
+        for seed, (robot, notes) in zip(
+            seeds, workers.map(notes_of, seeds), strict=True
+        ):
             for note in notes:
                 extension = note.partition(":")[0]
                 tried[extension] += 1
@@ -67,11 +74,16 @@ def main() -> None:
                     kept[extension] += 1
                     arms.add(seed)
                     print(f"arm {seed} ({robot}): {note}")
-        print(f"{seeds.stop} arms, {len(arms)} with one kept, evidence to {most:+.1f}", flush=True)
+        print(
+            f"{seeds.stop} arms, {len(arms)} with one kept, evidence to {most:+.1f}",
+            flush=True,
+        )
     for extension, count in tried.items():
         print(f"{extension}: kept on {kept[extension]} of {count} arms that have none")
     share = 100 * len(arms) / arguments.arms
-    print(f"{len(arms)} of {arguments.arms} arms ({share:.1f} %); largest evidence {most:+.1f}")
+    print(
+        f"{len(arms)} of {arguments.arms} arms ({share:.1f} %); largest evidence {most:+.1f}"
+    )
 
 
 if __name__ == "__main__":

@@ -30,6 +30,7 @@ import time
 from collections.abc import Callable
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
+from functools import partial
 from io import StringIO
 from itertools import pairwise
 from pathlib import Path
@@ -86,11 +87,16 @@ class Run:
 
     def back_after(self, moment: float) -> float:
         """Return the time to the first state after a moment [s]."""
-        return min((at for at, _ in self.states if at > moment), default=float("inf")) - moment
+        return (
+            min((at for at, _ in self.states if at > moment), default=float("inf"))
+            - moment
+        )
 
     def longest_pause(self) -> float:
         """Return the longest time between two states [s]."""
-        return max((b - a for (a, _), (b, _) in pairwise(self.states)), default=float("inf"))
+        return max(
+            (b - a for (a, _), (b, _) in pairwise(self.states)), default=float("inf")
+        )
 
 
 class Controller:
@@ -99,7 +105,16 @@ class Controller:
     def __init__(self, name: str, folder: Path, faults: tuple[str, ...]) -> None:
         kind, address, *options = CONTROLLERS[name]
         self.kind, self._folder, self._starts = kind, folder, 0
-        self._words = ["-m", "mukca", "emulate", kind, "--json", "--hold", "0.2", *options]
+        self._words = [
+            "-m",
+            "mukca",
+            "emulate",
+            kind,
+            "--json",
+            "--hold",
+            "0.2",
+            *options,
+        ]
         if kind == "ros":
             self._words = [str(HERE.parent / "tests/rosbridge.py")]
         self._words += ["--address", address]
@@ -143,7 +158,9 @@ def set_clock(_: object) -> None:
     """Set what tells the wall's time here: Python, and the stamps of CAN frames."""
     told, receive, ahead = time.time, can.BusABC.recv, 0.0
 
-    def receive_later(bus: can.BusABC, timeout: float | None = None) -> can.Message | None:
+    def receive_later(
+        bus: can.BusABC, timeout: float | None = None
+    ) -> can.Message | None:
         if frame := receive(bus, timeout):
             frame.timestamp += ahead
         return frame
@@ -186,13 +203,17 @@ def strike(name: str, fault: str) -> str:
         finally:
             controller.process.kill()
             controller.process.wait()
-        by_host = controller.kind in POLLED or (controller.kind, fault) == ("piper", "clock set")
-        wrong, old = compare(run.states, controller, by_host)
-        back = 0.0 if fault == "garbled" else run.back_after(begun + START + LENGTH + 0.05)
-        back = run.longest_pause() if fault == "clock set" else back
-        return (
-            f"| {name} | {fault} | {len(run.states)} | {wrong} | {old} | {back:.1f} | {run.said} |"
+        by_host = controller.kind in POLLED or (controller.kind, fault) == (
+            "piper",
+            "clock set",
         )
+        wrong, old = compare(run.states, controller, by_host)
+        back = (
+            0.0 if fault == "garbled" else run.back_after(begun + START + LENGTH + 0.05)
+        )
+        back = run.longest_pause() if fault == "clock set" else back
+        cells = [name, fault, len(run.states), wrong, old, f"{back:.1f}", run.said]
+        return f"| {' | '.join(map(str, cells))} |"
 
 
 def compare(
@@ -205,7 +226,9 @@ def compare(
     wrong = old = 0
     for _, state in states:
         told = np.abs(truth - state.position) <= step
-        off = np.where(told, np.abs(at - state.stamp)[:, None], np.inf).min(axis=0).max()
+        off = (
+            np.where(told, np.abs(at - state.stamp)[:, None], np.inf).min(axis=0).max()
+        )
         wrong += np.isinf(off)
         old += by_host and 0.5 < off < np.inf
     return wrong, old if by_host else "-"
@@ -233,7 +256,9 @@ def fill_disks(count: int) -> str:
             limit = source.randrange(1500, 60_000)
             done = subprocess.run(
                 [sys.executable, "-m", "mukca", *words, "--out", str(out)],
-                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),  # noqa: B023
+                preexec_fn=partial(
+                    resource.setrlimit, resource.RLIMIT_FSIZE, (limit, limit)
+                ),
                 capture_output=True,
                 text=True,
             )
@@ -271,18 +296,24 @@ def set_clocks(count: int) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("names", nargs="*", metavar="NAME", help="begin of a controller's name")
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help="begin of a controller's name"
+    )
     parser.add_argument("--kills", type=int, default=0)
     parser.add_argument("--messages", type=int, default=0)
     parser.add_argument("--disks", type=int, default=0)
     parser.add_argument("--clocks", type=int, default=0)
     arguments = parser.parse_args()
-    print("| controller | fault | states | never sent | old | back after [s] | said last |")
+    print(
+        "| controller | fault | states | never sent | old | back after [s] | said last |"
+    )
     print("|---|---|---|---|---|---|---|")
     for name in CONTROLLERS:
         if not arguments.names or name.startswith(tuple(arguments.names)):
             for fault in FAULTS:
-                line = CONTROLLERS[name][1] == "" and fault == "restarted"  # its name changes
+                line = (
+                    CONTROLLERS[name][1] == "" and fault == "restarted"
+                )  # its name changes
                 if not line:
                     print(strike(name, fault), flush=True)
     if arguments.disks:
@@ -296,10 +327,20 @@ def main() -> None:
             "PYTHONPATH": f"{HERE.parent / 'tests'}:{os.environ.get('PYTHONPATH', '')}",
         }
         with tempfile.TemporaryDirectory() as folder:
-            words = [sys.executable, str(program), f"{folder}/front", str(arguments.kills)]
+            words = [
+                sys.executable,
+                str(program),
+                f"{folder}/front",
+                str(arguments.kills),
+            ]
             subprocess.run(words, env=environment, check=True)
     if arguments.messages:
-        words = [sys.executable, str(HERE / "hostile.py"), "--count", str(arguments.messages)]
+        words = [
+            sys.executable,
+            str(HERE / "hostile.py"),
+            "--count",
+            str(arguments.messages),
+        ]
         subprocess.run(words, check=True)
 
 

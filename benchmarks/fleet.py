@@ -42,14 +42,21 @@ def recorded(
     values = model.parameters_at(perturb(robot, generator, 2e-3, 5e-3).origins)
     results: list[mukca.Placement] = []
     for placement in placements:
-        chosen = np.array([generator.permutation(30)[:samples] + 30 * k for k in (0, 1)]).ravel()
+        chosen = np.array(
+            [generator.permutation(30)[:samples] + 30 * k for k in (0, 1)]
+        ).ravel()
         kept = [placement.samples[i] for i in chosen]
         q = np.array([sample.position for sample in kept])
         seats = model.points(model.nominal, q) + generator.normal(0, NOISE, (len(q), 3))
         for _ in range(6):
             linear = model.linearise(values, q)
-            q += (np.linalg.pinv(linear.by_joints) @ (seats - linear.points)[:, :, None])[:, :, 0]
-        read = (replace(s, position=tuple(row)) for s, row in zip(kept, q.tolist(), strict=True))
+            q += (
+                np.linalg.pinv(linear.by_joints) @ (seats - linear.points)[:, :, None]
+            )[:, :, 0]
+        read = (
+            replace(s, position=tuple(row))
+            for s, row in zip(kept, q.tolist(), strict=True)
+        )
         results.append(replace(placement, samples=tuple(read)))
     return results
 
@@ -60,12 +67,16 @@ def arm(
     """Return the errors of one simulated arm at the placement held out: nominal, calibrated."""
     robot = mukca.load_robot("panda")
     train, test = recorded(robot, placements, samples, seed)
-    summary = mukca.calibrate(robot, train, test=test, method=method).errors.summary.test
+    summary = mukca.calibrate(
+        robot, train, test=test, method=method
+    ).errors.summary.test
     assert summary is not None
     return summary.nominal.mean_absolute_error, summary.loaded.mean_absolute_error
 
 
-def loop(work: Callable[[int], tuple[float, float]], arms: Sequence[int]) -> tuple[float, float]:
+def loop(
+    work: Callable[[int], tuple[float, float]], arms: Sequence[int]
+) -> tuple[float, float]:
     """Return how long a plain loop over some arms takes, and what it computes [s]."""
     work(arms[0])  # finds everything loaded from then on
     begin, cpu = time.perf_counter(), time.process_time()
@@ -90,7 +101,9 @@ class Race:
         shares = [self.arms[i::loops] for i in range(loops)]
         times = Workers(loops).map(partial(loop, self.work), shares)
         seconds, self.cpu = max(wall for wall, _ in times), sum(cpu for _, cpu in times)
-        self._tell("one plain loop" if loops == 1 else f"{loops} plain loops", seconds, "")
+        self._tell(
+            "one plain loop" if loops == 1 else f"{loops} plain loops", seconds, ""
+        )
         return seconds
 
     def processes(self, count: int, plain: float) -> None:
@@ -107,16 +120,22 @@ class Race:
 
         begin = time.perf_counter()
         with (
-            LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None) as cluster,
+            LocalCluster(
+                n_workers=count, threads_per_worker=1, dashboard_address=None
+            ) as cluster,
             Client(cluster, set_as_default=False) as client,
         ):
             workers = Workers(cluster=cluster.scheduler_address)
-            workers.map(self.work, self.arms[:count])  # so that all is loaded there, too
+            workers.map(
+                self.work, self.arms[:count]
+            )  # so that all is loaded there, too
             start = time.perf_counter() - begin - plain * count / len(self.arms)
             seconds, cpu = self.run(workers)
             self.overhead(f"{count} Dask workers", seconds, cpu, plain, start)
             if count > 1:
-                threading.Thread(target=kill_one, args=(client, seconds / 3), daemon=True).start()
+                threading.Thread(
+                    target=kill_one, args=(client, seconds / 3), daemon=True
+                ).start()
                 self.overhead("one of them killed", *self.run(workers), plain)
 
     def run(self, workers: Workers) -> tuple[float, float]:
@@ -160,7 +179,9 @@ def kill_one(client: "object", after: float) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--arms", type=int, default=1000)
-    parser.add_argument("--samples", type=int, default=8, help="in each socket, at most 30")
+    parser.add_argument(
+        "--samples", type=int, default=8, help="in each socket, at most 30"
+    )
     parser.add_argument("--method", choices=("auto", "paper"), default="paper")
     arguments = parser.parse_args()
     import dask
@@ -170,7 +191,9 @@ def main() -> None:
     dask.config.set({"distributed.worker.profile.enabled": False})
     dask.config.set({"distributed.admin.tick.interval": "1s"})
     malloc = {"MALLOC_TRIM_THRESHOLD_": 2**27, "MALLOC_MMAP_THRESHOLD_": 2**25}
-    dask.config.set({f"distributed.nanny.pre-spawn-environ.{k}": v for k, v in malloc.items()})
+    dask.config.set(
+        {f"distributed.nanny.pre-spawn-environ.{k}": v for k, v in malloc.items()}
+    )
     cores = os.cpu_count() or 1
     race = Race(arguments.method, arguments.samples, arguments.arms)
     for count in dict.fromkeys((1, cores)):

@@ -58,7 +58,11 @@ def figures(robot: Robot, train: Placement, test: Placement) -> list[float]:
     models = (summary.before, summary.loaded, summary.calibrated)
     errors = [1e3 * model.mean_absolute_error for model in models]
     counts = [float(len(part.samples)) for part in (train, test)]
-    return [*counts, *errors, *shares_within(calibration, measure(test, robot, sockets=1))]
+    return [
+        *counts,
+        *errors,
+        *shares_within(calibration, measure(test, robot, sockets=1)),
+    ]
 
 
 def points_of(folder: Path) -> list[Placement]:
@@ -74,14 +78,18 @@ def row(tracker: Path, name: str) -> str:
     """Return an arm's row of the table: the mean over its splits."""
     arm = ARMS[name]
     file, flange = tracker / arm.robot, None if arm.ball is None else "tool0"
-    robot = mukca.load_robot(file if file.suffix else arm.robot, flange=flange, ball=arm.ball)
+    robot = mukca.load_robot(
+        file if file.suffix else arm.robot, flange=flange, ball=arm.ball
+    )
     placements = points_of(tracker / arm.folder)
     if arm.trained:
         pairs = [split(placements[0], arm.trained, seed) for seed in range(arm.splits)]
     else:
         by_name = {p.path.name: p for p in placements if p.path}
         pairs = [(by_name["train"], by_name["test"])]
-    means = np.mean([figures(robot, train, test) for train, test in pairs], axis=0).tolist()
+    means = np.mean(
+        [figures(robot, train, test) for train, test in pairs], axis=0
+    ).tolist()
     cells = (f"{v:.{d}f}" for v, d in zip(means, (0, 0, 3, 3, 3, 0, 0), strict=True))
     return f"| {name} | {' | '.join(cells)} |"
 
@@ -91,7 +99,9 @@ def main() -> None:
     parser.add_argument("tracker", type=Path, help="folder with the folders of points")
     parser.add_argument("--arms", nargs="+", choices=list(ARMS), default=list(ARMS))
     arguments = parser.parse_args()
-    print("| arm | trained on | held out | nominal | URDF | full model | in 68 % | in 95 % |")
+    print(
+        "| arm | trained on | held out | nominal | URDF | full model | in 68 % | in 95 % |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     for name in arguments.arms:
         print(row(arguments.tracker, name), flush=True)

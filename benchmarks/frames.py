@@ -68,13 +68,21 @@ EXACT = 1e-8
 
 
 def fit(
-    arms: Sequence[RobotRecordings], at: Sequence[SocketAt] = (), deviation: float = 3e-5
+    arms: Sequence[RobotRecordings],
+    at: Sequence[SocketAt] = (),
+    deviation: float = 3e-5,
 ) -> TiedRobots:
     """Return the geometry of all arms, and the frames."""
-    places, visitors = places_of(arms, sockets_at=at, deviation=deviation), list[Visitor]()
+    places, visitors = (
+        places_of(arms, sockets_at=at, deviation=deviation),
+        list[Visitor](),
+    )
     for i, arm in enumerate(arms):
         alone, sockets = places_alone(places, arms, i)
-        model, data = extend(arm.robot, choose_parameters(arm.robot)), observations_at(alone, arm)
+        model, data = (
+            extend(arm.robot, choose_parameters(arm.robot)),
+            observations_at(alone, arm),
+        )
         frame = places.frames.index(arm.base_frame) if i else WORLD
         posterior = estimate(model, data, joint_noise=False)
         visitors.append(Visitor(arm.name, frame, sockets, posterior))
@@ -138,7 +146,9 @@ def sockets_seen(
     return sockets
 
 
-def one_arm(robot: Robot, use: str, seed: int, noise: float) -> tuple[np.ndarray, np.ndarray]:
+def one_arm(
+    robot: Robot, use: str, seed: int, noise: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return errors and stated deviations of one use by one arm.
 
     With noise anywhere in the workspace; without, at sockets held out, after more samples.
@@ -156,14 +166,20 @@ def one_arm(robot: Robot, use: str, seed: int, noise: float) -> tuple[np.ndarray
         return in_frame(found, frame, arm, use, workspace(arm, 40, 7))
     bases = reachable_bases(arm, generator, 3 if noise else 6)
     samples = 12 if noise else 20
-    placements = [record(arm, b, generator, samples=samples, noise=noise) for b in bases]
+    placements = [
+        record(arm, b, generator, samples=samples, noise=noise) for b in bases
+    ]
     measured = [measure(replace(p, distance=None), robot) for p in placements]
     deviation = noise / 2 or EXACT
-    at = sockets_seen(bases, frame, generator, noise=noise / 2, deviation=deviation, name=use)
+    at = sockets_seen(
+        bases, frame, generator, noise=noise / 2, deviation=deviation, name=use
+    )
     found = fit([RobotRecordings(robot, measured)], at)
     if noise:
         return in_frame(found, frame, arm, use, workspace(arm, 40, 7))
-    held = [record(arm, b, generator, samples=4) for b in reachable_bases(arm, generator, 3)]
+    held = [
+        record(arm, b, generator, samples=4) for b in reachable_bases(arm, generator, 3)
+    ]
     q = np.concatenate([p.positions for p in held])
     return in_frame(found, frame, arm, use, q)
 
@@ -185,7 +201,9 @@ def two_arms(
         for i, place in enumerate(PLACES[:count])
     ]
     held = [_between(bases, generator) for _ in range(6)]
-    recorded = recorded_by_both(arms, poses, bases, generator, samples=samples, noise=noise)
+    recorded = recorded_by_both(
+        arms, poses, bases, generator, samples=samples, noise=noise
+    )
     judged = recorded_by_both(arms, poses, held, generator, samples=4)
     found = fit(
         [
@@ -195,16 +213,23 @@ def two_arms(
         deviation=3e-5 if noise else EXACT,
     )
     a, b = (
-        seen(found, i, np.concatenate([p.positions for p in own])) for i, own in enumerate(judged)
+        seen(found, i, np.concatenate([p.positions for p in own]))
+        for i, own in enumerate(judged)
     )
     tools = base_to_base(found, 1).tool_deviation
-    return b[0] - a[0], deviations(found, b[1] - a[1]), np.nan if tools is None else tools
+    return (
+        b[0] - a[0],
+        deviations(found, b[1] - a[1]),
+        np.nan if tools is None else tools,
+    )
 
 
 def _between(bases: Sequence[Base], generator: np.random.Generator) -> Base:
     """Return a base somewhere in the region of others."""
     shares = generator.dirichlet(np.ones(len(bases)))
-    return replace(bases[0], name="held", centre=shares @ np.array([b.centre for b in bases]))
+    return replace(
+        bases[0], name="held", centre=shares @ np.array([b.centre for b in bases])
+    )
 
 
 def exact(name: str) -> str:
@@ -230,7 +255,10 @@ def shares_of(use: str, seed: int) -> list[float]:
 def coverage(draws: int, workers: Workers) -> None:
     for use in (*USES, "two arms"):
         shares = workers.map(partial(shares_of, use), range(draws))
-        (one, two), (d1, d2) = np.mean(shares, axis=0), np.std(shares, axis=0) / draws**0.5
+        (one, two), (d1, d2) = (
+            np.mean(shares, axis=0),
+            np.std(shares, axis=0) / draws**0.5,
+        )
         print(
             f"{use}: {draws} draws, within 1 sigma {one:.1f} +- {d1:.1f} % (68.3), within "
             f"1.96 sigma {two:.1f} +- {d2:.1f} % (95.0)",

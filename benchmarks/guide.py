@@ -94,14 +94,18 @@ class Hand:
         """Return poses near the aim, with the ball in some seats, shape (N, m)."""
         return np.array([self.lead(self.aim, seat, AIM) for seat in seats])
 
-    def lead(self, q: np.ndarray | None, socket: np.ndarray, spread: float) -> np.ndarray:
+    def lead(
+        self, q: np.ndarray | None, socket: np.ndarray, spread: float
+    ) -> np.ndarray:
         """Return a pose near another, with the ball in a socket."""
         for _ in range(40 if q is not None else 0):
             start = q + self.generator.normal(0, spread, (8, len(q)))
             start = np.clip(start, self.guide.lower + 1e-3, self.guide.upper - 1e-3)
             pose, _ = self.guide.ball_and_neck(start)
             seats = np.tile(socket, (8, 1)) + self.generator.normal(0, self.noise, 3)
-            found, arrived = self.guide._follow(start, np.concatenate([seats, pose[:, 3:]], axis=1))
+            found, arrived = self.guide._follow(
+                start, np.concatenate([seats, pose[:, 3:]], axis=1)
+            )
             leans = pose[:, 5] < -np.cos(np.deg2rad(55))
             good = arrived & leans & (np.abs(found - start).max(axis=1) < np.pi)
             if good.any():
@@ -155,7 +159,10 @@ def truth(arm: Robot, found: Posterior, test: Placement) -> tuple[float, float, 
         here = balls[test.sockets == k]
         errors += np.linalg.norm(here - here.mean(axis=0), axis=1).tolist()
     q = workspace(found.model.robot, 400)  # those of workspace_of
-    true, said = BallModel(arm, []).points(np.zeros(0), q), found.model.ball.points(found.values, q)
+    true, said = (
+        BallModel(arm, []).points(np.zeros(0), q),
+        found.model.ball.points(found.values, q),
+    )
     lengths = [np.linalg.norm(p[1::2] - p[::2], axis=1) for p in (true, said)]
     off = lengths[1] - lengths[0]
     predicted = from_fit(found).deviations(workspace_of(found.model, found.x))
@@ -189,7 +196,9 @@ def enough(case: tuple[str, int]) -> tuple[int, bool, str]:
         for n, socket in enumerate(SIXES, 1):
             (read,) = lead(arm, base.sockets[socket][None], generator, flaws, hand)
             samples.append(Sample(tuple(read.tolist()), socket, number=n))
-            here = Placement(base.name, tuple(samples), robot.joint_names, base.distance)
+            here = Placement(
+                base.name, tuple(samples), robot.joint_names, base.distance
+            )
             following = SIXES[n % len(SIXES)]
             if n not in LOOKED:
                 hand.aim = planned(coach, samples, following, read)
@@ -220,11 +229,16 @@ def compare_enough(first: int, count: int, names: list[str], workers: Workers) -
     for case, (_, _, missed) in zip(cases, found, strict=True):
         if missed:
             print(*case, missed)
-    print("arm           ENOUGH by 15 + 15 twice   samples until   near only   then NOT ENOUGH")
+    print(
+        "arm           ENOUGH by 15 + 15 twice   samples until   near only   then NOT ENOUGH"
+    )
     for i, name in enumerate([*names, "all"]):
         own = found[i * count : (i + 1) * count] or found
         said = [until for until, _, _ in own if until]
-        near, no = sum(near for _, near, _ in own), sum(bool(missed) for *_, missed in own)
+        near, no = (
+            sum(near for _, near, _ in own),
+            sum(bool(missed) for *_, missed in own),
+        )
         print(f"{name:<14} {len(said):>10} of {len(own):<10} {np.median(said or [0]):>10.0f} "
               f"{near:>12} {no:>14}")  # fmt: skip
 
@@ -252,7 +266,9 @@ def travel(case: tuple[str, int]) -> np.ndarray:
     (base,) = reachable_bases(arm, generator, 1)
     model = extend(robot, choose_parameters(robot))
     anywhere = workspace_of(model, np.zeros(model.size))
-    along = (base.sockets[1] - base.sockets[0]) / np.linalg.norm(base.sockets[1] - base.sockets[0])
+    along = (base.sockets[1] - base.sockets[0]) / np.linalg.norm(
+        base.sockets[1] - base.sockets[0]
+    )
     figures = []
     for of, order in ((planned, SIXES[:24]), (nearest, sorted(SIXES[:24]))):
         hand = Hand(arm, np.random.default_rng([*seeds, 5]))
@@ -270,7 +286,10 @@ def travel(case: tuple[str, int]) -> np.ndarray:
         known = known.with_lengths({0: -along, 1: along}, CALIPER_DEVIATION)
         for sample in samples:
             known = known.with_samples(np.array([sample.position]), sample.socket)
-        own, shape = known.covariance[: model.size, : model.size], anywhere.judged[:, 1:]
+        own, shape = (
+            known.covariance[: model.size, : model.size],
+            anywhere.judged[:, 1:],
+        )
         turned = np.rad2deg(np.abs(np.diff([s.position for s in samples], axis=0)))
         total, most = turned.sum(axis=0), turned.max(axis=1)
         figures.append(
@@ -337,28 +356,43 @@ def curved(each: int, case: tuple[str, int]) -> tuple[float, ...]:
     generator = np.random.default_rng([seed, list(shipped_robots()).index(name), 7])
     arm, m = perturb(robot, generator, 2e-3, 5e-3), len(robot.joint_names)
     curves = CURVE.typical_shift * random_curves(m, generator)
-    bent = Deflection((COMPLIANCE.name, CURVE.name), (3e-5 * generator.random(m), curves))
+    bent = Deflection(
+        (COMPLIANCE.name, CURVE.name), (3e-5 * generator.random(m), curves)
+    )
     how = Imperfection(5e-5, bent)
     first, second, *others = reachable_bases(arm, generator, 5)
     test = [record(arm, base, generator, imperfection=how) for base in others]
     errors: list[float] = []
     for of in (robot, replace(robot, name="other"), None):
-        hand, earlier = Hand(arm, np.random.default_rng([seed, 8]), noise=0.0), list[Placement]()
+        hand, earlier = (
+            Hand(arm, np.random.default_rng([seed, 8]), noise=0.0),
+            list[Placement](),
+        )
         for base in (first, second):
             coach, samples = PoseSelector(of or robot, base.distance, parts=earlier), []
             order, hand.aim = (*[0] * 6, *[1] * 6) * (each // 6), None
-            for socket, following in itertools.zip_longest(order, order[1:], fillvalue=1):
-                (read,) = lead(arm, base.sockets[socket][None], hand.generator, how, hand)
-                samples.append(Sample(tuple(read.tolist()), socket, number=len(samples) + 1))
+            for socket, following in itertools.zip_longest(
+                order, order[1:], fillvalue=1
+            ):
+                (read,) = lead(
+                    arm, base.sockets[socket][None], hand.generator, how, hand
+                )
+                samples.append(
+                    Sample(tuple(read.tolist()), socket, number=len(samples) + 1)
+                )
                 hand.aim = planned(coach, samples, following, read) if of else None
-            earlier.append(Placement(base.name, tuple(samples), robot.joint_names, base.distance))
+            earlier.append(
+                Placement(base.name, tuple(samples), robot.joint_names, base.distance)
+            )
         found = calibrate(robot, earlier, test=test).errors.summary.test
         errors.append(found.calibrated.mean_absolute_error)
     print(name, seed, *(f"{1e3 * one:.3f}" for one in errors), flush=True)
     return tuple(errors)
 
 
-def compare_curved(first: int, count: int, each: int, names: list[str], workers: Workers) -> None:
+def compare_curved(
+    first: int, count: int, each: int, names: list[str], workers: Workers
+) -> None:
     cases = [(name, seed) for name in names for seed in range(first, first + count)]
     found = 1e3 * np.array(workers.map(partial(curved, each), cases))
     means = "by poses for curves {:.3f}, for other arms {:.3f}, random {:.3f}"
@@ -369,7 +403,9 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def one_arm(names: list[str], goal_mm: float | None, i: int) -> tuple[str, tuple[float, ...]]:
+def one_arm(
+    names: list[str], goal_mm: float | None, i: int
+) -> tuple[str, tuple[float, ...]]:
     """Return a line of the table on one simulated arm, and its figures."""
     name = names[i % len(names)]
     robot = load_robot(name)
@@ -390,10 +426,16 @@ def one_arm(names: list[str], goal_mm: float | None, i: int) -> tuple[str, tuple
     return text, (*a, *b, gauge, sum(counts))
 
 
-def simulate(count: int, names: list[str], goal_mm: float | None, workers: Workers) -> None:
+def simulate(
+    count: int, names: list[str], goal_mm: float | None, workers: Workers
+) -> None:
     arms = workers.map(partial(one_arm, names, goal_mm), range(count))
-    print("arm            poses    held-out [mm]      distances [mm]     gauge   true/predicted")
-    print("               guided   guided  30+30      guided  30+30      guided  guided  30+30")
+    print(
+        "arm            poses    held-out [mm]      distances [mm]     gauge   true/predicted"
+    )
+    print(
+        "               guided   guided  30+30      guided  30+30      guided  guided  30+30"
+    )
     print("\n".join(text for text, _ in arms))
     table = np.array([figures for _, figures in arms])
     for label, f in (("median", np.median), ("worst", np.max)):
@@ -422,7 +464,11 @@ def choose(model: ExtendedModel, train: Placement, each: int) -> Placement:
 
 def recorded(folder: Path, each: int, draws: int) -> None:
     print(f"{each} + {each} chosen against {draws} random draws, held-out error [mm]")
-    for arm, front in (("panda_3", "frontcenter"), ("kuka_14", "front"), ("dinova_2", "front")):
+    for arm, front in (
+        ("panda_3", "frontcenter"),
+        ("kuka_14", "front"),
+        ("dinova_2", "front"),
+    ):
         robot = load_robot(str(folder / arm / "nominal.urdf"))
         every = [p.for_joints(robot.joint_names) for p in read_placements(folder / arm)]
         train = next(p for p in every if p.name.endswith("/" + front))
@@ -443,7 +489,9 @@ def recorded(folder: Path, each: int, draws: int) -> None:
               flush=True)  # fmt: skip
 
 
-def _draw(train: Placement, socket: int, each: int, generator: np.random.Generator) -> list[Sample]:
+def _draw(
+    train: Placement, socket: int, each: int, generator: np.random.Generator
+) -> list[Sample]:
     here = [s for s in train.samples if s.socket == socket]
     return [here[i] for i in generator.permutation(len(here))[:each]]
 
@@ -464,12 +512,16 @@ def held_out(model: ExtendedModel, train: Placement, test: list[Placement]) -> f
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--arms", type=int, default=24)
-    parser.add_argument("--first", type=int, default=0, help="seed of --enough, --travel, --curves")
+    parser.add_argument(
+        "--first", type=int, default=0, help="seed of --enough, --travel, --curves"
+    )
     parser.add_argument("--robots", nargs="+", help="instead of all that are shipped")
     parser.add_argument("--goal-mm", type=float, help="instead of the coach's own")
     parser.add_argument("--enough", action="store_true", help="--arms of each robot")
     parser.add_argument("--travel", action="store_true", help="--arms of each robot")
-    parser.add_argument("--curves", action="store_true", help="--arms of each, --each in a socket")
+    parser.add_argument(
+        "--curves", action="store_true", help="--arms of each, --each in a socket"
+    )
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--each", type=int, default=15)
     parser.add_argument("--draws", type=int, default=200)
@@ -479,16 +531,22 @@ def main() -> None:
         recorded(arguments.recordings, arguments.each, arguments.draws)
     elif arguments.enough:
         names = arguments.robots or list(shipped_robots())
-        compare_enough(arguments.first, arguments.arms, names, read_options(arguments).workers)
+        compare_enough(
+            arguments.first, arguments.arms, names, read_options(arguments).workers
+        )
     elif arguments.travel:
         names = arguments.robots or list(TRAVELLED)
-        compare_travel(arguments.first, arguments.arms, names, read_options(arguments).workers)
+        compare_travel(
+            arguments.first, arguments.arms, names, read_options(arguments).workers
+        )
     elif arguments.curves:
         names, workers = arguments.robots or ["ur10"], read_options(arguments).workers
         compare_curved(arguments.first, arguments.arms, arguments.each, names, workers)
     else:
         names = arguments.robots or list(shipped_robots())
-        simulate(arguments.arms, names, arguments.goal_mm, read_options(arguments).workers)
+        simulate(
+            arguments.arms, names, arguments.goal_mm, read_options(arguments).workers
+        )
 
 
 if __name__ == "__main__":

@@ -60,13 +60,18 @@ def decode_rtde(data: bytes) -> tuple[float, ...]:
 
 
 def sound_franka(data: bytes) -> bool:
-    count, tail = {2085: (37, 9), 2341: (37, 9), 2373: (41, 9), 1377: (41, 5)}[len(data)]
+    count, tail = {2085: (37, 9), 2341: (37, 9), 2373: (41, 9), 1377: (41, 5)}[
+        len(data)
+    ]
     flags = data[-tail - 2 * count : -tail]
     return len(data) in LAYOUTS and max(flags) <= 1 and data[-tail] <= 6
 
 
 def sound_framed(data: bytes) -> bool:
-    length, checksum = int.from_bytes(data[:4], "little"), int.from_bytes(data[-4:], "little")
+    length, checksum = (
+        int.from_bytes(data[:4], "little"),
+        int.from_bytes(data[-4:], "little"),
+    )
     return length == len(data) - 8 and checksum == zlib.crc32(data[4:-4])
 
 
@@ -74,20 +79,34 @@ def protocols() -> list[Protocol]:
     """Return all wire formats that are read."""
     rtde = struct.pack(">HBBd6dii", 68, ord("U"), 1, 2.5, *Q[:6], 7, 1)
     found = [
-        Protocol(f"franka {v}", encode_state(v, 5, STATE), franka_position, sound_franka)
+        Protocol(
+            f"franka {v}", encode_state(v, 5, STATE), franka_position, sound_franka
+        )
         for v in (3, 4, 5, 10)
     ]
     for version in ("1.15", "2.5", "2.7"):
         good = encode_message(version, (0x245142, 7, 6), (2, 3, 5, 1), STATE, 99)
         framed = version == "2.7"
-        sound = sound_framed if framed else lambda data: b"\x08\xc2\xa2\x91\x01" in data[:12]
+        sound = (
+            sound_framed
+            if framed
+            else lambda data: b"\x08\xc2\xa2\x91\x01" in data[:12]
+        )
         found.append(Protocol(f"fri {version}", good, fri_position, sound))
     found.append(
-        Protocol("rtde", rtde, decode_rtde, lambda d: d[:4] == rtde[:4], largest=4 * math.pi)
+        Protocol(
+            "rtde", rtde, decode_rtde, lambda d: d[:4] == rtde[:4], largest=4 * math.pi
+        )
     )
     reply = struct.pack("<hBB4f", 2, 0x12, 0, 0.5, 90.0, 0.0, 3.0)
     found.append(
-        Protocol("kinova", reply, kinova_position, lambda d: d[:4] == reply[:4], largest=36_000)
+        Protocol(
+            "kinova",
+            reply,
+            kinova_position,
+            lambda d: d[:4] == reply[:4],
+            largest=36_000,
+        )
     )
     frame = struct.pack(">ii", 90_000, -45_000)
     found.append(Protocol("piper", frame, decode_frame, lambda data: len(data) == 8))
@@ -106,7 +125,9 @@ def protocols() -> list[Protocol]:
         )
     )
     feedback = bytes.fromhex("03851e7ff825191b")
-    found.append(Protocol("damiao", feedback, damiao_position, sound_damiao, largest=12.5))
+    found.append(
+        Protocol("damiao", feedback, damiao_position, sound_damiao, largest=12.5)
+    )
     return found
 
 
@@ -205,7 +226,9 @@ def main() -> None:
     for number in range(arguments.count):
         victim = victims[number % len(victims)]
         attack(victim, hostile(victim.good, source))
-    print(f"{'protocol':10} {'messages':>9} {'taken':>8} {'mean':>9} {'x good':>7} {'slowest':>10}")
+    print(
+        f"{'protocol':10} {'messages':>9} {'taken':>8} {'mean':>9} {'x good':>7} {'slowest':>10}"
+    )
     for victim in victims:
         start = time.perf_counter()
         for _ in range(1000):
@@ -216,7 +239,9 @@ def main() -> None:
             f"{victim.name:10} {victim.seen:9} {victim.taken:8} {1e6 * mean:6.1f} us "
             f"{mean / good:7.2f} {1e3 * victim.slowest:7.2f} ms"
         )
-    print(f"{arguments.count} hostile messages: nothing but ValueError, no implausible angle")
+    print(
+        f"{arguments.count} hostile messages: nothing but ValueError, no implausible angle"
+    )
 
 
 if __name__ == "__main__":

@@ -67,11 +67,19 @@ def models_of(arm: int) -> dict[str, bytes]:
             write_holes(placement, recordings / placement.name)
         words = ["solve", str(recordings), "--robot", "panda", "--out", str(out)]
         with contextlib.redirect_stdout(io.StringIO()) as said:
-            mukca(words)  # such arms differ in size by more than real ones, so the verdict is FAIL
+            mukca(
+                words
+            )  # such arms differ in size by more than real ones, so the verdict is FAIL
         if not (out / "calibrated.urdf").exists():
-            raise SystemExit(f"arm {arm}: mukca {' '.join(words)} failed: {said.getvalue()}")
+            raise SystemExit(
+                f"arm {arm}: mukca {' '.join(words)} failed: {said.getvalue()}"
+            )
         calibrated = (out / "calibrated.urdf").read_bytes()
-    return {"nominal": nominal.text.data, "calibrated": calibrated, "true": urdf_of(true)}
+    return {
+        "nominal": nominal.text.data,
+        "calibrated": calibrated,
+        "true": urdf_of(true),
+    }
 
 
 @dataclass(frozen=True)
@@ -124,12 +132,18 @@ def row(arm: str, name: str, count: str, figures: Drawing | Insertions) -> str:
 def insertions(models: dict[int, dict[str, bytes]], workers: Workers) -> list[Run]:
     pieces = list(product(range(len(INSERTIONS)), models))
     runs = workers.map(partial(inserted, models), pieces)
-    print("| arm | model, hole | inserted | above the hole | force | peak force | elbow |")
+    print(
+        "| arm | model, hole | inserted | above the hole | force | peak force | elbow |"
+    )
     print("|---|---|---|---|---|---|---|")
     for i, (word, hole, insert, _) in enumerate(INSERTIONS):
         place = "X, " if insert is insert_on_cross else ""
         name = f"{word}, {place}{1e3 * hole:g} mm"
-        each = {str(arm): r.trials for (k, arm), r in zip(pieces, runs, strict=True) if k == i}
+        each = {
+            str(arm): r.trials
+            for (k, arm), r in zip(pieces, runs, strict=True)
+            if k == i
+        }
         each["all"] = [trial for trials in each.values() for trial in trials]
         for arm, trials in each.items():
             figures = insertion_results(trials)
@@ -151,12 +165,16 @@ def drawings(models: dict[int, dict[str, bytes]], workers: Workers) -> list[Run]
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--arms", type=int, nargs="+", default=[1, 2, 3, 4, 5, DEMO_SEED])
+    parser.add_argument(
+        "--arms", type=int, nargs="+", default=[1, 2, 3, 4, 5, DEMO_SEED]
+    )
     add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     arms, workers = arguments.arms, read_options(arguments).workers
     models = dict(zip(arms, workers.map(models_of, arms), strict=True))
-    print("Lengths in mm and forces in N, mean (largest) or mean (least to largest of the trials);")
+    print(
+        "Lengths in mm and forces in N, mean (largest) or mean (least to largest of the trials);"
+    )
     print("elbow in degrees from straight up, at the start.")
     runs = [*insertions(models, workers), *drawings(models, workers)]
     simulated, spent = sum(r.simulated for r in runs), sum(r.spent for r in runs)

@@ -55,9 +55,16 @@ def held_out(robot: Robot, points: Placement, trained: int, seed: int) -> list[f
     summary = calibration.errors.summary.test
     again = calibration.validate(test).summary.test
     assert summary is not None and again is not None
-    models = (summary.nominal, summary.ball_refitted, summary.loaded, summary.calibrated)
+    models = (
+        summary.nominal,
+        summary.ball_refitted,
+        summary.loaded,
+        summary.calibrated,
+    )
     figures = [np.nan if m is None else m.mean_absolute_error for m in models]
-    lengths = [1e3 * figure for figure in (*figures, again.calibrated.mean_absolute_error)]
+    lengths = [
+        1e3 * figure for figure in (*figures, again.calibrated.mean_absolute_error)
+    ]
     return [*lengths, *shares_within(calibration, measure(test, robot, sockets=1))]
 
 
@@ -69,7 +76,8 @@ def shares_within(calibration: mukca.Calibration, measured: Measurement) -> list
     posterior, load = calibration.posterior, calibration.load
     moments = load.torques(calibration.robot, measured)
     halves = [
-        HeldOut(measured.positions[k::2], moments[k::2], measured.points[k::2]) for k in (0, 1)
+        HeldOut(measured.positions[k::2], moments[k::2], measured.points[k::2])
+        for k in (0, 1)
     ]
     factors = [misfit(posterior, [half]) for half in halves]
     shares = [
@@ -84,17 +92,25 @@ def main() -> None:
     parser.add_argument("points", type=Path, help="folder with points.csv")
     parser.add_argument("--robot", required=True, help="URDF of the arm")
     parser.add_argument("--flange", help="the link that carries the reflector")
-    parser.add_argument("--ball", nargs=3, type=float, help="the reflector in that link [m]")
+    parser.add_argument(
+        "--ball", nargs=3, type=float, help="the reflector in that link [m]"
+    )
     parser.add_argument("--splits", type=int, default=10)
-    parser.add_argument("--train", type=int, default=120, help="points to fit (default: 120)")
+    parser.add_argument(
+        "--train", type=int, default=120, help="points to fit (default: 120)"
+    )
     add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
-    robot = mukca.load_robot(arguments.robot, flange=arguments.flange, ball=arguments.ball)
+    robot = mukca.load_robot(
+        arguments.robot, flange=arguments.flange, ball=arguments.ball
+    )
     (points,) = mukca.read_placements(arguments.points)
     begin = time.perf_counter()
     work = partial(held_out, robot, points, arguments.train)
     rows = read_options(arguments).workers.map(work, range(arguments.splits))
-    print("mean held-out error in mm: nominal, ball refitted, URDF alone, calibrated, by validate;")
+    print(
+        "mean held-out error in mm: nominal, ball refitted, URDF alone, calibrated, by validate;"
+    )
     print("points within the stated 68 % and 95 %, in %")
     for seed, row in enumerate(rows):
         print(f"split {seed}: " + "  ".join(f"{value:.4f}" for value in row))

@@ -47,7 +47,9 @@ def parts_of(points: Placement, rows: np.ndarray) -> tuple[Placement, Placement]
     return train, test
 
 
-def held_out(robot: Robot, train: object, test: object, **options: object) -> tuple[float, str]:
+def held_out(
+    robot: Robot, train: object, test: object, **options: object
+) -> tuple[float, str]:
     """Return the mean held-out error in mm, and the note on curves, after that in mrad of poses."""
     found = mukca.calibrate(robot, train, test=test, **options)
     assert found.errors.summary.test is not None
@@ -61,13 +63,17 @@ def _note(found: mukca.Calibration) -> str:
     return next((n for n in found.document.choices or () if n.startswith("curves")), "")
 
 
-def splits(count: int, arguments: argparse.Namespace) -> Iterator[tuple[str, np.ndarray]]:
+def splits(
+    count: int, arguments: argparse.Namespace
+) -> Iterator[tuple[str, np.ndarray]]:
     order = np.random.default_rng(0).permutation(count)
     for k in range(arguments.folds):
         yield f"fold {k}", np.setdiff1d(order, order[k :: arguments.folds])
     for train in arguments.train:
         for seed in range(arguments.splits):
-            drawn = np.random.default_rng(seed).permutation(count)[: -min(100, count // 5)]
+            drawn = np.random.default_rng(seed).permutation(count)[
+                : -min(100, count // 5)
+            ]
             yield f"{train} of {count}, draw {seed}", drawn[:train]
 
 
@@ -108,8 +114,13 @@ def none(arguments: argparse.Namespace) -> None:
         _, data = mukca.simulate_recordings(robot, 2 + seed % 3, seed=seed, **flaws)
         note = _note(mukca.calibrate(robot, data))
         gain = re.search(r"log evidence ([+-][0-9.]+)", note)
-        most, kept = max(most, float(gain[1]) if gain else most), kept + ("kept" in note)
-    print(f"{arguments.arms} arms without curves: kept {kept} times; evidence at most {most:+.1f}")
+        most, kept = (
+            max(most, float(gain[1]) if gain else most),
+            kept + ("kept" in note),
+        )
+    print(
+        f"{arguments.arms} arms without curves: kept {kept} times; evidence at most {most:+.1f}"
+    )
 
 
 def growth(robot: Robot, arguments: argparse.Namespace) -> None:
@@ -141,7 +152,8 @@ def cost(robot: Robot, arguments: argparse.Namespace) -> None:
     (measured,) = mukca.read_placements(arguments.folder)
     for count in arguments.samples:
         train, _ = parts_of(
-            measured, np.random.default_rng(0).permutation(len(measured.samples))[:count]
+            measured,
+            np.random.default_rng(0).permutation(len(measured.samples))[:count],
         )
         seconds: list[list[float]] = []
         for _ in range(8):
@@ -172,10 +184,14 @@ def main() -> None:
     parser.add_argument("--amplitude", nargs="+", type=float, default=[3e-4])
     parser.add_argument("--placements", nargs="+", type=int, default=[1, 2, 4])
     parser.add_argument("--arms", type=int, default=10)
-    parser.add_argument("--first", type=int, default=0, help="seed of sockets and route")
+    parser.add_argument(
+        "--first", type=int, default=0, help="seed of sockets and route"
+    )
     parser.add_argument("--samples", nargs="+", type=int, default=[200])
     arguments = parser.parse_args()
-    robot = mukca.load_robot(arguments.robot, flange=arguments.flange, ball=arguments.ball)
+    robot = mukca.load_robot(
+        arguments.robot, flange=arguments.flange, ball=arguments.ball
+    )
     if arguments.what == "none":
         none(arguments)
     else:

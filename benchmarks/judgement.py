@@ -35,10 +35,20 @@ RUN = "import sys\nfrom mukca.tools.cli import main\n{}\nsys.exit(main())"
 def seconds(change: str) -> float:
     """Return the processor time of the command, with something changed in it [s]."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    words = ["solve", str(DATA / "frontcenter"), "--test", str(DATA), "--robot", "panda"]
+    words = [
+        "solve",
+        str(DATA / "frontcenter"),
+        "--test",
+        str(DATA),
+        "--robot",
+        "panda",
+    ]
     full = [sys.executable, "-c", RUN.format(change), *words, "--distance", "0.05"]
     done = subprocess.run(
-        full, check=False, capture_output=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+        full,
+        check=False,
+        capture_output=True,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
     )
     assert done.returncode == 0, done.stderr.decode()
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

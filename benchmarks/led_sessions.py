@@ -98,7 +98,9 @@ class Direct:
         count = len(request.samples)
         if count % SHARE and count > SHARE:
             alarms = self.selector.alarms(request.samples, request.answers)
-            self.advice = Advice(count, request.socket, np.inf, 0.0, alarms=alarms, early=True)
+            self.advice = Advice(
+                count, request.socket, np.inf, 0.0, alarms=alarms, early=True
+            )
             return
         self.advice = self.selector.advise(
             request.samples, request.socket, request.position, request.answers
@@ -118,7 +120,9 @@ class World:
         self.arm = arm_of(self.robot, generator)
         self.flaws = realistic_flaws(self.robot, generator)
         if name in SERVOS:
-            self.flaws = Imperfection(3e-4, play=PLAYS.get(name, PLAY), resolution=np.pi / 2048)
+            self.flaws = Imperfection(
+                3e-4, play=PLAYS.get(name, PLAY), resolution=np.pi / 2048
+            )
         self.base, self.elsewhere = reachable_bases(self.arm, generator, 2, DISTANCE)
         match = _TEXT.fullmatch(fault)
         self.kind, self.begin = match[1], int(match[2] or 1)
@@ -138,7 +142,9 @@ class World:
     def read(self, number: int, socket: int, aim: Sequence[float] | None) -> np.ndarray:
         """Return what the encoders read at a sample, by its number since the session began."""
         since = number >= self.begin
-        arm = _bent(self.arm, self._aside) if since and self.kind == "bent" else self.arm
+        arm = (
+            _bent(self.arm, self._aside) if since and self.kind == "bent" else self.arm
+        )
         hand = Hand(arm, self.generator, noise=0.0)
         hand.aim = None if aim is None else np.array(aim)
         hand.aim = self._first if self.kind == "near" else hand.aim
@@ -146,7 +152,9 @@ class World:
         (q,) = lead(arm, seat[None], self.generator, self.flaws, hand)
         self._first = q if self._first is None else self._first
         joint = len(q) // 2
-        q[joint] += since * (self._size if self.kind == "zero" else READS * (self.kind == "reads"))
+        q[joint] += since * (
+            self._size if self.kind == "zero" else READS * (self.kind == "reads")
+        )
         return q
 
     def _seat(self, number: int, socket: int) -> np.ndarray:
@@ -171,7 +179,10 @@ class World:
 def _bent(arm: Robot, aside: np.ndarray) -> Robot:
     """Return an arm whose ball sits elsewhere on its flange."""
     joints = [
-        replace(joint, origin=Origin(tuple(np.add(joint.origin.xyz, aside)), joint.origin.rpy))
+        replace(
+            joint,
+            origin=Origin(tuple(np.add(joint.origin.xyz, aside)), joint.origin.rpy),
+        )
         if joint is arm.ball_joint
         else joint
         for joint in arm.joints
@@ -196,7 +207,9 @@ class Operator:
         world = self.world
         robot, name = world.robot, f"part_{self.count}"
         units = tuple(joint.unit for joint in joints_of(robot))
-        about = Metadata(robot.name, robot.joint_names, units, world.given, measured=True)
+        about = Metadata(
+            robot.name, robot.joint_names, units, world.given, measured=True
+        )
         self.recording = Recording(self.folder / name, about)
         samples = [replace(sample, number=i) for i, sample in enumerate(moved, 1)]
         for sample in samples:
@@ -207,7 +220,9 @@ class Operator:
         self.actions = SessionActions(session, self.recording, sound)
         selector = PoseSelector(robot, world.given, parts=self._parts)
         self.guidance = GuidanceClient(Direct(selector), self.actions, sound)
-        self.handler = KeyHandler(self.actions, keys_with(()), self.guidance, lambda: None)
+        self.handler = KeyHandler(
+            self.actions, keys_with(()), self.guidance, lambda: None
+        )
         self.position: tuple[float, ...] | None = None
 
     def lead(self, most: int) -> None:
@@ -255,7 +270,9 @@ class Operator:
 
     def _placement(self, samples: Sequence[Sample]) -> Placement:
         names = self.world.robot.joint_names
-        return Placement(self.recording.folder.name, tuple(samples), names, self.world.given)
+        return Placement(
+            self.recording.folder.name, tuple(samples), names, self.world.given
+        )
 
     def _view(self) -> View:
         session, client = self.actions.session, self.guidance
@@ -288,15 +305,21 @@ def led(most: int, job: tuple[str, int, str]) -> dict[str, Any]:
 def _solved(world: World, parts: Sequence[Placement]) -> dict[str, Any]:
     """Return the verdict of a solving, and the errors of its calibration and of the model [mm]."""
     generator = np.random.default_rng(7)
-    test = record(world.arm, world.elsewhere, generator, samples=15, imperfection=world.flaws)
+    test = record(
+        world.arm, world.elsewhere, generator, samples=15, imperfection=world.flaws
+    )
     zeros = is_coarse(repeatability_of(world.robot, None)) or None
     try:
         verdict = calibrate(world.robot, parts, zeros=zeros).verdict
-        solved = calibrate(world.robot, parts, zeros=zeros, test=[test]).errors.summary.test
+        solved = calibrate(
+            world.robot, parts, zeros=zeros, test=[test]
+        ).errors.summary.test
     except MukcaError as error:
         return {"verdict": f"refused: {error}", "error": None, "nominal": None}
     assert solved
-    errors = [1e3 * of.mean_absolute_error for of in (solved.calibrated, solved.nominal)]
+    errors = [
+        1e3 * of.mean_absolute_error for of in (solved.calibrated, solved.nominal)
+    ]
     return {"verdict": verdict.title, "error": errors[0], "nominal": errors[1]}
 
 
@@ -309,7 +332,11 @@ def lines_of(rows: Sequence[dict[str, Any]], faults: Sequence[str]) -> Iterator[
             late = "never" if first is None else f"{first - begin + 1}"
             words = row["alarms"][0][1] if row["alarms"] else "-"
             parts = " ".join(f"{a}+{b}" for a, b in row["counts"])
-            sizes = "-" if row["error"] is None else f"{row['error']:.2f} ({row['nominal']:.1f})"
+            sizes = (
+                "-"
+                if row["error"] is None
+                else f"{row['error']:.2f} ({row['nominal']:.1f})"
+            )
             yield (
                 f"{fault:<13} {row['arm']:<10} {words:<13} {late:>5}  "
                 f"{''.join(row['cures']) or '-':<8} {row['end']:<12} {parts:<14} "
@@ -328,7 +355,9 @@ def kept_by(most: int, keep: Path | None, job: tuple[str, int, str]) -> dict[str
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, nargs=2, default=(0, 3), help="first, and how many")
+    parser.add_argument(
+        "--seeds", type=int, nargs=2, default=(0, 3), help="first, and how many"
+    )
     parser.add_argument("--arms", nargs="+", default=LED)
     parser.add_argument("--faults", nargs="+", default=FAULTS)
     parser.add_argument("--most", type=int, default=40, help="samples of a session")
@@ -340,7 +369,11 @@ def main() -> None:
     there = {(row["arm"], row["seed"], row["fault"]) for row in rows}
     seeds = range(a.seeds[0], sum(a.seeds))
     # an arm each: with more seeds every fault meets every arm
-    jobs = [(a.arms[(i + s) % len(a.arms)], s, f) for s in seeds for i, f in enumerate(a.faults)]
+    jobs = [
+        (a.arms[(i + s) % len(a.arms)], s, f)
+        for s in seeds
+        for i, f in enumerate(a.faults)
+    ]
     new = [job for job in jobs if job not in there]
     rows += read_options(a).workers.map(partial(kept_by, a.most, a.keep), new)
     print("fault         arm        first alarm  after  keys     end          samples        "

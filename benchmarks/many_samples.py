@@ -26,7 +26,13 @@ from mukca.solver.bayes.model import Deflection
 from mukca.solver.calibration import SolveOptions, fit_robots
 from mukca.solver.data import Measurement, RobotRecordings, measure
 from mukca.solver.robot import BallModel, Robot
-from mukca.tools.simulation import Imperfection, demo_arm, demo_bases, reachable_bases, record
+from mukca.tools.simulation import (
+    Imperfection,
+    demo_arm,
+    demo_bases,
+    reachable_bases,
+    record,
+)
 
 GUIDED = 500
 """Configurations that are truly guided to in each socket; more are made beside them."""
@@ -74,7 +80,12 @@ def many_placements(count: int) -> list[Measurement]:
     generator = np.random.default_rng(0)
     bases = reachable_bases(arm, generator, 4)
     placements = [
-        record(arm, replace(bases[i % 4], name=f"placement_{i}"), generator, imperfection=how)
+        record(
+            arm,
+            replace(bases[i % 4], name=f"placement_{i}"),
+            generator,
+            imperfection=how,
+        )
         for i in range(count)
     ]
     return [measure(placement, nominal) for placement in placements]
@@ -111,7 +122,9 @@ def table(method: str, option: str, counts: list[int]) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--most", type=int, default=50_000, help="samples in each socket")
+    parser.add_argument(
+        "--most", type=int, default=50_000, help="samples in each socket"
+    )
     parser.add_argument("--method", choices=("auto", "paper"), help=argparse.SUPPRESS)
     parser.add_argument("--samples", type=int, default=0, help=argparse.SUPPRESS)
     parser.add_argument("--placements", type=int, default=0, help=argparse.SUPPRESS)

@@ -43,11 +43,18 @@ def recordings(
     if instrument:
         tracker = Pose(turn(generator.uniform(-2, 2, 3)), np.array([0.5, 2.0, 0.3]))
         frames = [
-            Pose(p.rotation.T @ tracker.rotation, p.inverse().apply(tracker.translation[None])[0])
+            Pose(
+                p.rotation.T @ tracker.rotation,
+                p.inverse().apply(tracker.translation[None])[0],
+            )
             for p in POSES
         ]
         rows = [
-            [replace(measured_points(arm, frame, generator, noise=NOISE), frame="tracker")]
+            [
+                replace(
+                    measured_points(arm, frame, generator, noise=NOISE), frame="tracker"
+                )
+            ]
             for arm, frame in zip(arms, frames, strict=True)
         ]
         return dict(zip(NAMES, rows, strict=True))
@@ -56,7 +63,11 @@ def recordings(
         for i, place in enumerate(PLACES[:count])
     ]
     return dict(
-        zip(NAMES, recorded_by_both(arms, POSES, bases, generator, noise=NOISE), strict=True)
+        zip(
+            NAMES,
+            recorded_by_both(arms, POSES, bases, generator, noise=NOISE),
+            strict=True,
+        )
     )
 
 
@@ -66,7 +77,9 @@ def meet(count: int, instrument: bool, seed: int) -> tuple[np.ndarray, float]:
     arms = [perturb(panda, generator, 2e-3, 5e-3) for _ in NAMES]
     rigid = ("compliance", "tilt", "transmission", "joint-noise")
     found = mukca.calibrate(
-        dict.fromkeys(NAMES, panda), recordings(arms, generator, count, instrument), without=rigid
+        dict.fromkeys(NAMES, panda),
+        recordings(arms, generator, count, instrument),
+        without=rigid,
     )
     stated = found.document.between["left_to_right"].tool_deviation
     shares = generator.dirichlet(np.ones(3), MEETINGS)
@@ -87,11 +100,16 @@ def meet(count: int, instrument: bool, seed: int) -> tuple[np.ndarray, float]:
         pose.apply(BallModel(arm, []).points(np.empty(0), rows))
         for arm, pose, rows in zip(arms, POSES, (q, at), strict=True)
     ]
-    return np.linalg.norm(balls[0] - balls[1], axis=1), np.nan if stated is None else stated
+    return np.linalg.norm(
+        balls[0] - balls[1], axis=1
+    ), np.nan if stated is None else stated
 
 
 def report(words: str, found: list[tuple[np.ndarray, float]]) -> None:
-    off, stated = np.array([one for one, _ in found]), np.array([said for _, said in found])
+    off, stated = (
+        np.array([one for one, _ in found]),
+        np.array([said for _, said in found]),
+    )
     ratio = off / stated[:, None]
     print(
         f"{words}: {len(found)} draws, {off.size} meetings, {1e3 * np.mean(off):.3f} mm apart on "
@@ -109,7 +127,10 @@ def main() -> None:
     add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     workers: Workers = read_options(arguments).workers
-    for instrument, words in ((False, f"{arguments.placements} bases"), (True, "an instrument")):
+    for instrument, words in (
+        (False, f"{arguments.placements} bases"),
+        (True, "an instrument"),
+    ):
         job = partial(meet, arguments.placements, instrument)
         report(words, workers.map(job, range(arguments.draws)))
 

@@ -55,7 +55,9 @@ class Movement:
         return np.outer(course, self.size * away / np.linalg.norm(away))
 
 
-def one(name: str, seed: int, movement: Movement, arguments: argparse.Namespace) -> tuple:
+def one(
+    name: str, seed: int, movement: Movement, arguments: argparse.Namespace
+) -> tuple:
     """Return the error [mm], and whether the movement was told and is in the fit."""
     robot, generator = mukca.load_robot(name), np.random.default_rng([seed, 5])
     arm = perturb(robot, generator, 2e-3, 5e-3)
@@ -63,7 +65,9 @@ def one(name: str, seed: int, movement: Movement, arguments: argparse.Namespace)
     base = reachable_bases(arm, generator, 1, arguments.distance)[0]
     sockets = np.repeat(arguments.order, EACH)
     read = lead(arm, np.array(base.sockets)[sockets], generator, how)
-    read = with_faults(Session(arm, read, sockets, np.array(base.sockets), generator), [movement])
+    read = with_faults(
+        Session(arm, read, sockets, np.array(base.sockets), generator), [movement]
+    )
     samples = tuple(
         Sample(tuple(q), k, number=i + 1, time=1e9 + PAUSE * i)
         for i, (q, k) in enumerate(zip(read.tolist(), sockets.tolist(), strict=True))
@@ -87,7 +91,9 @@ def main() -> None:
     parser.add_argument("--order", nargs="+", type=int, default=[0, 1, 0, 1])
     parser.add_argument("--distance", type=float, default=0.05)
     arguments = parser.parse_args()
-    print("| movement | error [mm] | quartiles | told | fitted |\n|---|---|---|---|---|")
+    print(
+        "| movement | error [mm] | quartiles | told | fitted |\n|---|---|---|---|---|"
+    )
     for text in arguments.faults:
         kind, _, size = text.partition(":")
         movement = Movement(kind, 1e-3 * float(size or 0))
@@ -99,7 +105,10 @@ def main() -> None:
         errors, told, fitted = zip(*rows, strict=True)
         low, middle, high = np.percentile(errors, [25, 50, 75])
         counts = f"{sum(told)} of {len(told)} | {sum(fitted)} of {len(fitted)}"
-        print(f"| {text} | {middle:.2f} | {low:.2f} to {high:.2f} | {counts} |", flush=True)
+        print(
+            f"| {text} | {middle:.2f} | {low:.2f} to {high:.2f} | {counts} |",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

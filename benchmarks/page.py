@@ -86,10 +86,15 @@ def accuracy(folders: Mapping[str, Path]) -> dict[str, Any]:
         for method in ("paper", "auto"):
             alone = mean_error(robot, one, others, method)[1:]
             each = [
-                mean_error(robot, [p for p in every if p is not left], [left], method)[1:]
+                mean_error(robot, [p for p in every if p is not left], [left], method)[
+                    1:
+                ]
                 for left in every
             ]
-            rows[arm][method] = [*alone, *(fmean(column) for column in zip(*each, strict=True))]
+            rows[arm][method] = [
+                *alone,
+                *(fmean(column) for column in zip(*each, strict=True)),
+            ]
         rows[arm]["floor"] = fmean(mean_error(robot, [p], [], "auto")[2] for p in every)
         print(arm, rows[arm], flush=True)
     return rows
@@ -102,7 +107,9 @@ def command(name: str, folders: Mapping[str, Path]) -> str:
         [sys.executable, str(ROOT / "benchmarks" / words[0]), *words[1:]],
         check=True, capture_output=True, text=True,
     )  # fmt: skip
-    begin = {"trust": "kind ", "costs": "| "}.get(name, "")  # the table; no case by itself
+    begin = {"trust": "kind ", "costs": "| "}.get(
+        name, ""
+    )  # the table; no case by itself
     return done.stdout[done.stdout.find(begin) :].rstrip()
 
 
@@ -111,7 +118,9 @@ def instrument(figures: Mapping[str, Any]) -> tuple[str, str, str, str]:
 
     They are by the nominal model, with the reflector refitted, by the URDF, and calibrated.
     """
-    mean = next(r for r in figures["instrument"]["found"].splitlines() if r.startswith("mean:"))
+    mean = next(
+        r for r in figures["instrument"]["found"].splitlines() if r.startswith("mean:")
+    )
     nominal, refitted, urdf, full = map(float, mean.split()[1:5])
     return f"{nominal:.2f}", f"{refitted:.2f}", f"{urdf:.3f}", f"{full:.3f}"
 
@@ -197,7 +206,9 @@ say. None may pass, and none may end in a traceback.
 
 def page(figures: Mapping[str, Any]) -> str:
     """Return the page."""
-    parts = ["# Benchmarks\n\nWritten by `benchmarks/page.py`, which says how to measure again.\n"]
+    parts = [
+        "# Benchmarks\n\nWritten by `benchmarks/page.py`, which says how to measure again.\n"
+    ]
     for name, text in TEXT.items():
         if name not in figures:
             continue
@@ -206,7 +217,11 @@ def page(figures: Mapping[str, Any]) -> str:
             body = "\n".join(table_rows(kept["found"])) + "\n"
         else:
             words = COMMANDS[name].format(tracker="TRACKER")
-            found = kept["found"] if kept["found"].startswith("|") else f"```\n{kept['found']}\n```"
+            found = (
+                kept["found"]
+                if kept["found"].startswith("|")
+                else f"```\n{kept['found']}\n```"
+            )
             body = f"\n`python benchmarks/{words}` prints:\n\n{found}\n"
         parts.append(f"{text}{body}\nMeasured on {kept['date']}, {kept['machine']}.\n")
     return "\n".join([*parts, BY_HAND.read_text()])
@@ -215,7 +230,12 @@ def page(figures: Mapping[str, Any]) -> str:
 def machine() -> str:
     """Return the processor and the programs that measured."""
     try:
-        words = Path("/proc/cpuinfo").read_text().partition("model name")[2].partition(":")[2]
+        words = (
+            Path("/proc/cpuinfo")
+            .read_text()
+            .partition("model name")[2]
+            .partition(":")[2]
+        )
         processor = words.partition("\n")[0].strip()
     except OSError:
         processor = platform.processor()
@@ -228,14 +248,22 @@ def machine() -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--measure", nargs="+", choices=list(TEXT), default=[])
-    parser.add_argument("--recordings", type=Path, default=ROOT.parent / "shared" / "recordings")
-    parser.add_argument("--tracker", type=Path, default=ROOT.parent / "shared" / "tracker")
+    parser.add_argument(
+        "--recordings", type=Path, default=ROOT.parent / "shared" / "recordings"
+    )
+    parser.add_argument(
+        "--tracker", type=Path, default=ROOT.parent / "shared" / "tracker"
+    )
     arguments = parser.parse_args()
     figures = json.loads(FIGURES.read_text()) if FIGURES.exists() else {}
     for name in arguments.measure:
         folders = vars(arguments)
         found = accuracy(folders) if name == "accuracy" else command(name, folders)
-        figures[name] = {"date": str(date.today()), "machine": machine(), "found": found}
+        figures[name] = {
+            "date": str(date.today()),
+            "machine": machine(),
+            "found": found,
+        }
         FIGURES.write_text(json.dumps(figures, indent=1) + "\n")
     PAGE.write_text(page(figures))
     PICTURE.write_bytes(picture(figures["accuracy"]["found"]))

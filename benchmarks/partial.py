@@ -40,7 +40,13 @@ from mukca.solver.data import CALIPER_DEVIATION, Pose, hand_eye, measure
 from mukca.solver.design import Reach, plan_poses
 from mukca.solver.partial import identifiable_zeros, zero_covariance
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import BallModel, InverseKinematics, Origin, rotation_vectors, turn
+from mukca.solver.robot import (
+    BallModel,
+    InverseKinematics,
+    Origin,
+    rotation_vectors,
+    turn,
+)
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
 TRAINED = ("frontcenter", "backleft")
@@ -57,16 +63,22 @@ def rezero(folder: Path, draws: int) -> Iterator[str]:
     calibration = mukca.calibrate(mukca.load_robot(folder / "nominal.urdf"), train)
     names, generator = calibration.robot.joint_names, np.random.default_rng(0)
     wrong = 0
-    found: dict[int, list[tuple[float, float, bool]]] = {j: [] for j in range(1, len(names) - 1)}
+    found: dict[int, list[tuple[float, float, bool]]] = {
+        j: [] for j in range(1, len(names) - 1)
+    }
     for draw in range(draws):
         since = few(others[draw % len(others)], 6, generator)
         wrong += bool(mukca.rezero(calibration, since).changed)
         for j, rows in found.items():
             q = since.positions - PUT_IN * np.eye(len(names))[j]
-            moved = mukca.Placement.of_arrays("since", q, since.sockets, names, distance=0.05)
+            moved = mukca.Placement.of_arrays(
+                "since", q, since.sockets, names, distance=0.05
+            )
             told = [one.joint for one in mukca.rezero(calibration, moved).changed]
             zero = mukca.rezero(calibration, moved, [names[j]]).joints[j]
-            rows.append((zero.offset - PUT_IN, zero.standard_deviation, told == [names[j]]))
+            rows.append(
+                (zero.offset - PUT_IN, zero.standard_deviation, told == [names[j]])
+            )
     yield f"none put in: some named in {wrong} of {draws}"
     for j, rows in found.items():
         rms = (sum(off**2 for off, _, _ in rows) / draws) ** 0.5
@@ -85,15 +97,22 @@ def changes(cases: Iterator[Fresh], generator: np.random.Generator) -> Iterator[
         for size, counts in told.items():
             for j in range(1, len(names) - 1) if size else [0]:
                 q = since.positions - size * np.eye(len(names))[j]
-                moved = mukca.Placement.of_arrays("since", q, since.sockets, names, distance=0.05)
-                counts[0] += mukca.what_changed(calibration, moved).verdict.exit_status == 1
+                moved = mukca.Placement.of_arrays(
+                    "since", q, since.sockets, names, distance=0.05
+                )
+                counts[0] += (
+                    mukca.what_changed(calibration, moved).verdict.exit_status == 1
+                )
                 counts[1] += 1
     yield ", ".join(f"{1e3 * size:g} mrad: {a} of {b}" for size, (a, b) in told.items())
 
 
 def recorded(folder: Path, draws: int) -> Iterator[Fresh]:
     """Yield a real arm calibrated by each pair of its placements, and each of the others."""
-    placements, robot = mukca.read_placements(folder), mukca.load_robot(folder / "nominal.urdf")
+    placements, robot = (
+        mukca.read_placements(folder),
+        mukca.load_robot(folder / "nominal.urdf"),
+    )
     for pair in combinations(placements, 2):
         calibration = mukca.calibrate(robot, list(pair))
         for placement in [p for p in placements if p not in pair for _ in range(draws)]:
@@ -102,7 +121,9 @@ def recorded(folder: Path, draws: int) -> Iterator[Fresh]:
 
 def tracker(folder: Path, draws: int) -> Iterator[str]:
     """Errors of a real arm's probe: the chain by 150 positions, probe and tracker by 8 poses."""
-    points, poses = (read_points(folder / f"{kind}.csv", kind) for kind in ("points", "poses"))
+    points, poses = (
+        read_points(folder / f"{kind}.csv", kind) for kind in ("points", "poses")
+    )
     robot, found = mukca.load_robot("ur10"), list[tuple[float, float]]()
     for draw in range(draws):
         order = np.random.default_rng(draw).permutation(len(poses.samples)).tolist()
@@ -110,11 +131,16 @@ def tracker(folder: Path, draws: int) -> Iterator[str]:
         result = mukca.handeye(calibration, picked(poses, order[150:158]), "beside")
         rest = replace(picked(poses, order[158:]), poses_of="camera")
         measured = measure(rest, robot, poses_of="camera")
-        T, own = result.calibration.flange(measured.positions), Pose.of(result.frame.origin)
+        T, own = (
+            result.calibration.flange(measured.positions),
+            Pose.of(result.frame.origin),
+        )
         at = T[:, :3, :3] @ result.target.translation + T[:, :3, 3]
         away = np.linalg.norm(at - own.apply(result.size * measured.points), axis=1)
         R = T[:, :3, :3] @ result.target.rotation
-        off = rotation_vectors(R @ (own.rotation @ measured.rotations).transpose(0, 2, 1))
+        off = rotation_vectors(
+            R @ (own.rotation @ measured.rotations).transpose(0, 2, 1)
+        )
         found.append((float(away.mean()), float(np.linalg.norm(off, axis=1).mean())))
     place, angle = 1e3 * np.mean(found, axis=0)
     yield f"tool at the other poses: mean {place:.3f} mm, {angle:.2f} mrad"
@@ -126,11 +152,16 @@ def picked(placement: mukca.Placement, rows: list[int]) -> mukca.Placement:
     return replace(placement, samples=samples, files=())
 
 
-def few(placement: mukca.Placement, count: int, generator: np.random.Generator) -> mukca.Placement:
+def few(
+    placement: mukca.Placement, count: int, generator: np.random.Generator
+) -> mukca.Placement:
     """Return some samples of each socket of a placement."""
     sockets = placement.sockets
     rows = np.concatenate(
-        [generator.choice(np.flatnonzero(sockets == k), count, replace=False) for k in (0, 1)]
+        [
+            generator.choice(np.flatnonzero(sockets == k), count, replace=False)
+            for k in (0, 1)
+        ]
     )
     q, names = placement.positions[rows], placement.joint_names
     return mukca.Placement.of_arrays("since", q, sockets[rows], names, distance=0.05)
@@ -182,7 +213,10 @@ def simulated(arms: Arms, *, plan: bool) -> Iterator[Fresh]:
             if plan:
                 yield one.calibration, planned(one, base, generator, 6)
             else:
-                yield one.calibration, record(one.arm, base, generator, imperfection=one.how)
+                yield (
+                    one.calibration,
+                    record(one.arm, base, generator, imperfection=one.how),
+                )
 
 
 class Planned(InverseKinematics):
@@ -199,7 +233,12 @@ class Planned(InverseKinematics):
         q = self.poses
         for _ in range(8):
             pose, J = self.ball_and_neck(q)
-            q = q + (np.linalg.pinv(J[:, :3]) @ (points - pose[:, :3])[:, :, None])[:, :, 0]
+            q = (
+                q
+                + (np.linalg.pinv(J[:, :3]) @ (points - pose[:, :3])[:, :, None])[
+                    :, :, 0
+                ]
+            )
         return q
 
 
@@ -212,8 +251,12 @@ def planned(
     away = (base.sockets[1] - base.sockets[0]) / base.distance
     known = known.with_lengths({0: -away, 1: away}, CALIPER_DEVIATION)
     order = [0] * count + [1] * count
-    guide = Planned(one.arm, plan_poses(known, identifiable_zeros(known, pools), pools, order))
-    return record(one.arm, base, generator, samples=count, imperfection=one.how, guide=guide)
+    guide = Planned(
+        one.arm, plan_poses(known, identifiable_zeros(known, pools), pools, order)
+    )
+    return record(
+        one.arm, base, generator, samples=count, imperfection=one.how, guide=guide
+    )
 
 
 def together(arms: Arms, *, plan: bool) -> Iterator[str]:
@@ -226,16 +269,27 @@ def together(arms: Arms, *, plan: bool) -> Iterator[str]:
         (base,) = reachable_bases(one.arm, generator, 1)
         since = record(one.arm, base, generator, samples=10, imperfection=one.how)
         for count, found in rows.items():
-            some = planned(one, base, generator, count) if plan else few(since, count, generator)
+            some = (
+                planned(one, base, generator, count)
+                if plan
+                else few(since, count, generator)
+            )
             q = some.positions - size
-            moved = mukca.Placement.of_arrays("since", q, some.sockets, joints, distance=0.05)
+            moved = mukca.Placement.of_arrays(
+                "since", q, some.sockets, joints, distance=0.05
+            )
             named = mukca.rezero(one.calibration, moved, joints[1:-1]).joints[1:-1]
             told = [zero.joint for zero in mukca.rezero(one.calibration, moved).changed]
             right = told == list(joints[1:-1])
-            best = (one.at_best.off_zeros(some, exact=exact).tolist() for exact in (False, True))
+            best = (
+                one.at_best.off_zeros(some, exact=exact).tolist()
+                for exact in (False, True)
+            )
             found += [
                 (zero.offset - put, zero.standard_deviation, right, *bounds)
-                for zero, put, *bounds in zip(named, size[1:-1].tolist(), *best, strict=True)
+                for zero, put, *bounds in zip(
+                    named, size[1:-1].tolist(), *best, strict=True
+                )
             ]
     for count, found in rows.items():
         off, stated, told, best, exact = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
@@ -255,9 +309,13 @@ def tool(arms: Arms) -> Iterator[str]:
         arm = one.carrying(tip)
         first, *others = reachable_bases(arm, generator, 4)
         still, seated = (replace(one.how, noise=noise) for noise in (0.0, 1e-4))
-        later = [record(arm, b, generator, samples=8, imperfection=still) for b in others]
+        later = [
+            record(arm, b, generator, samples=8, imperfection=still) for b in others
+        ]
         q = np.concatenate([p.positions for p in later]).reshape(6, 8, -1)
-        touched = record(arm, first, generator, samples=12, imperfection=seated).positions
+        touched = record(
+            arm, first, generator, samples=12, imperfection=seated
+        ).positions
         for count, found in rows.items():
             touches = mukca.Placement.of_arrays("touches", touched[:count], [0] * count)
             result = mukca.tool(one.calibration, touches)
@@ -266,10 +324,14 @@ def tool(arms: Arms) -> Iterator[str]:
                 scatter(by_urdf(robot, touched[:count], q))
                 for robot in (exported(one.calibration), one.calibration.robot)
             )
-            best, exact = (one.at_best.scatter(touches, 1e-4, q, exact=e) for e in (False, True))
+            best, exact = (
+                one.at_best.scatter(touches, 1e-4, q, exact=e) for e in (False, True)
+            )
             found.append((full, result.elsewhere or 0.0, best, exact, alone, nominal))
     for count, found in rows.items():
-        full, stated, best, exact, *rest = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
+        full, stated, best, exact, *rest = (
+            1e3 * np.mean(np.square(found), axis=0) ** 0.5
+        )
         yield (
             f"{count} touches: {full:.3f} mm (stated {stated:.3f}, at best {best:.3f}, by an exact "
             f"chain {exact:.3f}), calibrated.urdf {rest[0]:.2f}, nominal {rest[1]:.2f}"
@@ -282,7 +344,9 @@ def handeye(arms: Arms) -> Iterator[str]:
     X = matrix(turn(np.array([0.1, -0.2, 0.4])), np.array([0.05, -0.02, 0.06]))
     for one, generator in arms:
         truth = FullModel(one.truth)
-        first, *others = (base.centre for base in reachable_bases(one.arm, generator, 4))
+        first, *others = (
+            base.centre for base in reachable_bases(one.arm, generator, 4)
+        )
         q, seen = views(truth, X, first, 30, generator)
         noisy = [
             matrix(
@@ -293,9 +357,13 @@ def handeye(arms: Arms) -> Iterator[str]:
         ]
         later = [views(truth, X, centre, 8, generator) for centre in others]
         for count, found in rows.items():
-            result = mukca.handeye(one.calibration, board(q[:count], noisy[:count]), "on-arm")
+            result = mukca.handeye(
+                one.calibration, board(q[:count], noisy[:count]), "on-arm"
+            )
             known, size = result.calibration, np.diag([*[result.size] * 3, 1.0])
-            tips = np.array([known.flange(own, tool="camera") @ size @ B for own, B in later])
+            tips = np.array(
+                [known.flange(own, tool="camera") @ size @ B for own, B in later]
+            )
             errors = [scatter(tips[..., :3, 3])]
             for robot in (exported(one.calibration), one.calibration.robot):
                 model = FullModel(CalibratedRobot(robot, (), np.zeros(0)))
@@ -307,7 +375,9 @@ def handeye(arms: Arms) -> Iterator[str]:
             found.append((errors[0], errors[1], errors[2]))
     for count, found in rows.items():
         full, alone, nominal = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
-        yield (f"{count} views: {full:.2f} mm, calibrated.urdf {alone:.2f}, nominal {nominal:.2f}")
+        yield (
+            f"{count} views: {full:.2f} mm, calibrated.urdf {alone:.2f}, nominal {nominal:.2f}"
+        )
 
 
 def matrix(R: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -316,7 +386,11 @@ def matrix(R: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 
 def views(
-    arm: FullModel, X: np.ndarray, centre: np.ndarray, count: int, generator: np.random.Generator
+    arm: FullModel,
+    X: np.ndarray,
+    centre: np.ndarray,
+    count: int,
+    generator: np.random.Generator,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return readings at which a camera sees a board from above, and the board in the camera."""
     down = np.diag([1.0, -1.0, -1.0])
@@ -389,23 +463,35 @@ def main() -> None:
     parser.add_argument("what", choices=what)
     parser.add_argument("--recordings", type=Path)
     parser.add_argument("--robot", default="panda")
-    parser.add_argument("--seat", type=float, help="the ball's, per axis [mm] (default: drawn)")
     parser.add_argument(
-        "--planned", action="store_true", help="of simulated arms: the poses that tell most"
+        "--seat", type=float, help="the ball's, per axis [mm] (default: drawn)"
+    )
+    parser.add_argument(
+        "--planned",
+        action="store_true",
+        help="of simulated arms: the poses that tell most",
     )
     parser.add_argument("--draws", type=int, default=20)
-    parser.add_argument("--first", type=int, default=0, help="the first draw of simulated arms")
+    parser.add_argument(
+        "--first", type=int, default=0, help="the first draw of simulated arms"
+    )
     given = parser.parse_args()
     seat = None if given.seat is None else 1e-3 * given.seat
     arms = drawn(given.robot, range(given.first, given.first + given.draws), seat)
     if given.what == "changes":
         real = given.recordings and recorded(given.recordings, given.draws)
-        lines = changes(real or simulated(arms, plan=given.planned), np.random.default_rng(1))
+        lines = changes(
+            real or simulated(arms, plan=given.planned), np.random.default_rng(1)
+        )
     elif given.what in ("rezero", "tracker"):
         run = {"rezero": rezero, "tracker": tracker}[given.what]
         lines = run(given.recordings, given.draws)
     else:
-        run = {"tool": tool, "handeye": handeye, "together": partial(together, plan=given.planned)}
+        run = {
+            "tool": tool,
+            "handeye": handeye,
+            "together": partial(together, plan=given.planned),
+        }
         lines = run[given.what](arms)
     name = given.robot if given.recordings is None else given.recordings.name
     for line in lines:

@@ -60,7 +60,9 @@ class Terminal:
         while True:
             data = os.read(self.master, 65536)
             self.size += len(data)
-            self.frames += data.count(b"last state")  # this line changes in every drawing
+            self.frames += data.count(
+                b"last state"
+            )  # this line changes in every drawing
             self.tail = (self.tail + data)[-200_000:]
 
     def last(self, pattern: str) -> str:
@@ -73,7 +75,10 @@ def write_hand(folder: Path, each: int) -> None:
     """Write where a hand leads a Panda: so many poses in each of two sockets."""
     arm = perturb(load_robot("panda"), np.random.default_rng(0), 2e-3, 5e-3)
     base = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))
-    write_holes(record_arm(arm, base, np.random.default_rng(1), samples=each, noise=1e-4), folder)
+    write_holes(
+        record_arm(arm, base, np.random.default_rng(1), samples=each, noise=1e-4),
+        folder,
+    )
 
 
 class Browser:
@@ -94,7 +99,16 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
     """Record for some time; print what it cost and return its share of a core."""
     terminal = Terminal(columns, rows)
     driver = f"mock:{hand}?rate={RATE}&buffer=0.1&hold=1.5&move=0.5"
-    words = [sys.executable, "-m", "mukca", "record", "--robot", "panda", "--driver", driver]
+    words = [
+        sys.executable,
+        "-m",
+        "mukca",
+        "record",
+        "--robot",
+        "panda",
+        "--driver",
+        driver,
+    ]
     recorder = subprocess.Popen(
         [*words, "--out", str(out), "--target", "1000", "--page", "--goal-mm", "0.001"],
         stdin=terminal.slave,
@@ -110,7 +124,12 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
     time.sleep(5.0)  # what it allocates once
     beside = process.children()
     alone = [cpu(child) for child in beside]
-    begun, used, frames, size = time.monotonic(), cpu(process), terminal.frames, terminal.size
+    begun, used, frames, size = (
+        time.monotonic(),
+        cpu(process),
+        terminal.frames,
+        terminal.size,
+    )
     memory = [process.memory_info().rss]
     switched = False
     while time.monotonic() - begun < seconds:
@@ -122,19 +141,30 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
         memory.append(process.memory_info().rss)
     elapsed = time.monotonic() - begun
     share = (cpu(process) - used) / elapsed
-    shares = [(cpu(child) - a) / elapsed for child, a in zip(beside, alone, strict=True)]
+    shares = [
+        (cpu(child) - a) / elapsed for child, a in zip(beside, alone, strict=True)
+    ]
     frames, size = terminal.frames - frames, terminal.size - size
-    missed, captured = terminal.last(r"missed (\d+)"), terminal.last(r"captured sample (\d+)")
+    missed, captured = (
+        terminal.last(r"missed (\d+)"),
+        terminal.last(r"captured sample (\d+)"),
+    )
     os.write(terminal.master, b"q")
     status = recorder.wait(30)
     print(f"  {columns} x {rows}, {elapsed:.0f} s, exit status {status}")
     print(f"  states missed        {missed} of {elapsed * RATE:.0f}")
     print(f"  captures             {captured}")
-    print(f"  frames               {frames / elapsed:.1f} /s, {size / elapsed / 1e3:.1f} kB/s")
+    print(
+        f"  frames               {frames / elapsed:.1f} /s, {size / elapsed / 1e3:.1f} kB/s"
+    )
     print(f"  share of one core    {share:.1%}")
-    print(f"  beside it            {' and '.join(f'{s:.1%}' for s in shares)} (page and fit)")
+    print(
+        f"  beside it            {' and '.join(f'{s:.1%}' for s in shares)} (page and fit)"
+    )
     print(f"  events to a browser  {browser.events / elapsed:.1f} /s")
-    print(f"  predicted error      {terminal.last(r'predicted ([0-9.]+)')} mm at the end")
+    print(
+        f"  predicted error      {terminal.last(r'predicted ([0-9.]+)')} mm at the end"
+    )
     print(f"  memory               {memory[0] / 1e6:.1f} MB, after a tenth of the time "
           f"{memory[len(memory) // 10] / 1e6:.1f}, at the end {memory[-1] / 1e6:.1f}")  # fmt: skip
     return share
@@ -155,7 +185,9 @@ def main() -> None:
         address = f"{hand}?rate={RATE}&buffer=0.1&hold=1.5&move=0.5"
         words = [sys.executable, "-c", BARE, address, "10"]
         bare, missed = subprocess.check_output(words, text=True).split()
-        print(f"a bare loop over the same arm: {float(bare):.1%} of one core, {missed} missed")
+        print(
+            f"a bare loop over the same arm: {float(bare):.1%} of one core, {missed} missed"
+        )
         print("mukca record")
         share = soak(hand, Path(folder) / "front", 60 * minutes, 80, 24)
         print(f"  ratio to the bare loop {share / float(bare):.1f}")

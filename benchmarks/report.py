@@ -49,7 +49,15 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         train, *test = arguments.placements or simulate(folder / "recordings")
-        solve = [sys.executable, "-m", "mukca", "solve", train, "--robot", arguments.robot]
+        solve = [
+            sys.executable,
+            "-m",
+            "mukca",
+            "solve",
+            train,
+            "--robot",
+            arguments.robot,
+        ]
         out = folder / "out"
         words = [*solve, *(["--test", *test] if test else [])]
         subprocess.run([*words, "--out", str(out)], check=True, capture_output=True)
@@ -58,7 +66,9 @@ def main() -> None:
         bare = seconds([sys.executable, "-c", "import numpy, casadi"])
         size = (out / "report.html").stat().st_size
         count = len(json.loads((out / "report.json").read_text())["placements"])
-    print(f"{count} placements: report {report:.2f} s, {report / bare:.1f} x bare imports")
+    print(
+        f"{count} placements: report {report:.2f} s, {report / bare:.1f} x bare imports"
+    )
     print(f"report.html: {size / 1e6:.2f} MB")
 
 

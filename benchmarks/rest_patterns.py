@@ -49,7 +49,9 @@ def shift(arm: Robot, kind: str, joint: int, q: np.ndarray) -> np.ndarray:
     masses = np.array([body.mass for body in arm.bodies])
     poses = link_poses(arm.joints, q)
     places = [poses[:, b.joint + 1, :, :3] @ np.array(b.centre) for b in arm.bodies]
-    places = [p + poses[:, b.joint + 1, :, 3] for p, b in zip(places, arm.bodies, strict=True)]
+    places = [
+        p + poses[:, b.joint + 1, :, 3] for p, b in zip(places, arm.bodies, strict=True)
+    ]
     lean = np.einsum("b,bni->ni", masses, np.array(places)) * (kind == "sag")
     turn = np.stack([-lean[:, 1], lean[:, 0], 0 * lean[:, 0]], axis=1)
     return np.cross(turn, linear.points)
@@ -73,7 +75,9 @@ def recorded(
         off = linear.points + size * shift(arm, kind, joint, read) - seats
         read -= (np.linalg.pinv(linear.by_joints) @ off[:, :, None])[:, :, 0]
     pairs = zip(samples, read.tolist(), strict=True)
-    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
+    return replace(
+        placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs)
+    )
 
 
 def draw(kind: str, size: float, seed: int) -> tuple[str, ErrorPatterns]:
@@ -85,7 +89,9 @@ def draw(kind: str, size: float, seed: int) -> tuple[str, ErrorPatterns]:
     scale = size / max(float(np.sqrt(np.mean(np.sum(moved**2, axis=1)))), 1e-12)
     scale = 0.0 if kind == "none" else scale
     bases = reachable_bases(arm, generator, 3)
-    placements = [record(arm, base, generator, samples=25, noise=NOISE) for base in bases]
+    placements = [
+        record(arm, base, generator, samples=25, noise=NOISE) for base in bases
+    ]
     placements = [recorded(arm, p, kind, joint, scale, generator) for p in placements]
     settings = {"without": LACKS.get(kind, ()), "as_recorded": kind == "warm"}
     fit = mukca.calibrate(robot, placements[:2], test=placements[2:], **settings)

@@ -46,7 +46,9 @@ from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases,
 
 TICK = 2 * math.pi / 4096
 LARGEST = math.radians(5)
-ANCHORED = Base("anchored", np.array([0.25, 0.0, 0.03]), np.array([0.7, 0.714, 0.0]), 0.15)
+ANCHORED = Base(
+    "anchored", np.array([0.25, 0.0, 0.03]), np.array([0.7, 0.714, 0.0]), 0.15
+)
 BASE_KNOWN = 3e-4  # m: a base clipped to the arm's own
 
 
@@ -57,7 +59,9 @@ def with_joint_offsets(arm: Robot, zeros: np.ndarray) -> Robot:
     for joint in arm.joints:
         if joint.actuated:
             R = rotation_rpy(joint.origin.rpy) @ rotation(joint.axis, next(left))
-            roll, pitch, yaw = angles_near(np.array(R.full()), np.array(joint.origin.rpy)).tolist()
+            roll, pitch, yaw = angles_near(
+                np.array(R.full()), np.array(joint.origin.rpy)
+            ).tolist()
             joint = replace(joint, origin=Origin(joint.origin.xyz, (roll, pitch, yaw)))
         joints.append(joint)
     return replace(arm, joints=tuple(joints))
@@ -69,7 +73,9 @@ def main() -> None:
     parser.add_argument("--arms", type=int, default=12)
     parser.add_argument("--samples", type=int, default=20)
     parser.add_argument("--play", type=float, default=0.7, help="degrees")
-    parser.add_argument("--angles", type=float, default=0.0, help="of the origins, deviation [rad]")
+    parser.add_argument(
+        "--angles", type=float, default=0.0, help="of the origins, deviation [rad]"
+    )
     parser.add_argument("--seed", type=int, default=0)
     add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
@@ -80,7 +86,11 @@ def main() -> None:
     decided = rows[rows[:, 1] <= math.degrees(DECIDED)]
     for name, some in (("all", rows), ("decided", decided)):
         off, ratio = np.abs(some[:, 0]), np.abs(some[:, 0] / some[:, 1])
-        within = [f"{100 * np.mean(ratio < k):.0f} %" for k in (1, 2)] if len(some) else ["-", "-"]
+        within = (
+            [f"{100 * np.mean(ratio < k):.0f} %" for k in (1, 2)]
+            if len(some)
+            else ["-", "-"]
+        )
         print(
             f"{name}: {len(some)} zeros, off by up to {off.max(initial=0):.2f} deg, "
             f"{(off > 0.4).sum()} by more than 0.4; up to {ratio.max(initial=0):.1f} of their "
@@ -102,11 +112,17 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
     how = Imperfection(noise=3e-4, play=math.radians(arguments.play), resolution=TICK)
     bases = [ANCHORED, *reachable_bases(arm, generator, 1)]
     placements = [
-        record(arm, base, generator, samples=arguments.samples, imperfection=how) for base in bases
+        record(arm, base, generator, samples=arguments.samples, imperfection=how)
+        for base in bases
     ]
     train, test = (measure(placement, nominal) for placement in placements)
     at = [
-        SocketAt("base", (train.name, k), tuple(generator.normal(centre, BASE_KNOWN)), BASE_KNOWN)
+        SocketAt(
+            "base",
+            (train.name, k),
+            tuple(generator.normal(centre, BASE_KNOWN)),
+            BASE_KNOWN,
+        )
         for k, centre in enumerate(bases[0].sockets)
     ]
     parameters = tuple(choose_parameters(nominal))
@@ -127,14 +143,18 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
     )
     models = (found.nominal_ball, found.geometric_ball, found.ball)
     where = np.repeat(bases[1].sockets, arguments.samples, axis=0)
-    errors = [np.linalg.norm(model(test.positions) - where, axis=1).mean() for model in models]
+    errors = [
+        np.linalg.norm(model(test.positions) - where, axis=1).mean() for model in models
+    ]
     lines = [
         f"arm {seed} ({seconds:.1f} s), mm held out, nominal > URDF > corrected: "
         + " > ".join(f"{1e3 * error:.1f}" for error in errors),
         "  " + "; ".join(chosen.notes),
     ]
     begin = full.model.geometry
-    deviations = np.degrees(np.sqrt(np.diag(full.covariance)[begin : begin + len(zeros)]))
+    deviations = np.degrees(
+        np.sqrt(np.diag(full.covariance)[begin : begin + len(zeros)])
+    )
     off = np.degrees(full.deflection.joint_offsets - zeros)
     for joint, one, deviation in zip(nominal.joint_names, off, deviations, strict=True):
         word = "decided" if deviation <= math.degrees(DECIDED) else "unknown"

@@ -102,7 +102,9 @@ def arm_of(robot: Robot, generator: np.random.Generator) -> Robot:
         if joint is arm.ball_joint:
             xyz = xyz + generator.uniform(-MOUNT, MOUNT, 3)
         elif joint.actuated and servo:
-            R = rotation_rpy(rpy) @ rotation(joint.axis, generator.uniform(-ZEROS, ZEROS))
+            R = rotation_rpy(rpy) @ rotation(
+                joint.axis, generator.uniform(-ZEROS, ZEROS)
+            )
             rpy = tuple(angles_near(np.array(R.full()), np.array(rpy)).tolist())
         joints.append(replace(joint, origin=Origin(tuple(xyz.tolist()), rpy)))
     return replace(arm, joints=tuple(joints))
@@ -117,14 +119,21 @@ class Setting:
         self.arm = arm_of(self.robot, generator)
         how = realistic_flaws(self.robot, generator)
         if name in SERVOS:
-            how = Imperfection(3e-4, play=PLAYS.get(name, PLAY), resolution=math.tau / 4096)
+            how = Imperfection(
+                3e-4, play=PLAYS.get(name, PLAY), resolution=math.tau / 4096
+            )
         self._base: Base = reachable_bases(self.arm, generator, 1, 0.1)[0]
         self._read = lead(self.arm, np.array(self._base.sockets)[ORDER], generator, how)
-        self.check = LiveCheck(self.robot, ARMS[name].repeatability if name in ARMS else None)
+        self.check = LiveCheck(
+            self.robot, ARMS[name].repeatability if name in ARMS else None
+        )
 
     def fault(self, text: str) -> tuple[SessionFault | None, Session]:
         """Return a fault, and the session that it comes to."""
-        sockets, own = np.array(self._base.sockets), crc32(f"{self.robot.name} {text}".encode())
+        sockets, own = (
+            np.array(self._base.sockets),
+            crc32(f"{self.robot.name} {text}".encode()),
+        )
         generator = np.random.default_rng([self.seed, own])
         session = Session(self.arm, self._read, ORDER, sockets, generator)
         return SessionFault.parse(text), session
@@ -157,11 +166,15 @@ class Setting:
             white = B.copy()
             if W is not None:
                 rows = scene.all_samples
-                white[rows] = (W @ B[rows].reshape(len(W), 3, -1)).reshape(3 * len(W), -1)
+                white[rows] = (W @ B[rows].reshape(len(W), 3, -1)).reshape(
+                    3 * len(W), -1
+                )
             noise = np.eye(3) if W is None else np.linalg.inv(W[last] @ W[last])
             before = np.delete(white, new, axis=0)
             known_by = np.linalg.inv(before.T @ before / s2 + np.eye(B.shape[1]))
-            found.append(float(np.trace(B[new] @ known_by @ B[new].T + s2 * noise)) ** 0.5)
+            found.append(
+                float(np.trace(B[new] @ known_by @ B[new].T + s2 * noise)) ** 0.5
+            )
         return found
 
 
@@ -178,7 +191,9 @@ def shows(fault: SessionFault, number: int) -> bool:
     After a base moved, that of a socket which was visited before may; a new one's centre moved too.
     """
     before = ORDER[: fault.start - 1]
-    return number >= fault.start and (fault.kind != "base" or ORDER[number - 1] in before)
+    return number >= fault.start and (
+        fault.kind != "base" or ORDER[number - 1] in before
+    )
 
 
 def judge(name: str, seed: int, text: str) -> dict[str, Any]:
@@ -190,7 +205,9 @@ def judge(name: str, seed: int, text: str) -> dict[str, Any]:
         return {"rang": heard}
     size = np.linalg.norm(fault.shift(here.fault(text)[1]), axis=1).max()
     known = [
-        n for n, deviation in enumerate(predicted, 1) if shows(fault, n) and 3 * deviation < size
+        n
+        for n, deviation in enumerate(predicted, 1)
+        if shows(fault, n) and 3 * deviation < size
     ]
     at = next((n for n in known if n < len(samples)), None)
     end = here.told(samples)
@@ -204,10 +221,14 @@ def judge(name: str, seed: int, text: str) -> dict[str, Any]:
     }
 
 
-def portion(keep: Path | None, job: tuple[str, int, tuple[str, ...]]) -> list[dict[str, Any]]:
+def portion(
+    keep: Path | None, job: tuple[str, int, tuple[str, ...]]
+) -> list[dict[str, Any]]:
     """Return all sessions of one arm and seed, and keep them."""
     name, seed, faults = job
-    done = [{"arm": name, "seed": seed, "fault": f, **judge(name, seed, f)} for f in faults]
+    done = [
+        {"arm": name, "seed": seed, "fault": f, **judge(name, seed, f)} for f in faults
+    ]
     if keep:
         with keep.open("a") as file:
             file.write("".join(json.dumps(one) + "\n" for one in done))
@@ -218,7 +239,13 @@ def rows_of(done: list[dict[str, Any]], key: str) -> Iterator[str]:
     """Return the counts of faults by arm, or by fault, as lines."""
     table: dict[str, list[int]] = defaultdict(lambda: [0] * 5)
     for one in done:
-        counts = (1, bool(one["determined"]), one["soon"], bool(one["end"]), one["right"])
+        counts = (
+            1,
+            bool(one["determined"]),
+            one["soon"],
+            bool(one["end"]),
+            one["right"],
+        )
         for name in (one[key], "all"):
             table[name] = [n + int(c) for n, c in zip(table[name], counts, strict=True)]
     for name, counts in sorted(table.items(), key=lambda row: row[0] == "all"):
@@ -227,7 +254,9 @@ def rows_of(done: list[dict[str, Any]], key: str) -> Iterator[str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, nargs=2, default=(0, 20), help="first, and how many")
+    parser.add_argument(
+        "--seeds", type=int, nargs=2, default=(0, 20), help="first, and how many"
+    )
     parser.add_argument("--arms", nargs="+")
     parser.add_argument("--faults", nargs="+", default=FAULTS)
     parser.add_argument("--sound", action="store_true")
@@ -241,7 +270,9 @@ def main() -> None:
     done: list[dict[str, Any]] = [json.loads(line) for line in kept]
     there = {(one["arm"], one["seed"], one["fault"]) for one in done}
     pairs = [(name, seed) for seed in range(first, first + count) for name in arms]
-    jobs = [(n, s, tuple(f for f in faults if (n, s, f) not in there)) for n, s in pairs]
+    jobs = [
+        (n, s, tuple(f for f in faults if (n, s, f) not in there)) for n, s in pairs
+    ]
     for new in read_options(a).workers.map(partial(portion, a.keep), jobs):
         done += new
     asked = [one for one in done if one["arm"] in arms and one["fault"] in faults]

@@ -47,7 +47,9 @@ def optimizers(problem: Problem) -> None:
     gauss_newton = seconds(lambda: solve(problem, "gauss-newton"))
     ipopt = seconds(lambda: solve(problem, "ipopt"), runs=5)
     print(f"gauss-newton {1e3 * gauss_newton:7.1f} ms")
-    print(f"ipopt        {1e3 * ipopt:7.1f} ms   {ipopt / gauss_newton:.0f} x gauss-newton")
+    print(
+        f"ipopt        {1e3 * ipopt:7.1f} ms   {ipopt / gauss_newton:.0f} x gauss-newton"
+    )
 
 
 def evaluations(problem: Problem) -> None:
@@ -66,10 +68,14 @@ def processor_seconds(words: Sequence[str]) -> float:
 
     Modules are compiled once, in the first round, as an installer does.
     """
-    environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+    environment = {
+        k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"
+    }
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(words, capture_output=True, env=environment)
-    assert done.returncode in (0, 3), done.stderr  # 3: nothing was held out, so there is no verdict
+    assert done.returncode in (0, 3), (
+        done.stderr
+    )  # 3: nothing was held out, so there is no verdict
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
@@ -77,18 +83,40 @@ def processor_seconds(words: Sequence[str]) -> float:
 def commands(folder: Path, name: str, runs: int) -> None:
     """Measure whole commands in turn, so that each is compared with its neighbours in time."""
     mukca = str(Path(sys.executable).with_name("mukca"))
-    solve = (mukca, "solve", str(folder), "--robot", name, "--distance", "0.05", "--method")
+    solve = (
+        mukca,
+        "solve",
+        str(folder),
+        "--robot",
+        name,
+        "--distance",
+        "0.05",
+        "--method",
+    )
     words: dict[str, Sequence[str]] = {
         title: (sys.executable, "-c", code) for title, code in IMPORTS.items()
     } | {
         "mukca --help": (mukca, "--help"),
-        "mukca check": (mukca, "check", str(folder), "--robot", name, "--distance", "0.05"),
+        "mukca check": (
+            mukca,
+            "check",
+            str(folder),
+            "--robot",
+            name,
+            "--distance",
+            "0.05",
+        ),
         "mukca solve --method paper": (*solve, "paper"),
         "mukca solve --method auto": (*solve, "auto"),
     }
-    rounds = [{title: processor_seconds(w) for title, w in words.items()} for _ in range(runs + 1)]
+    rounds = [
+        {title: processor_seconds(w) for title, w in words.items()}
+        for _ in range(runs + 1)
+    ]
     bare, with_yourdfpy = list(IMPORTS)[:2]
-    print(f"whole processes, processor time, medians of {runs} rounds; x {bare}; x {with_yourdfpy}")
+    print(
+        f"whole processes, processor time, medians of {runs} rounds; x {bare}; x {with_yourdfpy}"
+    )
     for title in words:
         ratios = [
             statistics.median(one[title] / one[baseline] for one in rounds[1:])
@@ -108,7 +136,9 @@ def main() -> None:
         folder = arguments.placement
         if folder is None:
             folder = Path(temporary) / "front"
-            front = record(demo_arm()[1], demo_bases()[0], np.random.default_rng(0), noise=5e-5)
+            front = record(
+                demo_arm()[1], demo_bases()[0], np.random.default_rng(0), noise=5e-5
+            )
             write_holes(front, folder)
         robot = load_robot(arguments.robot)
         problem = build_problem(robot, [measure(read_placement(folder), robot)])

@@ -39,10 +39,18 @@ STREAMS = {
     "damiao": ("damiao", ()),
 }
 RATES = {"franka": 1000.0, "kuka": 200.0, "ur": 500.0, "xarm": 250.0}
-CLOCKS = {"franka": 0.0, "kuka": 1_700_000_000.0, "ur": 0.0, "xarm": 5.0}  # where clocks start
+CLOCKS = {
+    "franka": 0.0,
+    "kuka": 1_700_000_000.0,
+    "ur": 0.0,
+    "xarm": 5.0,
+}  # where clocks start
 POLLED = {"feetech": "?rate=300", "dynamixel": "?rate=200", "damiao": "?rate=100"}
 """What is asked of the driver: as fast as such a bus of servos is at 1 Mbaud."""
-BUS = ("--address", "udp_multicast/239.74.163.2?port=43198&hop_limit=0")  # CAN without hardware
+BUS = (
+    "--address",
+    "udp_multicast/239.74.163.2?port=43198&hop_limit=0",
+)  # CAN without hardware
 
 
 def main() -> None:
@@ -51,8 +59,13 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     arguments = parser.parse_args()
     if not arguments.names:
-        arguments.names = [*STREAMS, *(["ur, by ur-rtde"] if find_spec("rtde_receive") else [])]
-    print(f"{'stream':18} {'states':>7} {'a second':>8} {'sent':>7} {'lost':>5}", end="")
+        arguments.names = [
+            *STREAMS,
+            *(["ur, by ur-rtde"] if find_spec("rtde_receive") else []),
+        ]
+    print(
+        f"{'stream':18} {'states':>7} {'a second':>8} {'sent':>7} {'lost':>5}", end=""
+    )
     print(f" {'CPU':>7} {'x bare':>7} {'p50':>9} {'p99':>9} {'max':>9}")
     for name in arguments.names:
         controller, options = STREAMS[name.partition(",")[0]]
@@ -88,7 +101,9 @@ def measure(
         emulator.terminate()
         emulator.wait(30)
     sent = sent_times(journal)
-    if name in POLLED:  # what came is what was sent last; the first state was read before
+    if (
+        name in POLLED
+    ):  # what came is what was sent last; the first state was read before
         known, moments = list(sent), list(sent.values())
         numbers = [known[bisect(moments, arrival) - 1] for arrival, _ in arrivals]
         count = len(sent) - 1

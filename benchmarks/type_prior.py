@@ -39,7 +39,9 @@ def recordings(
     """Return recordings of an arm of a type, so many samples in each socket."""
     arm = perturb(robot, generator, TRANSLATION, TURN)
     own = [v * generator.normal(1, 0.15, len(v)).clip(0.2, 2) for v in of_type.values()]
-    how = Imperfection(generator.uniform(5e-5, 1e-4), Deflection(tuple(of_type), tuple(own)))
+    how = Imperfection(
+        generator.uniform(5e-5, 1e-4), Deflection(tuple(of_type), tuple(own))
+    )
     bases = reachable_bases(arm, generator, len(samples))
     return [
         measure(record(arm, base, generator, samples=count, imperfection=how), robot)
@@ -62,7 +64,10 @@ def learned(robot: Robot, placements: list[Measurement]) -> dict[str, Expected]:
 def draw(robots: list[str], samples: int, case: tuple[int, float]) -> dict[str, float]:
     """Return the errors of an arm elsewhere, with each prior [mm]."""
     seed, factor = case
-    robot, generator = load_robot(robots[seed % len(robots)]), np.random.default_rng(5000 + seed)
+    robot, generator = (
+        load_robot(robots[seed % len(robots)]),
+        np.random.default_rng(5000 + seed),
+    )
     joints = len(robot.joint_names)
     of_type = {
         "compliance": generator.uniform(1e-5, 6e-5, joints),
@@ -82,13 +87,22 @@ def draw(robots: list[str], samples: int, case: tuple[int, float]) -> dict[str, 
         "reversed": {name: (turned(x), turned(d)) for name, (x, d) in other.items()},
     }
     trained = [RobotRecordings(robot, [train])]
-    ways = {"paper": SolveOptions(method="paper"), "rigid": SolveOptions(without=tuple(of_type))}
-    models = {name: fit_robots(trained, way)[0].calibrated for name, way in ways.items()}
+    ways = {
+        "paper": SolveOptions(method="paper"),
+        "rigid": SolveOptions(without=tuple(of_type)),
+    }
+    models = {
+        name: fit_robots(trained, way)[0].calibrated for name, way in ways.items()
+    }
     for name, prior in priors.items():
         models[name] = fit_robots(trained, SolveOptions(), types=[prior])[0].calibrated
     return {
         name: 1e3
-        * float(np.mean([evaluate(model.ball(m.positions), m).mean_absolute_error for m in test]))
+        * float(
+            np.mean(
+                [evaluate(model.ball(m.positions), m).mean_absolute_error for m in test]
+            )
+        )
         for name, model in models.items()
     }
 
@@ -101,16 +115,24 @@ def main() -> None:
     parser.add_argument("--factors", nargs="+", type=float, default=[1.0])
     add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
-    errors, workers = partial(draw, arguments.robots, arguments.samples), read_options(arguments)
+    errors, workers = (
+        partial(draw, arguments.robots, arguments.samples),
+        read_options(arguments),
+    )
     for factor in arguments.factors:
-        draws = list(workers.workers.map(errors, [(i, factor) for i in range(arguments.arms)]))
+        draws = list(
+            workers.workers.map(errors, [(i, factor) for i in range(arguments.arms)])
+        )
         mean = {name: float(np.mean([row[name] for row in draws])) for name in draws[0]}
         ratio = mean["of the type"] / min(mean["none"], mean["rigid"])
-        print(f"{factor:g} times the type: over the better of none and rigid {ratio:.3f}")
+        print(
+            f"{factor:g} times the type: over the better of none and rigid {ratio:.3f}"
+        )
         for name in draws[0]:
             worst = 100 * max(row[name] / row["none"] for row in draws) - 100
             print(
-                f"{name:12s} {mean[name]:.3f} mm, at worst {worst:+.0f} % against none", flush=True
+                f"{name:12s} {mean[name]:.3f} mm, at worst {worst:+.0f} % against none",
+                flush=True,
             )
 
 

@@ -93,7 +93,9 @@ class Truth:
         true = self.flaws.deflection.true_positions(q + self.zeros, moments)
         if self.flaws.play:
             torques = moments[:, : q.shape[1]]
-            true = true - 0.5 * self.flaws.play * np.sign(torques) * (abs(torques) > REST)
+            true = true - 0.5 * self.flaws.play * np.sign(torques) * (
+                abs(torques) > REST
+            )
         return BallModel(self.arm, ()).points(np.zeros(0), true)
 
 
@@ -105,7 +107,9 @@ def standard(error: np.ndarray, gap: np.ndarray, deviation: np.ndarray) -> np.nd
     phi = NormalDist().cdf
     shares = [
         phi((w - g) / s) - phi((-w - g) / s)
-        for w, g, s in zip(abs(error).tolist(), gap.tolist(), deviation.tolist(), strict=True)
+        for w, g, s in zip(
+            abs(error).tolist(), gap.tolist(), deviation.tolist(), strict=True
+        )
     ]
     return np.array([NormalDist().inv_cdf(min((1 + p) / 2, 1 - 1e-12)) for p in shares])
 
@@ -119,7 +123,9 @@ def arm_of(kind: str, robot: Robot, generator: np.random.Generator) -> Truth:
         return Truth(perturb(robot, generator, 3e-4, 0.0), flaws, zeros)
     sizes = np.array([2e-3, 5e-3])
     if kind == "drawn":
-        typical = np.array([GEOMETRY_WIDTHS["translation"], GEOMETRY_WIDTHS["rotation"]])
+        typical = np.array(
+            [GEOMETRY_WIDTHS["translation"], GEOMETRY_WIDTHS["rotation"]]
+        )
         sizes = typical * np.exp(TYPICAL_SPREAD * generator.normal(0, 1, 2))
     arm = perturb(robot, generator, *sizes.tolist())
     rigid = Imperfection(noise=1e-4)
@@ -134,7 +140,9 @@ def load(name: str) -> Robot:
         return robot
     with TemporaryDirectory() as folder:
         file = Path(folder, "rail.urdf")
-        file.write_bytes(robot.text.data.replace(b"</robot>", RAIL.format(robot.base).encode()))
+        file.write_bytes(
+            robot.text.data.replace(b"</robot>", RAIL.format(robot.base).encode())
+        )
         return load_robot(file, base="rail_base")
 
 
@@ -146,7 +154,10 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
     truth = arm_of(kind, robot, generator)
     bases = reachable_bases(truth.arm, generator, 3)
     stated = bases[0].distance + generator.normal(0, CALIPER_DEVIATION)
-    bases = [replace(b, distance=b.distance + generator.normal(0, SEAT_DEVIATION)) for b in bases]
+    bases = [
+        replace(b, distance=b.distance + generator.normal(0, SEAT_DEVIATION))
+        for b in bases
+    ]
     samples = 20 if kind == "servos" else 30
     placements = [
         record(truth.arm, base, generator, samples=samples, imperfection=truth.flaws)
@@ -168,7 +179,9 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
         _, deviation = distance_deviations(found, q, moments)
         true, full, alone = (_lengths(of(q)) for of in (truth.ball, *balls))
         errors[where] = ((full - true) / deviation).tolist()
-        errors[f"{where}, URDF"] = standard(alone - true, full - alone, deviation).tolist()
+        errors[f"{where}, URDF"] = standard(
+            alone - true, full - alone, deviation
+        ).tolist()
 
     ask("workspace", workspace(robot, 80, seed))
     many = workspace(robot, 600, seed)
@@ -182,7 +195,9 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
         prior = np.sqrt(np.diag(found.prior_covariance))[:n]
         decided = (deviation > 0) & (deviation < 0.5 * prior)
         true = found.model.ball.parameters_at(truth.arm.origins)
-        errors["parameters"] = ((found.values - true)[decided] / deviation[decided]).tolist()
+        errors["parameters"] = (
+            (found.values - true)[decided] / deviation[decided]
+        ).tolist()
         errors["poses"] = _poses(found, fit.calibrated, truth)
     return {**errors, "extended": [float(bool(found.model.extensions))]}
 
@@ -191,7 +206,9 @@ def _read(placement: Placement, zeros: np.ndarray) -> Placement:
     """Return what joints read whose zeros are off."""
     rows = (placement.positions - zeros).tolist()
     pairs = zip(placement.samples, rows, strict=True)
-    return replace(placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs))
+    return replace(
+        placement, samples=tuple(replace(s, position=tuple(q)) for s, q in pairs)
+    )
 
 
 def _lengths(points: np.ndarray) -> np.ndarray:
@@ -205,7 +222,9 @@ def _deviations(found: Posterior, held: Measurement, truth: Truth) -> list[float
     scatter: list[float] = []
     for rows in held.slices:
         x = held.positions[rows]
-        points, jacobian, _ = found.model.linearise(found.x, x, gravity_moments(truth.arm, x))
+        points, jacobian, _ = found.model.linearise(
+            found.x, x, gravity_moments(truth.arm, x)
+        )
         exact = truth.ball(x)
         error = (points - points.mean(axis=0)) - (exact - exact.mean(axis=0))
         centred = jacobian - jacobian.mean(axis=0)
@@ -219,11 +238,15 @@ def _poses(found: Posterior, arm: CalibratedRobot, truth: Truth) -> list[float]:
     true = CalibratedRobot(truth.arm, deflection=truth.flaws.deflection)
     q = workspace(arm.robot, POSES)
     at, exact = (one.poses(q)[0].reshape(-1, 4, 4) for one in (arm, true))
-    covariances = pose_covariances(found, q, gravity_moments(arm.robot, q), at[:, :3, 3])
+    covariances = pose_covariances(
+        found, q, gravity_moments(arm.robot, q), at[:, :3, 3]
+    )
     turns = rotation_vectors(at[:, :3, :3] @ exact[:, :3, :3].swapaxes(1, 2))
     errors = np.hstack([(at - exact)[:, :3, 3], turns])
     squares = np.einsum("ni,nij,nj->n", errors, np.linalg.inv(covariances), errors)
-    beyond = np.exp(-squares / 2) * (1 + squares / 2 + squares**2 / 8)  # chi-square of 6
+    beyond = np.exp(-squares / 2) * (
+        1 + squares / 2 + squares**2 / 8
+    )  # chi-square of 6
     return [NormalDist().inv_cdf(1 - p / 2) for p in beyond.clip(1e-12, 1).tolist()]
 
 

@@ -85,7 +85,9 @@ class World:
         """A joint amid the chain, whose mistakes are seen: none of the first, none of the last."""
         return int(self.generator.integers(1, len(self.robot.actuated) - 2))
 
-    def change(self, of: Callable[[np.ndarray], np.ndarray], *, all_of_them: bool = True) -> None:
+    def change(
+        self, of: Callable[[np.ndarray], np.ndarray], *, all_of_them: bool = True
+    ) -> None:
         """Change the joint positions of the placements, or of the first one alone."""
         for i in range(len(self.placements) if all_of_them else 1):
             rows = of(self.placements[i].positions.copy()).tolist()
@@ -94,14 +96,18 @@ class World:
             self.placements[i] = replace(self.placements[i], samples=changed)
 
     def read(
-        self, of: Callable[[np.ndarray], np.ndarray], back: Callable[[np.ndarray], np.ndarray]
+        self,
+        of: Callable[[np.ndarray], np.ndarray],
+        back: Callable[[np.ndarray], np.ndarray],
     ) -> None:
         """Change how the arm reads its joints, then and ever after; ``back`` undoes ``of``."""
         truth = self.truth
         self.change(of)
         self.truth = lambda q: truth(back(q))
 
-    def shift(self, of: Callable[[Placement], np.ndarray], *, all_of_them: bool = False) -> None:
+    def shift(
+        self, of: Callable[[Placement], np.ndarray], *, all_of_them: bool = False
+    ) -> None:
         """Move the balls of a recording, as the joints then follow, by so much, shape (N, 3)."""
         model = BallModel(self.robot, ())
         for i in range(len(self.placements) if all_of_them else 1):
@@ -111,7 +117,9 @@ class World:
             for _ in range(6):
                 slopes = model.linearise(nothing, q).by_joints
                 left = (goal - self.truth(q))[:, :, None]
-                q = q + np.clip((np.linalg.pinv(slopes, rcond=0.05) @ left)[:, :, 0], -0.2, 0.2)
+                q = q + np.clip(
+                    (np.linalg.pinv(slopes, rcond=0.05) @ left)[:, :, 0], -0.2, 0.2
+                )
             samples = zip(placement.samples, q.tolist(), strict=True)
             moved = tuple(replace(s, position=tuple(row)) for s, row in samples)
             self.placements[i] = replace(placement, samples=moved)
@@ -227,7 +235,10 @@ def gain(w: World, size: float) -> None:
 
 
 def base_moved(w: World, size: float) -> None:
-    by, first = size * w.direction(), w.generator.uniform(0.12, 0.4) + w.generator.integers(2) / 2
+    by, first = (
+        size * w.direction(),
+        w.generator.uniform(0.12, 0.4) + w.generator.integers(2) / 2,
+    )
     w.shift(lambda p: np.outer(order_in_time(p) > first, by))
 
 
@@ -256,21 +267,28 @@ def ball_bent(w: World, size: float) -> None:
     robot = replace(w.robot, joints=(*joints, replace(last, origin=bent)))
 
     def effect(p: Placement) -> np.ndarray:
-        points = [BallModel(r, ()).points(np.zeros(0), p.positions) for r in (w.robot, robot)]
+        points = [
+            BallModel(r, ()).points(np.zeros(0), p.positions) for r in (w.robot, robot)
+        ]
         return (order_in_time(p) > first)[:, None] * (points[0] - points[1])
 
     w.shift(effect)
 
 
 def ball_loose(w: World, size: float) -> None:
-    w.shift(lambda p: size * w.generator.normal(size=(len(p.samples), 3)), all_of_them=True)
+    w.shift(
+        lambda p: size * w.generator.normal(size=(len(p.samples), 3)), all_of_them=True
+    )
 
 
 def mixed_up(w: World, size: float) -> None:
     p = w.placements[0]
     step, first = (4, 0) if size == 0 else (1, 35)
     rows = range(first, 60 if size == 0 else first + int(size), step)
-    samples = [replace(s, socket=1 - s.socket) if i in rows else s for i, s in enumerate(p.samples)]
+    samples = [
+        replace(s, socket=1 - s.socket) if i in rows else s
+        for i, s in enumerate(p.samples)
+    ]
     w.placements[0] = replace(p, samples=tuple(samples))
 
 
@@ -308,7 +326,9 @@ def stuck(w: World, size: float) -> None:
 
 def repeated(w: World, size: float) -> None:
     p = w.placements[0]
-    rows = [s for k in (0, 1) for s in [s for s in p.samples if s.socket == k][: int(size)]]
+    rows = [
+        s for k in (0, 1) for s in [s for s in p.samples if s.socket == k][: int(size)]
+    ]
     count = len(p.samples) // len(rows)
     shifts = 1e-4 * w.generator.normal(size=(count, len(rows), len(w.robot.actuated)))
     samples = [
@@ -334,10 +354,18 @@ def soft_base(w: World, size: float) -> None:
     centres = np.array([[*body.centre, 1.0] for body in bodies])
 
     def tilt(p: Placement) -> np.ndarray:
-        links = link_poses(w.robot.joints, p.positions)[:, [body.joint + 1 for body in bodies]]
-        middle = np.average(np.einsum("nbij,bj->nbi", links, centres), axis=1, weights=masses)
+        links = link_poses(w.robot.joints, p.positions)[
+            :, [body.joint + 1 for body in bodies]
+        ]
+        middle = np.average(
+            np.einsum("nbij,bj->nbi", links, centres), axis=1, weights=masses
+        )
         reach = float(np.linalg.norm(middle[:, :2], axis=1).mean())
-        turns = size / reach * np.column_stack([-middle[:, 1], middle[:, 0], 0 * middle[:, 0]])
+        turns = (
+            size
+            / reach
+            * np.column_stack([-middle[:, 1], middle[:, 0], 0 * middle[:, 0]])
+        )
         return -np.cross(turns, w.truth(p.positions))  # what the model does not know of
 
     w.shift(tilt, all_of_them=True)
@@ -345,11 +373,15 @@ def soft_base(w: World, size: float) -> None:
 
 def ball_elsewhere(w: World, size: float) -> None:
     last = w.robot.joints[-1]
-    bent = replace(last.origin, xyz=tuple(np.array(last.origin.xyz) + size * w.direction()))
+    bent = replace(
+        last.origin, xyz=tuple(np.array(last.origin.xyz) + size * w.direction())
+    )
     robot = replace(w.robot, joints=(*w.robot.joints[:-1], replace(last, origin=bent)))
 
     def effect(p: Placement) -> np.ndarray:
-        points = [BallModel(r, ()).points(np.zeros(0), p.positions) for r in (w.robot, robot)]
+        points = [
+            BallModel(r, ()).points(np.zeros(0), p.positions) for r in (w.robot, robot)
+        ]
         return points[0] - points[1]
 
     w.shift(effect)
@@ -404,7 +436,9 @@ SCALE, ZERO = ("distance", "scaled"), ("zero", "angle")
 KINDS = {
     "sound": Kind(nothing, (0.0,), ()),
     "distance wrong": Kind(distance, (1.01, 0.96, 1.006, 0.985), SCALE),
-    "distance wrong in one": Kind(distance_of_one, (1.02, 0.97), ("distance", "base_between")),
+    "distance wrong in one": Kind(
+        distance_of_one, (1.02, 0.97), ("distance", "base_between")
+    ),
     "one length": Kind(length, (0.02, 0.008, 0.03), ("length",)),
     "one angle": Kind(angle, (0.05, 0.15), ("angle", "zero")),
     "another version": Kind(version, (0.02,), ("version", "length")),
@@ -418,7 +452,9 @@ KINDS = {
     "zero lost": Kind(zero_lost, (0.02, 0.005, 0.1), ("zero_lost",)),
     "gain": Kind(gain, (1.02, 0.95), ("gain",)),
     "base moved": Kind(base_moved, (2e-3, 6e-4, 0.02, 0.1), ("base_moved",)),
-    "base between": Kind(base_moved_between, (2e-3, 7e-4), ("base_between", "distance")),
+    "base between": Kind(
+        base_moved_between, (2e-3, 7e-4), ("base_between", "distance")
+    ),
     "drift": Kind(drift, (1e-3, 3e-3), ("drift",)),
     "ball in one": Kind(ball_in_one, (5e-3,), ("ball_sample",)),
     "ball bent": Kind(ball_bent, (2e-3, 6e-3), ("ball_bent",)),
@@ -439,7 +475,11 @@ KINDS = {
     "zero elsewhere": Kind(zero_elsewhere, (0.01, 0.03), ("zero_lost",)),
 }
 REFUSED = {"sign-flipped": "sign", "out of order": "order", "swapped": "swap"}
-REFUSED |= {"reads one angle": "stuck", "are these degrees": "units", "looks off by": "zero"}
+REFUSED |= {
+    "reads one angle": "stuck",
+    "are these degrees": "units",
+    "looks off by": "zero",
+}
 REFUSED |= {"same": "copies", "identical": "copies"}
 """Words of errors by which no calibration was made, and the cause that each names."""
 SET_RIGHT = {"drifted": "drift", "base moved": "base_moved", "ball sits": "ball_bent"}
@@ -457,7 +497,9 @@ def world(i: int) -> World:
     name = names[(i + i // len(KINDS)) % len(names)]
     robot = mukca.load_robot(name)
     given = {"repeatability_mm": REPEATABILITY[name]} if name in REPEATABILITY else {}
-    repeatability = ARMS[name].repeatability if name in ARMS else 1e-3 * REPEATABILITY[name]
+    repeatability = (
+        ARMS[name].repeatability if name in ARMS else 1e-3 * REPEATABILITY[name]
+    )
     how: dict[str, Any] = {"noise": max(NOISE * repeatability, LEAST_NOISE)}
     how |= BENDING if generator.random() < 0.5 else {}
     count = int(generator.integers(2, 4))
@@ -465,16 +507,22 @@ def world(i: int) -> World:
         arm, placements = mukca.simulate_recordings(robot, count, seed=seed, **how)
         if all((np.ptp(p.positions, axis=0) >= TRAVEL).all() for p in placements):
             break
-    error = CALIPER_DEVIATION * generator.normal()  # of one base, whose distance was read once
+    error = (
+        CALIPER_DEVIATION * generator.normal()
+    )  # of one base, whose distance was read once
     placements = [replace(p, distance=DISTANCE + error) for p in placements]
-    return World(robot, arm.ball, placements, generator, {"repeatability_mm": None, **given})
+    return World(
+        robot, arm.ball, placements, generator, {"repeatability_mm": None, **given}
+    )
 
 
 def _recorded(folder: str, generator: np.random.Generator) -> World:
     """Return real recordings; what a fit to all of them says is taken for the truth."""
     name, first = RECORDED[folder]
     robot = mukca.load_robot(name)
-    placements = sorted(mukca.read_placements(SHARED / folder), key=lambda p: p.name != first)
+    placements = sorted(
+        mukca.read_placements(SHARED / folder), key=lambda p: p.name != first
+    )
     kept = [replace(p, distance=None) for p in placements]
     truth = mukca.calibrate(robot, kept, distance=DISTANCE).ball
     return World(robot, truth, kept, generator, {"distance": DISTANCE})
@@ -527,7 +575,9 @@ def told(i: int) -> Told:
     allowed = limits.get("predicted_distance")
     wrong = verdict.status == "pass" and allowed is not None and error > allowed
     cause = first_cause(calibration)
-    status = "right pass lost" if kind.spoil is nothing and verdict.status != "pass" else ""
+    status = (
+        "right pass lost" if kind.spoil is nothing and verdict.status != "pass" else ""
+    )
     words = f"{verdict.title}: {verdict.text[:200]} | truly {1e3 * error:.2f} mm"
     before = workspace_error(one.truth, refitted(one.robot, train, settings).ball, q)
     now = workspace_error(one.truth, calibration.calibrated.geometric_ball, q)
@@ -547,11 +597,15 @@ def told(i: int) -> Told:
     )
 
 
-def refitted(robot: mukca.Robot, train: Placement, settings: Mapping[str, Any]) -> CalibratedRobot:
+def refitted(
+    robot: mukca.Robot, train: Placement, settings: Mapping[str, Any]
+) -> CalibratedRobot:
     """Return the nominal robot with only its ball refitted."""
     ball = choose_parameters(robot, free=[f"{robot.ball_joint.name}.xyz"])
     measured = [measure(train, robot, settings.get("distance"))]
-    return CalibratedRobot(robot, ball, solve(build_problem(robot, measured, parameters=ball)).x)
+    return CalibratedRobot(
+        robot, ball, solve(build_problem(robot, measured, parameters=ball)).x
+    )
 
 
 def first_cause(calibration: mukca.Calibration) -> str:
@@ -573,7 +627,9 @@ def first_cause(calibration: mukca.Calibration) -> str:
 
 def why(calibration: mukca.Calibration) -> str:
     hypotheses = getattr(calibration.document, "hypotheses", None) or ()
-    return "".join(f" | {h.probability:.3f} {h.name} {h.parameters}" for h in hypotheses[:3])
+    return "".join(
+        f" | {h.probability:.3f} {h.name} {h.parameters}" for h in hypotheses[:3]
+    )
 
 
 def judged(kind: Kind, cause: str) -> str:
@@ -604,7 +660,11 @@ def table(found: Sequence[Told]) -> str:
         "kind                    cases stopped wrong-pass lost | first cause right vague wrong"
     ]
     for name in [*KINDS, "all spoilt"]:
-        some = [t for t in found if t.kind == name or (name[:3] == "all" and t.kind != "sound")]
+        some = [
+            t
+            for t in found
+            if t.kind == name or (name[:3] == "all" and t.kind != "sound")
+        ]
         some = [t for t in found if t.kind == name] if name in KINDS else some
         stopped = [t for t in some if t.status != "pass"]
         causes = Counter(t.judged for t in some if t in stopped or t.judged != "vague")
@@ -634,9 +694,13 @@ def answers(found: Sequence[Told]) -> list[str]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cases", type=int, default=60)
-    parser.add_argument("--held-out", action="store_true", help="those of odd number alone")
+    parser.add_argument(
+        "--held-out", action="store_true", help="those of odd number alone"
+    )
     parser.add_argument("--kind", nargs="+", default=[], help="these kinds alone")
-    parser.add_argument("--only", type=int, nargs="+", metavar="I", help="these of them alone")
+    parser.add_argument(
+        "--only", type=int, nargs="+", metavar="I", help="these of them alone"
+    )
     add_options(parser, WorkerOptions)
     arguments = parser.parse_args()
     workers = read_options(arguments).workers

@@ -86,7 +86,9 @@ def main() -> None:
     print(f"{'':10s}" + "".join(f"{way:>17s}" for way in WAYS) + "   mm")
     for name in arguments.robots:
         seeds = range(1, 1 + arguments.draws)
-        means = np.mean([errors(name, arguments.points, seed) for seed in seeds], axis=0)
+        means = np.mean(
+            [errors(name, arguments.points, seed) for seed in seeds], axis=0
+        )
         print(f"{name:10s}" + "".join(f"{mean:17.3f}" for mean in means), flush=True)
 
 

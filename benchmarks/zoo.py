@@ -42,12 +42,16 @@ def outcome_of(case: Case) -> tuple[Outcome, float]:
 
 def row(case: Case, outcome: Outcome, seconds: float) -> str:
     """Return a row of the table."""
-    statuses = ", ".join(f"{verb} {status}" for verb, status in outcome.statuses.items())
+    statuses = ", ".join(
+        f"{verb} {status}" for verb, status in outcome.statuses.items()
+    )
     broke = "; ".join(outcome.faults) or "nothing"
     return f"| {case.name} | {statuses} | {seconds:.1f} | {broke} |"
 
 
-def taken_through(cases: Sequence[Case], workers: Workers) -> Iterator[tuple[Case, Outcome, float]]:
+def taken_through(
+    cases: Sequence[Case], workers: Workers
+) -> Iterator[tuple[Case, Outcome, float]]:
     """Yield each case with how its verbs ended, some at a time."""
     size = BATCH * workers.processes
     for begin in range(0, len(cases), size):
@@ -58,9 +62,16 @@ def taken_through(cases: Sequence[Case], workers: Workers) -> Iterator[tuple[Cas
 
 def whole_zoo(only: str, workers: Workers) -> int:
     """Print the table of the zoo, and return the number of cases that broke."""
-    cases = [case for kind in zoo() for case in kind if only in case.name and not case.missing]
+    cases = [
+        case
+        for kind in zoo()
+        for case in kind
+        if only in case.name and not case.missing
+    ]
     broken = 0
-    print("| case | exit status | processor time in s | what broke |\n|---|---|---|---|")
+    print(
+        "| case | exit status | processor time in s | what broke |\n|---|---|---|---|"
+    )
     for case, outcome, seconds in taken_through(cases, workers):
         print(row(case, outcome, seconds), flush=True)
         broken += bool(outcome.faults)
@@ -85,9 +96,15 @@ def random_cases(first: int, count: int, seconds: float, workers: Workers) -> in
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", default="", metavar="WORD", help="cases with this in their name")
-    parser.add_argument("--cases", type=int, default=0, help="random cases, in place of the zoo")
-    parser.add_argument("--seconds", type=float, default=0, help="random cases for so long")
+    parser.add_argument(
+        "--only", default="", metavar="WORD", help="cases with this in their name"
+    )
+    parser.add_argument(
+        "--cases", type=int, default=0, help="random cases, in place of the zoo"
+    )
+    parser.add_argument(
+        "--seconds", type=float, default=0, help="random cases for so long"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the first random case")
     parser.add_argument("--processes", type=int, default=1)
     arguments = parser.parse_args()

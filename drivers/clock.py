@@ -13,8 +13,12 @@ from typing import Protocol, TypeVar
 STOP_SECONDS = 1.5
 """A thread that waits for a robot is left alone after so long [s]."""
 ALPHA = 0.05
-BETA = ALPHA**2 / (2 - ALPHA)  # the usual choice for a given ALPHA (Benedict and Bordner, 1962)
-GREATEST_ERROR = 0.05  # s: a state that is later than this came after a pause; begin anew
+BETA = ALPHA**2 / (
+    2 - ALPHA
+)  # the usual choice for a given ALPHA (Benedict and Bordner, 1962)
+GREATEST_ERROR = (
+    0.05  # s: a state that is later than this came after a pause; begin anew
+)
 
 
 class _Readable(Protocol):
@@ -46,9 +50,13 @@ def wait(sources: Sequence[_Source], seconds: float) -> list[_Source]:
     """
     try:
         return select.select(sources, [], [], seconds)[0]
-    except ValueError:  # a closed source, or a descriptor beyond 1023, which select cannot take
+    except (
+        ValueError
+    ):  # a closed source, or a descriptor beyond 1023, which select cannot take
         with selectors.DefaultSelector() as selector:
-            keys = [selector.register(source, selectors.EVENT_READ) for source in sources]
+            keys = [
+                selector.register(source, selectors.EVENT_READ) for source in sources
+            ]
             ready = {key.fd for key, _ in selector.select(seconds)}
         return [s for s, key in zip(sources, keys, strict=True) if key.fd in ready]
 

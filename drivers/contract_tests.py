@@ -76,7 +76,9 @@ class DriverContract:
 
     def names(self) -> tuple[str, ...]:
         """Return the joint names of a model of the robot."""
-        return tuple(self.model or (f"arm_joint_{index}" for index in range(self.joints)))
+        return tuple(
+            self.model or (f"arm_joint_{index}" for index in range(self.joints))
+        )
 
     def test_names_each_joint(self, opened: Driver) -> None:
         """Without a model the driver names the joints, each differently."""
@@ -103,7 +105,10 @@ class DriverContract:
             for values in (state.position, state.effort or state.position):
                 assert isinstance(values, tuple)
                 assert len(values) == self.joints
-                assert all(isinstance(value, float) and math.isfinite(value) for value in values)
+                assert all(
+                    isinstance(value, float) and math.isfinite(value)
+                    for value in values
+                )
         assert len({state.effort is None for state in states}) == 1
 
     def test_positions_move_as_an_arm_can(self, opened: Driver) -> None:
@@ -113,18 +118,24 @@ class DriverContract:
             pairs = zip(first.position, second.position, strict=True)
             assert all(abs(a - b) < 0.5 for a, b in pairs)
 
-    def test_states_are_those_that_were_sent(self, opened: Driver, sent: Sent | None) -> None:
+    def test_states_are_those_that_were_sent(
+        self, opened: Driver, sent: Sent | None
+    ) -> None:
         """Positions and efforts are what the robot sent: in SI units, in order, none made up."""
         if sent is None:
             pytest.skip("nobody knows what was sent")
         states = _read(opened, STATES)
         truths = sent()
-        assert any(any(truth.position) for truth in truths), "an arm at zero proves nothing"
+        assert any(any(truth.position) for truth in truths), (
+            "an arm at zero proves nothing"
+        )
         for state, place in zip(states, self._places(states, truths), strict=True):
             if state.effort and truths[place].effort:
                 assert state.effort == pytest.approx(truths[place].effort, abs=1e-3)
 
-    def test_a_late_reader_loses_nothing(self, opened: Driver, sent: Sent | None) -> None:
+    def test_a_late_reader_loses_nothing(
+        self, opened: Driver, sent: Sent | None
+    ) -> None:
         """States that come while nobody reads are returned afterwards, the oldest first."""
         if sent is None or not self.keeps_all:
             pytest.skip("nobody knows what was sent, or the driver cannot keep it")
@@ -187,7 +198,9 @@ class DriverContract:
             self.driver(address, (*self.names(), "one_too_many"))
         assert caught.value.reason is Reason.WRONG_ROBOT
         with self.driver(address) as driver:
-            assert driver.read(READ_SECONDS).position, "the refused driver left the robot free"
+            assert driver.read(READ_SECONDS).position, (
+                "the refused driver left the robot free"
+            )
 
     def test_says_that_nobody_answers(self) -> None:
         """It is said within seconds that nothing answers at an address."""
@@ -223,9 +236,13 @@ class DriverContract:
         """See that between the first and the last state none is unaccounted for."""
         places = self._places(states, truths)
         unread = places[-1] - places[0] + 1 - len(states)
-        assert unread == missed, f"{unread} states were sent and not returned, {missed} counted"
+        assert unread == missed, (
+            f"{unread} states were sent and not returned, {missed} counted"
+        )
 
-    def _places(self, states: Sequence[JointState], truths: Sequence[JointState]) -> list[int]:
+    def _places(
+        self, states: Sequence[JointState], truths: Sequence[JointState]
+    ) -> list[int]:
         """Return the index of each state among those that were sent, after the one before."""
         places: list[int] = []
         for state in states:

@@ -105,7 +105,9 @@ class Driver(ABC):
     """Mode and errors of the robot, in words; empty if it tells none."""
 
     @abstractmethod
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None: ...
+    def __init__(
+        self, address: str, joint_names: Sequence[str] | None = None
+    ) -> None: ...
 
     @property
     @abstractmethod
@@ -156,7 +158,9 @@ class Driver(ABC):
         )
 
 
-def match_joints(joint_names: Sequence[str] | None, count: int, robot: str) -> tuple[str, ...]:
+def match_joints(
+    joint_names: Sequence[str] | None, count: int, robot: str
+) -> tuple[str, ...]:
     """Return the names of a robot's joints: the model's if there is one, else joint1, joint2, ...
 
     Args:

@@ -102,7 +102,9 @@ class Reconnecting(Driver):
     def _ordered(self, state: JointState) -> JointState:
         """Return a state with its joints in the model's order."""
         driver_order = tuple(range(len(state.position)))
-        if self._order == driver_order or len(self._order) != len(driver_order):  # refused later
+        if self._order == driver_order or len(self._order) != len(
+            driver_order
+        ):  # refused later
             return state
         position = tuple(state.position[i] for i in self._order)
         effort = state.effort and tuple(state.effort[i] for i in self._order)

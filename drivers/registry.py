@@ -53,7 +53,9 @@ def list_drivers() -> list[DriverInfo]:
     from importlib.metadata import entry_points
 
     infos = list(DRIVERS.values())
-    for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name):
+    for point in sorted(
+        entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name
+    ):
         package = point.dist
         source = f"{package.name} {package.version}" if package else "a plug-in"
         infos.append(DriverInfo(point.name, point.value, "plug-in", source=source))
@@ -122,7 +124,10 @@ def _load(info: DriverInfo) -> type[Driver]:
         raise Reason.MISSING_PACKAGE(
             f"driver {info.name!r} of {info.source} needs {error.name}: {error}"
         ) from None
-    except (Exception, SystemExit) as error:  # a plug-in may fail in any way, and stops no other
+    except (
+        Exception,
+        SystemExit,
+    ) as error:  # a plug-in may fail in any way, and stops no other
         raise Reason.MISSING_PACKAGE(
             f"driver {info.name!r} of {info.source} is broken: {error!r}"
         ) from error

@@ -106,7 +106,9 @@ class ValidatingDriver(Driver):
             raise Reason.UNREACHABLE(f"{error}: {advice}") from None
         return self._unread
 
-    def _silence(self, deadline: float, kind: str = "state", advice: str = "") -> DriverError:
+    def _silence(
+        self, deadline: float, kind: str = "state", advice: str = ""
+    ) -> DriverError:
         """Return the error for a time up to a deadline in which nothing came."""
         waited = max(0.0, deadline - self._asked)
         return Reason.SILENT(f"no {kind} from {self._where} for {waited:.3g} s{advice}")
@@ -114,7 +116,9 @@ class ValidatingDriver(Driver):
     def _begin_anew(self) -> None:
         """Compare the next stamp with none before it: the robot's clock may start again."""
         self._last_stamp = -math.inf
-        self._lead: float | None = None  # by how much the robot's clock is ahead of the host's
+        self._lead: float | None = (
+            None  # by how much the robot's clock is ahead of the host's
+        )
         self._begun = clock.now()
 
     def _next(self, deadline: float) -> JointState:
@@ -156,19 +160,25 @@ class ValidatingDriver(Driver):
             if values is None:
                 continue
             if len(values) != count:
-                raise ValueError(f"a state with {len(values)} {name} for {count} joints")
+                raise ValueError(
+                    f"a state with {len(values)} {name} for {count} joints"
+                )
             if not all(map(math.isfinite, values)):
                 raise ValueError(f"a state with {name} that are no numbers")
 
     def _check_stamp(self, stamp: float) -> None:
         """See that time goes on, and count what was missed."""
         if not abs(stamp) < LARGEST_STAMP:  # false for NaN too
-            raise ValueError(f"a state with the stamp {stamp:g} s, which no clock shows")
+            raise ValueError(
+                f"a state with the stamp {stamp:g} s, which no clock shows"
+            )
         if stamp <= self._last_stamp:
             raise ValueError("a state that is not later than the one before")
         lead = stamp - (clock.now() if self._lead is not None else self._begun)
         if self._lead is not None and lead > self._lead + AHEAD:
-            raise ValueError(f"a state that is {lead - self._lead:.3g} s ahead of its time")
+            raise ValueError(
+                f"a state that is {lead - self._lead:.3g} s ahead of its time"
+            )
         self._lead = lead if self._lead is None else max(lead, self._lead)
         if self._period and math.isfinite(self._last_stamp):
             self.missed += max(0, round((stamp - self._last_stamp) / self._period) - 1)

@@ -1,8 +1,8 @@
 """How many samples are enough? A Monte Carlo study on simulated arms whose truth is known.
 
 Each arm differs from its URDF at random. It is calibrated on one placement with more and more
-samples. Two figures say how good that was: the error at two placements held out, as anyone can
-measure it; and the error of distances between ball positions, which only the truth can tell.
+samples. Two figures judge it: the error at two held-out placements, as anyone can measure it;
+and the error of distances between ball positions, which only the truth can tell.
 
     python monte_carlo.py 10
     python monte_carlo.py 10  5 10 20 40    # other numbers of samples
@@ -28,9 +28,13 @@ print("samples a socket   held-out error   error of distances   (median of arms,
 for samples in counts:
     held_out, true = [], []
     for seed in range(arms):  # the same arms for every number of samples
-        truth, (train, *test) = mukca.simulate_recordings(robot, 3, samples=samples, seed=seed)
+        truth, drawn = mukca.simulate_recordings(robot, 3, samples=samples, seed=seed)
+        train, *test = drawn
         calibration = mukca.calibrate(robot, train, test=test)
         held_out.append(calibration.errors.summary.test.calibrated.mean_absolute_error)
-        q = np.random.default_rng(seed).permutation(np.concatenate([p.positions for p in test]))
-        true.append(np.mean(np.abs(distances(calibration.ball(q)) - distances(truth.ball(q)))))
-    print(f"{samples:16d} {1e3 * np.median(held_out):16.3f} {1e3 * np.median(true):20.3f}")
+        q = np.concatenate([p.positions for p in test])
+        q = np.random.default_rng(seed).permutation(q)
+        errors = distances(calibration.ball(q)) - distances(truth.ball(q))
+        true.append(np.mean(np.abs(errors)))
+    medians = 1e3 * np.median([held_out, true], axis=1)
+    print(f"{samples:16d} {medians[0]:16.3f} {medians[1]:20.3f}")

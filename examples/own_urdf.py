@@ -23,10 +23,14 @@ else:  # nothing was recorded yet: a simulated arm that differs from its URDF
     _, placements = mukca.simulate_recordings(robot, 3, samples=12)
 
 # Whatever is known for sure can be kept as it is, here the place of the first joint.
-calibration = mukca.calibrate(robot, placements[0], test=placements[1:], fix=["waist.xyz"])
+calibration = mukca.calibrate(
+    robot, placements[0], test=placements[1:], fix=["waist.xyz"]
+)
 print(calibration)
 
 changed = [p for p in calibration.document.parameters if p.unit == "m"]
 largest = max(changed, key=lambda p: abs(p.calibrated - p.nominal))
-print(f"{largest.name} changed most: by {1e3 * (largest.calibrated - largest.nominal):+.2f} mm")
+print(
+    f"{largest.name} changed most: by {1e3 * (largest.calibrated - largest.nominal):+.2f} mm"
+)
 calibration.save("my_arm_calibrated", force=True)  # over what an earlier run wrote

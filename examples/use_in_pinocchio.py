@@ -15,7 +15,7 @@ import mukca
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "calibrated")
 
-if not folder.exists():  # nothing was calibrated yet: do so from recordings of a simulated arm
+if not folder.exists():  # calibrate from recordings of a simulated arm
     panda = mukca.load_robot("panda")
     _, (train, test) = mukca.simulate_recordings(panda, 2, samples=12)
     mukca.calibrate(panda, train, test=test, method="paper").save(folder)

@@ -31,7 +31,9 @@ def require(holds, what):
 
 def calibrate(recordings, out):
     """Calibrate in Python, write the report, and return the error [m]."""
-    train, test = (mukca.read_placements(recordings / base) for base in ("front", "left"))
+    train, test = (
+        mukca.read_placements(recordings / base) for base in ("front", "left")
+    )
     calibration = mukca.calibrate(mukca.load_robot("panda"), train, test=test)
     calibration.save(out)
     run("report", out)
@@ -53,9 +55,14 @@ def record(recordings, out):
 if __name__ == "__main__":
     warnings.filterwarnings("error", module="mukca")
     begin = time.perf_counter()
-    require("repeatability_mm: rep" in pydoc.render_doc(mukca.calibrate), "help lacks the options")
+    require(
+        "repeatability_mm: rep" in pydoc.render_doc(mukca.calibrate),
+        "help lacks the options",
+    )
     recordings = Path(sys.argv[1])
-    run("solve", recordings / "front", "--test", recordings / "left", "--robot", "panda")
+    run(
+        "solve", recordings / "front", "--test", recordings / "left", "--robot", "panda"
+    )
     error = calibrate(recordings, Path("calibrated"))
     require(error < LARGEST_ERROR, f"the calibrated arm is off by {1e3 * error:.3f} mm")
     record(recordings, Path("recorded"))

@@ -44,7 +44,9 @@ def supported_pythons():
     for version in VERSIONS:
         of_pyenv = [str(python) for python in installed.glob(f"{version}.*/bin/python")]
         candidates = [*sorted(of_pyenv), shutil.which(f"python{version}")]
-        python = next((python for python in candidates if python and _runs(python)), None)
+        python = next(
+            (python for python in candidates if python and _runs(python)), None
+        )
         if python:
             pythons.append(python)
         else:
@@ -54,7 +56,10 @@ def supported_pythons():
 
 def _runs(python):
     """Return whether an interpreter starts: pyenv has a name for versions that are not chosen."""
-    return subprocess.run([python, "-c", ""], capture_output=True, check=False).returncode == 0
+    return (
+        subprocess.run([python, "-c", ""], capture_output=True, check=False).returncode
+        == 0
+    )
 
 
 def try_with(python, wheel, shared, *, optimized):
@@ -89,7 +94,11 @@ def try_with(python, wheel, shared, *, optimized):
 
 def _run(folder, *words):
     """Run a program in a folder without the settings of this Python, and return what it says."""
-    outside = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    outside = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith("PYTHON")
+    }
     words = [str(word) for word in words]
     result = subprocess.run(
         words, cwd=folder, env=outside, capture_output=True, text=True, check=False
@@ -100,9 +109,14 @@ def _run(folder, *words):
 
 def try_all(wheel, pythons):
     """Do it by each Python, as many at once as there are processors."""
-    with ThreadPoolExecutor(os.cpu_count()) as threads, tempfile.TemporaryDirectory() as shared:
+    with (
+        ThreadPoolExecutor(os.cpu_count()) as threads,
+        tempfile.TemporaryDirectory() as shared,
+    ):
         tries = [
-            threads.submit(try_with, python, wheel, Path(shared), optimized=python == pythons[-1])
+            threads.submit(
+                try_with, python, wheel, Path(shared), optimized=python == pythons[-1]
+            )
             for python in reversed(pythons)
         ]
         for attempt in tries:

@@ -18,7 +18,8 @@ LONGEST_LINE = 1_000_000
 """Size that no line of a table exceeds [bytes]."""
 _LIST = re.compile(r"[ \t]*p?[\[(]+[ \t]*([+-]?[\d.][^\[\]()]*)[\])]+[,;]?[ \t]*")
 _TIME = re.compile(
-    r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d\d:\d\d:\d\d)(?:[.,](\d+))?\s*(Z|[+-]\d\d:?\d\d)?", re.IGNORECASE
+    r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d\d:\d\d:\d\d)(?:[.,](\d+))?\s*(Z|[+-]\d\d:?\d\d)?",
+    re.IGNORECASE,
 )
 
 
@@ -26,7 +27,9 @@ def read_text(file: Path) -> str:
     """Return the text of a file: UTF-8, UTF-16 with its mark, or one byte a letter."""
     content = table_bytes(file)
     if content[:4] == b"PK\x03\x04":
-        raise RecordingError(f"{file}: a spreadsheet or archive, not text; save it as CSV")
+        raise RecordingError(
+            f"{file}: a spreadsheet or archive, not text; save it as CSV"
+        )
     encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
         text = content.decode(encoding)
@@ -50,8 +53,13 @@ def table_bytes(file: Path) -> bytes:
     lines = content.split(b"\n") if b"\n" in content else content.split(b"\r")
     longest = max(range(len(lines)), key=lambda i: len(lines[i]))
     if len(lines[longest]) > LONGEST_LINE:
-        size, limit = f"{len(lines[longest]) / 1e6:,.1f} MB", f"{LONGEST_LINE / 1e6:g} MB"
-        raise RecordingError(f"{file}:{longest + 1}: a line of {size}; at most {limit} are read")
+        size, limit = (
+            f"{len(lines[longest]) / 1e6:,.1f} MB",
+            f"{LONGEST_LINE / 1e6:g} MB",
+        )
+        raise RecordingError(
+            f"{file}:{longest + 1}: a line of {size}; at most {limit} are read"
+        )
     return content
 
 
@@ -84,7 +92,9 @@ def uncommented(text: str) -> str:
     comments = [i for i, line in enumerate(lines) if line.startswith("#")]
     if not comments and not lists:
         return text
-    data = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    data = next(
+        (line for line in lines if line.strip() and not line.startswith("#")), ""
+    )
     words = lines[comments[-1]].lstrip("# ") if comments else ""
     for i in comments:
         lines[i] = ""
@@ -110,7 +120,9 @@ def records_of(text: str) -> list[tuple[int, list[str]]]:
     first = next((line for line in text.splitlines() if line.strip()), "")
     first = re.sub('"[^"]*"', '""', first)
     delimiter = next((d for d in ";\t" if d in first), None)
-    if delimiter is None and (_DECIMAL_COMMAS.fullmatch(first.strip()) or "," not in first):
+    if delimiter is None and (
+        _DECIMAL_COMMAS.fullmatch(first.strip()) or "," not in first
+    ):
         lines = enumerate(text.splitlines(), start=1)
         return [(i, _with_points(line.split())) for i, line in lines if line.strip()]
     reader = csv.reader(
@@ -119,13 +131,16 @@ def records_of(text: str) -> list[tuple[int, list[str]]]:
         skipinitialspace=delimiter != "\t",
     )
     records = [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
-    return records if delimiter is None else [(i, _with_points(row)) for i, row in records]
+    return (
+        records if delimiter is None else [(i, _with_points(row)) for i, row in records]
+    )
 
 
 def _with_points(cells: Sequence[str]) -> list[str]:
     """Return cells with their decimal commas made points."""
     return [
-        cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell.strip()) else cell for cell in cells
+        cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell.strip()) else cell
+        for cell in cells
     ]
 
 

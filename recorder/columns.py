@@ -22,8 +22,12 @@ ANGLES = {
 """Units of angles [rad]."""
 LENGTHS = {
     **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), 1.0),
-    **dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), 1e-2),
-    **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), 1e-3),
+    **dict.fromkeys(
+        ("cm", "centimetre", "centimetres", "centimeter", "centimeters"), 1e-2
+    ),
+    **dict.fromkeys(
+        ("mm", "millimetre", "millimetres", "millimeter", "millimeters"), 1e-3
+    ),
     "um": 1e-6,
     "µm": 1e-6,
 }
@@ -87,7 +91,9 @@ class Column:
         """True where it counts or dates the rows, or has a unit that no joint has."""
         has_unit = not self.unit or self.unit in ANGLES or self.unit in LENGTHS
         letters = list(filter(_is_word, self.words))
-        return not self.words or (bool(letters) and _all(_ASIDE, letters)) or not has_unit
+        return (
+            not self.words or (bool(letters) and _all(_ASIDE, letters)) or not has_unit
+        )
 
 
 @dataclass(frozen=True)
@@ -105,7 +111,9 @@ def column_of(index: int, cell: str, below: str = "") -> Column:
     match = _UNIT.fullmatch(text)
     name, unit = text, below.strip(" []()")
     in_parentheses = match and match[3]
-    if match and (not in_parentheses or in_parentheses.strip().lower() in {*ANGLES, *LENGTHS}):
+    if match and (
+        not in_parentheses or in_parentheses.strip().lower() in {*ANGLES, *LENGTHS}
+    ):
         name = match[1]
         unit = match[2] or in_parentheses or match[4]
     elif metres := _METRES.fullmatch(text):
@@ -168,7 +176,9 @@ Ways = dict[tuple[Words, Words], dict[int, list[int]]]
 """By way of writing, the words before and after a name: the columns of each of some names."""
 
 
-def in_one_way(ways: Ways, wanted: Sequence[str], columns: Sequence[str]) -> list[int] | None:
+def in_one_way(
+    ways: Ways, wanted: Sequence[str], columns: Sequence[str]
+) -> list[int] | None:
     """Return the column of each of some names, if one way of writing has all; bare names do best.
 
     A ColumnError names one that several columns may be.
@@ -233,7 +243,9 @@ def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
     return None
 
 
-def _numbered(names: Sequence[str], joints: Sequence[str], *, some_named: bool) -> Match | None:
+def _numbered(
+    names: Sequence[str], joints: Sequence[str], *, some_named: bool
+) -> Match | None:
     """Return columns like q1 .. q6, or all of as many as there are joints, in order.
 
     Where some are called like a joint, the others are not taken in order.

@@ -34,7 +34,9 @@ def match_coordinates(
     for i, column in enumerate(columns):
         before, name = _coordinate(column.words)
         if name in names and not (reserved and reserved in before):
-            ways.setdefault((before, ()), {}).setdefault(names.index(name), []).append(i)
+            ways.setdefault((before, ()), {}).setdefault(names.index(name), []).append(
+                i
+            )
     labels = [f"{column.name} (column {column.index + 1})" for column in columns]
     order = in_one_way(ways, names, labels)
     return None if order is None else [columns[i] for i in order]
@@ -46,7 +48,9 @@ def _coordinate(words: Words) -> tuple[Words, str]:
     if joined in MATRIX:
         return words[:-2], joined
     before, last = words[:-1], (words or ("",))[-1]
-    if words[-3:-1] == ("tcp", "pose") and last in "012345":  # as Universal Robots number it
+    if (
+        words[-3:-1] == ("tcp", "pose") and last in "012345"
+    ):  # as Universal Robots number it
         return before, (*AXES, *VECTOR)[int(last)]
     if last in ("tx", "ty", "tz"):
         return before, last[1:]

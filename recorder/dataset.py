@@ -71,7 +71,9 @@ def _no_folder(path: Path) -> str:
 
 def placements_in(folder: Path) -> list[Path]:
     """Return the placements' folders inside a folder, by name."""
-    return sorted(child for child in folder.iterdir() if child.is_dir() and is_placement(child))
+    return sorted(
+        child for child in folder.iterdir() if child.is_dir() and is_placement(child)
+    )
 
 
 def is_placement(folder: Path) -> bool:
@@ -101,7 +103,9 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
             empty or malformed; the message names file and line.
     """
     if not paths:
-        raise RecordingError("no placement is given; name at least one folder of recordings")
+        raise RecordingError(
+            "no placement is given; name at least one folder of recordings"
+        )
     for path in cast("tuple[object, ...]", paths):
         if not isinstance(path, str | os.PathLike):
             raise RecordingError(f"{path!r:.60}: no path; name the folders one by one")
@@ -189,7 +193,9 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         )
     for table in others:
         if table.header != first.header or table.units != first.units:
-            raise RecordingError(f"{table.file}:1: another header than in {first.file.name}")
+            raise RecordingError(
+                f"{table.file}:1: another header than in {first.file.name}"
+            )
         if len(table.rows[0]) != len(first.rows[0]):
             raise RecordingError(
                 f"{table.where(0)}: {len(table.rows[0])} columns, "
@@ -199,7 +205,9 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
     remarks: list[str] = []
     for socket, table in tables:
         rows = table.numbers(joints, gaps=first.header is not None)
-        samples += [Sample(row, socket, where=table.where(i)) for i, row in enumerate(rows)]
+        samples += [
+            Sample(row, socket, where=table.where(i)) for i, row in enumerate(rows)
+        ]
         remarks += table.notes
     return Placement(
         name=placement_name(folder),
@@ -251,7 +259,9 @@ def sample_files(placement: Placement) -> dict[str, bytes]:
     """
     count = len(placement.samples[0].position)
     names = placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
-    numbered = [replace(s, number=number) for number, s in enumerate(placement.samples, start=1)]
+    numbered = [
+        replace(s, number=number) for number, s in enumerate(placement.samples, start=1)
+    ]
     lines = [header_line(names), *map(capture_line, numbered)]
     return {SAMPLES: b"".join(lines)} | _metadata(placement)
 
@@ -259,5 +269,8 @@ def sample_files(placement: Placement) -> dict[str, bytes]:
 def _metadata(placement: Placement) -> dict[str, bytes]:
     if placement.distance is None:
         return {}
-    facts = {"distance": placement.distance, "distance_measured": not placement.distance_assumed}
+    facts = {
+        "distance": placement.distance,
+        "distance_measured": not placement.distance_assumed,
+    }
     return {METADATA: json.dumps(facts).encode() + b"\n"}

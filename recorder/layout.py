@@ -59,7 +59,9 @@ def rows_of(
     if table.header is not None and table.header[:3] == _EVENTS:
         return _captured(table, joint_names, note)
     indices = [column.index for column in columns]
-    filled = [i for i, row in enumerate(table.rows) if any(row[k].strip() for k in indices)]
+    filled = [
+        i for i, row in enumerate(table.rows) if any(row[k].strip() for k in indices)
+    ]
     notes = [*table.notes, *([f"{table.file}: {note}"] if note else [])]
     if blank := len(table.rows) - len(filled):
         notes.append(f"{table.file}: {blank} lines without values are left out")
@@ -96,17 +98,23 @@ class _Search:
             try:
                 joints = find_joints(table, self.joint_names, beside)
             except ColumnError as error:
-                raise RecordingError(f"{table.file}:1: {error}; keep those of one arm") from None
+                raise RecordingError(
+                    f"{table.file}:1: {error}; keep those of one arm"
+                ) from None
             if joints is not None:
                 return [*joints[0], *beside], form, joints[1]
         header = ",".join(table.header)
-        raise RecordingError(f"{table.file}: its header is {header:.60}; needed: {self._wanted()}")
+        raise RecordingError(
+            f"{table.file}: its header is {header:.60}; needed: {self._wanted()}"
+        )
 
     def _has_more(self, form: Sequence[str]) -> bool:
         """Return whether columns belong to a richer form that is not complete."""
         richer = set(chain.from_iterable(self.forms)).difference(form)
         names = {(column.words or ("",))[-1] for column in self.table.columns}
-        return not names.isdisjoint(richer) or any(turn <= names for turn in _OTHER_TURNS)
+        return not names.isdisjoint(richer) or any(
+            turn <= names for turn in _OTHER_TURNS
+        )
 
     def _in_order(self) -> tuple[list[Column], Sequence[str], str]:
         """Return the columns of a table without a header, as many as one form has."""
@@ -114,17 +122,27 @@ class _Search:
         size = len(columns) - len(self.joint_names)
         fitting = [form for form in self.forms if len(form) == size]
         if len(fitting) != 1:
-            reason = "that many are several kinds of pose" if fitting else "no such number is known"
+            reason = (
+                "that many are several kinds of pose"
+                if fitting
+                else "no such number is known"
+            )
             raise RecordingError(
                 f"{self.table.file}: its header is missing, and {len(columns)} columns without one "
                 f"tell nothing: {reason}; needed: {self._wanted()}"
             )
         names = ",".join((*self.joint_names, *fitting[0]))
-        return columns, fitting[0], f"no header; the columns are taken in order, as {names:.120}"
+        return (
+            columns,
+            fitting[0],
+            f"no header; the columns are taken in order, as {names:.120}",
+        )
 
     def _wanted(self) -> str:
         """Return the headers that would do."""
-        headers = (",".join((*self.joint_names, *form)) for form in reversed(self.forms))
+        headers = (
+            ",".join((*self.joint_names, *form)) for form in reversed(self.forms)
+        )
         return "; or ".join(headers)
 
 
@@ -142,9 +160,15 @@ def find_joints(
         return [], ""
     columns = table.joints(reserved)
     match = match_joints([column.name for column in columns], joint_names)
-    if match and match.note and {*AXES} <= {columns[i].name.lower() for i in match.order}:
+    if (
+        match
+        and match.note
+        and {*AXES} <= {columns[i].name.lower() for i in match.order}
+    ):
         return None
     if match is None:  # a joint may be called like a time
         columns = [column for column in table.columns if column not in reserved]
-        match = match_joints([column.name for column in columns], joint_names, in_order=False)
+        match = match_joints(
+            [column.name for column in columns], joint_names, in_order=False
+        )
     return None if match is None else ([columns[i] for i in match.order], match.note)

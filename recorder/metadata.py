@@ -97,7 +97,9 @@ def read_metadata(file: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise RecordingError(f"{file}: cannot be read as JSON: {error}") from None
     if not isinstance(metadata, dict):
-        raise RecordingError(f'{file}: expected a JSON object, as in {{"distance": 0.05}}')
+        raise RecordingError(
+            f'{file}: expected a JSON object, as in {{"distance": 0.05}}'
+        )
     return cast("dict[str, Any]", metadata)
 
 
@@ -107,7 +109,9 @@ def read_sessions(file: Path) -> list[dict[str, Any]]:
         rows = _entries(read_metadata(file), "sessions")
     except RecordingError:
         return []
-    return [cast("dict[str, Any]", row) if isinstance(row, dict) else {} for row in rows]
+    return [
+        cast("dict[str, Any]", row) if isinstance(row, dict) else {} for row in rows
+    ]
 
 
 def read_keys(file: Path) -> PlacementKeys:
@@ -120,16 +124,28 @@ def read_keys(file: Path) -> PlacementKeys:
     metadata = read_metadata(file)
     distance = metadata.get("distance")
     if not (distance is None or _is_length(distance)):
-        raise RecordingError(f"{file}: distance {distance!r}: expected a positive number of metres")
+        raise RecordingError(
+            f"{file}: distance {distance!r}: expected a positive number of metres"
+        )
     payload = metadata.get("payload")
-    if not (payload is None or (_is_number(payload) and 0 <= payload <= PAYLOAD.largest)):
-        raise RecordingError(f"{file}: payload {payload!r}: expected kilograms, zero or more")
-    names = {key: metadata.get(key) for key in ("frame", "robot_name", "place", "poses_of")}
+    if not (
+        payload is None or (_is_number(payload) and 0 <= payload <= PAYLOAD.largest)
+    ):
+        raise RecordingError(
+            f"{file}: payload {payload!r}: expected kilograms, zero or more"
+        )
+    names = {
+        key: metadata.get(key) for key in ("frame", "robot_name", "place", "poses_of")
+    }
     for key, name in names.items():
         if not (name is None or (isinstance(name, str) and _NAME.fullmatch(name))):
-            raise RecordingError(f"{file}: {key} {name!r} is no name: letters, digits, and . _ -")
+            raise RecordingError(
+                f"{file}: {key} {name!r} is no name: letters, digits, and . _ -"
+            )
     measured = distance is not None and metadata.get("distance_measured") is True
-    entries = [entry.get("distance") for entry in _entries(metadata, "readings") if entry]
+    entries = [
+        entry.get("distance") for entry in _entries(metadata, "readings") if entry
+    ]
     readings = list(filter(_is_length, entries)) or ([distance] if measured else [])
     return PlacementKeys(
         distance=None if distance is None else float(distance),
@@ -195,7 +211,9 @@ def _rewrite(
         with _locked(folder / SAMPLES):
             write_metadata(file, metadata)
     except BlockingIOError:
-        raise RecordingError(f"{folder}: mukca record is writing there; finish it first") from None
+        raise RecordingError(
+            f"{folder}: mukca record is writing there; finish it first"
+        ) from None
     except OSError as error:
         raise RecordingError(f"{file}: cannot be written: {error.strerror}") from None
     return before
@@ -205,7 +223,12 @@ def with_distance(metadata: Mapping[str, Any], distance: float) -> dict[str, Any
     """Return metadata with another distance between the sockets [m], and the earlier one kept."""
     change = {"time": _now(), "distance": [metadata.get("distance"), distance]}
     changes = [*_entries(metadata, "changes"), change]
-    return {**metadata, "distance": distance, "distance_measured": True, "changes": changes}
+    return {
+        **metadata,
+        "distance": distance,
+        "distance_measured": True,
+        "changes": changes,
+    }
 
 
 def with_reading(metadata: Mapping[str, Any], distance: float) -> dict[str, Any]:
@@ -215,7 +238,10 @@ def with_reading(metadata: Mapping[str, Any], distance: float) -> dict[str, Any]
     """
     before = metadata.get("distance")
     first = [{"distance": before}] if metadata.get("distance_measured") is True else []
-    readings = [*(_entries(metadata, "readings") or first), {"time": _now(), "distance": distance}]
+    readings = [
+        *(_entries(metadata, "readings") or first),
+        {"time": _now(), "distance": distance},
+    ]
     changed = metadata if before == distance else with_distance(metadata, distance)
     return {**changed, "readings": readings, "distance_measured": True}
 

@@ -123,7 +123,11 @@ class Placement:
         for position, seat, effort in rows:
             measured = None if efforts is None else tuple(effort)
             samples.append(Sample(tuple(position), int(seat), measured))
-        metres = None if distance is None else float(numbers_of(distance, f"{where}: distance"))
+        metres = (
+            None
+            if distance is None
+            else float(numbers_of(distance, f"{where}: distance"))
+        )
         return cls(str(name), tuple(samples), names, metres)
 
     def __repr__(self) -> str:
@@ -190,7 +194,9 @@ class Placement:
                 row and tuple(row[i] for i in match.order)
                 for row in (sample.position, sample.spread, sample.effort)
             )
-            samples.append(replace(sample, position=position or (), spread=spread, effort=effort))
+            samples.append(
+                replace(sample, position=position or (), spread=spread, effort=effort)
+            )
         read = [s for s in samples if not all(map(math.isnan, s.position))] or samples
         for sample in read:
             for name, value in zip(joint_names, sample.position, strict=True):
@@ -201,11 +207,16 @@ class Placement:
                     )
         remarks = list(self.remarks)
         if blank := len(samples) - len(read):
-            remarks.append(f"{self.first_file}: {blank} lines without joint positions are left out")
+            remarks.append(
+                f"{self.first_file}: {blank} lines without joint positions are left out"
+            )
         if match.note:
             remarks.append(f"{self.first_file}: {match.note}")
         return replace(
-            self, samples=tuple(read), joint_names=tuple(joint_names), remarks=tuple(remarks)
+            self,
+            samples=tuple(read),
+            joint_names=tuple(joint_names),
+            remarks=tuple(remarks),
         )
 
     def order_note(self, joint_names: Sequence[str]) -> str:
@@ -224,7 +235,9 @@ class Placement:
         try:
             match = None if columns is None else match_joints(columns, joint_names)
         except ColumnError as error:
-            raise RecordingError(f"{self.first_file}: {error}; keep those of one arm") from None
+            raise RecordingError(
+                f"{self.first_file}: {error}; keep those of one arm"
+            ) from None
         if match is not None:
             return match
         m = len(joint_names)
@@ -233,7 +246,11 @@ class Placement:
         if columns is not None:
             absent = missing_joints(columns, joint_names)
             if len(absent) < m:
-                lacking = f"missing: {', '.join(absent)}" if absent else "no arm has all of them"
+                lacking = (
+                    f"missing: {', '.join(absent)}"
+                    if absent
+                    else "no arm has all of them"
+                )
                 raise RecordingError(
                     f"{self.first_file}: the header names {m - len(absent)} of the robot's {m} "
                     f"joints; {lacking}. Name all of them, or none (columns then go by order)"
@@ -262,7 +279,9 @@ class Placement:
         """
         points = [sample.point or () for sample in self.samples]
         turns = [sample.orientation or () for sample in self.samples]
-        rows = np.column_stack([self.sockets.astype(float), self.positions, points, turns])
+        rows = np.column_stack(
+            [self.sockets.astype(float), self.positions, points, turns]
+        )
         copies = repeated_rows(rows)
         if not copies:
             return self

@@ -35,7 +35,9 @@ def distinctly_named(placements: Sequence[Placement]) -> list[Placement]:
             counts[name] += 1
             number = counts[name] + bool(folders[name])
             name += f" ({number})" * (number > 1)
-        renamed.append(replace(placement, name=name) if name != placement.name else placement)
+        renamed.append(
+            replace(placement, name=name) if name != placement.name else placement
+        )
     return renamed
 
 

@@ -26,7 +26,11 @@ POINTS, POSES = "points.csv", "poses.csv"
 CLOCKS = ("time", "temperature")
 FLANGE = "flange"
 """Beginning of the names of columns that hold the flange's pose in place of the joints."""
-_MEANINGS = (("flange", "measured flange poses"), ("camera", "camera"), ("commands", "command"))
+_MEANINGS = (
+    ("flange", "measured flange poses"),
+    ("camera", "camera"),
+    ("commands", "command"),
+)
 """Meaning of poses, and a word of the first line that tells of it."""
 _ROUNDED = 0.01
 """Largest deviation from 1 of the length of a quaternion that was written with few digits."""
@@ -64,7 +68,9 @@ def read_points(file: Path, name: str) -> Placement:
         joint_names=None if headless else tuple(column.name for column in joints),
         files=(file,),
         remarks=table.notes,
-        poses_of=next((meaning for meaning, word in _MEANINGS if word in comment), None),
+        poses_of=next(
+            (meaning for meaning, word in _MEANINGS if word in comment), None
+        ),
     )
 
 
@@ -88,7 +94,9 @@ def _no_columns(file: Path, form: tuple[str, ...]) -> RecordingError:
     )
 
 
-def coordinates(table: Table, names: Sequence[str], reserved: str = "") -> list[Column] | None:
+def coordinates(
+    table: Table, names: Sequence[str], reserved: str = ""
+) -> list[Column] | None:
     """Return the columns of coordinates as by :func:`.match_coordinates`, their units checked.
 
     Raises:
@@ -101,7 +109,9 @@ def coordinates(table: Table, names: Sequence[str], reserved: str = "") -> list[
     for name, column in zip(names, columns or (), strict=False):
         units = LENGTHS if name in AXES else ANGLES if name in (*VECTOR, *RPY) else ()
         if column.unit and column.unit not in units:
-            some = ", ".join(f"[{unit}]" for unit in ("m", "mm", "rad", "deg") if unit in units)
+            some = ", ".join(
+                f"[{unit}]" for unit in ("m", "mm", "rad", "deg") if unit in units
+            )
             choices = f"known are {some}" if some else "it has none"
             raise RecordingError(
                 f"{table.file}:1: column {column.name} has unit {column.unit!r}; {choices}"
@@ -171,5 +181,7 @@ def _of_matrix(rotation: Sequence[float], where: str) -> list[float]:
     largest = squares[squares.diagonal().argmax()]
     quaternion = largest / np.linalg.norm(largest)
     if np.abs(squares - 4 * np.outer(quaternion, quaternion)).max() > 4 * _ROUNDED:
-        raise RecordingError(f"{where}: r11 to r33 are no rotation; are these its rows?")
+        raise RecordingError(
+            f"{where}: r11 to r33 are no rotation; are these its rows?"
+        )
     return quaternion.tolist()

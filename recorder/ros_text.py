@@ -24,13 +24,17 @@ def named_states(records: Sequence[Record]) -> list[Record] | None:
     fields = {match.groups(): i for i, match in enumerate(matches) if match}
     numbered = len(first) > 4 and first[0].isdecimal() and first[1].isdecimal()
     if ("name", "0") in fields and ("position", "0") in fields:
-        clock = next((i for i, cell in enumerate(first) if cell.endswith("header.stamp")), 0)
+        clock = next(
+            (i for i, cell in enumerate(first) if cell.endswith("header.stamp")), 0
+        )
         messages = [_by_fields(record, fields, clock) for record in records[1:]]
     elif numbered and _is_name(first[3]):
         messages = [_by_place(record) for record in records]
     else:
         return None
-    names = list(dict.fromkeys(chain.from_iterable(positions for _, _, positions in messages)))
+    names = list(
+        dict.fromkeys(chain.from_iterable(positions for _, _, positions in messages))
+    )
     table = [(records[0][0], ["time", *names])]
     for line, time, positions in messages:
         cells = [positions.get(name, "") for name in names]

@@ -87,7 +87,9 @@ class SampleFile:
     @property
     def live(self) -> tuple[Sample, ...]:
         """The samples that count: all but those that were taken back."""
-        return tuple(sample for sample in self.samples if sample.number not in self.withdrawn)
+        return tuple(
+            sample for sample in self.samples if sample.number not in self.withdrawn
+        )
 
 
 def header_line(joint_names: Sequence[str]) -> bytes:
@@ -99,7 +101,14 @@ def header_line(joint_names: Sequence[str]) -> bytes:
 def capture_line(sample: Sample) -> bytes:
     """Return the line that records a capture; every number reads back exactly."""
     blanks = [""] * len(sample.position)
-    leading = [CAPTURE, sample.number, sample.socket, sample.time, sample.stamp, sample.states]
+    leading = [
+        CAPTURE,
+        sample.number,
+        sample.socket,
+        sample.time,
+        sample.stamp,
+        sample.states,
+    ]
     spread = sample.spread or blanks
     effort = sample.effort or blanks
     return _line([*leading, *sample.position, *spread, *effort])
@@ -131,7 +140,9 @@ def read_samples(file: Path) -> SampleFile:
         require_columns(text, file)
         lines = list(csv.reader(io.StringIO(text), strict=True))
     except (UnicodeDecodeError, csv.Error):
-        raise RecordingError(f"{file}: not a text file of comma-separated values") from None
+        raise RecordingError(
+            f"{file}: not a text file of comma-separated values"
+        ) from None
     if not lines:
         raise RecordingError(f"{file}: no header line; nothing was recorded")
     header = lines[0]
@@ -152,7 +163,9 @@ def read_samples(file: Path) -> SampleFile:
             raise RecordingError(
                 f"{where}: {len(cells)} columns where the header has {len(header)}"
             )
-        _Row(where, dict(zip(header, cells, strict=True)), joint_names).add_to(samples, withdrawn)
+        _Row(where, dict(zip(header, cells, strict=True)), joint_names).add_to(
+            samples, withdrawn
+        )
     return SampleFile(joint_names, tuple(samples), tuple(withdrawn), torn)
 
 
@@ -180,14 +193,20 @@ class _Row:
             samples.append(self.capture(number))
             return
         exists = 1 <= number <= len(samples)
-        if not exists or (event != RELABEL and (number in withdrawn) != (event == REDO)):
-            raise RecordingError(f"{self.where}: {event} of sample {number}, which is not there")
+        if not exists or (
+            event != RELABEL and (number in withdrawn) != (event == REDO)
+        ):
+            raise RecordingError(
+                f"{self.where}: {event} of sample {number}, which is not there"
+            )
         if event == UNDO:
             withdrawn.append(number)
         elif event == REDO:
             withdrawn.remove(number)
         else:
-            samples[number - 1] = replace(samples[number - 1], socket=self.integer("socket"))
+            samples[number - 1] = replace(
+                samples[number - 1], socket=self.integer("socket")
+            )
 
     def capture(self, number: int) -> Sample:
         position, spread, effort = map(self.joints, _PER_JOINT)
@@ -196,7 +215,9 @@ class _Row:
         time = self.number("time") if self.cells["time"].strip() else None
         stamp = self.number("stamp") if self.cells["stamp"].strip() else None
         socket, states = self.integer("socket"), self.integer("states")
-        return Sample(position, socket, effort, self.where, number, time, stamp, states, spread)
+        return Sample(
+            position, socket, effort, self.where, number, time, stamp, states, spread
+        )
 
     def number(self, column: str) -> float:
         text = self.cells[column]
@@ -205,13 +226,17 @@ class _Row:
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise RecordingError(f"{self.where}: {column} is {text!r}, not a finite number")
+            raise RecordingError(
+                f"{self.where}: {column} is {text!r}, not a finite number"
+            )
         return value
 
     def integer(self, column: str) -> int:
         value = self.number(column)
         if value < 0 or value != int(value):
-            raise RecordingError(f"{self.where}: {column} is {self.cells[column]!r}, not a count")
+            raise RecordingError(
+                f"{self.where}: {column} is {self.cells[column]!r}, not a count"
+            )
         return int(value)
 
     def joints(self, kind: str) -> tuple[float, ...] | None:

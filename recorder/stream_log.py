@@ -74,7 +74,9 @@ class StreamLog:
             self._fd = os.open(file, flags, 0o644)
             append_bytes(self._fd, head.encode() + b"\n")
         except OSError as error:
-            raise RecordingError(f"{file}: cannot be written: {error.strerror}") from None
+            raise RecordingError(
+                f"{file}: cannot be written: {error.strerror}"
+            ) from None
 
     def add(self, state: JointState, connection: int) -> None:
         """Keep a state; one with another number of joints, or with no numbers, is passed over."""
@@ -107,12 +109,16 @@ class StreamLog:
         try:
             append_bytes(self._fd, struct.pack("<I", len(packed)) + packed, sync=False)
         except OSError as error:
-            self.trouble = f"{self.file.name}: no more states are kept: {error.strerror}"
+            self.trouble = (
+                f"{self.file.name}: no more states are kept: {error.strerror}"
+            )
 
 
 def _pack(rows: Block) -> bytes:
     steps = np.diff(rows, axis=0, prepend=0)
-    zigzag = (steps << 1) ^ (steps >> 63)  # so that small steps to either side have small numbers
+    zigzag = (steps << 1) ^ (
+        steps >> 63
+    )  # so that small steps to either side have small numbers
     numbers = zigzag.T.astype("<i8", order="C")
     by_weight = numbers.view(np.uint8).reshape(rows.size, 8).T
     head = struct.pack("<I", len(rows))
@@ -153,7 +159,9 @@ def read_stream_log(file: Path) -> LoggedStates:
     try:
         described = json.loads(head)
         joints = tuple(map(str, described["joints"]))
-        fields = {FORMAT: described.get("digits"), FORMAT_1: DIGITS_1}[described["format"]]
+        fields = {FORMAT: described.get("digits"), FORMAT_1: DIGITS_1}[
+            described["format"]
+        ]
         stamp, position, effort = map(float, fields)
     except (ValueError, KeyError, TypeError, AttributeError):
         raise RecordingError(f"{file}: not a stream of states ({FORMAT})") from None
@@ -168,7 +176,9 @@ def read_stream_log(file: Path) -> LoggedStates:
         positions=numbers[:, 3 : 3 + m] * position,
         efforts=numbers[:, 3 + m :] * effort if has_efforts else None,
         connections=rows[:, 1],
-        remarks=tuple(_remark(file, blocks[gap - 1], blocks[gap:], stamp) for gap in gaps),
+        remarks=tuple(
+            _remark(file, blocks[gap - 1], blocks[gap:], stamp) for gap in gaps
+        ),
     )
 
 

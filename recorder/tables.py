@@ -12,14 +12,35 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from .cells import number_of, read_text, records_of, require_columns, seconds_of, uncommented
+from .cells import (
+    number_of,
+    read_text,
+    records_of,
+    require_columns,
+    seconds_of,
+    uncommented,
+)
 from .columns import ANGLES, LENGTHS, Column, column_of
 from .files import EmptyRecordingError, RecordingError
 from .ros_text import named_states
 
 _GARBLED = re.compile(r"[\[('\"]*[+-]?\d+([.,]\d+)?\s*([|'\"\])].*|deg|rad|°|mm|m)")
 """A number with something attached, which is no name."""
-_UNITS = {*ANGLES, *LENGTHS, "s", "ms", "us", "ns", "sec", "-", "nm", "n m", "rad/s", "deg/s", "a"}
+_UNITS = {
+    *ANGLES,
+    *LENGTHS,
+    "s",
+    "ms",
+    "us",
+    "ns",
+    "sec",
+    "-",
+    "nm",
+    "n m",
+    "rad/s",
+    "deg/s",
+    "a",
+}
 _LOOKED_AT = 20
 """Rows below a first line by which it is judged."""
 _NUMBERED = 3
@@ -67,7 +88,9 @@ class Table:
             columns = [column for column in columns if not column.aside]
         return [column for column in columns if not self.is_text(column.index)]
 
-    def numbers(self, columns: Sequence[Column], *, gaps: bool = False) -> list[tuple[float, ...]]:
+    def numbers(
+        self, columns: Sequence[Column], *, gaps: bool = False
+    ) -> list[tuple[float, ...]]:
         """Return the numbers of some columns in radians and metres, row by row.
 
         A cell that is no finite number is refused; with ``gaps`` it is NaN, which may not matter.
@@ -86,7 +109,9 @@ class Table:
                 elif gaps:
                     row.append(math.nan)
                 else:
-                    raise RecordingError(f"{self.file}:{line}: {_no_number(cells[i], i)}")
+                    raise RecordingError(
+                        f"{self.file}:{line}: {_no_number(cells[i], i)}"
+                    )
             rows.append(tuple(row))
         return rows
 
@@ -128,7 +153,9 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
     try:
         records = records_of(uncommented(text))
     except csv.Error:
-        raise RecordingError(f"{file}: not a text file of comma-separated numbers") from None
+        raise RecordingError(
+            f"{file}: not a text file of comma-separated numbers"
+        ) from None
     if records and records[0][1][0].strip().lower().startswith("sep="):
         records = records[1:]
     while records and all(len(row) > 1 and not row[-1].strip() for _, row in records):
@@ -159,7 +186,11 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
 
 
 def _header(
-    file: Path, line: int, cells: Sequence[str], below: Sequence[Sequence[str]], names: set[str]
+    file: Path,
+    line: int,
+    cells: Sequence[str],
+    below: Sequence[Sequence[str]],
+    names: set[str],
 ) -> tuple[str, ...] | None:
     """Return a first line's cells if they are names."""
     header = tuple(cell.strip() for cell in cells)
@@ -177,7 +208,11 @@ def _header(
     if not _counted([header[i] for i in numbers]):
         return None
     under = [[row[i] for i in numbers if i < len(row)] for row in below]
-    return header if under and all(any(map(_is_decimal, cells)) for cells in under) else None
+    return (
+        header
+        if under and all(any(map(_is_decimal, cells)) for cells in under)
+        else None
+    )
 
 
 def _is_decimal(cell: str) -> bool:
@@ -202,7 +237,9 @@ def _are_units(cells: Sequence[str]) -> bool:
     return not _has_number(cells) and bool(units & _UNITS)
 
 
-def _fitting(file: Path, line: int, cells: Sequence[str], width: int) -> tuple[str, ...]:
+def _fitting(
+    file: Path, line: int, cells: Sequence[str], width: int
+) -> tuple[str, ...]:
     """Return the cells of a row, which must be as many as are expected."""
     while len(cells) > width and not cells[-1].strip():
         cells = cells[:-1]
@@ -218,7 +255,8 @@ def _no_number(cell: str, index: int) -> str:
     """Return the words for a cell that must be a finite number."""
     if number_of(cell) is None:
         return (
-            f"column {index + 1} is {cell[:40]!r}, not a number; write 0.1 and separate by commas"
+            f"column {index + 1} is {cell[:40]!r}, not a number; "
+            "write 0.1 and separate by commas"
         )
     return (
         f"column {index + 1} is {cell.strip()}, not a finite number; delete the line if the "

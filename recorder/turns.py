@@ -22,9 +22,9 @@ def without_turn(difference: float) -> float:
 
 def within(position: float, lower: float, upper: float) -> bool:
     """Return whether a joint that turns is inside its limits, some whole turns on."""
-    return lower <= position - TURN * math.floor((position - lower) / TURN) <= upper or (
-        not math.isfinite(upper - lower)
-    )
+    return lower <= position - TURN * math.floor(
+        (position - lower) / TURN
+    ) <= upper or (not math.isfinite(upper - lower))
 
 
 def arc(intervals: Iterable[tuple[float, float]]) -> tuple[float, float]:
@@ -79,6 +79,8 @@ def _unwound(q: np.ndarray, low: float, high: float) -> np.ndarray:
         choices = [*near, q]
     if math.isfinite(high - low):
         choices.append(low + (q - low) % TURN)
-    inside = (choice for choice in choices if low <= choice.min() and choice.max() <= high)
+    inside = (
+        choice for choice in choices if low <= choice.min() and choice.max() <= high
+    )
     best = next(inside, q)
     return np.where(np.abs(best - q) < 1.0, q, best)

@@ -38,7 +38,9 @@ def realistic_flaws(robot: Robot, generator: np.random.Generator) -> Imperfectio
         if EFFECTS[extension].non_negative:
             coefficients.append(generator.uniform(low, high, count))
         else:
-            coefficients.append(generator.normal(0, generator.uniform(low, high), count))
+            coefficients.append(
+                generator.normal(0, generator.uniform(low, high), count)
+            )
     deflection = Deflection(tuple(SIZES), tuple(coefficients))
     return Imperfection(noise=generator.uniform(*NOISE), deflection=deflection)
 
@@ -81,5 +83,7 @@ def recorded_by_both(
             replace(base, centre=centre, direction=pose.rotation.T @ base.direction)
             for base, centre in zip(bases, centres, strict=True)
         ]
-        recorded.append([record(arm, b, generator, samples=samples, noise=noise) for b in seen])
+        recorded.append(
+            [record(arm, b, generator, samples=samples, noise=noise) for b in seen]
+        )
     return recorded

@@ -37,10 +37,14 @@ class AtBest:
         widths = [TRANSLATION if p.unit == "m" else TURN for p in parameters]
         for name, place in zip(SIZES, model.slices[1:], strict=True):
             low, high = SIZES[name]
-            even = (high - low) ** 2 / 12  # a coefficient's variance, or that of its size
+            even = (
+                high - low
+            ) ** 2 / 12  # a coefficient's variance, or that of its size
             width = even if EFFECTS[name].non_negative else even + (low + high) ** 2 / 4
             widths += [width**0.5] * (place.stop - place.start)
-        S = np.diag(np.concatenate([widths[: len(off)], zeros, widths[len(off) :]]) ** 2)
+        S = np.diag(
+            np.concatenate([widths[: len(off)], zeros, widths[len(off) :]]) ** 2
+        )
         larger = S @ model.by_scale()  # arms are drawn with the nominal size
         S -= np.outer(larger, larger) / (model.by_scale() @ larger)
         self.ball = [i for i, p in enumerate(parameters) if p.of_ball and p.unit == "m"]
@@ -56,7 +60,10 @@ class AtBest:
 
         With ``exact`` all else of the arm is known.
         """
-        known, own = self._held(exact), np.arange(self.zeros.start + 1, self.zeros.stop - 1)
+        known, own = (
+            self._held(exact),
+            np.arange(self.zeros.start + 1, self.zeros.stop - 1),
+        )
         known.covariance[own, own] += LOST**2
         slopes = np.eye(known.model.size)[own]
         return _after(known, since).deviations(Workspace(slopes, np.zeros(len(own))))
@@ -80,7 +87,9 @@ class AtBest:
         self.known.x[self.ball] += place
 
     def _held(self, exact: bool) -> ParameterCovariance:
-        return replace(self.known, covariance=(0.0 if exact else 1.0) * self.known.covariance)
+        return replace(
+            self.known, covariance=(0.0 if exact else 1.0) * self.known.covariance
+        )
 
 
 def _after(known: ParameterCovariance, placement: Placement) -> ParameterCovariance:

@@ -38,7 +38,11 @@ def replaced(verb: str, content: bytes, *words: str) -> Mistake:
 
     def mistake(folder: Path) -> list[str]:
         (folder / "calibrated" / "calibration.json").write_bytes(content)
-        return [verb, str(folder / "calibrated"), *(word.format(folder=folder) for word in words)]
+        return [
+            verb,
+            str(folder / "calibrated"),
+            *(word.format(folder=folder) for word in words),
+        ]
 
     return mistake
 
@@ -47,7 +51,12 @@ def log(header: Sequence[str], rows: np.ndarray) -> Mistake:
     """Give a log to `extract`."""
 
     def mistake(folder: Path) -> list[str]:
-        return ["extract", str(written(folder / "log.csv", header, rows)), "--robot", "panda"]
+        return [
+            "extract",
+            str(written(folder / "log.csv", header, rows)),
+            "--robot",
+            "panda",
+        ]
 
     return mistake
 
@@ -57,7 +66,14 @@ def like(name: str, content: str, to: str) -> Mistake:
 
     def mistake(folder: Path) -> list[str]:
         (folder / name).write_text(content)
-        words = ["--to", to, "--like", str(folder / name), "--out", str(folder / "new" / name)]
+        words = [
+            "--to",
+            to,
+            "--like",
+            str(folder / name),
+            "--out",
+            str(folder / "new" / name),
+        ]
         return ["export", str(folder / "calibrated"), *words]
 
     return mistake
@@ -67,7 +83,9 @@ def views(count: int, *, turned: bool) -> np.ndarray:
     """Views by a camera on the flange, which is turned between them or not."""
     generator = np.random.default_rng(2)
     robot = mukca.load_robot("panda")
-    q = (robot.lower + robot.upper) / 2 + generator.uniform(-0.3, 0.3, (count, 7)) * turned
+    q = (robot.lower + robot.upper) / 2 + generator.uniform(
+        -0.3, 0.3, (count, 7)
+    ) * turned
     quaternions = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
     return np.hstack([q, generator.uniform(0.2, 0.4, (count, 3)), quaternions])
 
@@ -86,15 +104,27 @@ MISTAKES: dict[str, Mistake] = {
     ),
     "command: half a pose": table("command", VIEW[:6], TURNED),
     "command: inches": table("command", ("x [in]", "y [in]", "z [in]"), TURNED[:, :3]),
-    "poses: --tool in millimetres": table("poses", JOINTS, TOUCHES, "--tool", "0,0,120,0,0,0"),
-    "poses: --tool in degrees": table("poses", JOINTS, TOUCHES, "--tool", "0,0,.1,0,0,90"),
-    "poses: joints in degrees": table("poses", JOINTS, np.degrees(TOUCHES)),
-    "poses: another arm's joints": table("poses", ("elbow_joint", "wrist_1_joint"), TOUCHES[:, :2]),
-    "tool: three touches three times": table("tool", JOINTS, np.repeat(TOUCHES[:3], 3, axis=0)),
-    "tool: points in millimetres": table(
-        "tool", (*JOINTS, "x", "y", "z"), np.hstack([TOUCHES, 100 * np.eye(3)[np.arange(8) // 3]])
+    "poses: --tool in millimetres": table(
+        "poses", JOINTS, TOUCHES, "--tool", "0,0,120,0,0,0"
     ),
-    "handeye: views that are not turned": table(*ON_ARM, views(12, turned=False), *CAMERA),
+    "poses: --tool in degrees": table(
+        "poses", JOINTS, TOUCHES, "--tool", "0,0,.1,0,0,90"
+    ),
+    "poses: joints in degrees": table("poses", JOINTS, np.degrees(TOUCHES)),
+    "poses: another arm's joints": table(
+        "poses", ("elbow_joint", "wrist_1_joint"), TOUCHES[:, :2]
+    ),
+    "tool: three touches three times": table(
+        "tool", JOINTS, np.repeat(TOUCHES[:3], 3, axis=0)
+    ),
+    "tool: points in millimetres": table(
+        "tool",
+        (*JOINTS, "x", "y", "z"),
+        np.hstack([TOUCHES, 100 * np.eye(3)[np.arange(8) // 3]]),
+    ),
+    "handeye: views that are not turned": table(
+        *ON_ARM, views(12, turned=False), *CAMERA
+    ),
     "handeye: poses of nothing": table(*ON_ARM, views(12, turned=True), *CAMERA),
     "handeye: matrices that are no turns": table(
         "handeye",
@@ -105,9 +135,15 @@ MISTAKES: dict[str, Mistake] = {
     "validate: a calibration nested without end": replaced(
         "validate", b"[" * 1_000_000, "{folder}/left"
     ),
-    "validate: a calibration of 21 MB": replaced("validate", b" " * 21_000_000, "{folder}/left"),
-    "validate: a calibration cut off": replaced("validate", b'{"format": ', "{folder}/left"),
-    "export: another arm's YAML": like("k.yaml", "kinematics:\n  forearm:\n    x: -0.4\n", "ur"),
+    "validate: a calibration of 21 MB": replaced(
+        "validate", b" " * 21_000_000, "{folder}/left"
+    ),
+    "validate: a calibration cut off": replaced(
+        "validate", b'{"format": ', "{folder}/left"
+    ),
+    "export: another arm's YAML": like(
+        "k.yaml", "kinematics:\n  forearm:\n    x: -0.4\n", "ur"
+    ),
     "export: a MuJoCo model without this arm": like(
         "m.xml", "<mujoco><worldbody/></mujoco>", "mjcf"
     ),
@@ -123,6 +159,10 @@ MISTAKES: dict[str, Mistake] = {
     "extract: two publishers in turn": log(
         ("time", *JOINTS), np.hstack([TIMES, STILL + NOISE + FROM_TO])
     ),
-    "extract: a log of one second": log(("time", *JOINTS), np.hstack([TIMES, STILL])[:50]),
-    "extract: five states a second": log(("time", *JOINTS), np.hstack([10 * TIMES, STILL])),
+    "extract: a log of one second": log(
+        ("time", *JOINTS), np.hstack([TIMES, STILL])[:50]
+    ),
+    "extract: five states a second": log(
+        ("time", *JOINTS), np.hstack([10 * TIMES, STILL])
+    ),
 }

@@ -17,7 +17,9 @@ def picked(placement: Placement, rows: Sequence[int] | np.ndarray) -> Placement:
 def _moved(placement: Placement, q: np.ndarray) -> Placement:
     """Return the placement as if the joints had been read elsewhere, at q [rad]."""
     pairs = zip(placement.samples, q.tolist(), strict=True)
-    return replace(placement, samples=tuple(replace(s, position=tuple(row)) for s, row in pairs))
+    return replace(
+        placement, samples=tuple(replace(s, position=tuple(row)) for s, row in pairs)
+    )
 
 
 def _displaced(placement: Placement, off: np.ndarray) -> Placement:
@@ -26,7 +28,9 @@ def _displaced(placement: Placement, off: np.ndarray) -> Placement:
         return placement
     points = np.array([sample.point for sample in placement.samples]) + off
     pairs = zip(placement.samples, points.tolist(), strict=True)
-    return replace(placement, samples=tuple(replace(s, point=(*row,)) for s, row in pairs))
+    return replace(
+        placement, samples=tuple(replace(s, point=(*row,)) for s, row in pairs)
+    )
 
 
 def _thinned(count: int) -> Change:
@@ -78,7 +82,9 @@ def _alike(placement: Placement, generator: np.random.Generator) -> Placement:
 
 def _at_rest(placement: Placement, generator: np.random.Generator) -> Placement:
     """Every sample of a socket is its first posture, but for what encoders flicker."""
-    first = {s: placement.sockets.tolist().index(s) for s in set(placement.sockets.tolist())}
+    first = {
+        s: placement.sockets.tolist().index(s) for s in set(placement.sockets.tolist())
+    }
     q = placement.positions[[first[s] for s in placement.sockets.tolist()]]
     return _moved(placement, q + generator.normal(0, 1e-6, q.shape))
 
@@ -92,7 +98,11 @@ def _sockets_swapped(placement: Placement, generator: np.random.Generator) -> Pl
     swapped = (generator.random(len(placement.samples)) < 0.15).tolist()
     pairs = zip(placement.samples, swapped, strict=True)
     samples = (replace(s, socket=1 - s.socket) if swap else s for s, swap in pairs)
-    return replace(placement, samples=tuple(samples)) if placement.sockets.any() else placement
+    return (
+        replace(placement, samples=tuple(samples))
+        if placement.sockets.any()
+        else placement
+    )
 
 
 def _columns_swapped(placement: Placement, generator: np.random.Generator) -> Placement:
@@ -135,7 +145,9 @@ def _mirrored(placement: Placement, generator: np.random.Generator) -> Placement
     return _displaced(placement, -2 * points * np.eye(3)[generator.integers(3)])
 
 
-def _points_scattered(placement: Placement, generator: np.random.Generator) -> Placement:
+def _points_scattered(
+    placement: Placement, generator: np.random.Generator
+) -> Placement:
     return _displaced(placement, generator.normal(0, 0.06, (len(placement.samples), 3)))
 
 

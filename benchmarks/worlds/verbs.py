@@ -43,7 +43,11 @@ class Outcome:
         name, out, err = name or verb, io.StringIO(), io.StringIO()
         status = 70
         try:
-            with _limited(), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            with (
+                _limited(),
+                contextlib.redirect_stdout(out),
+                contextlib.redirect_stderr(err),
+            ):
                 status = main([verb, *map(str, words), "--json"])
         except SystemExit as stop:  # argparse's own refusals
             status = int(stop.code or 0)
@@ -97,19 +101,26 @@ def walked(recorded: Recorded, folder: Path, verbs: Container[str] = VERBS) -> O
     ``rezero`` alone, which needs none.
     """
     outcome, out = Outcome(), folder / "out"
-    train, test = (_written(recorded, part, folder / part) for part in ("train", "test"))
+    train, test = (
+        _written(recorded, part, folder / part) for part in ("train", "test")
+    )
     placements = [p for own in recorded.train.values() for p in own]
     seated = placements[0].samples[0].point is None
     single = "" in recorded.robots
     told = ["--distance", 0.05] if seated else []
     robots = [f"{arm}={robot}".lstrip("=") for arm, robot in recorded.robots.items()]
-    models = [*(word for robot in robots for word in ("--robot", robot)), *recorded.ball]
+    models = [
+        *(word for robot in robots for word in ("--robot", robot)),
+        *recorded.ball,
+    ]
     solve = [*train, "--test", *test, *models, *told]
     if single and "check" in verbs:
         outcome.run("check", *train, *test, *models, *told)
     outcome.run("solve", *solve, "--accept-distorted", "--out", out)
     if outcome.statuses.get("check") == 0 and outcome.statuses["solve"] == 2:
-        outcome.faults.append(f"check passes what solve refuses: {outcome.said['solve']}")
+        outcome.faults.append(
+            f"check passes what solve refuses: {outcome.said['solve']}"
+        )
     if single and seated and "paper" in verbs:
         outcome.run("solve", *solve, "--method", "paper", name="paper")
     solved = (out / "calibrated.urdf").exists() or (out / "arms.json").exists()
@@ -119,7 +130,9 @@ def walked(recorded: Recorded, folder: Path, verbs: Container[str] = VERBS) -> O
         outcome.run("report", out, "--force")
     if solved and "export" in verbs:
         outcome.run("export", out, "--to", "mdh", "--out", folder / "mdh.csv")
-        outcome.run("export", out, "--to", "c", "--out", folder / "arm.c", name="export to C")
+        outcome.run(
+            "export", out, "--to", "c", "--out", folder / "arm.c", name="export to C"
+        )
     if single and "rezero" in verbs:
         outcome.run("rezero", out if solved else robots[0], *test, *told)
     return outcome
@@ -141,7 +154,10 @@ def _files(placement: Placement) -> dict[str, bytes]:
         return hole_files(placement)
     turned = placement.samples[0].orientation is not None
     columns = [*(placement.joint_names or ()), *"xyz", *(QUATERNION if turned else ())]
-    rows = [(*s.position, *(s.point or ()), *(s.orientation or ())) for s in placement.samples]
+    rows = [
+        (*s.position, *(s.point or ()), *(s.orientation or ()))
+        for s in placement.samples
+    ]
     lines = ["# measured flange poses", ",".join(columns)]
     lines += [",".join(map(repr, row)) for row in rows]
     text = "\n".join(lines if turned else lines[1:]) + "\n"

@@ -100,7 +100,9 @@ class Recorded:
         if not self.ball:
             return load_robot(self.robots[name])
         _, flange, _, *ball = self.ball
-        return load_robot(self.robots[name], flange=flange, ball=[float(x) for x in ball])
+        return load_robot(
+            self.robots[name], flange=flange, ball=[float(x) for x in ball]
+        )
 
     def changed(self, change: Change, seed: int) -> "Recorded":
         """Return the recordings with a change of each placement."""
@@ -131,7 +133,9 @@ class Case:
     @property
     def missing(self) -> bool:
         """True where recordings of real arms are needed and not there."""
-        real = self.source.startswith("tracked ") or not REAL.keys().isdisjoint(self.source.split())
+        real = self.source.startswith("tracked ") or not REAL.keys().isdisjoint(
+            self.source.split()
+        )
         return real and not SHARED.is_dir()
 
     def recorded(self) -> Recorded:
@@ -168,7 +172,12 @@ def recorded_of(source: str, seed: int = 0) -> Recorded:
     name, near, _ = source.partition(" near ")
     options = {"translation": NEAR, "rotation": 0.0} if near else {"translation": 1e-3}
     drawn = simulate_recordings(
-        load_robot(name), 2, samples=SOUND_SAMPLES, seed=seed % 3, compliance=3e-5, **options
+        load_robot(name),
+        2,
+        samples=SOUND_SAMPLES,
+        seed=seed % 3,
+        compliance=3e-5,
+        **options,
     )
     train, test = drawn[1]
     return Recorded({"": name}, {"": [train]}, {"": [test]})
@@ -198,7 +207,9 @@ def _measured(robot: str, kind: str, seed: int) -> Recorded:
     generator = np.random.default_rng(seed % 3)
     arm = perturb(load_robot(robot), generator, TRANSLATION, TURN)
     frame = Pose(turn(generator.uniform(-2, 2, 3)), generator.uniform(-2, 2, 3))
-    parts = [measured_points(arm, frame, generator, samples=30, noise=5e-5) for _ in range(2)]
+    parts = [
+        measured_points(arm, frame, generator, samples=30, noise=5e-5) for _ in range(2)
+    ]
     if kind == "poses":
         parts = [_with_turns(part, arm, frame) for part in parts]
     return Recorded({"": robot}, *_named(*parts))

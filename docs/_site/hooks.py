@@ -24,7 +24,14 @@ OPTIONS = "<!-- every option -->"
 EXAMPLES = "<!-- every example -->"
 SAID = {"Diagnostic", "warn"}
 CODE = ast.FunctionDef | ast.Assign | ast.Call
-BARE = {"ValueError", "TypeError", "RuntimeError", "OSError", "AttributeError", "AssertionError"}
+BARE = {
+    "ValueError",
+    "TypeError",
+    "RuntimeError",
+    "OSError",
+    "AttributeError",
+    "AssertionError",
+}
 
 
 def on_startup(**_: Any) -> None:
@@ -39,7 +46,9 @@ def on_startup(**_: Any) -> None:
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Fill in what is taken from the code, and lead links to examples to their page."""
-    markdown = re.sub(r"\]\(\.\./examples/plugin[^)]*\)", "](examples.md#plugin)", markdown)
+    markdown = re.sub(
+        r"\]\(\.\./examples/plugin[^)]*\)", "](examples.md#plugin)", markdown
+    )
     markdown = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples.md#\1)", markdown)
     markdown = re.sub(r"\[([^\]]+)\]\(\.\./([^)#]+)\)", _outside, markdown)
     if MESSAGES in markdown:
@@ -56,7 +65,9 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 
 def on_page_content(html: str, **_: Any) -> str:
     """Write formulas as MathML, and take off the roles of docstrings, :func: and the like."""
-    html = re.sub(r'<(div|span) class="arithmatex">(.*?)</\1>', _mathml, html, flags=re.S)
+    html = re.sub(
+        r'<(div|span) class="arithmatex">(.*?)</\1>', _mathml, html, flags=re.S
+    )
     return re.sub(r":(?:attr|class|func|meth|mod):(?=<code>)", "", html)
 
 

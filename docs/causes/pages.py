@@ -102,7 +102,9 @@ def main() -> None:
             f"Before the data are seen, its probability is {prior:.2g} %. "
             "[All causes](index.md)\n"
         )
-        rows.append(f"| [{title}]({name}.md) | {LOOKS[name].partition(': ')[0].rstrip('.')} |")
+        rows.append(
+            f"| [{title}]({name}.md) | {LOOKS[name].partition(': ')[0].rstrip('.')} |"
+        )
     page = HERE / "index.md"
     head, mark, rest = page.read_text().partition("|---|---|\n")
     after = rest[rest.index("\n\n") :]
@@ -112,7 +114,9 @@ def main() -> None:
 def _step(kind) -> str:
     """What to do; of one placement that scatters more than others, it says so."""
     step = kind.advice.format(**EXAMPLE)
-    return _sentence(f"If it is one placement alone: {step}" if "noise_here" in kind.form else step)
+    return _sentence(
+        f"If it is one placement alone: {step}" if "noise_here" in kind.form else step
+    )
 
 
 def _sentence(words: str) -> str:

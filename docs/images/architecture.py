@@ -51,7 +51,10 @@ def imports(folder: str) -> set[str]:
         package = file.relative_to(ROOT).parts[:-1]
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and node.level:
-                base = [*package[: len(package) - node.level + 1], *(node.module or "").split(".")]
+                base = [
+                    *package[: len(package) - node.level + 1],
+                    *(node.module or "").split("."),
+                ]
                 for alias in node.names:
                     path = [word for word in [*base, alias.name] if word]
                     while path and not (ROOT.joinpath(*path) / "__init__.py").exists():
@@ -62,7 +65,10 @@ def imports(folder: str) -> set[str]:
 
 def purpose(folder: str) -> str:
     """Return the first line of the docstring of a folder's face."""
-    text = ast.get_docstring(ast.parse((ROOT / folder / "__init__.py").read_text("utf-8"))) or ""
+    text = (
+        ast.get_docstring(ast.parse((ROOT / folder / "__init__.py").read_text("utf-8")))
+        or ""
+    )
     return text.split("\n")[0].replace("``", "`").rstrip(".")
 
 
@@ -72,7 +78,11 @@ def bottom_up(graph: Mapping[str, set[str]], room: str) -> list[str]:
     Raises:
         ValueError: Folders import in a circle.
     """
-    left = {f: {o for o in graph[f] if o.split("/")[0] == room} for f in graph if _room(f) == room}
+    left = {
+        f: {o for o in graph[f] if o.split("/")[0] == room}
+        for f in graph
+        if _room(f) == room
+    }
     order: list[str] = []
     while left:
         free = sorted(f for f, needs in left.items() if needs <= set(order))
@@ -142,9 +152,8 @@ def _way(y: int) -> list[str]:
             width = (WIDTH - 24) // len(own)
             x, end = 18 + WIDTH * room + k * width, 0
             end = x + width - 4
-            points = (
-                f"{x},{y + 14} {end - 8},{y + 14} {end},{y + 28} {end - 8},{y + 42} {x},{y + 42}"
-            )
+            corners = [(x, 14), (end - 8, 14), (end, 28), (end - 8, 42), (x, 42)]
+            points = " ".join(f"{across},{y + down}" for across, down in corners)
             parts.append(f'<polygon points="{points}" class="type"/>')
             parts.append(f'<text x="{x + 8}" y="{y + 32}" class="word">{word}</text>')
     x = 24 + WIDTH * (len(ROOMS) - 1)
@@ -161,7 +170,9 @@ def main() -> None:
     PICTURE.write_text(picture(graph), encoding="utf-8")
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     after = rest.partition(END)[2]
-    PAGE.write_text(f"{before}{BEGIN}\n\n{table(graph)}\n\n{END}{after}", encoding="utf-8")
+    PAGE.write_text(
+        f"{before}{BEGIN}\n\n{table(graph)}\n\n{END}{after}", encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

@@ -20,7 +20,9 @@ RINGS = (2, 4, 6)
 
 
 def deviations(points: np.ndarray, sockets: np.ndarray) -> np.ndarray:
-    means = np.array([points[sockets == k].mean(axis=0) for k in range(sockets.max() + 1)])
+    means = np.array(
+        [points[sockets == k].mean(axis=0) for k in range(sockets.max() + 1)]
+    )
     return points - means[sockets]
 
 
@@ -29,9 +31,13 @@ def panel(title: str, centre: float, errors: np.ndarray) -> list[str]:
     lines = [f'<text x="{centre}" y="34" font-size="20" {words}{title}</text>']
     for ring in RINGS:
         r = ring * SCALE / 1e3
-        lines.append(f'<circle cx="{centre}" cy="178" r="{r}" fill="none" stroke="#ddd"/>')
+        lines.append(
+            f'<circle cx="{centre}" cy="178" r="{r}" fill="none" stroke="#ddd"/>'
+        )
         x, y = centre + 0.74 * r, 178 - 0.74 * r
-        lines.append(f'<text x="{x:.0f}" y="{y:.0f}" font-size="11" fill="#999">{ring} mm</text>')
+        lines.append(
+            f'<text x="{x:.0f}" y="{y:.0f}" font-size="11" fill="#999">{ring} mm</text>'
+        )
     for x, y, _ in errors * SCALE:
         dot = f'cx="{centre + x:.1f}" cy="{178 - y:.1f}" r="2.2"'
         lines.append(f'<circle {dot} fill="#0b6e99" fill-opacity="0.55"/>')

@@ -15,7 +15,11 @@ SCALE = 360
 LEFT = (150, 300)
 """Where the first base is drawn."""
 COLOURS = ("#0b6e99", "#b3541e")
-BASES = (("front", (0.6, 0.0, 0.15)), ("left", (0.55, 0.35, 0.3)), ("right", (0.65, -0.35, 0.1)))
+BASES = (
+    ("front", (0.6, 0.0, 0.15)),
+    ("left", (0.55, 0.35, 0.3)),
+    ("right", (0.65, -0.35, 0.1)),
+)
 
 
 def drawn(points: np.ndarray) -> list[tuple[float, float]]:
@@ -51,21 +55,29 @@ def main() -> None:
         load_robot("panda"),
         (IDENTITY, Pose(turn(np.array([0, 0, np.pi])), np.array([1.2, 0, 0]))),
     )
-    bases = [Base(name, np.array(place), np.array([0.0, 1.0, 0.0])) for name, place in BASES]
-    recorded = recorded_by_both([robot, robot], poses, bases, np.random.default_rng(1), samples=2)
+    bases = [
+        Base(name, np.array(place), np.array([0.0, 1.0, 0.0])) for name, place in BASES
+    ]
+    recorded = recorded_by_both(
+        [robot, robot], poses, bases, np.random.default_rng(1), samples=2
+    )
     lines = ['<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 740 560" '
              'font-family="Helvetica, Arial, sans-serif">',
              '<rect width="740" height="560" fill="#ffffff"/>']  # fmt: skip
     for own, pose, colour in zip(recorded, poses, COLOURS, strict=True):
         for placement in own:
-            lines += [arm(robot, pose, q, colour, 0.45) for q in placement.positions[:1]]
+            lines += [
+                arm(robot, pose, q, colour, 0.45) for q in placement.positions[:1]
+            ]
     for base in bases:
         for x, y in drawn(np.array(base.sockets)):
             lines.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="#222"/>')
         (x, y), *_ = drawn(base.centre[None])
         lines.append(f'<text x="{x:.1f}" y="{y - 22:.1f}" font-size="14" fill="#222" '
                      f'text-anchor="middle">{base.name}</text>')  # fmt: skip
-    lines += frame(poses[0], "base of left = world") + frame(poses[1], "base of right, unknown")
+    lines += frame(poses[0], "base of left = world") + frame(
+        poses[1], "base of right, unknown"
+    )
     print("\n".join([*lines, "</svg>"]))
 
 

@@ -36,7 +36,9 @@ def main() -> None:
         socket = (number - 1) // BLOCK % 2
         session = session if session.socket == socket else session.switched(socket)
         q = np.array(advice.target) if advice and advice.target else None
-        q = seated(guide, q, base.sockets[socket] + generator.normal(0, 1e-4, 3), generator)
+        q = seated(
+            guide, q, base.sockets[socket] + generator.normal(0, 1e-4, 3), generator
+        )
         sample = Sample(
             tuple(q.tolist()), socket, number=number, time=1.79e9 + 20 * number, states=300,
             spread=(1e-5,) * 7,
@@ -61,7 +63,9 @@ def main() -> None:
     draw(console, session, words, q)
     file = Path(__file__).with_suffix(".svg")
     drawn = console.export_svg(title="mukca record")
-    drawn = re.sub(r"@font-face \{.*?\}\s*", "", drawn, flags=re.DOTALL)  # nothing from elsewhere
+    drawn = re.sub(
+        r"@font-face \{.*?\}\s*", "", drawn, flags=re.DOTALL
+    )  # nothing from elsewhere
     file.write_text(drawn, encoding="utf-8")
 
 
@@ -82,9 +86,13 @@ def seated(
     return guide.reach(seat[None], generator)[0]
 
 
-def draw(console: Console, session: Session, advice: Advice | None, q: np.ndarray) -> None:
+def draw(
+    console: Console, session: Session, advice: Advice | None, q: np.ndarray
+) -> None:
     title = "panda  data/front  sockets 100 mm  franka:172.16.0.2"
-    view = View(session, tuple(q.tolist()), title, advice=advice, rate=1000.0, age=0.001)
+    view = View(
+        session, tuple(q.tolist()), title, advice=advice, rate=1000.0, age=0.001
+    )
     console.print(Group(*render(view, COLUMNS, ROWS)))
     console.print(Text())
 

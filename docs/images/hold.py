@@ -12,7 +12,9 @@ LINKS = (70, 62, 34)
 """Lengths of the drawn arm's links [px]."""
 
 
-def arm(angles: tuple[float, ...], opacity: float = 1.0) -> tuple[str, tuple[float, float]]:
+def arm(
+    angles: tuple[float, ...], opacity: float = 1.0
+) -> tuple[str, tuple[float, float]]:
     """Return an arm with its base at the lower left, and where its flange is."""
     x, y, heading = 60.0, 170.0, math.pi / 2
     points = [(x, y)]
@@ -26,7 +28,9 @@ def arm(angles: tuple[float, ...], opacity: float = 1.0) -> tuple[str, tuple[flo
 
 
 def text(x: float, y: float, words: str, size: int = 13) -> str:
-    return f'<text x="{x}" y="{y}" font-size="{size}" text-anchor="middle">{words}</text>'
+    return (
+        f'<text x="{x}" y="{y}" font-size="{size}" text-anchor="middle">{words}</text>'
+    )
 
 
 def board(x: float, y: float, turn: int = 0) -> str:
@@ -55,7 +59,11 @@ def camera(x: float, y: float, turn: int) -> str:
 def panel(index: int, title: str, words: tuple[str, str], parts: list[str]) -> str:
     """Return one picture with its title above and two lines below."""
     ground = f'<path d="M10 170 H230" stroke="{GROUND}" stroke-width="2"/>'
-    lines = [text(WIDTH / 2, 20, f"<tspan font-weight='bold'>{title}</tspan>", 15), ground, *parts]
+    lines = [
+        text(WIDTH / 2, 20, f"<tspan font-weight='bold'>{title}</tspan>", 15),
+        ground,
+        *parts,
+    ]
     lines += [text(WIDTH / 2, 190 + 17 * i, line, 12) for i, line in enumerate(words)]
     x, y = WIDTH * (index % COLUMNS), HEIGHT * (index // COLUMNS)
     return f'<g transform="translate({x} {y})">{"".join(lines)}</g>'
@@ -74,7 +82,8 @@ def main() -> None:
         'stroke-width="3"/>'
     )
     knock = (
-        f'<path d="M50 96 l-14 -6 m13 14 h-16 m18 6 l-12 9" stroke="{ACCENT}" stroke-width="3"/>'
+        f'<path d="M50 96 l-14 -6 m13 14 h-16 m18 6 l-12 9" stroke="{ACCENT}" '
+        'stroke-width="3"/>'
     )
     shaft = (
         f'<path d="M{high[0]:.0f} {high[1]:.0f} V166" stroke="{ACCENT}" stroke-width="3"/>'

@@ -30,7 +30,9 @@ def main() -> None:
         left, top = (k % 2) * (WIDTH + GAP), (k // 2) * (HEIGHT + GAP) + 18
         order = np.roll(np.arange(360), 180)
         x = left + WIDTH * np.arange(360) / 360
-        value, band = (1e3 * np.array(v)[order] for v in (curve.values, curve.deviations))
+        value, band = (
+            1e3 * np.array(v)[order] for v in (curve.values, curve.deviations)
+        )
         middle, scale = top + HEIGHT / 2, HEIGHT / 2 / high
         upper, lower = middle - scale * (value + band), middle - scale * (value - band)
         area = [*zip(x, upper, strict=True), *zip(x[::-1], lower[::-1], strict=True)]
@@ -38,7 +40,9 @@ def main() -> None:
         names = " ".join(f"{a:.1f},{b:.1f}" for a, b in area)
         path = " ".join(f"{a:.1f},{b:.1f}" for a, b in line)
         angles = (np.degrees(q[:, k]) + 180) % 360
-        ticks = "".join(f"M{left + WIDTH * a / 360:.1f} {top + HEIGHT}v5" for a in angles)
+        ticks = "".join(
+            f"M{left + WIDTH * a / 360:.1f} {top + HEIGHT}v5" for a in angles
+        )
         parts += [
             f'<text x="{left}" y="{top - 5}">{curve.joint}: -180 to 180 degrees, '
             f"&#177;{high:.1f} mrad</text>",

@@ -29,7 +29,15 @@ Body = tuple[trimesh.Trimesh, tuple[float, float, float]]
 def parts(*options: str) -> dict[str, trimesh.Trimesh]:
     """Return the parts that the command writes, by name."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "mukca", "print-parts", "--out", folder, "--json"]
+        command = [
+            sys.executable,
+            "-m",
+            "mukca",
+            "print-parts",
+            "--out",
+            folder,
+            "--json",
+        ]
         done = subprocess.run([*command, *options], check=True, capture_output=True)
         return {
             part["name"]: trimesh.load_mesh(Path(folder) / f"{part['name']}.stl")
@@ -38,7 +46,11 @@ def parts(*options: str) -> dict[str, trimesh.Trimesh]:
 
 
 def draw(
-    name: str, bodies: list[Body], azimuth: float, elevation: float, size: tuple[int, int]
+    name: str,
+    bodies: list[Body],
+    azimuth: float,
+    elevation: float,
+    size: tuple[int, int],
 ) -> None:
     """Cast parallel rays on bodies from a direction [deg], shade them, and write a PNG."""
     scene = trimesh.util.concatenate([mesh for mesh, _ in bodies])
@@ -47,7 +59,9 @@ def draw(
     origins, step = rays(scene, axes, size)
     ways = np.tile(-axes[2], (len(origins), 1))
     faces = scene.ray.intersects_first(origins, ways)
-    image = np.where(faces[:, None] >= 0, colours[faces] * lit(scene, axes)[faces, None], 1.0)
+    image = np.where(
+        faces[:, None] >= 0, colours[faces] * lit(scene, axes)[faces, None], 1.0
+    )
     image[edges(scene, origins, ways, faces, step, size)] *= 0.45
     small = image.reshape(size[1], SAMPLES, size[0], SAMPLES, 3).mean(axis=(1, 3))
     picture = Image.fromarray((255 * small.clip(0, 1)).astype(np.uint8))
@@ -77,13 +91,17 @@ def camera(azimuth: float, elevation: float) -> tuple[NDArray[np.float64], ...]:
     return right, np.cross(towards, right), towards
 
 
-def lit(scene: trimesh.Trimesh, axes: tuple[NDArray[np.float64], ...]) -> NDArray[np.float64]:
+def lit(
+    scene: trimesh.Trimesh, axes: tuple[NDArray[np.float64], ...]
+) -> NDArray[np.float64]:
     """Return how much light of two lamps falls on each face."""
     right, up, towards = axes
     lamps = ((towards + up - 0.8 * right, 0.55), (towards + 1.2 * right, 0.25))
     light = np.full(len(scene.faces), 0.28)
     for direction, strength in lamps:
-        light += strength * (scene.face_normals @ direction / np.linalg.norm(direction)).clip(0)
+        light += strength * (
+            scene.face_normals @ direction / np.linalg.norm(direction)
+        ).clip(0)
     return light
 
 
@@ -97,7 +115,9 @@ def edges(
 ) -> NDArray[np.bool_]:
     """Return the rays at which the surface turns sharply or steps back from its neighbour."""
     shape = (SAMPLES * size[1], SAMPLES * size[0])
-    normals = np.where(faces[:, None] >= 0, scene.face_normals[faces], 0).reshape(*shape, 3)
+    normals = np.where(faces[:, None] >= 0, scene.face_normals[faces], 0).reshape(
+        *shape, 3
+    )
     above = (scene.triangles[faces, 0] - origins) * scene.face_normals[faces]
     slope = (ways * scene.face_normals[faces]).sum(axis=1)
     depth = above.sum(axis=1) / np.where(abs(slope) > 1e-6, slope, 1e-6)
@@ -114,8 +134,14 @@ def seated(mesh: trimesh.Trimesh, at: tuple[float, float, float], ball_height: f
     """Return a ball part turned neck up, its ball at a point, leaning [deg]."""
     turn = trimesh.transformations
     axis = (-np.sin(np.radians(azimuth)), np.cos(np.radians(azimuth)), 0)
-    pose = turn.rotation_matrix(np.radians(tilt), axis) @ turn.rotation_matrix(np.pi, (1, 0, 0))
-    move = turn.translation_matrix(at) @ pose @ turn.translation_matrix((0, 0, -ball_height))
+    pose = turn.rotation_matrix(np.radians(tilt), axis) @ turn.rotation_matrix(
+        np.pi, (1, 0, 0)
+    )
+    move = (
+        turn.translation_matrix(at)
+        @ pose
+        @ turn.translation_matrix((0, 0, -ball_height))
+    )
     return mesh.copy().apply_transform(move)
 
 
@@ -129,10 +155,14 @@ def jaws(places: tuple[float, float], inwards: bool) -> list[Body]:
     return bodies
 
 
-def bar(start: tuple[float, ...], end: tuple[float, ...], radius: float) -> trimesh.Trimesh:
+def bar(
+    start: tuple[float, ...], end: tuple[float, ...], radius: float
+) -> trimesh.Trimesh:
     """Return a round bar between two points."""
     along = np.subtract(end, start)
-    mesh = trimesh.creation.capsule(height=np.linalg.norm(along), radius=radius, count=[24, 24])
+    mesh = trimesh.creation.capsule(
+        height=np.linalg.norm(along), radius=radius, count=[24, 24]
+    )
     mesh.apply_transform(trimesh.geometry.align_vectors((0, 0, 1), along))
     return mesh.apply_translation(start)
 
@@ -146,7 +176,10 @@ def hand(radius: float) -> trimesh.Trimesh:
         turn = np.radians(angles)
         knuckles = [(around * np.cos(t), around * np.sin(t), z) for t in turn]
         bones += [bar(a, b, 9) for a, b in itertools.pairwise(knuckles)]
-    bones += [bar((around, -4, z), (around + 40, -22, 0.6 * z - 6), 12) for z in (-24, -8, 8, 24)]
+    bones += [
+        bar((around, -4, z), (around + 40, -22, 0.6 * z - 6), 12)
+        for z in (-24, -8, 8, 24)
+    ]
     bones.append(bar((around + 44, -24, -6), (around + 150, -70, -40), 23))
     return trimesh.util.concatenate(bones)
 
@@ -172,10 +205,15 @@ def main() -> None:
     draw("tilt.png", [(base, GREY), (leaning, ORANGE)], -90, 12, (640, 380))
     wrist = trimesh.creation.cylinder(radius=34, height=90, sections=64)
     held = [(made["ball-iso-50-4-m6"], ORANGE)]
-    held += [(m.apply_translation((0, 0, -45)), c) for m, c in ((wrist, DARK), (hand(34), SKIN))]
+    held += [
+        (m.apply_translation((0, 0, -45)), c)
+        for m, c in ((wrist, DARK), (hand(34), SKIN))
+    ]
     lean = [(seated(mesh, (-50, 0, 30), 70, 28, 200), colour) for mesh, colour in held]
     draw("by-hand.png", [(base, GREY), *lean], -70, 22, (640, 500))
-    half = trimesh.intersections.slice_mesh_plane(base, (-1, 0, 0), (-50, 0, 0), cap=True)
+    half = trimesh.intersections.slice_mesh_plane(
+        base, (-1, 0, 0), (-50, 0, 0), cap=True
+    )
     upright = seated(made["ball-franka-hand"], (-50, 0, 30), 39.5, 0, 0)
     draw("section.png", [(half, GREY), (upright, ORANGE)], 0, 0.01, (560, 480))
 

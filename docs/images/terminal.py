@@ -30,7 +30,13 @@ COLOURS = {
     "blue": "#79c0ff", "magenta": "#d2a8ff", "cyan": "#76e3ea", "black": "#8b949e",
     "white": "#ffffff",
 }  # fmt: skip
-KEYS = {"PRESS": " ", "SOCKET 0 NOW": "s", "SOCKET 1 NOW": "s", "ENOUGH": "q", "NEXT PLACE": "q"}
+KEYS = {
+    "PRESS": " ",
+    "SOCKET 0 NOW": "s",
+    "SOCKET 1 NOW": "s",
+    "ENOUGH": "q",
+    "NEXT PLACE": "q",
+}
 """Keys that a session asks for."""
 BETWEEN = ("PRESS", "MOVE", "HOLD", "NEXT POSE", *(f"GOT {i}" for i in range(100)))
 WHOLE = 3
@@ -63,7 +69,9 @@ class Film:
         while x < COLUMNS:
             cell, begin, text = cells[x], x, ""
             style = (cell.fg, cell.bold, cell.reverse)
-            while x < COLUMNS and (cells[x].fg, cells[x].bold, cells[x].reverse) == style:
+            while (
+                x < COLUMNS and (cells[x].fg, cells[x].bold, cells[x].reverse) == style
+            ):
                 text += cells[x].data or " "
                 x += 1
             if text.strip():
@@ -90,7 +98,9 @@ class Film:
         style, groups, at = "", "", 0.0
         for i, (rows, seconds) in enumerate(self.frames):
             a, b = 100 * at / whole, 100 * (at + seconds) / whole
-            before = f"0%{{opacity:0}}{max(a - 0.001, 0):.3f}%{{opacity:0}}" if i else ""
+            before = (
+                f"0%{{opacity:0}}{max(a - 0.001, 0):.3f}%{{opacity:0}}" if i else ""
+            )
             after = f"{b + 0.001:.3f}%{{opacity:0}}100%{{opacity:0}}"
             after = after if i < len(self.frames) - 1 else "100%{opacity:1}"
             style += (
@@ -113,7 +123,11 @@ def run(film: Film, words: list[str], folder: Path) -> None:
     """Type a command, run it, and keep what it draws."""
     film.type(shlex.join(["mukca", *words]))
     child = pexpect.spawn(
-        MUKCA, words, cwd=folder, dimensions=(ROWS, COLUMNS), env={**os.environ, "TERM": "xterm"}
+        MUKCA,
+        words,
+        cwd=folder,
+        dimensions=(ROWS, COLUMNS),
+        env={**os.environ, "TERM": "xterm"},
     )
     child.timeout = 600
     for line in child:
@@ -127,7 +141,11 @@ def lead(film: Film, words: list[str], folder: Path) -> None:
     """Type the command of a guided session, press what it asks for, and keep its moments."""
     film.type(shlex.join(["mukca", *words]))
     child = pexpect.spawn(
-        MUKCA, words, cwd=folder, dimensions=(ROWS, COLUMNS), env={**os.environ, "TERM": "xterm"}
+        MUKCA,
+        words,
+        cwd=folder,
+        dimensions=(ROWS, COLUMNS),
+        env={**os.environ, "TERM": "xterm"},
     )
     shown, asked = "", ""
     while child.isalive() and asked not in ("ENOUGH", "NEXT PLACE"):
@@ -158,7 +176,11 @@ def main() -> None:
             pexpect.run(f"{MUKCA} demo --out demo", cwd=name, timeout=600)
         where = "--robot panda --distance 0.1"
         driver = "mock:demo/hand/front?follow&rate=100"
-        lead(film, ["record", *where.split(), "--driver", driver, "--out", "led/front"], folder)
+        lead(
+            film,
+            ["record", *where.split(), "--driver", driver, "--out", "led/front"],
+            folder,
+        )
         for command in (
             f"check demo/recordings {where}",
             f"solve demo/recordings/front --test demo/recordings {where} --out calibrated",

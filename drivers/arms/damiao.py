@@ -17,7 +17,11 @@ JOINTS = 7
 EVERYBODY = 0x7FF
 ANSWERS = 0x10  # above a motor's number
 REFRESH, QUERY, PMAX_REGISTER = 0xCC, 0x33, 0x15
-REGISTERS = (QUERY, 0x55, 0xAA)  # answers to one who reads, writes or saves a motor's registers
+REGISTERS = (
+    QUERY,
+    0x55,
+    0xAA,
+)  # answers to one who reads, writes or saves a motor's registers
 PMAX = 12.5  # rad
 COUNTS = 65535
 ENABLED = 1
@@ -77,7 +81,9 @@ class Damiao(PolledDriver):
 
     def _receive(self, deadline: float) -> JointState:
         start = self._await_turn(deadline, self._interval)
-        replies = [self._ask(motor, REFRESH, 0, decode_feedback) for motor in self._motors]
+        replies = [
+            self._ask(motor, REFRESH, 0, decode_feedback) for motor in self._motors
+        ]
         angles, statuses = zip(*replies, strict=True)
         self.status = ", ".join(
             f"motor {motor}: {TROUBLES[status]}"

@@ -22,7 +22,14 @@ from typing import Any, cast
 
 from ...errors import read_json
 from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
-from ..transport import CONNECT_SECONDS, DatagramSocket, Endpoint, TcpStream, cut, parse_endpoint
+from ..transport import (
+    CONNECT_SECONDS,
+    DatagramSocket,
+    Endpoint,
+    TcpStream,
+    cut,
+    parse_endpoint,
+)
 
 PORT = 1337
 VERSIONS = range(3, 11)
@@ -51,7 +58,9 @@ class Franka(ValidatingDriver):
         endpoint = parse_endpoint(address, PORT, options=("version",))
         version = endpoint.options.integer("version", FIRST_VERSION)
         if version not in VERSIONS:
-            raise endpoint.options.wrong("version", f"from {VERSIONS[0]} to {VERSIONS[-1]}")
+            raise endpoint.options.wrong(
+                "version", f"from {VERSIONS[0]} to {VERSIONS[-1]}"
+            )
         super().__init__(f"the robot at {endpoint}", PERIOD)
         self._joint_names = match_joints(joint_names, JOINTS, "a Franka arm")
         self._tcp, self._udp = _connect(endpoint, version, self._count_rejected)
@@ -61,7 +70,9 @@ class Franka(ValidatingDriver):
             state, self.status = decode_state(datagram)
             return state
         if self._tcp.ended:
-            raise Reason.UNREACHABLE(f"{self._where} closed the connection: see what Desk says")
+            raise Reason.UNREACHABLE(
+                f"{self._where} closed the connection: see what Desk says"
+            )
         hint = "does a firewall here block UDP from it?"
         if self.status:
             hint = f"its last mode: {self.status}. Desk may pause FCI in its programming mode"
@@ -78,7 +89,11 @@ def _connect(
     """Open the connection, with the version that the robot speaks if it refuses the given one."""
     session = _try_version(endpoint, version, on_stranger)
     if isinstance(session, int):
-        if session not in VERSIONS or session == version or "version" in endpoint.options:
+        if (
+            session not in VERSIONS
+            or session == version
+            or "version" in endpoint.options
+        ):
             raise Reason.PROTOCOL(
                 f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
                 f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here, tried with libfranka "
@@ -102,7 +117,9 @@ def _try_version(
         tcp = opened.enter_context(closing(TcpStream(endpoint, advice)))
         tcp.keep_alive()
         local, robot = tcp.hosts
-        udp = opened.enter_context(closing(DatagramSocket((local, 0), robot, on_stranger)))
+        udp = opened.enter_context(
+            closing(DatagramSocket((local, 0), robot, on_stranger))
+        )
         try:
             tcp.send(REQUEST.pack(CONNECT, 0, REQUEST.size, version, udp.port))
             deadline = clock.now() + CONNECT_SECONDS
@@ -131,7 +148,9 @@ def _parse_response(response: bytes, endpoint: Endpoint) -> tuple[int, int]:
     return status, server
 
 
-def _layout(letter: str, torque: int, position: int, errors: int, count: int) -> struct.Struct:
+def _layout(
+    letter: str, torque: int, position: int, errors: int, count: int
+) -> struct.Struct:
     """Return message_id, tau_J, q, current and last errors, mode and success rate, by offsets."""
     seven = struct.calcsize(f"<7{letter}")
     return struct.Struct(
@@ -161,11 +180,19 @@ def decode_state(datagram: bytes) -> tuple[JointState, str]:
     fields: tuple[Any, ...] = layout.unpack(datagram)
     torque, position = fields[1:8], fields[8:15]
     current, reflex, mode, rate = cast("tuple[bytes, bytes, int, float]", fields[15:])
-    if mode >= len(MODES) or (current + reflex).strip(b"\x00\x01") or not 0 <= rate <= 1:
-        raise ValueError("a robot state with an unknown mode, error flag or success rate")
+    if (
+        mode >= len(MODES)
+        or (current + reflex).strip(b"\x00\x01")
+        or not 0 <= rate <= 1
+    ):
+        raise ValueError(
+            "a robot state with an unknown mode, error flag or success rate"
+        )
     if not all(abs(angle) <= LARGEST_ANGLE for angle in position):  # false for NaN too
         raise ValueError("a robot state with impossible joint angles")
     if not all(map(math.isfinite, torque)):
         raise ValueError("a robot state with torques that are no numbers")
     errors = [name for name, flag in zip(ERRORS, current, strict=False) if flag]
-    return JointState(fields[0] * PERIOD, position, torque), "; ".join([MODES[mode], *errors])
+    return JointState(fields[0] * PERIOD, position, torque), "; ".join(
+        [MODES[mode], *errors]
+    )

@@ -80,13 +80,19 @@ def decode_message(datagram: bytes) -> StateMessage:
         raise ValueError("an FRI message with impossible joint angles")
     count = _varint(_fields(_bytes(message, 2, b"")), 1, len(position))
     if position and count != len(position):
-        raise ValueError(f"an FRI message with {len(position)} angles for {count} joints")
+        raise ValueError(
+            f"an FRI message with {len(position)} angles for {count} joints"
+        )
     torque = _joint_values(monitor, 2)
     if len(torque) not in (0, len(position)):
-        raise ValueError(f"an FRI message with {len(position)} angles and {len(torque)} torques")
+        raise ValueError(
+            f"an FRI message with {len(position)} angles and {len(torque)} torques"
+        )
     multiplier = _varint(connection, 4, 1)
     if multiplier > LARGEST_MULTIPLIER:
-        raise ValueError(f"an FRI message that wants a reply only to each {multiplier}th")
+        raise ValueError(
+            f"an FRI message that wants a reply only to each {multiplier}th"
+        )
     sequence = _varint(header, 2)
     return StateMessage(
         sequence=sequence,
@@ -125,10 +131,15 @@ def nested(number: int, message: bytes) -> bytes:
 
 def _unframe(datagram: bytes) -> tuple[bytes, bool]:
     """Return the protobuf in a datagram, and True if it was framed."""
-    if datagram[:1] == HEADER_KEY and int.from_bytes(datagram[:4], "little") > LARGEST_DATAGRAM:
+    if (
+        datagram[:1] == HEADER_KEY
+        and int.from_bytes(datagram[:4], "little") > LARGEST_DATAGRAM
+    ):
         return datagram, False
     body = datagram[4:-4]
-    if len(datagram) < FRAME_BYTES or int.from_bytes(datagram[:4], "little") != len(body):
+    if len(datagram) < FRAME_BYTES or int.from_bytes(datagram[:4], "little") != len(
+        body
+    ):
         raise ValueError("a datagram that is no FRI message")
     if int.from_bytes(datagram[-4:], "little") != zlib.crc32(body):
         raise ValueError("an FRI message with a wrong checksum")
@@ -153,7 +164,9 @@ def _stamp(monitor: Fields, default: float) -> float:
     stamp = _fields(_bytes(monitor, 15))
     seconds, nanoseconds = _varint(stamp, 1), _varint(stamp, 2)
     if seconds >= 1 << 32 or nanoseconds >= 10**9:
-        raise ValueError(f"an FRI message with a stamp of {seconds} s and {nanoseconds} ns")
+        raise ValueError(
+            f"an FRI message with a stamp of {seconds} s and {nanoseconds} ns"
+        )
     return seconds + nanoseconds * 1e-9
 
 
@@ -168,7 +181,9 @@ def _fields(body: bytes) -> Fields:
             raise ValueError("a message with a field 0")
         if wire not in (VARINT, BYTES, *FIXED):
             raise ValueError(f"a message with a field of unknown wire type {wire}")
-        value, start = (FIXED[wire], offset) if wire in FIXED else _decode_varint(body, offset)
+        value, start = (
+            (FIXED[wire], offset) if wire in FIXED else _decode_varint(body, offset)
+        )
         offset = start
         if wire != VARINT:
             offset = start + value

@@ -20,7 +20,9 @@ from .kinova_bus import Answers, KinovaArm, open_can, open_serial
 
 TURN = 360.0  # degrees
 KORTEX_PORT = 10000
-ONE_MOMENT = 0.1  # s: joints that answer within it were measured together, as a hand is slow
+ONE_MOMENT = (
+    0.1  # s: joints that answer within it were measured together, as a hand is slow
+)
 
 SESSION_MILLISECONDS = 60_000
 CONNECTION_MILLISECONDS = 2_000
@@ -33,7 +35,9 @@ class Kinova(PolledDriver):
         super().__init__("the Kinova arm")
         self._arm = _connect(address)
         with self._closed_on_error():
-            self._joint_names = match_joints(joint_names, self._arm.joints, "the Kinova arm")
+            self._joint_names = match_joints(
+                joint_names, self._arm.joints, "the Kinova arm"
+            )
         self._last: tuple[float, ...] = ()  # joint angles [degrees]
         self._fastest = math.inf
 
@@ -52,7 +56,9 @@ class Kinova(PolledDriver):
 
     def _unwrapped(self, degrees: Sequence[float]) -> tuple[float, ...]:
         """Return angles in radians, each within half a turn of the joint's last one."""
-        reference = self._last or ((0.0,) * len(degrees) if self._arm.centred else degrees)
+        reference = self._last or (
+            (0.0,) * len(degrees) if self._arm.centred else degrees
+        )
         self._last = tuple(
             angle - TURN * round((angle - last) / TURN)
             for angle, last in zip(degrees, reference, strict=True)
@@ -72,7 +78,9 @@ class Kinova(PolledDriver):
                 self._fastest = min(self._fastest, end - start)
                 return answers, (start + end) / 2
             self._count_rejected()
-            self._fastest *= 1.05  # so that a bus that became slower is accepted after a while
+            self._fastest *= (
+                1.05  # so that a bus that became slower is accepted after a while
+            )
             if end >= deadline:
                 raise Reason.SILENT(f"the joints take {end - start:.2g} s to answer")
 
@@ -95,7 +103,9 @@ class Kortex(KinovaArm):
     centred = True
 
     def __init__(self, path: str) -> None:
-        endpoint = parse_endpoint(path, KORTEX_PORT, ("user", "password", "rate", "effort"))
+        endpoint = parse_endpoint(
+            path, KORTEX_PORT, ("user", "password", "rate", "effort")
+        )
         self.rate = endpoint.options.positive("rate", 100)
         self.sign = endpoint.options.sign("effort")
         self._where = str(endpoint)
@@ -135,7 +145,10 @@ class Kortex(KinovaArm):
         """End the session and the connection; safe to call twice."""
         session, self._session = self._session, None
         transport, self._transport = self._transport, None
-        for end in (session and session.CloseSession, transport and transport.disconnect):
+        for end in (
+            session and session.CloseSession,
+            transport and transport.disconnect,
+        ):
             try:
                 if end:
                     end()
@@ -146,7 +159,9 @@ class Kortex(KinovaArm):
         """Connect, log in, and make the client that asks."""
         kortex = _modules()
         self._options = kortex["RouterClient"].RouterClientSendOptions()
-        open_tcp(endpoint, "is this the arm's address?").close()  # the transport waits for ever
+        open_tcp(
+            endpoint, "is this the arm's address?"
+        ).close()  # the transport waits for ever
         try:
             self._transport = kortex["TCPTransport"].TCPTransport()
             self._transport.connect(endpoint.host, endpoint.port)

@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, Any
 import serial
 
 from .. import DriverError, Reason, clock
-from ..transport import CanBus, FreshAnswers, Options, SerialLine, parse_can_address, parse_options
+from ..transport import (
+    CanBus,
+    FreshAnswers,
+    Options,
+    SerialLine,
+    parse_can_address,
+    parse_options,
+)
 
 if TYPE_CHECKING:
     import isotp
@@ -64,7 +71,9 @@ class KinovaArm(ABC):
 def decode_reply(message: bytes, actuator: int) -> tuple[float, float]:
     """Return an actuator's angle [degrees] and torque, presumably in N m."""
     if len(message) != MESSAGE.size:
-        raise ValueError(f"a message of {len(message)} bytes where {MESSAGE.size} are expected")
+        raise ValueError(
+            f"a message of {len(message)} bytes where {MESSAGE.size} are expected"
+        )
     command, source, destination, data = MESSAGE.unpack(message)
     if (command, source, destination) != (SEND_ACTUALPOSITION, actuator, HOST):
         raise ValueError(f"a message that is no position of actuator 0x{actuator:02x}")
@@ -101,11 +110,17 @@ class IsoTpLink:
     def __init__(self, bus: CanBus, transmit: int, receive: int) -> None:
         import isotp
 
-        logging.getLogger("isotp").addHandler(logging.NullHandler())  # else it is on the screen
+        logging.getLogger("isotp").addHandler(
+            logging.NullHandler()
+        )  # else it is on the screen
         self._bus = bus
         self.close = bus.close
-        address = isotp.Address(isotp.AddressingMode.Normal_11bits, txid=transmit, rxid=receive)
-        self._transfer: Any = isotp.TransportLayerLogic(self._next_frame, self._send_frame, address)
+        address = isotp.Address(
+            isotp.AddressingMode.Normal_11bits, txid=transmit, rxid=receive
+        )
+        self._transfer: Any = isotp.TransportLayerLogic(
+            self._next_frame, self._send_frame, address
+        )
         self._until = 0.0
 
     def send(self, message: bytes) -> None:
@@ -118,7 +133,9 @@ class IsoTpLink:
     def receive(self, wait: float) -> bytes:
         """Return the next message, or nothing."""
         deadline = clock.now() + wait
-        while not self._transfer.available() and (remainder := deadline - clock.now()) > 0:
+        while (
+            not self._transfer.available() and (remainder := deadline - clock.now()) > 0
+        ):
             pause = self._transfer.next_cf_delay()  # as the other side asked for
             self._go_on(remainder if pause is None else min(remainder, pause))
         return bytes(self._transfer.recv() or b"")
@@ -150,7 +167,9 @@ class IsoTpLink:
 class PolledArm(KinovaArm):
     """Actuators that answer one after the other; ``where`` is the link as messages name it."""
 
-    def __init__(self, link: SerialLink | IsoTpLink, where: str, options: Options) -> None:
+    def __init__(
+        self, link: SerialLink | IsoTpLink, where: str, options: Options
+    ) -> None:
         self._link, self._where = link, where
         self._fresh = FreshAnswers(link.discard)
         try:
@@ -171,7 +190,9 @@ class PolledArm(KinovaArm):
 
     def measure(self, deadline: float) -> Answers:
         """Return the answers of all actuators."""
-        replies = [self._poll(FIRST_ACTUATOR + joint, deadline) for joint in range(self.joints)]
+        replies = [
+            self._poll(FIRST_ACTUATOR + joint, deadline) for joint in range(self.joints)
+        ]
         degrees, torques = zip(*replies, strict=True)
         return degrees, torques
 
@@ -188,7 +209,9 @@ class PolledArm(KinovaArm):
 
     def _ask(self, actuator: int, deadline: float) -> tuple[float, float]:
         """Return an actuator's answer; other messages are counted."""
-        self._link.send(MESSAGE.pack(GET_ACTUALPOSITION, HOST, actuator, bytes(VALUES.size)))
+        self._link.send(
+            MESSAGE.pack(GET_ACTUALPOSITION, HOST, actuator, bytes(VALUES.size))
+        )
         until = min(deadline, clock.now() + ANSWER_SECONDS)
         while message := self._link.receive(clock.left(until)):
             try:

@@ -16,7 +16,9 @@ from .fri import Session, StateMessage, decode_message, encode_reply
 PORT = 30200
 FIRST_MESSAGE_SECONDS = 3.0
 RESTARTED = 100  # a sequence counter further behind than this belongs to a new session
-LONGEST_GAP = 100_000  # messages: a counter further ahead tells nothing of what is missing
+LONGEST_GAP = (
+    100_000  # messages: a counter further ahead tells nothing of what is missing
+)
 COUNTER = 1 << 32
 
 
@@ -41,7 +43,9 @@ class Kuka(ValidatingDriver):
             self._follow(message)
             self._answer(message, source)
             if message.position:
-                effort = message.torque and tuple(self._sign * torque for torque in message.torque)
+                effort = message.torque and tuple(
+                    self._sign * torque for torque in message.torque
+                )
                 return JointState(message.stamp, message.position, effort)
         last = f"; its session was {self.status}" if self.status else ""
         raise self._silence(deadline, "FRI message with joint angles", last)
@@ -73,7 +77,9 @@ class Kuka(ValidatingDriver):
     def _follow(self, message: StateMessage) -> None:
         """Count the messages that are missing before this one; leave a session that commands."""
         if self._sequence is not None:
-            ahead = (message.sequence - self._sequence + COUNTER // 2) % COUNTER - COUNTER // 2
+            ahead = (
+                message.sequence - self._sequence + COUNTER // 2
+            ) % COUNTER - COUNTER // 2
             if -RESTARTED <= ahead <= 0:
                 raise ValueError("an FRI message that is not later than the one before")
             if ahead < 0:
@@ -81,7 +87,9 @@ class Kuka(ValidatingDriver):
             elif ahead <= LONGEST_GAP:
                 self.missed += ahead - 1
         self._sequence = message.sequence
-        self.status = f"{message.session.name.lower().replace('_', ' ')}, {message.quality}"
+        self.status = (
+            f"{message.session.name.lower().replace('_', ' ')}, {message.quality}"
+        )
         if message.session >= Session.COMMANDING_WAIT:
             raise Reason.WRONG_MODE(
                 f"the FRI session of {self._where} is in {message.session.name}: it expects "
@@ -94,6 +102,8 @@ class Kuka(ValidatingDriver):
             return
         self._unanswered += 1
         if self._unanswered >= message.receive_multiplier:
-            self._udp.send(encode_reply(self._replies, message.sequence, message.framed), source)
+            self._udp.send(
+                encode_reply(self._replies, message.sequence, message.framed), source
+            )
             self._replies = (self._replies + 1) % COUNTER
             self._unanswered = 0

@@ -19,7 +19,9 @@ JOINTS = 6
 IDENTIFIERS = (0x2A5, 0x2A6, 0x2A7)  # joints 1 and 2, 3 and 4, 5 and 6
 FIRST_STATE_SECONDS = 2.0
 PERIOD = 0.005  # s, about
-CLOCK_STEP = 1.0  # s: a larger difference means that somebody has set the computer's clock
+CLOCK_STEP = (
+    1.0  # s: a larger difference means that somebody has set the computer's clock
+)
 UNIT = math.radians(1e-3)  # thousandths of a degree
 LARGEST_COUNT = 360_000
 PAIR = struct.Struct(">ii")
@@ -51,7 +53,9 @@ class Piper(ValidatingDriver):
         self._offset = math.nan
         self._bus = CanBus(bus, IDENTIFIERS)
         with self._closed_on_error():
-            self._await_first(FIRST_STATE_SECONDS, "is the arm on, and the bus at 1 Mbit/s?")
+            self._await_first(
+                FIRST_STATE_SECONDS, "is the arm on, and the bus at 1 Mbit/s?"
+            )
 
     def _receive(self, deadline: float) -> JointState:
         while (frame := self._bus.receive(deadline)) is not None:

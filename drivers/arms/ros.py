@@ -26,9 +26,13 @@ if TYPE_CHECKING:
 PORT = 9090
 CONNECT_SECONDS = 5.0
 FIRST_STATE_SECONDS = 3.0
-LISTENING_SECONDS = 0.3  # time in which the joints of all publishers are seen, without a model
+LISTENING_SECONDS = (
+    0.3  # time in which the joints of all publishers are seen, without a model
+)
 LONGEST_QUEUE = 10_000  # messages that wait for a late reader
-LATEST = 40  # messages of which so many are counted that are not later than the one before
+LATEST = (
+    40  # messages of which so many are counted that are not later than the one before
+)
 MOST_LATE = 8
 UNSTAMPED = "the headers have no stamps: times of arrival are taken"
 TWICE = "many messages are not later than the one before: do two publishers send these joints?"
@@ -43,14 +47,18 @@ def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> Joint
             raise ValueError(f"a message without {', '.join(lost)}")
         order = [names.index(name) for name in joint_names]
         position = _numbers(message["position"], order, len(names))
-        effort = _numbers(message.get("effort") or [None] * len(names), order, len(names))
+        effort = _numbers(
+            message.get("effort") or [None] * len(names), order, len(names)
+        )
         stamp = _stamp(message)
     except (AttributeError, KeyError, IndexError, OverflowError, TypeError) as error:
         raise ValueError(f"a message that is no JointState: {error!r}") from None
     if not all(map(math.isfinite, (*position, stamp))):
         raise ValueError("a message with values that are no numbers")
     finite = all(map(math.isfinite, effort))
-    return JointState(stamp, position, tuple(sign * e for e in effort) if finite else None)
+    return JointState(
+        stamp, position, tuple(sign * e for e in effort) if finite else None
+    )
 
 
 class Ros(ValidatingDriver):
@@ -58,7 +66,10 @@ class Ros(ValidatingDriver):
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         endpoint = parse_endpoint(
-            address.removeprefix("ws://"), PORT, ("topic", "effort"), default_host="localhost"
+            address.removeprefix("ws://"),
+            PORT,
+            ("topic", "effort"),
+            default_host="localhost",
         )
         self._sign = endpoint.options.sign("effort")
         topic = endpoint.options.get("topic", "/joint_states")
@@ -148,14 +159,20 @@ def _subscribe(
     try:
         import roslibpy
     except ImportError:
-        raise Reason.MISSING_PACKAGE("ros needs roslibpy: pip install 'mukca[ros]'") from None
+        raise Reason.MISSING_PACKAGE(
+            "ros needs roslibpy: pip install 'mukca[ros]'"
+        ) from None
     _keep_quiet()
-    open_tcp(endpoint, "is rosbridge running (ros2 launch rosbridge_server ...)?").close()
+    open_tcp(
+        endpoint, "is rosbridge running (ros2 launch rosbridge_server ...)?"
+    ).close()
     client = roslibpy.Ros(endpoint.host, endpoint.port)
     try:
         client.run(timeout=CONNECT_SECONDS)
     except Exception as error:
-        raise Reason.PROTOCOL(f"what listens at {endpoint} is no rosbridge: {error}") from None
+        raise Reason.PROTOCOL(
+            f"what listens at {endpoint} is no rosbridge: {error}"
+        ) from None
     finally:
         client.factory.stopTrying()  # a lost connection is made again above, subscription and all
     subscription = roslibpy.Topic(client, topic, "sensor_msgs/JointState")
@@ -180,7 +197,9 @@ def _names(message: Any) -> tuple[str, ...]:
         return ()
 
 
-def _numbers(values: Sequence[Any], order: Sequence[int], count: int) -> tuple[float, ...]:
+def _numbers(
+    values: Sequence[Any], order: Sequence[int], count: int
+) -> tuple[float, ...]:
     """Return the numbers at the given places of a list of a given length; NaN where it has none."""
     if len(values) != count:
         raise ValueError(f"a message with {count} names and {len(values)} values")

@@ -117,7 +117,9 @@ def arm_at(address: str) -> SimulatedArm:
     """Return the arm that an address describes; raises as :class:`Mock`."""
     path, _, query = address.partition("?")
     if not path:
-        raise Reason.BAD_ADDRESS("mock needs a recording to replay, as in mock:data/front")
+        raise Reason.BAD_ADDRESS(
+            "mock needs a recording to replay, as in mock:data/front"
+        )
     options = dict[str, float]()
     faults: list[Fault] = []
     names = ("rate", "hold", "move", "noise", "effort_noise", "seed", "speed", "buffer")
@@ -127,7 +129,9 @@ def arm_at(address: str) -> SimulatedArm:
             if name == "fault":
                 faults.append(Fault.parse(value))
             elif name not in names:
-                raise ValueError(f"option {name!r} is none of {', '.join((*names, 'fault'))}")
+                raise ValueError(
+                    f"option {name!r} is none of {', '.join((*names, 'fault'))}"
+                )
             elif (parsed := _number(value)) is None:
                 raise ValueError(f"option {name}: {value!r} is not a number")
             else:
@@ -171,7 +175,9 @@ def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
         text = read_bytes(file).decode("utf-8-sig")
         lines = [line for line in csv.reader(text.splitlines()) if line]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise Reason.BAD_ADDRESS(f"mock: {file}: cannot be read: {reason_of(error)}") from None
+        raise Reason.BAD_ADDRESS(
+            f"mock: {file}: cannot be read: {reason_of(error)}"
+        ) from None
     first = lines[0] if lines else ["0"]
     header: list[str] = []
     if _number(first[0]) is None:

@@ -7,7 +7,17 @@ from dataclasses import dataclass, replace
 
 from .. import JointState, clock
 
-ARM_FAULTS = ("drop", "silent", "freeze", "repeat", "nan", "jump", "zeros", "short", "push")
+ARM_FAULTS = (
+    "drop",
+    "silent",
+    "freeze",
+    "repeat",
+    "nan",
+    "jump",
+    "zeros",
+    "short",
+    "push",
+)
 """Kinds of faults of the simulated arm; the documentation's page on simulation describes each."""
 
 
@@ -35,7 +45,9 @@ class Fault:
         kind, _, share = what.partition(":")
         start, _, length = when.partition("+")
         try:
-            fault = cls(kind, float(share or 1), float(start or 0), float(length or duration))
+            fault = cls(
+                kind, float(share or 1), float(start or 0), float(length or duration)
+            )
         except ValueError:
             raise ValueError(
                 f"fault {text!r}: expected KIND[:SHARE][@START[+DURATION]], as in drop:0.05@2+3"
@@ -52,7 +64,9 @@ class Fault:
 
     def affects(self, moment: float, generator: random.Random) -> bool:
         """Return whether the fault affects a message at a moment [s], by its share."""
-        return self.is_active(moment) and (self.share == 1 or generator.random() < self.share)
+        return self.is_active(moment) and (
+            self.share == 1 or generator.random() < self.share
+        )
 
 
 @dataclass(frozen=True)
@@ -77,7 +91,9 @@ class Motion:
 
     def __post_init__(self) -> None:
         if not self.configurations or len({len(q) for q in self.configurations}) != 1:
-            raise ValueError("a motion needs configurations of one length, and at least one")
+            raise ValueError(
+                "a motion needs configurations of one length, and at least one"
+            )
         if self.hold < 0 or self.move <= 0:
             raise ValueError("a motion needs hold >= 0 and move > 0")
 
@@ -132,8 +148,12 @@ class SimulatedArm:
     """Faults, one of :data:`ARM_FAULTS` each."""
 
     def __post_init__(self) -> None:
-        if not (self.rate > 0 and self.speed > 0 and self.noise >= 0 and self.buffer > 0):
-            raise ValueError("rate, speed and buffer must be positive, and noise not negative")
+        if not (
+            self.rate > 0 and self.speed > 0 and self.noise >= 0 and self.buffer > 0
+        ):
+            raise ValueError(
+                "rate, speed and buffer must be positive, and noise not negative"
+            )
         if not self.joint_names:
             count = len(self.motion.configurations[0])
             self.joint_names = tuple(f"joint{i + 1}" for i in range(count))
@@ -141,7 +161,9 @@ class SimulatedArm:
         self._started = math.nan
         self._frozen: JointState | None = None
         efforts = self.efforts
-        self._effort = None if efforts is None else replace(self.motion, configurations=efforts)
+        self._effort = (
+            None if efforts is None else replace(self.motion, configurations=efforts)
+        )
 
     def connect(self) -> int:
         """Start the arm if it does not move yet; return the number of the next state."""
@@ -163,7 +185,8 @@ class SimulatedArm:
     def shows(self, kind: str, moment: float) -> bool:
         """Return whether a kind of fault shows at a moment of the arm's time [s]."""
         return bool(self.faults) and any(
-            fault.kind == kind and fault.affects(moment, self._random) for fault in self.faults
+            fault.kind == kind and fault.affects(moment, self._random)
+            for fault in self.faults
         )
 
     def state(self, moment: float) -> JointState:

@@ -29,7 +29,9 @@ PROTOCOL_VERSION, CONTROLLER_VERSION, SETUP_OUTPUTS, START, DATA = TYPES[:5]
 HEADER = struct.Struct(">HB")
 LARGEST_PACKAGE = 4096
 LARGEST_ANGLE = 4 * math.pi  # these joints turn once to each side
-LARGEST_MODE = 99  # modes are small numbers, and newer software has some that have no name here
+LARGEST_MODE = (
+    99  # modes are small numbers, and newer software has some that have no name here
+)
 
 _ROBOT_MODES = (
     "no controller, disconnected, confirm safety, booting, power off, power on, idle, backdrive, "
@@ -76,10 +78,14 @@ class Ur(ValidatingDriver):
     def _fastest(self) -> int:
         """Agree on the protocol; return the greatest rate of this controller [Hz]."""
         if self._ask(PROTOCOL_VERSION, struct.pack(">H", 2)) != b"\x01":
-            raise Reason.PROTOCOL(f"{self._where} does not speak RTDE version 2: {TRIED}")
+            raise Reason.PROTOCOL(
+                f"{self._where} does not speak RTDE version 2: {TRIED}"
+            )
         version = self._ask(CONTROLLER_VERSION)
         if len(version) != 16:
-            raise Reason.PROTOCOL(f"{self._where} sends no version that can be read: {TRIED}")
+            raise Reason.PROTOCOL(
+                f"{self._where} sends no version that can be read: {TRIED}"
+            )
         return FAST if struct.unpack(">4I", version)[0] >= E_SERIES else SLOW
 
     def _start(self, rate: float, effort: str | None) -> "Recipe":
@@ -127,7 +133,9 @@ class Recipe:
         """Return the state in a data package, and the modes in words."""
         layout = WITH_EFFORT if self.effort else PLAIN
         if len(payload) != layout.size or payload[0] != self.number:
-            raise ValueError(f"a data package of {len(payload)} bytes that nobody asked for")
+            raise ValueError(
+                f"a data package of {len(payload)} bytes that nobody asked for"
+            )
         _, timestamp, *values = layout.unpack(payload)
         position, effort = tuple(values[:6]), tuple(values[8:]) or None
         if not all(map(math.isfinite, (timestamp, *(effort or ())))):
@@ -141,7 +149,9 @@ class Recipe:
 def check_angles(position: Sequence[float]) -> tuple[float, ...]:
     """Return six joint angles [rad], if they can be."""
     *arm, wrist_3 = position
-    if not all(abs(angle) <= LARGEST_ANGLE for angle in arm) or not math.isfinite(wrist_3):
+    if not all(abs(angle) <= LARGEST_ANGLE for angle in arm) or not math.isfinite(
+        wrist_3
+    ):
         raise ValueError("a data package with impossible joint angles")
     return tuple(position)
 

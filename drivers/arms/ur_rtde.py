@@ -38,7 +38,11 @@ class UrRtde(ValidatingDriver):
         if endpoint.port != PORT:
             raise Reason.BAD_ADDRESS(f"ur-rtde knows port {PORT} alone: {endpoint}")
         super().__init__(f"the robot at {endpoint}")
-        rate = endpoint.options.positive("rate", FAST) if "rate" in endpoint.options else None
+        rate = (
+            endpoint.options.positive("rate", FAST)
+            if "rate" in endpoint.options
+            else None
+        )
         self._joint_names = match_joints(joint_names, JOINTS, "a UR arm")
         with (reader := Ur(address)):
             self._period = 1 / reader.rate
@@ -64,7 +68,10 @@ class UrRtde(ValidatingDriver):
             raise self._silence(deadline)
         if not (data := os.read(self._states, STATE.size)):
             output = (
-                cast(IO[bytes], self._process.stderr).read().decode(errors="replace").split("\n")
+                cast(IO[bytes], self._process.stderr)
+                .read()
+                .decode(errors="replace")
+                .split("\n")
             )
             why = f": {output[-2]}" if output[1:] else ""
             raise Reason.UNREACHABLE(f"{self._where} ended the connection{why}")

@@ -26,7 +26,12 @@ LARGEST_ANGLE = 6.4
 SHORTEST, LONGEST = 87, 2048  # bytes of a report
 FIRST_SECONDS = 2.0
 ANGLES = struct.Struct("<7f")
-MODES = {0: "position control", 1: "servo motion", 2: "joint teaching", 4: "joint velocity"}
+MODES = {
+    0: "position control",
+    1: "servo motion",
+    2: "joint teaching",
+    4: "joint velocity",
+}
 STATES = {1: "moving", 2: "ready", 3: "paused", 4: "stopped"}
 
 
@@ -75,7 +80,9 @@ def take_report(received: bytearray) -> bytes | None:
 def decode_report(report: bytes, layout: Layout) -> Report:
     """Decode a report."""
     last = max(layout.angles + ANGLES.size, (layout.joints or 0) + 1)
-    if len(report) < max(last, SHORTEST) or int.from_bytes(report[:4], "big") != len(report):
+    if len(report) < max(last, SHORTEST) or int.from_bytes(report[:4], "big") != len(
+        report
+    ):
         raise ValueError(f"a report of {len(report)} bytes")
     angles: tuple[float, ...] = ANGLES.unpack_from(report, layout.angles)
     if not all(abs(angle) <= LARGEST_ANGLE for angle in angles):  # false for NaN too
@@ -101,9 +108,13 @@ class XArm(ValidatingDriver):
         if port not in (0, *PORTS):
             raise endpoint.options.wrong("port", f"one of {', '.join(map(str, PORTS))}")
         count = self._count_joints(endpoint)
-        self._joint_names = match_joints(joint_names, count, f"the arm at {endpoint.host}")
+        self._joint_names = match_joints(
+            joint_names, count, f"the arm at {endpoint.host}"
+        )
         self._even = ArrivalTimeFilter(0.01)
-        self._tcp, self._layout = self._follow(endpoint, [port] if port else list(PORTS))
+        self._tcp, self._layout = self._follow(
+            endpoint, [port] if port else list(PORTS)
+        )
 
     def _receive(self, deadline: float) -> JointState:
         report = decode_report(self._tcp.take(take_report, deadline), self._layout)
@@ -121,19 +132,25 @@ class XArm(ValidatingDriver):
         """Return the number of the arm's joints."""
         tcp = TcpStream(endpoint, "is the controller on, and is this its address?")
         try:
-            report = decode_report(tcp.take(take_report, clock.now() + FIRST_SECONDS), RICH)
+            report = decode_report(
+                tcp.take(take_report, clock.now() + FIRST_SECONDS), RICH
+            )
         except ValueError as error:
             raise Reason.PROTOCOL(f"{self._where} sends {error}") from None
         finally:
             tcp.close()
         return report.joints or MOST_JOINTS
 
-    def _follow(self, endpoint: Endpoint, ports: Sequence[int]) -> tuple[TcpStream, Layout]:
+    def _follow(
+        self, endpoint: Endpoint, ports: Sequence[int]
+    ) -> tuple[TcpStream, Layout]:
         """Connect to the first of some ports that is there."""
         port, *others = ports
         where = replace(endpoint, port=port)
         try:
-            return TcpStream(where, "its software may be too old for this port"), PORTS[port]
+            return TcpStream(where, "its software may be too old for this port"), PORTS[
+                port
+            ]
         except DriverError:
             if not others:
                 raise

@@ -83,7 +83,10 @@ class Endpoint:
 
 
 def parse_endpoint(
-    address: str, default_port: int, options: tuple[str, ...] = (), default_host: str = ""
+    address: str,
+    default_port: int,
+    options: tuple[str, ...] = (),
+    default_host: str = "",
 ) -> Endpoint:
     """Return the host, port and known options of ``HOST[:PORT][?option=value&...]``.
 
@@ -107,7 +110,9 @@ def parse_options(query: str, names: tuple[str, ...]) -> Options:
     try:
         options = Options(parse_qsl(query, strict_parsing=True) if query else ())
     except ValueError:
-        raise bad_address(query, "options are written as ?name=value&name=value") from None
+        raise bad_address(
+            query, "options are written as ?name=value&name=value"
+        ) from None
     for name in options:
         if name not in names:
             there_are = f"there are: {', '.join(names)}" if names else "there are none"
@@ -128,9 +133,13 @@ def resolve(host: str) -> str:
 def open_tcp(endpoint: Endpoint, advice: str) -> socket.socket:
     """Connect to a robot's controller, or raise UNREACHABLE, with advice where it is refused."""
     try:
-        return socket.create_connection((resolve(endpoint.host), endpoint.port), CONNECT_SECONDS)
+        return socket.create_connection(
+            (resolve(endpoint.host), endpoint.port), CONNECT_SECONDS
+        )
     except ConnectionRefusedError:
-        raise Reason.UNREACHABLE(f"{endpoint} refused the connection: {advice}") from None
+        raise Reason.UNREACHABLE(
+            f"{endpoint} refused the connection: {advice}"
+        ) from None
     except OSError as error:
         raise Reason.UNREACHABLE(
             f"nothing answers at {endpoint} ({error.strerror or error}): check power, address "
@@ -140,7 +149,9 @@ def open_tcp(endpoint: Endpoint, advice: str) -> socket.socket:
 
 def bad_address(address: str, why: str) -> DriverError:
     """Return the error for an address that cannot be understood."""
-    return Reason.BAD_ADDRESS(f"address {address!r}: {why}; expected HOST[:PORT][?option=value]")
+    return Reason.BAD_ADDRESS(
+        f"address {address!r}: {why}; expected HOST[:PORT][?option=value]"
+    )
 
 
 @contextmanager

@@ -39,7 +39,9 @@ def parse_can_address(address: str, options: tuple[str, ...] = ()) -> CanAddress
         raise Reason.BAD_ADDRESS(
             f"address {address!r}: expected [INTERFACE/]CHANNEL, as in can0 or slcan//dev/ttyACM0"
         )
-    return CanAddress(interface, channel, parse_options(query, (*BUS_OPTIONS, *options)))
+    return CanAddress(
+        interface, channel, parse_options(query, (*BUS_OPTIONS, *options))
+    )
 
 
 class CanBus:
@@ -56,22 +58,31 @@ class CanBus:
     def send(self, identifier: int, data: bytes) -> None:
         """Send a frame."""
         with lost(f"CAN bus {self._address}", can.CanError, ValueError):
-            self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
+            self._bus.send(
+                can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+            )
 
     def receive(self, deadline: float) -> can.Message | None:
         """Return the next frame with a wanted 11-bit identifier and data; None if time is up."""
         with lost(f"CAN bus {self._address}", can.CanError, ValueError):
             while True:
-                frame = self._bus.recv(0)  # python-can would wait by the wall's time, which is set
+                frame = self._bus.recv(
+                    0
+                )  # python-can would wait by the wall's time, which is set
                 if frame is not None:
-                    odd = frame.is_extended_id or frame.is_error_frame or frame.is_remote_frame
+                    odd = (
+                        frame.is_extended_id
+                        or frame.is_error_frame
+                        or frame.is_remote_frame
+                    )
                     if not odd and frame.arbitration_id in (self._identifiers or ALL):
                         return frame
                 elif (remainder := deadline - clock.now()) <= 0:
                     return None
                 else:
                     clock.wait(
-                        self._watched, remainder if self._watched else min(remainder, POLL_SECONDS)
+                        self._watched,
+                        remainder if self._watched else min(remainder, POLL_SECONDS),
                     )
 
     def discard(self, wait: float) -> bool:
@@ -91,12 +102,15 @@ def open_bus(address: CanAddress, identifiers: tuple[int, ...] = ()) -> can.BusA
             f"no CAN interface is called {address.interface!r}; one of: {interfaces}"
         )
     settings: dict[str, Any] = {
-        name: address.options.integer(name, 0) for name in BUS_OPTIONS if name in address.options
+        name: address.options.integer(name, 0)
+        for name in BUS_OPTIONS
+        if name in address.options
     }
     filters = [
         can.typechecking.CanFilter(can_id=identifier, can_mask=0x7FF, extended=False)
         for identifier in identifiers
-        if address.interface == "socketcan"  # where the kernel filters; others drop one at a wait
+        if address.interface
+        == "socketcan"  # where the kernel filters; others drop one at a wait
     ]
     try:
         return can.Bus(
@@ -106,7 +120,9 @@ def open_bus(address: CanAddress, identifiers: tuple[int, ...] = ()) -> can.BusA
             **settings,
         )
     except (ImportError, can.CanInterfaceNotImplementedError, RuntimeError) as error:
-        raise Reason.MISSING_PACKAGE(f"CAN bus {address} needs a package: {error}") from None
+        raise Reason.MISSING_PACKAGE(
+            f"CAN bus {address} needs a package: {error}"
+        ) from None
     except (can.CanError, OSError, ValueError, TypeError) as error:
         raise Reason.UNREACHABLE(
             f"CAN bus {address} cannot be opened: {error}; is the adapter plugged in, and the "

@@ -41,16 +41,22 @@ class SerialLine:
 
     def write(self, message: bytes) -> None:
         """Send bytes."""
-        with lost(f"serial port {self._port.port}", TypeError, ValueError, TerminalError):
+        with lost(
+            f"serial port {self._port.port}", TypeError, ValueError, TerminalError
+        ):
             self._port.write(message)
 
     def read(self, count: int, wait: float) -> bytes:
         """Return at most so many bytes, as soon as one has come; none after the wait [s]."""
-        with lost(f"serial port {self._port.port}", TypeError, ValueError, TerminalError):
+        with lost(
+            f"serial port {self._port.port}", TypeError, ValueError, TerminalError
+        ):
             if sys.platform == "win32":  # where a port is nothing to wait on
                 self._port.timeout = max(0.0, wait)
                 first = bytes(self._port.read(1))
-                return first + bytes(self._port.read(min(count - 1, self._port.in_waiting)))
+                return first + bytes(
+                    self._port.read(min(count - 1, self._port.in_waiting))
+                )
             if not clock.wait([self._port], max(0.0, wait)):
                 return b""
             return bytes(self._port.read(count))

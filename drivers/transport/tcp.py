@@ -33,16 +33,25 @@ class TcpStream:
         """Have a robot that vanishes noticed within seconds."""
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         # TCP_KEEPALIVE is what macOS calls TCP_KEEPIDLE
-        seconds = {"TCP_KEEPIDLE": 1, "TCP_KEEPALIVE": 1, "TCP_KEEPCNT": 3, "TCP_KEEPINTVL": 1}
+        seconds = {
+            "TCP_KEEPIDLE": 1,
+            "TCP_KEEPALIVE": 1,
+            "TCP_KEEPCNT": 3,
+            "TCP_KEEPINTVL": 1,
+        }
         for name, value in seconds.items():
             if hasattr(socket, name):
-                self._socket.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
+                self._socket.setsockopt(
+                    socket.IPPROTO_TCP, getattr(socket, name), value
+                )
 
     @property
     def ended(self) -> bool:
         """True once the other side has ended the connection and nothing is left to read."""
         try:
-            return bool(clock.wait([self], 0)) and not self._socket.recv(1, socket.MSG_PEEK)
+            return bool(clock.wait([self], 0)) and not self._socket.recv(
+                1, socket.MSG_PEEK
+            )
         except (OSError, ValueError):
             return True
 
@@ -53,7 +62,9 @@ class TcpStream:
         except OSError:
             raise self._ended() from None
 
-    def take(self, splitter: Callable[[bytearray], Message | None], deadline: float) -> Message:
+    def take(
+        self, splitter: Callable[[bytearray], Message | None], deadline: float
+    ) -> Message:
         """Wait for a message until a time by :func:`.clock.now` [s], and return it.
 
         ``splitter`` takes it off the front of the bytes that have come. It returns None if it is
@@ -122,7 +133,9 @@ class DatagramSocket:
         DriverError: BUSY when the port is taken, BAD_ADDRESS when it is none of this computer's.
     """
 
-    def __init__(self, local: tuple[str, int], robot: str, on_stranger: Callable[[], None]) -> None:
+    def __init__(
+        self, local: tuple[str, int], robot: str, on_stranger: Callable[[], None]
+    ) -> None:
         self._robot = robot
         self._on_stranger = on_stranger
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -132,9 +145,12 @@ class DatagramSocket:
             self._socket.bind(local)
         except OSError as error:
             self._socket.close()
-            reason = Reason.BUSY if error.errno == errno.EADDRINUSE else Reason.BAD_ADDRESS
+            reason = (
+                Reason.BUSY if error.errno == errno.EADDRINUSE else Reason.BAD_ADDRESS
+            )
             raise DriverError(
-                reason, f"UDP {local[0]}:{local[1]} cannot be opened here: {error.strerror}"
+                reason,
+                f"UDP {local[0]}:{local[1]} cannot be opened here: {error.strerror}",
             ) from None
 
     @property
@@ -171,7 +187,9 @@ class DatagramSocket:
         try:
             self._socket.sendto(datagram, target)
         except OSError as error:
-            raise Reason.UNREACHABLE(f"the connection is lost: {error.strerror}") from None
+            raise Reason.UNREACHABLE(
+                f"the connection is lost: {error.strerror}"
+            ) from None
 
     def close(self) -> None:
         """Free the port; safe to call twice."""

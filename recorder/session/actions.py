@@ -94,7 +94,9 @@ class SessionActions:
         )
         return f"this pose {odd}" if odd else None
 
-    def capture(self, pose: StationaryPose, contact: str | None = None) -> Sample | None:
+    def capture(
+        self, pose: StationaryPose, contact: str | None = None
+    ) -> Sample | None:
         """Save a rest as a sample; None if that failed, and the operator was told."""
         sample = self.session.sample_at(pose, time.time())
         try:
@@ -136,7 +138,9 @@ class SessionActions:
         if sample is None:
             return
         if number in self.session.withdrawn:
-            self.alarm(f"sample {number} was taken back already; r brings the last one again")
+            self.alarm(
+                f"sample {number} was taken back already; r brings the last one again"
+            )
         else:
             self._take_back(sample)
 
@@ -154,7 +158,11 @@ class SessionActions:
             self.alarm(f"not done: {error}")
             return False
         self.session = replace(self.session, distance=distance, measured=True)
-        was = "" if before is None else f", before {1e3 * before:g}; both readings are kept"
+        was = (
+            ""
+            if before is None
+            else f", before {1e3 * before:g}; both readings are kept"
+        )
         self.notify(f"the sockets are {1e3 * distance:g} mm apart{was}")
         return before is not None and abs(distance - before) < SAME_READING
 
@@ -178,7 +186,9 @@ class SessionActions:
         samples[number - 1] = replace(sample, socket=socket)
         if self._mark(RELABEL, samples[number - 1]):
             self.session = replace(self.session, samples=tuple(samples))
-            self.notify(f"sample {number} is now of socket {socket}, before of {sample.socket}")
+            self.notify(
+                f"sample {number} is now of socket {socket}, before of {sample.socket}"
+            )
 
     def move_on(self, numbers: Sequence[int]) -> bool:
         """Take samples since the first of some on to the next placement; False if that failed.
@@ -213,13 +223,17 @@ class SessionActions:
     def _known(self, number: int) -> Sample | None:
         if 1 <= number <= len(self.session.samples):
             return self.session.samples[number - 1]
-        self.alarm(f"there is no sample {number}: they are 1 to {len(self.session.samples)}")
+        self.alarm(
+            f"there is no sample {number}: they are 1 to {len(self.session.samples)}"
+        )
         return None
 
     def _has(self, socket: int) -> bool:
         if socket < self.session.sockets:
             return True
-        self.alarm(f"there is no socket {socket}: they are 0 to {self.session.sockets - 1}")
+        self.alarm(
+            f"there is no socket {socket}: they are 0 to {self.session.sockets - 1}"
+        )
         return False
 
     def _take_back(self, sample: Sample) -> None:
@@ -239,7 +253,9 @@ class SessionActions:
 class StreamAlerts:
     """Alerts on a stream, one for each kind of trouble."""
 
-    def __init__(self, stream: Stream, monitor: StreamMonitor, actions: SessionActions) -> None:
+    def __init__(
+        self, stream: Stream, monitor: StreamMonitor, actions: SessionActions
+    ) -> None:
         self._stream, self._monitor, self._actions = stream, monitor, actions
         self._started = clock.now()
         self._silent_since: float | None = None
@@ -260,7 +276,9 @@ class StreamAlerts:
         silent = now - max(self._stream.arrival, self._started) > self._monitor.patience
         trouble = self.trouble(now)
         if not silent and self._silent_since is not None:
-            self._actions.notify(f"the stream is back after {now - self._silent_since:.1f} s")
+            self._actions.notify(
+                f"the stream is back after {now - self._silent_since:.1f} s"
+            )
             self._actions.reconnected()
             self._silent_since = None
             self._alarmed.clear()

@@ -30,7 +30,9 @@ class GuidanceRequest:
 
     def is_like(self, request: "GuidanceRequest | None") -> bool:
         """Return whether two requests differ in the arm's configuration alone."""
-        return request is not None and replace(self, position=request.position) == request
+        return (
+            request is not None and replace(self, position=request.position) == request
+        )
 
     def is_begin_of(self, session: Session) -> bool:
         """Return whether a session only went on since the request."""
@@ -204,7 +206,11 @@ class GuidanceClient:
             return
         if advice.fails and advice.fails != (before.fails if before else ""):
             self._actions.notify(f"solve would say FAIL: {advice.fails}")
-        end = advice.enough or advice.exhausted or (advice.leave and session.block is None)
+        end = (
+            advice.enough
+            or advice.exhausted
+            or (advice.leave and session.block is None)
+        )
         ended = before and (before.enough or before.exhausted or before.leave)
         if end and not ended and not self.alarm:
             self._sound.play(DONE)

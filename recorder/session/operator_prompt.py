@@ -114,10 +114,18 @@ class View:
             return self.prompt.words
         largest = sorted(self.turns, key=lambda turn: -abs(turn[1]))[:2]
         numbers = {joint: i for i, joint in enumerate(self.session.joints, 1)}
-        return " ".join(f"J{numbers[joint]} {joint.rounded(turn):+d}" for joint, turn in largest)
+        return " ".join(
+            f"J{numbers[joint]} {joint.rounded(turn):+d}" for joint, turn in largest
+        )
 
 
-_CALM, _STEADY, _GOOD, _NEXT, _BAD = "blue", "dark_orange3", "dark_green", "magenta", "red"
+_CALM, _STEADY, _GOOD, _NEXT, _BAD = (
+    "blue",
+    "dark_orange3",
+    "dark_green",
+    "magenta",
+    "red",
+)
 
 
 def _before_all(now: View) -> OperatorPrompt | None:
@@ -132,7 +140,9 @@ def _before_all(now: View) -> OperatorPrompt | None:
     if now.trouble or now.position is None:
         return OperatorPrompt("WAIT", _BAD, now.trouble or "no state yet")
     if now.captured is not None:
-        return OperatorPrompt(f"GOT {now.captured}", _GOOD, f"sample {now.captured} is on the disk")
+        return OperatorPrompt(
+            f"GOT {now.captured}", _GOOD, f"sample {now.captured} is on the disk"
+        )
     if now.alarm:
         return OperatorPrompt(now.alarm.words, _BAD, now.alarm.reason)
     hint = "" if now.hands_free else f", {key} captures one more"
@@ -144,9 +154,13 @@ def _before_all(now: View) -> OperatorPrompt | None:
     if now.advice and now.advice.enough:
         return OperatorPrompt("ENOUGH", _GOOD, _enough_for(session, now.advice, hint))
     if session.complete:
-        return OperatorPrompt("TARGET" if now.advice else "ENOUGH", _GOOD, f"q finishes{hint}")
+        return OperatorPrompt(
+            "TARGET" if now.advice else "ENOUGH", _GOOD, f"q finishes{hint}"
+        )
     done = session.turn_done or session.counts[session.socket] >= session.target
-    if done or (now.advice and now.advice.leave and now.advice.socket == session.socket):
+    if done or (
+        now.advice and now.advice.leave and now.advice.socket == session.socket
+    ):
         target = session.next_socket
         over = f"enough here: ball to socket {target}, then press s"
         return OperatorPrompt(f"SOCKET {target} NOW", _NEXT, over)
@@ -165,7 +179,11 @@ def _enough_for(session: Session, advice: Advice, hint: str) -> str:
     if advice.near_only:
         return "for this place: q finishes; for all the workspace train on two: n, base elsewhere"
     reached = f"q finishes{hint}; the goal is reached"
-    return reached if advice.unit == "mrad" else f"{reached}; for PASS hold out another place"
+    return (
+        reached
+        if advice.unit == "mrad"
+        else f"{reached}; for PASS hold out another place"
+    )
 
 
 def _by_place(now: View) -> OperatorPrompt | None:

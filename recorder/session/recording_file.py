@@ -50,7 +50,9 @@ class Recording:
             flags = os.O_RDWR | os.O_CREAT | APPEND
             self._fd = os.open(self.file, flags, 0o644)
         except OSError as error:
-            raise RecordingError(f"{self.file}: cannot be written: {error.strerror}") from None
+            raise RecordingError(
+                f"{self.file}: cannot be written: {error.strerror}"
+            ) from None
         try:
             self._lock()
             self.content = self._mend(metadata.joints)
@@ -60,7 +62,9 @@ class Recording:
         except BaseException as error:
             os.close(self._fd)
             if isinstance(error, OSError):
-                raise RecordingError(f"{folder}: cannot be written: {error.strerror}") from None
+                raise RecordingError(
+                    f"{folder}: cannot be written: {error.strerror}"
+                ) from None
             raise
 
     def capture(self, sample: Sample) -> None:
@@ -91,7 +95,9 @@ class Recording:
         try:
             write_metadata(self.folder / METADATA, metadata)
         except OSError as error:
-            raise RecordingError(f"{METADATA} cannot be written: {error.strerror}") from None
+            raise RecordingError(
+                f"{METADATA} cannot be written: {error.strerror}"
+            ) from None
         self._metadata = metadata
 
     @property
@@ -136,7 +142,9 @@ class Recording:
                     f"not {_text(value)}; {self._remedy(key, value)}"
                 )
         if stored.get("model_sha256", metadata.model_sha256) != metadata.model_sha256:
-            self.remarks.append("the robot's model has changed since this recording was begun")
+            self.remarks.append(
+                "the robot's model has changed since this recording was begun"
+            )
         return stored
 
     def _remedy(self, key: str, value: object) -> str:

@@ -71,7 +71,9 @@ class Session:
     @cached_property
     def live(self) -> tuple[Sample, ...]:
         """The samples that count: all but those that were taken back."""
-        return tuple(sample for sample in self.samples if sample.number not in self.withdrawn)
+        return tuple(
+            sample for sample in self.samples if sample.number not in self.withdrawn
+        )
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
@@ -95,8 +97,12 @@ class Session:
     @property
     def turn_done(self) -> bool:
         """True once the active socket has had its turn."""
-        run = takewhile(lambda sample: sample.socket == self.socket, reversed(self.live))
-        return self.block is not None and self.sockets > 1 and len(list(run)) >= self.block
+        run = takewhile(
+            lambda sample: sample.socket == self.socket, reversed(self.live)
+        )
+        return (
+            self.block is not None and self.sockets > 1 and len(list(run)) >= self.block
+        )
 
     @property
     def next_socket(self) -> int:
@@ -155,7 +161,11 @@ class Session:
 
     def refusal(self, position: Sequence[float]) -> str | None:
         """Return the reason to refuse a configuration at the active socket; None without one."""
-        return self._outside(position) or self.repeated(position) or self.left_behind(position)
+        return (
+            self._outside(position)
+            or self.repeated(position)
+            or self.left_behind(position)
+        )
 
     def _outside(self, position: Sequence[float]) -> str | None:
         for joint, value in zip(self.joints, position, strict=True):
@@ -180,14 +190,18 @@ class Session:
     def left_behind(self, position: Sequence[float]) -> str | None:
         """Return the refusal of a pose in which the ball is still in another socket, or None."""
         for sample in self.live:
-            if sample.socket != self.socket and self.same(sample.position, position, STOOD_STILL):
+            if sample.socket != self.socket and self.same(
+                sample.position, position, STOOD_STILL
+            ):
                 return (
                     f"the arm stands where it stood for sample {sample.number} in socket "
                     f"{sample.socket}: move the ball to socket {self.socket} first"
                 )
         return None
 
-    def same(self, a: Sequence[float], b: Sequence[float], within: float = SAME) -> bool:
+    def same(
+        self, a: Sequence[float], b: Sequence[float], within: float = SAME
+    ) -> bool:
         """Return whether two configurations differ by at most an angle [rad] at every joint."""
         return all(
             abs(joint.difference(x - y))

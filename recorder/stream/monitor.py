@@ -7,7 +7,13 @@ from statistics import median
 
 from ...drivers import TWO_SOURCES, JointState, SourceDetector
 from .. import TURN
-from .stationarity import STILL, WINDOW, FrozenStreamDetector, JointLimits, StationarityDetector
+from .stationarity import (
+    STILL,
+    WINDOW,
+    FrozenStreamDetector,
+    JointLimits,
+    StationarityDetector,
+)
 
 SILENT = 0.25
 """Longest pause of a stream that is alive [s], but for slow ones."""
@@ -103,10 +109,14 @@ class StreamMonitor(StationarityDetector):
     def unsound(self, now: float) -> str | None:
         """Return the reason why the stream cannot be trusted now; None if it can."""
         if self.age(now) > self.patience:
-            silent = f"for {self.age(now):.1f} s" if math.isfinite(self.arrival) else "yet"
+            silent = (
+                f"for {self.age(now):.1f} s" if math.isfinite(self.arrival) else "yet"
+            )
             return f"the stream is silent: no state {silent}"
         if self._sources.two_sources:
-            return f"{TWO_SOURCES}; stop one of them, or choose another topic or address"
+            return (
+                f"{TWO_SOURCES}; stop one of them, or choose another topic or address"
+            )
         if self._fault:
             return self._fault
         for joint, offset in zip(self.joints, self._offsets, strict=True):
@@ -140,7 +150,9 @@ class StreamMonitor(StationarityDetector):
         self._pauses.append(arrival - self.arrival)
         while self._arrivals[0] < arrival - 1.0:
             self._arrivals.popleft()
-        allowed = DRIFT * (arrival - self.arrival) if math.isfinite(self.arrival) else 0.0
+        allowed = (
+            DRIFT * (arrival - self.arrival) if math.isfinite(self.arrival) else 0.0
+        )
         self.arrival = arrival
         if stamp < self._stamp:
             self._least_delay = math.inf
@@ -172,7 +184,11 @@ class StreamMonitor(StationarityDetector):
         if all(-ABSURD < value < ABSURD for value in values):  # false for NaN
             return None
         pairs = zip(self.joints, values, strict=True)
-        return next(f"{joint.name} came as {v}" for joint, v in pairs if not -ABSURD < v < ABSURD)
+        return next(
+            f"{joint.name} came as {v}"
+            for joint, v in pairs
+            if not -ABSURD < v < ABSURD
+        )
 
     def _follow(self, state: JointState) -> None:
         """Detect jumps and a frozen stream."""
@@ -181,14 +197,18 @@ class StreamMonitor(StationarityDetector):
             return
         was_frozen = self._frozen_stream.frozen
         self._frozen_stream.feed(before, state)
-        if was_frozen and not self._frozen_stream.frozen:  # the arm may have moved on meanwhile
+        if (
+            was_frozen and not self._frozen_stream.frozen
+        ):  # the arm may have moved on meanwhile
             self.restart()
             return
         elapsed = state.stamp - before.stamp
         if elapsed <= 0:
             return
         limit = max(JUMP, JUMP_ACCELERATION * elapsed**2)
-        for i, (old, new) in enumerate(zip(before.position, state.position, strict=True)):
+        for i, (old, new) in enumerate(
+            zip(before.position, state.position, strict=True)
+        ):
             expected = self._speeds[i] * elapsed
             allowed = max(limit, UNEVEN * abs(self._speeds[i]))
             surprise = new - old - expected

@@ -56,7 +56,9 @@ class JointLimits:
 
     def shown(self, value: float) -> str:
         """Return a position, or a difference of positions, as people read it."""
-        return f"{value * 1e3:.1f} mm" if self.prismatic else f"{math.degrees(value):.1f}°"
+        return (
+            f"{value * 1e3:.1f} mm" if self.prismatic else f"{math.degrees(value):.1f}°"
+        )
 
     def rounded(self, value: float) -> int:
         """Return a difference of positions in whole degrees or millimetres, as a hand follows."""
@@ -89,7 +91,9 @@ class StationaryPose:
 class StationarityDetector:
     """Window of the last states, and their average while the arm is still."""
 
-    def __init__(self, joints: Sequence[JointLimits], length: float, still: float) -> None:
+    def __init__(
+        self, joints: Sequence[JointLimits], length: float, still: float
+    ) -> None:
         self._joints = tuple(joints)
         self._turn = np.array([0.0 if joint.prismatic else TURN for joint in joints])
         self.length = length
@@ -170,7 +174,12 @@ class StationarityDetector:
         position = tuple(positions.mean(axis=0).tolist())
         spreads = tuple(spread.tolist())
         return StationaryPose(
-            position, spreads, effort, effort_spread, stamp=stamps[-1], states=len(stamps)
+            position,
+            spreads,
+            effort,
+            effort_spread,
+            stamp=stamps[-1],
+            states=len(stamps),
         )
 
 
@@ -273,7 +282,9 @@ class ContactDetector:
         """Return the evidence that the arm is being pushed, in words; None without any."""
         if pose.effort is None or pose.effort_spread is None:
             return None
-        return self._load(pose.position, pose.effort) or self._tremor(pose.effort_spread)
+        return self._load(pose.position, pose.effort) or self._tremor(
+            pose.effort_spread
+        )
 
     def _load(self, position: Sequence[float], effort: Sequence[float]) -> str | None:
         if self._gravity is None:

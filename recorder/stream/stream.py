@@ -84,7 +84,9 @@ class Stream:
             self._read_one()
         except DriverError as error:
             self.trouble, self.ended = str(error), True
-        except Exception as error:  # a plug-in may fail in any way; the session goes on to be saved
+        except (
+            Exception
+        ) as error:  # a plug-in may fail in any way; the session goes on to be saved
             self.trouble, self.ended = f"the driver failed: {error!r}", True
         return not self.ended
 

@@ -42,7 +42,9 @@ class Screen:
             text = "\x1b[2J"
         lines = render(view, width, height, ascii_only=self._plain)
         rows_shown = [*map(_content, self._lines), *[None] * height]
-        changed = [row for row, line in enumerate(lines) if _content(line) != rows_shown[row]]
+        changed = [
+            row for row, line in enumerate(lines) if _content(line) != rows_shown[row]
+        ]
         with self._console.capture() as capture:
             self._console.print(Group(*(lines[row] for row in changed)))
         for row, line in zip(changed, capture.get().split("\n"), strict=False):
@@ -60,7 +62,9 @@ class Screen:
             columns, rows = os.get_terminal_size(self._descriptor)
         except OSError:
             raise HangUp from None
-        return ConsoleDimensions(columns or 80, rows or 24)  # a serial line does not know its size
+        return ConsoleDimensions(
+            columns or 80, rows or 24
+        )  # a serial line does not know its size
 
     def _write(self, text: str) -> None:
         data = text.encode(self._console.encoding, errors="replace")
@@ -100,7 +104,9 @@ class Lines:
             for message in messages[number:]:
                 if self._brief and not message.alarm:
                     continue
-                self._console.print(("! " if message.alarm else "") + message.text, markup=False)
+                self._console.print(
+                    ("! " if message.alarm else "") + message.text, markup=False
+                )
             if view.advice and view.advice is not self._advice:
                 for line in advice_lines(view, 200):
                     self._console.print(line, markup=False)

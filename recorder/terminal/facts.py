@@ -19,7 +19,9 @@ def kept(view: View, width: int) -> list[Text]:
     solved = "solve tells once there are more samples"
     if advice and advice.fitted:
         solved = "solve says FAIL" if advice.fails else "solve names it and goes on"
-    faults = ", ".join(f"{a.words} from sample {(*a.samples, 1)[0]} on" for a in view.kept[-2:])
+    faults = ", ".join(
+        f"{a.words} from sample {(*a.samples, 1)[0]} on" for a in view.kept[-2:]
+    )
     return [Text(fit(f" kept: {faults}; {solved}", width), style="bold red")]
 
 
@@ -39,11 +41,16 @@ def gauge(view: View, width: int) -> list[Text]:
     age = f"{older} samples ago" if older > OLD else ""
     unit = " mrad" if advice.unit == "mrad" else ""
     start = f" predicted {_mm(advice.predicted)}{unit} "
-    first, *lines = _lines_of([f"goal {_mm(advice.goal)}", age, *facts], width - len(start) - 4)
+    first, *lines = _lines_of(
+        [f"goal {_mm(advice.goal)}", age, *facts], width - len(start) - 4
+    )
     length = max(3, min(24, width - len(f"{start} {first}")))
     bar = progress_bar(advice.goal / max(advice.predicted, 1e-9), length)
     style = "green" if advice.predicted <= advice.goal else ""
-    return [Text(f"{start}{bar} {first}", style=style), *(Text(f" {line}") for line in lines)]
+    return [
+        Text(f"{start}{bar} {first}", style=style),
+        *(Text(f" {line}") for line in lines),
+    ]
 
 
 def _lines_of(facts: Iterable[str | None], width: int) -> list[str]:
@@ -72,7 +79,9 @@ def stream(view: View, width: int) -> Text:
     lost = f"  discarded {view.discarded}" if view.discarded else ""
     drops, rate = view.drops, f"{view.rate:.0f} Hz"
     text = f" stream {rate}  {f'last state {age} ago' if has_state else 'no state yet'}"
-    text += f"  missed {view.missed}{lost}{f'  connection lost {drops}x' if drops else ''}"
+    text += (
+        f"  missed {view.missed}{lost}{f'  connection lost {drops}x' if drops else ''}"
+    )
     brief = f" {rate}  {f'{age} ago' if has_state else 'no state'}"
     brief += f"  missed {view.missed}{lost}{f'  lost {drops}x' if drops else ''}"
     line = Text(text if len(text) <= width else fit(brief, width))

@@ -11,7 +11,17 @@ from dataclasses import dataclass, replace
 from ...errors import MukcaError
 from .keyboard import NAMES
 
-ACTIONS = ["capture", "undo", "redo", "delete", "relabel", "measure", "next", "finish", "help"]
+ACTIONS = [
+    "capture",
+    "undo",
+    "redo",
+    "delete",
+    "relabel",
+    "measure",
+    "next",
+    "finish",
+    "help",
+]
 """Actions that a key can be given."""
 KEYS: Mapping[str, str] = {
     "space": "capture",
@@ -46,7 +56,9 @@ def keys_with(settings: Iterable[str]) -> dict[str, str]:
     for setting in settings:
         action, _, names = setting.partition("=")
         if action not in ACTIONS:
-            raise KeyMapError(f"--key {setting}: {action!r} is none of {', '.join(ACTIONS)}")
+            raise KeyMapError(
+                f"--key {setting}: {action!r} is none of {', '.join(ACTIONS)}"
+            )
         for name in names.split(","):
             keys[_known(name, setting)] = action
     return keys
@@ -54,7 +66,9 @@ def keys_with(settings: Iterable[str]) -> dict[str, str]:
 
 def capture_key(keys: Mapping[str, str]) -> str:
     """Return the name of the key that captures: the first that the operator chose, or space."""
-    keys_of_capture = (key for key, does in keys.items() if does == "capture" and key not in KEYS)
+    keys_of_capture = (
+        key for key, does in keys.items() if does == "capture" and key not in KEYS
+    )
     return next(keys_of_capture, "space")
 
 
@@ -97,7 +111,11 @@ class TypedLine:
     def numbers(self) -> list[float]:
         """Numbers typed so far; none where a word is no number."""
         words = self.typed.replace(",", ".").split()
-        return [float(word) for word in words] if all(map(_NUMBER.fullmatch, words)) else []
+        return (
+            [float(word) for word in words]
+            if all(map(_NUMBER.fullmatch, words))
+            else []
+        )
 
     def with_key(self, key: str) -> "TypedLine":
         """Return the line after one more key."""
@@ -180,7 +198,11 @@ class Script:
 
     def _check_patience(self, now: float, step: Step, trouble: str | None) -> None:
         if self._begun and now - self._begun[0] > PATIENCE + step.pause:
-            reason = f"the arm came to no new rest ({trouble})" if step.key else "no state came"
+            reason = (
+                f"the arm came to no new rest ({trouble})"
+                if step.key
+                else "no state came"
+            )
             raise ScriptError(
                 f"{self.name}: waited {PATIENCE:g} s, but {reason}; what was captured is saved",
                 failed=True,
@@ -199,7 +221,9 @@ class Script:
             self._read_all = not data
             self._rest += data.decode(errors="replace")
             if len(self._rest) > LONGEST_SCRIPT:  # a device has no end
-                raise ScriptError(f"{self.name}: over {LONGEST_SCRIPT:,} letters are no key script")
+                raise ScriptError(
+                    f"{self.name}: over {LONGEST_SCRIPT:,} letters are no key script"
+                )
         *lines, self._rest = self._rest.split("\n")
         if self._read_all:
             lines.append(self._rest)

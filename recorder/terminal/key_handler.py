@@ -118,7 +118,9 @@ class KeyHandler:
         if self.paused:
             self.paused = False
             if self.hands_free:
-                self.actions.notify("captures by itself wherever the arm rests at a new pose")
+                self.actions.notify(
+                    "captures by itself wherever the arm rests at a new pose"
+                )
         else:
             self.capture()
 

@@ -148,7 +148,9 @@ class ConsoleKeyboard(Keyboard):
 HANG_UP = 1
 """SIGHUP, which Windows does not have."""
 _NAMES = ("SIGHUP", "SIGINT", "SIGQUIT", "SIGTERM", "SIGBREAK", "SIGWINCH")
-_KNOWN = {name: signal.Signals[name] for name in _NAMES if name in signal.Signals.__members__}
+_KNOWN = {
+    name: signal.Signals[name] for name in _NAMES if name in signal.Signals.__members__
+}
 """Of this system."""
 
 
@@ -161,10 +163,14 @@ class Signals:
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> "Signals":
-        self._reader, self._writer = socket.socketpair()  # what Windows can wait on, too
+        self._reader, self._writer = (
+            socket.socketpair()
+        )  # what Windows can wait on, too
         self._reader.setblocking(False)
         self._writer.setblocking(False)
-        self._wakeup = signal.set_wakeup_fd(self._writer.fileno(), warn_on_full_buffer=False)
+        self._wakeup = signal.set_wakeup_fd(
+            self._writer.fileno(), warn_on_full_buffer=False
+        )
         for number in _KNOWN.values():
             self._before[number] = signal.signal(number, self._note)
         return self

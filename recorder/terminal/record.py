@@ -88,7 +88,9 @@ class Recorder:
 
     def __post_init__(self) -> None:
         self._sound = Sound(self.display.bell, on=self.sound)
-        self._actions = SessionActions(self.session, self.recording, self._sound, self.plausible)
+        self._actions = SessionActions(
+            self.session, self.recording, self._sound, self.plausible
+        )
         self._client = GuidanceClient(self.guidance, self._actions, self._sound)
         self._handler = KeyHandler(
             self._actions,
@@ -111,11 +113,15 @@ class Recorder:
 
     def run(self) -> Outcome:
         """Record until the operator finishes, a signal comes, or the terminal is gone."""
-        with Signals() as signals:  # first, so that no signal leaves the terminal as it is now
+        with (
+            Signals() as signals
+        ):  # first, so that no signal leaves the terminal as it is now
             received: int | None = None
             try:
                 with self.display, self.keyboard or nullcontext():
-                    while not self._actions.session.finished and signals.received is None:
+                    while (
+                        not self._actions.session.finished and signals.received is None
+                    ):
                         self._wait(signals)
                         self._take_states()
                         self._update(clock.now())
@@ -183,7 +189,9 @@ class Recorder:
         withdrawn = self._actions.session.withdrawn
         self._handler.press(key)
         if self.hands_free and self._actions.session.withdrawn != withdrawn:
-            self._rejected = self.monitor.rest  # a sample just taken back is not captured again
+            self._rejected = (
+                self.monitor.rest
+            )  # a sample just taken back is not captured again
 
     def _capture(self) -> None:
         """Capture because a key says so."""
@@ -214,12 +222,20 @@ class Recorder:
         odd = view.implausible
         if view.prompt.words == "HOLD":
             self._save(pose)
-        elif odd and view.prompt.reason == odd and not self._same(self._implausible, pose):
+        elif (
+            odd
+            and view.prompt.reason == odd
+            and not self._same(self._implausible, pose)
+        ):
             self._implausible = pose  # alarmed once
             self._actions.alarm(f"{odd} {view.capture_key} captures it all the same")
 
-    def _same(self, reference: StationaryPose | Sample | None, pose: StationaryPose) -> bool:
-        return bool(reference and self._actions.session.same(reference.position, pose.position))
+    def _same(
+        self, reference: StationaryPose | Sample | None, pose: StationaryPose
+    ) -> bool:
+        return bool(
+            reference and self._actions.session.same(reference.position, pose.position)
+        )
 
     def _follow_script(self, script: Script, now: float) -> None:
         """Press all keys of the script that are due."""
@@ -240,7 +256,11 @@ class Recorder:
             return trouble or "not yet still for long enough"
         if self._same(self._rejected, pose):
             return "it rests where a capture was just refused"
-        taken = [sample.number for sample in self._actions.session.live if self._same(sample, pose)]
+        taken = [
+            sample.number
+            for sample in self._actions.session.live
+            if self._same(sample, pose)
+        ]
         return f"it rests where sample {taken[0]} was taken" if taken else None
 
     def _view(self, now: float) -> View:
@@ -275,7 +295,9 @@ class Recorder:
             missed=self.stream.missed,
             drops=self.stream.drops,
             discarded=self.stream.rejected,
-            resume_summary=tuple(self.resume_summary) if self._handler.question == RESUME else (),
+            resume_summary=tuple(self.resume_summary)
+            if self._handler.question == RESUME
+            else (),
             help=self._handler.help,
             scripted=self.script is not None,
         )

@@ -29,7 +29,9 @@ def rows_needed(joints: int) -> int:
     return joints + 7
 
 
-def render(view: View, width: int, height: int, *, ascii_only: bool = False) -> list[Text]:
+def render(
+    view: View, width: int, height: int, *, ascii_only: bool = False
+) -> list[Text]:
     """Return a view as lines of a terminal's width, as many as its height unless it is too small.
 
     ``ascii_only`` draws with ASCII only.
@@ -38,7 +40,10 @@ def render(view: View, width: int, height: int, *, ascii_only: bool = False) -> 
     if width < _WIDTH or height < lowest:
         text = f"needs {_WIDTH} x {lowest}, has {width} x {height}: {view.prompt.words}"
         return [_shown(Text(text), width, ascii_only=ascii_only)]
-    return [_shown(line, width, ascii_only=ascii_only) for line in _lines(view, width, height)]
+    return [
+        _shown(line, width, ascii_only=ascii_only)
+        for line in _lines(view, width, height)
+    ]
 
 
 def advice_lines(view: View, width: int) -> list[str]:
@@ -62,7 +67,12 @@ def _shown(line: Text, width: int, *, ascii_only: bool) -> Text:
 def _lines(view: View, width: int, height: int) -> list[Text]:
     """Return all lines: the less room there is, the fewer of those that are least needed."""
     spare = height - rows_needed(len(view.session.joints))
-    names = ["mukca record", view.page, view.title, "keys by script" if view.scripted else ""]
+    names = [
+        "mukca record",
+        view.page,
+        view.title,
+        "keys by script" if view.scripted else "",
+    ]
     words = " " + "  ".join(filter(None, names))
     title = Text(fit(words, width).ljust(width), style="reverse")
     top = [title][: max(0, spare - 1)]
@@ -96,7 +106,11 @@ def _status(view: View, width: int, rows: int) -> list[Text]:
     if width < _USUAL and len(start + text) >= width:  # the words stand in the banner
         text = view.prompt.reason
     lines = _wrapped([start + text], width, "bold")
-    return lines if len(lines) <= rows else [Text(fit(f" {start}{text}", width), style="bold")]
+    return (
+        lines
+        if len(lines) <= rows
+        else [Text(fit(f" {start}{text}", width), style="bold")]
+    )
 
 
 def _counts(session: Session, width: int) -> Text:
@@ -154,7 +168,9 @@ def _joints(view: View, width: int) -> list[Text]:
     for i, joint in enumerate(session.joints):
         marks: list[tuple[float, str, str]] = []
         for sample in here_last:
-            mark, style = ("▮", "cyan") if sample.socket == session.socket else ("╷", "dim")
+            mark, style = (
+                ("▮", "cyan") if sample.socket == session.socket else ("╷", "dim")
+            )
             marks.append((sample.position[i], mark, style))
         lower, upper = _ends(joint)
         margin = min(values[i] - lower, upper - values[i])
@@ -182,7 +198,9 @@ def _joint(
     for style, run in groupby(bar, key=itemgetter(1)):
         line.append("".join(mark for mark, _ in run), style=style)
     line.append(f"┤{joint.shown(upper):<8}", style="dim")
-    line.append(f"{joint.shown(value):>8}" if math.isfinite(value) else "       -", style="bold")
+    line.append(
+        f"{joint.shown(value):>8}" if math.isfinite(value) else "       -", style="bold"
+    )
     return line
 
 
@@ -209,7 +227,9 @@ def _capture(session: Session, sample: Sample) -> str:
         return text
     spread = max(sample.spread)
     joint = session.joints[sample.spread.index(spread)]
-    size = f"{spread * 1e3:.3f} mm" if joint.prismatic else f"{math.degrees(spread):.4f}°"
+    size = (
+        f"{spread * 1e3:.3f} mm" if joint.prismatic else f"{math.degrees(spread):.4f}°"
+    )
     return f"{text}  spread {size} ({joint.name})"
 
 

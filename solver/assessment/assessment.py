@@ -68,7 +68,9 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
     ]
     causes, proved = document.hypotheses or (), held_out[0].found is not None
     held_out_summary = document.summary.test if proved else None
-    verdict = conclude(rows, document.better, held_out_summary, rests_on(document), causes)
+    verdict = conclude(
+        rows, document.better, held_out_summary, rests_on(document), causes
+    )
     tolerance = TOLERANCE if options.task is None else options.task
     summary = role_summaries(predictions, tolerance)
     placements = placement_reports(predictions, tolerance)

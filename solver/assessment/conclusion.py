@@ -26,7 +26,8 @@ DOUBTS = ("distance_given", "scale", "drift", "data_checks")
 UNTOLD = ("scale", "drift", "data_checks")
 """Those of them by which no figure of the posterior is to be trusted."""
 CONTRADICTED = (
-    "How wrong distances are cannot be told: the recordings contradict each other, or the model."
+    "How wrong distances are cannot be told: "
+    "the recordings contradict each other, or the model."
 )
 FEW = ("samples", "travel", "known")
 """Rows by which more samples are asked for, where a model is not shown to be better."""
@@ -50,7 +51,9 @@ def conclude(
         rests_on: What a PASS rests on.
         causes: Explanations of the recordings, the most probable first.
     """
-    contradiction = [row for row in rows if row.status == "fail" and row.name not in LIMITS]
+    contradiction = [
+        row for row in rows if row.status == "fail" and row.name not in LIMITS
+    ]
     doubts = [row for row in rows if row.status == "not enough" and row.name in DOUBTS]
     held_back = _held_back(rows)
     is_better = _is_better(better, held_out)
@@ -91,7 +94,9 @@ def _is_better(better: Better | None, held_out: Summary | None) -> bool | None:
         return better.probability >= SURE
     if held_out is None or held_out.ball_refitted is None:
         return None
-    return held_out.loaded.mean_absolute_error < held_out.ball_refitted.mean_absolute_error
+    return (
+        held_out.loaded.mean_absolute_error < held_out.ball_refitted.mean_absolute_error
+    )
 
 
 def _held_back(rows: Sequence[LimitResult]) -> list[LimitResult]:
@@ -99,7 +104,9 @@ def _held_back(rows: Sequence[LimitResult]) -> list[LimitResult]:
     near_is_kept = _is_kept(rows, NEAR)
     missed = [row for row in rows if row.status in ("fail", "not enough")]
     missed = [row for row in missed if not (near_is_kept and row.name == WORKSPACE)]
-    unknown = [row for row in rows if row.status == "not evaluated" and row.name in NEEDED]
+    unknown = [
+        row for row in rows if row.status == "not evaluated" and row.name in NEEDED
+    ]
     return [*missed, *(row for row in unknown if row.reason != INSTRUMENT)]
 
 
@@ -111,7 +118,11 @@ def _title(stamp: str, scope: Scope | None, rests_on: Sequence[Premise]) -> str:
     if scope is None:
         return stamp
     title = stamp if scope == "workspace" else f"{stamp} near the recorded places"
-    return f"{title}, if {joined([premise.text for premise in rests_on])}" if rests_on else title
+    return (
+        f"{title}, if {joined([premise.text for premise in rests_on])}"
+        if rests_on
+        else title
+    )
 
 
 def _answer(

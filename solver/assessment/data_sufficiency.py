@@ -65,7 +65,10 @@ posterior has, or another row judges them."""
 
 
 def accuracy_rows(
-    uncertainty: Uncertainty | None, better: Better | None, limit: Limit, coverage: Coverage
+    uncertainty: Uncertainty | None,
+    better: Better | None,
+    limit: Limit,
+    coverage: Coverage,
 ) -> list[LimitResult]:
     """Return whether the errors of distances that are predicted are small beside the limit."""
     if uncertainty is None:
@@ -74,7 +77,9 @@ def accuracy_rows(
     near, everywhere = uncertainty.near, uncertainty.distance_deviation
     rows = [_row(WORKSPACE, everywhere, better and better.workspace, limit, coverage)]
     if near is not None:
-        rows.insert(0, _row(NEAR, near, better and better.recorded_places, limit, coverage))
+        rows.insert(
+            0, _row(NEAR, near, better and better.recorded_places, limit, coverage)
+        )
     return rows
 
 
@@ -127,7 +132,11 @@ def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
 
 
 def _least_travel(coverage: Coverage) -> str:
-    turned = {joint: travel for joint, travel in travels(coverage).items() if travel < WELL_TURNED}
+    turned = {
+        joint: travel
+        for joint, travel in travels(coverage).items()
+        if travel < WELL_TURNED
+    }
     if not turned:
         return ""
     least = min(turned, key=turned.__getitem__)
@@ -135,7 +144,10 @@ def _least_travel(coverage: Coverage) -> str:
 
 
 def rows_of_the_fit(
-    predictions: Predictions, covered: Coverage, limits: Limits, held_out: Sequence[LimitResult]
+    predictions: Predictions,
+    covered: Coverage,
+    limits: Limits,
+    held_out: Sequence[LimitResult],
 ) -> list[LimitResult]:
     """Return the rows on the recordings, the arm's size, and how much is known by them."""
     document = predictions.document
@@ -156,7 +168,10 @@ def rows_of_the_fit(
     if document.uncertainty is None and document.method == "paper":
         return [*rows, size_known_row(document.scale, covered)]
     limit = limits.mean_absolute_error
-    return [*rows, *accuracy_rows(document.uncertainty, document.better, limit, covered)]
+    return [
+        *rows,
+        *accuracy_rows(document.uncertainty, document.better, limit, covered),
+    ]
 
 
 @dataclass(frozen=True)
@@ -178,18 +193,33 @@ class Recordings:
 
 
 def recording_rows(
-    checks: Sequence[Diagnostic] | None, recordings: Recordings, *, drift_doubted: bool = False
+    checks: Sequence[Diagnostic] | None,
+    recordings: Recordings,
+    *,
+    drift_doubted: bool = False,
 ) -> list[LimitResult]:
     """Return the one judgement of recordings: diagnostics, distances, size, number of samples."""
-    rows = [checks_row(checks, drift_doubted=drift_doubted), distance_row(recordings.assumed)]
+    rows = [
+        checks_row(checks, drift_doubted=drift_doubted),
+        distance_row(recordings.assumed),
+    ]
     if recordings.scale is not None:
         distance = next((m.distance for m in recordings.trained if m.has_distance), 0.0)
-        scale, causes, readings = recordings.scale, recordings.causes, recordings.readings
+        scale, causes, readings = (
+            recordings.scale,
+            recordings.causes,
+            recordings.readings,
+        )
         rows.append(scale_row(scale, distance, checks, causes, readings=readings))
-    return [*rows, samples_row(recordings.trained, recordings.held_out, tied=recordings.tied)]
+    return [
+        *rows,
+        samples_row(recordings.trained, recordings.held_out, tied=recordings.tied),
+    ]
 
 
-def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = False) -> LimitResult:
+def checks_row(
+    checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = False
+) -> LimitResult:
     """Return the row of the diagnostics: PASS without errors and warnings that concern the model.
 
     None: no diagnostics were made. With ``drift_doubted`` (held-out limits kept) no drift fails.
@@ -202,10 +232,15 @@ def checks_row(checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = Fal
     warnings = [c for c in checks if c.level == "warning"]
     reason = f"{plural(len(errors), 'error')} and {plural(len(warnings), 'warning')}"
     reason += " in the recordings"
-    drifts = tuple(error.where for error in errors if error.code == "drift" and drift_doubted)
+    drifts = tuple(
+        error.where for error in errors if error.code == "drift" and drift_doubted
+    )
     if not all(drifts and error.where.startswith(drifts) for error in errors):
         return limit_row(name, "fail", reason)
-    doubts = [*errors, *(warning for warning in warnings if warning.code in OF_THE_MODEL)]
+    doubts = [
+        *errors,
+        *(warning for warning in warnings if warning.code in OF_THE_MODEL),
+    ]
     if not doubts:
         return limit_row(name, "pass", reason)
     text = "; ".join(dict.fromkeys(f"{doubt.text}; {doubt.advice}" for doubt in doubts))
@@ -238,7 +273,9 @@ def samples_row(
     return limit_row("samples", "pass", f"{plural(trained, what)}{addition} trained on")
 
 
-def _most_samples(placements: Sequence[Measurement], *, by_socket: bool, tied: bool) -> int:
+def _most_samples(
+    placements: Sequence[Measurement], *, by_socket: bool, tied: bool
+) -> int:
     """Return how many samples each of two sockets has, at the best placement, or all points.
 
     Parts of a recorded placement count together; if ``tied``, sockets of all do.
@@ -258,22 +295,32 @@ def _most_samples(placements: Sequence[Measurement], *, by_socket: bool, tied: b
 def _bound(predictions: Predictions) -> list[str]:
     """Return the joints that a ball in its socket lets not move, whatever the others do."""
     guide = InverseKinematics(predictions.robot)
-    q = [p.measured.positions for p in predictions.placements if p.measured.kind == "sockets"]
+    q = [
+        p.measured.positions
+        for p in predictions.placements
+        if p.measured.kind == "sockets"
+    ]
     if not q:
         return []
     J = guide.ball_and_neck(np.concatenate(q))[1][:, :3]
     bound = np.einsum("nij,nji->ni", np.linalg.pinv(J, rcond=1e-3), J)
-    pairs = zip(predictions.robot.joint_names, 1 - np.median(bound, axis=0), strict=True)
+    pairs = zip(
+        predictions.robot.joint_names, 1 - np.median(bound, axis=0), strict=True
+    )
     return [name for name, freedom in pairs if freedom < LEAST_FREEDOM]
 
 
 def travel_row(coverage: Coverage, exact: Sequence[str] = ()) -> LimitResult:
     """Return whether each joint turned enough, but those that a socket holds."""
-    turned = {name: travel for name, travel in travels(coverage).items() if name not in exact}
+    turned = {
+        name: travel for name, travel in travels(coverage).items() if name not in exact
+    }
     still = [name for name, travel in turned.items() if travel < LEAST_TRAVEL]
     smallest = math.degrees(min(turned.values(), default=0.0))
     if not still:
-        return limit_row("travel", "pass", f"each joint turned {smallest:.0f} deg or more")
+        return limit_row(
+            "travel", "pass", f"each joint turned {smallest:.0f} deg or more"
+        )
     text = (
         f"{joined(still)} turned by {smallest:.0f} deg or little more; record samples in which "
         f"each joint turns by {math.degrees(LEAST_TRAVEL):.0f} deg at least, better 90"

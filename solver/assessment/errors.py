@@ -100,11 +100,15 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
             placements=len(placements),
             samples=len(errors.nominal),
             quantiles=errors.each(quantiles),
-            within_tolerance=errors.each(lambda those: float(np.mean(those <= tolerance))),
+            within_tolerance=errors.each(
+                lambda those: float(np.mean(those <= tolerance))
+            ),
         )
 
     summary = predictions.document.summary
-    return RoleSummaries(train=of("train", summary.train), test=of("test", summary.test))
+    return RoleSummaries(
+        train=of("train", summary.train), test=of("test", summary.test)
+    )
 
 
 def _joined(
@@ -113,10 +117,14 @@ def _joined(
 ) -> ByModel[np.ndarray]:
     """Return figures of placements by each model, those of one after those of the other."""
     points = placements[0].points
-    return points.by_name(lambda model: np.concatenate([figures(p, model) for p in placements]))
+    return points.by_name(
+        lambda model: np.concatenate([figures(p, model) for p in placements])
+    )
 
 
-def placement_reports(predictions: Predictions, tolerance: float) -> tuple[PlacementReport, ...]:
+def placement_reports(
+    predictions: Predictions, tolerance: float
+) -> tuple[PlacementReport, ...]:
     """Return each placement's errors, and its position."""
 
     def report(row: PlacementErrors, placement: PlacementPrediction) -> PlacementReport:
@@ -125,7 +133,9 @@ def placement_reports(predictions: Predictions, tolerance: float) -> tuple[Place
         return PlacementReport.filled(
             row,
             position=as_point(placement.position),
-            sockets=tuple(Socket(socket=k, centre=as_point(centre)) for k, centre in centres),
+            sockets=tuple(
+                Socket(socket=k, centre=as_point(centre)) for k, centre in centres
+            ),
             quantiles=errors.each(quantiles),
             within_tolerance=float(np.mean(errors.loaded <= tolerance)),
         )
@@ -175,7 +185,9 @@ class KnownDistanceErrors(Document):
     def errors(self) -> ByModel[float]:
         """The errors by model [m]."""
         nominal, calibrated = self.nominal_error, self.calibrated_error
-        return ByModel(nominal=nominal, calibrated=calibrated, geometric=self.geometric_error)
+        return ByModel(
+            nominal=nominal, calibrated=calibrated, geometric=self.geometric_error
+        )
 
 
 def known_distance_errors(
@@ -183,7 +195,9 @@ def known_distance_errors(
 ) -> tuple[KnownDistanceErrors, ...]:
     """Return the errors of all models at each known distance; raises KnownError."""
     placements = predictions.placements
-    sockets = [(placement, k) for placement in placements for k in placement.measured.sockets]
+    sockets = [
+        (placement, k) for placement in placements for k in placement.measured.sockets
+    ]
     labels = [(placement.name, k) for placement, k in sockets]
     centres = _joined(placements, PlacementPrediction.centres)
     # A distance that was fitted proves nothing; only sockets trained on can be fitted to.
@@ -193,7 +207,9 @@ def known_distance_errors(
         ends = length.first, length.second
         a, b = [find_socket(labels, end, where="known distance: ") for end in ends]
         errors = centres.each(
-            lambda centre: float(np.linalg.norm(centre[b] - centre[a])) - length.distance
+            lambda centre: (
+                float(np.linalg.norm(centre[b] - centre[a])) - length.distance
+            )
         )
         return KnownDistanceErrors(
             a="{}:{}".format(*labels[a]),

@@ -18,7 +18,9 @@ from .limits import TITLES, Limit, LimitResult, Limits, Status, limit_row, with_
 from .predictions import PlacementPrediction, Predictions
 from .verdict import INSTRUMENT
 
-NOTHING_HELD_OUT = "no placement was held out; record another and add it by solve --test"
+NOTHING_HELD_OUT = (
+    "no placement was held out; record another and add it by solve --test"
+)
 ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
 NEAREST = 0.1
 """A held-out placement nearer than this to one that was trained on proves nothing [m]."""
@@ -43,7 +45,9 @@ def why_not_held_out(predictions: Predictions) -> dict[str, str]:
     return reasons
 
 
-def _trained_already(prediction: PlacementPrediction, training: PlacementPrediction) -> str:
+def _trained_already(
+    prediction: PlacementPrediction, training: PlacementPrediction
+) -> str:
     """Return why a held-out placement is not independent of one trained on; empty if it is."""
     rows = prediction.measured.positions
     rows = rows[:: -(-len(rows) // COMPARED)]
@@ -67,19 +71,33 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     reasons = why_not_held_out(predictions)
     neighbours = list(filter(None, reasons.values()))
     proving = [name for name, why in reasons.items() if not why]
-    rows = [row for row in document.placements if row.role == "test" and row.name in proving]
+    rows = [
+        row for row in document.placements if row.role == "test" and row.name in proving
+    ]
     by_instrument = bool(rows) and all(row.kind == "points" for row in rows)
     loaded = mean_metrics([row.loaded for row in rows]) if rows else None
     corrected = mean_metrics([row.calibrated for row in rows]) if rows else None
     if document.summary.test is not None and not neighbours:
-        loaded, corrected = document.summary.test.loaded, document.summary.test.calibrated
+        loaded, corrected = (
+            document.summary.test.loaded,
+            document.summary.test.calibrated,
+        )
     corrected = None if corrected == loaded else corrected
     words = f"{joined(neighbours)}, which proves nothing"
-    reason = f"{words}; record another {NEAREST:g} m away" if neighbours else NOTHING_HELD_OUT
+    reason = (
+        f"{words}; record another {NEAREST:g} m away"
+        if neighbours
+        else NOTHING_HELD_OUT
+    )
     proved = [test for test in predictions.of_role("test") if test.name in proving]
     deviations = _deviations_of(proved, rows)
     results = error_rows(
-        loaded, corrected, limits, reason, by_instrument=by_instrument, deviations=deviations
+        loaded,
+        corrected,
+        limits,
+        reason,
+        by_instrument=by_instrument,
+        deviations=deviations,
     )
     if neighbours:
         status = "warning" if proving else "not evaluated"
@@ -93,7 +111,9 @@ def _deviations_of(
     """Return the standard deviations of held-out means: of the error, and of the distances [m]."""
     if not predictions:
         return {}
-    errors = np.concatenate([prediction.errors("geometric") for prediction in predictions])
+    errors = np.concatenate(
+        [prediction.errors("geometric") for prediction in predictions]
+    )
     deviations = {"mean_absolute_error": float(errors.std() / len(errors) ** 0.5)}
     lengths = [row.distance_deviation for row in rows if row.distance_deviation]
     if lengths:
@@ -137,7 +157,9 @@ def error_rows(
 
     ``deviations`` has standard deviations of the errors by the rows' names [m].
     """
-    no_distance = reason if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
+    no_distance = (
+        reason if loaded is None else INSTRUMENT if by_instrument else ONE_SOCKET
+    )
     return [
         _length_row(
             name,
@@ -147,14 +169,19 @@ def error_rows(
             why,
             deviations.get(name, 0.0),
         )
-        for name, why in (("mean_absolute_error", reason), ("distance_error", no_distance))
+        for name, why in (
+            ("mean_absolute_error", reason),
+            ("distance_error", no_distance),
+        )
     ]
 
 
 def between_row(between: Sequence[KnownDistanceErrors], limit: Limit) -> LimitResult:
     """Return whether distances between placements, measured from outside, come out right."""
     rows = [row for row in between if not row.in_fit]
-    reason = "no distance between placements is known; measure one and add it by --known"
+    reason = (
+        "no distance between placements is known; measure one and add it by --known"
+    )
     if between:
         reason = "all distances known were used in the fit; add others by --known"
     loaded = fmean(abs(row.errors.loaded) for row in rows) if rows else None
@@ -183,7 +210,13 @@ def _length_row(
     if reached > limit.value and deviation > limit.value:
         status, text = "not enough", f"{text}: record more samples in each socket"
     row = limit_row(
-        name, status, limit.source, reached, limit.value, text=text, deviation=deviation or None
+        name,
+        status,
+        limit.source,
+        reached,
+        limit.value,
+        text=text,
+        deviation=deviation or None,
     )
     return with_full(row, corrected, "fail")
 
@@ -208,7 +241,9 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     start = "the ball drifts in its sockets from the first sample to the last, at"
     status: Status = "pass"
     text = "none beyond the scatter"
-    movements = [str(d) for d in predictions.document.checks or () if d.code == "movement"]
+    movements = [
+        str(d) for d in predictions.document.checks or () if d.code == "movement"
+    ]
     if drifts["train"]:
         is_severe = limit is None or largest > SEVERE * predicted_limit(limit)
         status = "not enough" if is_severe else "warning"
@@ -230,7 +265,9 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
     measured = placement.measured
     t = measured.order / len(measured.order)
     e: np.ndarray = placement.deviations.calibrated.copy()
-    weights = np.array([1.0 if s.weight is None else s.weight for s in placement.samples])
+    weights = np.array(
+        [1.0 if s.weight is None else s.weight for s in placement.samples]
+    )
     for rows in measured.slices:
         t[rows] -= np.average(t[rows], weights=weights[rows])
         e[rows] -= np.average(e[rows], axis=0, weights=weights[rows])
@@ -243,6 +280,10 @@ def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
     scatter: np.ndarray = (weights[:, None] * residuals).T @ residuals
     scatter /= weights.sum() - len(measured.sockets) - 1
     V = scatter / along + (1e-3 * USUAL_DRIFT) ** 2 * np.eye(3)  # of exact data, too
-    chi2 = float(v @ np.linalg.solve(V + V @ V / USUAL_DRIFT**2, v)) * (freedom - 1) / (freedom + 3)
+    chi2 = (
+        float(v @ np.linalg.solve(V + V @ V / USUAL_DRIFT**2, v))
+        * (freedom - 1)
+        / (freedom + 3)
+    )
     spread = np.linalg.slogdet(np.eye(3) + USUAL_DRIFT**2 * np.linalg.inv(V))[1]
     return 0.5 * (chi2 - float(spread)), float(np.linalg.norm(v))

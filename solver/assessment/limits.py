@@ -65,7 +65,13 @@ class LimitResult(Document):
 
 WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
 """Rows on predicted errors of distances, in the whole workspace and near the recorded places."""
-LIMITS = ("mean_absolute_error", "distance_error", "between_placements", NEAR, WORKSPACE)
+LIMITS = (
+    "mean_absolute_error",
+    "distance_error",
+    "between_placements",
+    NEAR,
+    WORKSPACE,
+)
 """Rows with a figure and a limit; all others are reasons."""
 TITLES = {
     "mean_absolute_error": "held-out error (MAE)",
@@ -118,7 +124,9 @@ def with_full(row: LimitResult, corrected: float | None, beyond: Status) -> Limi
     """Return a row with the full model's value, if any, and its status beyond the limit."""
     if corrected is None or row.limit is None:
         return row
-    return replace(row, full=corrected, full_status="pass" if corrected <= row.limit else beyond)
+    return replace(
+        row, full=corrected, full_status="pass" if corrected <= row.limit else beyond
+    )
 
 
 @dataclass(frozen=True)
@@ -134,7 +142,9 @@ _SHIPPED = resources("mukca.solver.robot") / "shipped" / "repeatability.json"
 ARMS: dict[str, Arm] = {}
 """The shipped robots of which a figure is known."""
 for _row in json.loads(_SHIPPED.read_bytes()):
-    ARMS.update(dict.fromkeys(_row["arms"], Arm(float(_row["repeatability"]), _row["source"])))
+    ARMS.update(
+        dict.fromkeys(_row["arms"], Arm(float(_row["repeatability"]), _row["source"]))
+    )
 RESOLUTION = 1e-4
 """The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
 
@@ -144,8 +154,14 @@ def known_arm(model: Robot | Model) -> str | None:
     for name in (model.name, Path(model.source).stem):
         letters = _plain(name)
         # no longer number either: a ur30 is no ur3
-        matches = [r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", letters)]
-        longest = [r for r in matches if not any(r != match and r in match for match in matches)]
+        matches = [
+            r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", letters)
+        ]
+        longest = [
+            r
+            for r in matches
+            if not any(r != match and r in match for match in matches)
+        ]
         if len(longest) == 1:
             return longest[0] if longest[0] in ARMS else None
     return None
@@ -187,7 +203,11 @@ def setting(document: CalibrationDocument, source: str, key: str) -> float | Non
     value = document.settings.get(key)
     if value is None:
         return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not math.isfinite(value)
+    ):
         raise misfit(source, f"settings.{key}", f"{value!r} is no number")
     return float(value)
 
@@ -207,21 +227,34 @@ def limits_of(document: CalibrationDocument, source: str, options: Options) -> L
     elif name is not None:
         arm = Arm(ARMS[name].repeatability, f"{name}: {ARMS[name].source}")
     elif document.settings.get("zeros") and (scatter := _scatter(document)):
-        arm = Arm(scatter, "no maker's figure: so far these samples scatter about their sockets")
+        arm = Arm(
+            scatter,
+            "no maker's figure: so far these samples scatter about their sockets",
+        )
     servos = 2 if document.settings.get("zeros") else 1  # their gears have play
     return Limits(
         repeatability=arm and arm.repeatability,
-        repeatability_source=arm.source if arm else "no repeatability is known for this arm",
-        mean_absolute_error=_limit(arm, 3, options.mean_absolute_error, "--limit-mae-mm"),
-        distance_error=_limit(arm, servos, options.distance_error, "--limit-distance-mm"),
-        between_placements=_limit(arm, 3, options.between_placements, "--limit-between-mm"),
+        repeatability_source=arm.source
+        if arm
+        else "no repeatability is known for this arm",
+        mean_absolute_error=_limit(
+            arm, 3, options.mean_absolute_error, "--limit-mae-mm"
+        ),
+        distance_error=_limit(
+            arm, servos, options.distance_error, "--limit-distance-mm"
+        ),
+        between_placements=_limit(
+            arm, 3, options.between_placements, "--limit-between-mm"
+        ),
     )
 
 
 def _scatter(document: CalibrationDocument) -> float | None:
     """Return how far an arm of servos was off over two placements [m]; None where that is much."""
     summary = document.summary.train
-    placements = sum(p.role == "train" and p.kind == "sockets" for p in document.placements)
+    placements = sum(
+        p.role == "train" and p.kind == "sockets" for p in document.placements
+    )
     error = summary and summary.calibrated.mean_absolute_error
     if error is None or error > LARGEST_PREDICTED or placements < 2:
         return None

@@ -105,16 +105,24 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     calibration = calibrated_robot(document, source)
     measured = measurements_of(document, calibration.robot, source)
     models = calibration.models.items()
-    points = [ByModel(**{name: model.predict(m) for name, model in models}) for m in measured]
+    points = [
+        ByModel(**{name: model.predict(m) for name, model in models}) for m in measured
+    ]
     rows = list(zip(document.data, measured, points, strict=True))
     training = [(p, m) for row, m, p in rows if row.role == "train"]
-    frames: Frames = {name: fit_frames([(p.of(name), m) for p, m in training]) for name in MODELS}
-    placements = [PlacementPrediction(m, row.role, p, row.by_socket, frames) for row, m, p in rows]
+    frames: Frames = {
+        name: fit_frames([(p.of(name), m) for p, m in training]) for name in MODELS
+    }
+    placements = [
+        PlacementPrediction(m, row.role, p, row.by_socket, frames) for row, m, p in rows
+    ]
     _check(document, placements, source)
     return Predictions(document, source, calibration, tuple(placements))
 
 
-def measurements_of(document: CalibrationDocument, robot: Robot, source: str) -> list[Measurement]:
+def measurements_of(
+    document: CalibrationDocument, robot: Robot, source: str
+) -> list[Measurement]:
     """Return the placements whose samples a calibration holds.
 
     Raises:
@@ -127,28 +135,45 @@ def measurements_of(document: CalibrationDocument, robot: Robot, source: str) ->
         if not row.samples:
             raise misfit(source, f"data[{i}].samples", "none; calibrate again")
         for k, sample in enumerate(row.samples):
-            for key, values in (("position", sample.position), ("effort", sample.effort)):
+            for key, values in (
+                ("position", sample.position),
+                ("effort", sample.effort),
+            ):
                 if values is not None and len(values) != joints:
                     path = f"data[{i}].samples[{k}].{key}"
-                    raise misfit(source, path, f"{len(values)} numbers for {joints} joints")
-        measured = measure(row.placement(robot.joint_names), robot, sockets=1, whole=True)
+                    raise misfit(
+                        source, path, f"{len(values)} numbers for {joints} joints"
+                    )
+        measured = measure(
+            row.placement(robot.joint_names), robot, sockets=1, whole=True
+        )
         shifts = np.array([sample.moved or (0.0, 0.0, 0.0) for sample in row.by_socket])
-        measurements.append(replace(measured, moved=shifts) if np.any(shifts) else measured)
+        measurements.append(
+            replace(measured, moved=shifts) if np.any(shifts) else measured
+        )
     return measurements
 
 
 def _check(
-    document: CalibrationDocument, placements: Sequence[PlacementPrediction], source: str
+    document: CalibrationDocument,
+    placements: Sequence[PlacementPrediction],
+    source: str,
 ) -> None:
     """See that samples, errors and summaries are of the same placements, and follow from them."""
     recorded = [(row.name, row.role) for row in document.data]
     if not recorded:
         raise misfit(source, "data", "no placement; calibrate again")
     if recorded != [(row.name, row.role) for row in document.placements]:
-        raise misfit(source, "placements", "not the names and roles of `data`; calibrate again")
+        raise misfit(
+            source, "placements", "not the names and roles of `data`; calibrate again"
+        )
     for role in ("train", "test"):
-        if getattr(document.summary, role) is None and (role in dict(recorded).values()):
-            raise misfit(source, f"summary.{role}", "missing, but `data` has such placements")
+        if getattr(document.summary, role) is None and (
+            role in dict(recorded).values()
+        ):
+            raise misfit(
+                source, f"summary.{role}", "missing, but `data` has such placements"
+            )
     for i, row in enumerate(document.history):
         if row.train is None and row.test is None:
             raise misfit(source, f"history[{i}]", "neither `train` nor `test`")
@@ -230,7 +255,11 @@ def travels(covered_range: Coverage) -> dict[str, float]:
     turned: dict[str, float] = {}
     for i, joint in enumerate(covered_range.joints if sockets else ()):
         low, high = min(s.low[i] for s in sockets), max(s.high[i] for s in sockets)
-        if joint.lower is None or joint.upper is None or joint.upper - joint.lower >= ALL_ROUND:
+        if (
+            joint.lower is None
+            or joint.upper is None
+            or joint.upper - joint.lower >= ALL_ROUND
+        ):
             low, high = arc((s.low[i], s.high[i]) for s in sockets)
         if joint.unit == "rad":
             turned[joint.name] = high - low

@@ -3,7 +3,13 @@
 from collections.abc import Sequence
 
 from ..diagnostics import OF_JOINTS, SIZE_BY_DISTANCE, SIZE_BY_MODEL, size_level
-from ..results import CalibrationDocument, Diagnostic, Hypothesis, PlacementErrors, Scale
+from ..results import (
+    CalibrationDocument,
+    Diagnostic,
+    Hypothesis,
+    PlacementErrors,
+    Scale,
+)
 from .formatting import joined, short_names
 from .limits import LimitResult, Status, limit_row
 from .verdict import Premise
@@ -31,7 +37,9 @@ _SOURCES = {
 def distance_text(placements: Sequence[PlacementErrors]) -> str:
     """Return which distances between sockets the scale rests on, and where they are from."""
     rows = _with_distance(placements)
-    points = [row.name for row in placements if row.role == "train" and row.kind == "points"]
+    points = [
+        row.name for row in placements if row.role == "train" and row.kind == "points"
+    ]
     kinds: dict[tuple[str, str | None], list[str]] = {}
     for name, row in zip(short_names([row.name for row in rows]), rows, strict=True):
         key = f"{1e3 * (row.distance or 0.0):.5g}", row.distance_source
@@ -42,7 +50,9 @@ def distance_text(placements: Sequence[PlacementErrors]) -> str:
         origin = f" ({_SOURCES[source]})" if source in _SOURCES else ""
         parts.append(f"{distance} mm{place}{origin}")
     if not parts and points:
-        return f"Scale: from the points that an instrument measured at {joined(points)}."
+        return (
+            f"Scale: from the points that an instrument measured at {joined(points)}."
+        )
     if not parts:
         return "Distance of the sockets: none in the placements trained on."
     return f"Distance of the sockets: {'; '.join(parts)}."
@@ -50,7 +60,9 @@ def distance_text(placements: Sequence[PlacementErrors]) -> str:
 
 def scale_text(scale: Scale) -> str:
     """Return by how much the arm came out larger or smaller, in words."""
-    size = f"{abs(100 * scale.value):.2f} % {'longer' if scale.value > 0 else 'shorter'}"
+    size = (
+        f"{abs(100 * scale.value):.2f} % {'longer' if scale.value > 0 else 'shorter'}"
+    )
     interval = "" if scale.deviation is None else f" (+- {100 * scale.deviation:.2f} %)"
     return f"the arm came out {size}{interval} than its model"
 
@@ -72,12 +84,18 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
         text = f"the sockets are {1e3 * placement.distance:.5g} mm apart ({_TYPED[source]}{twice}; "
         text += f"{1e3 * STEP:g} mm more is {100 * effect:.1g} % of every length)"
         premise = Premise(
-            name="distance", text=text, value=placement.distance, source=source, effect=effect
+            name="distance",
+            text=text,
+            value=placement.distance,
+            source=source,
+            effect=effect,
         )
         premises += [premise] if premise not in premises else []
     kinds = {row.kind for row in document.placements if row.role == "train"}
     if "points" in kinds:
-        premises.append(Premise(name="instrument", text="the instrument measures lengths rightly"))
+        premises.append(
+            Premise(name="instrument", text="the instrument measures lengths rightly")
+        )
     if "sockets" in kinds:
         premises.append(Premise(name="firm", text="ball, base and table were firm"))
     return premises
@@ -102,7 +120,9 @@ def assumed_distances(document: CalibrationDocument) -> list[float]:
 
 def most_readings(placements: Sequence[PlacementErrors]) -> int:
     """Return how many readings agree on the distance of a placement trained on, at the most."""
-    return max((row.distance_readings or 1 for row in _with_distance(placements)), default=1)
+    return max(
+        (row.distance_readings or 1 for row in _with_distance(placements)), default=1
+    )
 
 
 def _with_distance(placements: Sequence[PlacementErrors]) -> list[PlacementErrors]:
@@ -144,10 +164,14 @@ def scale_row(
     level = size_level(scale.value, scale.deviation, distance, readings)
     status: Status = "fail" if level == "error" else "not enough" if level else "pass"
     text = scale_text(scale)
-    mended = [c for c in checks or () if c.level == "warning" and c.code in SIZE_BY_MODEL]
+    mended = [
+        c for c in checks or () if c.level == "warning" and c.code in SIZE_BY_MODEL
+    ]
     mended = [c for c in mended if c.code != "model" or c.consequence is not None]
     doubtful = [c for c in causes if c.fits_as_well or c.probability > DOUBTED]
-    doubted = any(cause.name in SIZE_BY_DISTANCE for cause in doubtful) or joints_wrong(checks)
+    doubted = any(cause.name in SIZE_BY_DISTANCE for cause in doubtful) or joints_wrong(
+        checks
+    )
     if status != "pass" and mended and not doubted:
         text += f"; the URDF explains it: {mended[0].text}"
         return limit_row("scale", "warning", f"{text[0].upper()}{text[1:]}", text=text)

@@ -14,7 +14,8 @@ Outcome = Literal["pass", "fail", "incomplete"]
 Kind = Literal["better", "no_better", "not_enough", "not_validated"]
 Scope = Literal["workspace", "recorded_places"]
 INSTRUMENT = (
-    "an instrument measured the held-out points, so a wrong size of the arm shows in their errors"
+    "an instrument measured the held-out points, "
+    "so a wrong size of the arm shows in their errors"
 )
 NEEDED = ("mean_absolute_error", "distance_error", "data_checks")
 """Rows without which nothing is validated."""
@@ -144,7 +145,9 @@ def is_limit(row: LimitResult) -> bool:
 
 def is_reason(row: LimitResult) -> bool:
     """Tell whether a row is no limit, but bears on the verdict all the same."""
-    unasked = row.name in LIMITS and row.name not in NEEDED and row.status == "not evaluated"
+    unasked = (
+        row.name in LIMITS and row.name not in NEEDED and row.status == "not evaluated"
+    )
     return not is_limit(row) and row.status != "pass" and not unasked
 
 

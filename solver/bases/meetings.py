@@ -26,7 +26,9 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     variances, axes = np.linalg.eigh(pose.covariance[:3, :3])
     if variances[-1] > UNSEEN**2:
         text = _turned(names, len(shared), axes[:, -1])
-        unknown = dict.fromkeys(("xyz", "rpy", "xyz_deviation", "turn_deviation", "tool_deviation"))
+        unknown = dict.fromkeys(
+            ("xyz", "rpy", "xyz_deviation", "turn_deviation", "tool_deviation")
+        )
         return BaseToBase(**unknown, shared_sockets=len(shared), text=text)
     origin = world.poses[second.frame].origin
     result = BaseToBase(
@@ -76,7 +78,9 @@ def _led_to(arm: Posterior, targets: np.ndarray, starts: np.ndarray) -> Solution
     """Return the joint positions of an arm with its ball at targets, shape (N, 3) [m]."""
     robot = arm.model.robot
     rigid = PoseModel.of(robot, arm.model.ball.origins(arm.values))
-    solver = PoseSolver(rigid, len(robot.joints) - 1, (robot.lower, robot.upper), "point")
+    solver = PoseSolver(
+        rigid, len(robot.joints) - 1, (robot.lower, robot.upper), "point"
+    )
     poses = np.tile(np.eye(4)[:3].ravel(), (len(targets), 1))
     poses[:, 3::4] = targets
     return solver.solve(poses, starts)

@@ -18,7 +18,15 @@ import numpy as np
 from ..bayes.inference import FRAME_PRIOR_PRECISION, Posterior
 from ..bayes.model import Gaussian
 from ..bayes.results import frame_pose
-from ..data import IDENTITY, WORLD, Places, Pose, check_base, distance_covariance, place_frames
+from ..data import (
+    IDENTITY,
+    WORLD,
+    Places,
+    Pose,
+    check_base,
+    distance_covariance,
+    place_frames,
+)
 from ..results import FramePose
 from .views import Seen, View, Visitor, view_of_frame
 
@@ -72,7 +80,9 @@ class TiedRobots:
             name = "" if k == WORLD else places.frames[k]
             points = sum(arm.data.points_in(name) for arm in self.arms)
             covariance = self.frame_covariance(k)
-            poses.append(frame_pose(places, k, self.poses[k], covariance, self.centres, points))
+            poses.append(
+                frame_pose(places, k, self.poses[k], covariance, self.centres, points)
+            )
         return tuple(poses)
 
     @cached_property
@@ -80,7 +90,9 @@ class TiedRobots:
         """Centres of all sockets in the world, by the first robot that visited each, (S, 3) [m]."""
         centres = np.empty((self.places.socket_count, 3))
         for robot in reversed(self.robots):
-            centres[[*robot.sockets]] = self.poses[robot.frame].apply(robot.fit.state.centres)
+            centres[[*robot.sockets]] = self.poses[robot.frame].apply(
+                robot.fit.state.centres
+            )
         return centres
 
 
@@ -95,12 +107,15 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
         FrameError: Nothing ties a robot or a frame to the first robot.
     """
     parts = [
-        robot.fit.gaussian.conditioned(*robot.fit.state.constraints, count=-1) for robot in robots
+        robot.fit.gaussian.conditioned(*robot.fit.state.constraints, count=-1)
+        for robot in robots
     ]
     of_poses = np.tile(1 / FRAME_PRIOR_PRECISION, len(places.frames) + 1)
     of_poses[-6:] = 0.0  # the world stands still
     prior = Gaussian.independent([*parts, Gaussian(0 * of_poses, np.diag(of_poses))])
-    tied = TiedRobots(tuple(robots), places, prior, (IDENTITY,) * (len(places.frames) + 1))
+    tied = TiedRobots(
+        tuple(robots), places, prior, (IDENTITY,) * (len(places.frames) + 1)
+    )
     tied = replace(tied, poses=_first_poses(tied))
     change = np.zeros(len(prior.mean))
     begin = tied.columns[-1].stop
@@ -108,7 +123,9 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
         A, errors = _equations(tied, change)
         around = prior.conditioned(A, errors + A @ (prior.mean - change))
         steps = around.mean[begin:].reshape(-1, 6)
-        poses = tuple(pose.moved(step) for pose, step in zip(tied.poses, steps, strict=True))
+        poses = tuple(
+            pose.moved(step) for pose, step in zip(tied.poses, steps, strict=True)
+        )
         tied = replace(tied, around=around, poses=poses)
         change = np.append(around.mean[:begin], np.zeros(steps.size))
         if np.abs(steps).max() < SETTLED:
@@ -124,7 +141,9 @@ def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
     """Return first poses of all frames in the world, by the places that they have in common."""
     places = tied.places
     n = len(tied.around.mean)
-    frames = {k: view_of_frame(places, k, n).seen for k in range(WORLD, len(places.frames))}
+    frames = {
+        k: view_of_frame(places, k, n).seen for k in range(WORLD, len(places.frames))
+    }
     for view in _views_of_robots(tied, np.zeros(n)):
         check_base(frames[view.frame], view.seen)
         frames[view.frame] = view.seen.joined(frames[view.frame])
@@ -155,7 +174,9 @@ def _equations(tied: TiedRobots, change: np.ndarray) -> Equations:
     places = tied.places
     unknowns = np.eye(len(change))
     views = _views_of_robots(tied, change)
-    views += [view_of_frame(places, k, len(change)) for k in range(WORLD, len(places.frames))]
+    views += [
+        view_of_frame(places, k, len(change)) for k in range(WORLD, len(places.frames))
+    ]
     placed = [
         view.in_world(tied.poses[view.frame], unknowns[tied.columns_of(view.frame)])
         for view in views
@@ -163,7 +184,10 @@ def _equations(tied: TiedRobots, change: np.ndarray) -> Equations:
     world = Seen(*map(np.concatenate, zip(*placed, strict=True)))
     # every socket is seen by a robot, so that the first places are the sockets
     _, first, place = np.unique(world.numbers, return_index=True, return_inverse=True)
-    equations = _of_shared_places(world, first[place]), _of_lengths(world, first, places)
+    equations = (
+        _of_shared_places(world, first[place]),
+        _of_lengths(world, first, places),
+    )
     return Equations(*map(np.concatenate, zip(*equations, strict=True)))
 
 

@@ -91,7 +91,10 @@ class Visitor:
             f"the base of {self.name}",
             np.array(self.sockets, dtype=np.int64),
             state.centres + change[centres].reshape(-1, 3),
-            [f"{self.name}: socket {placement}:{socket}" for placement, socket in labels],
+            [
+                f"{self.name}: socket {placement}:{socket}"
+                for placement, socket in labels
+            ],
         )
         slopes = [unknowns[centres].reshape(-1, 3, unknowns.shape[1])]
         for k, name in enumerate(data.frames):

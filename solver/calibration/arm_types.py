@@ -26,7 +26,9 @@ def shared_effects() -> list[Effect]:
     return [effect for effect in EFFECTS.values() if effect.shared_by_type]
 
 
-def type_priors(files: Sequence[str | Path], robots: Sequence[Robot]) -> list[dict[str, Expected]]:
+def type_priors(
+    files: Sequence[str | Path], robots: Sequence[Robot]
+) -> list[dict[str, Expected]]:
     """Return the expected elasticity of each robot's type, by extension."""
     joint_names = [robot.joint_names for robot in robots]
     types = list[results.TypeElasticity]()
@@ -40,7 +42,9 @@ def tilts_about_other_axes(robot: Robot) -> list[str]:
     if all(joint.tilts_by_frame for joint in robot.actuated):
         return []
     effects = [effect for effect in shared_effects() if effect.across]
-    return list(chain(*(effect.coefficient_names(robot.joint_names) for effect in effects)))
+    return list(
+        chain(*(effect.coefficient_names(robot.joint_names) for effect in effects))
+    )
 
 
 def _types_for(
@@ -69,7 +73,9 @@ def _types_for(
 def learn_types(files: Iterable[Path]) -> results.ElasticityDocument:
     """Return the elasticity of each type of arm that some ``calibration.json`` are of."""
     types = [t for t in chain.from_iterable(map(_types, files)) if t.coefficients]
-    groups = defaultdict[tuple[str, tuple[str, ...]], list[results.TypeElasticity]](list)
+    groups = defaultdict[tuple[str, tuple[str, ...]], list[results.TypeElasticity]](
+        list
+    )
     for elasticity in sorted(types, key=lambda elasticity: elasticity.tilt_axes):
         groups[elasticity.tilt_axes, elasticity.joint_names].append(elasticity)
     pooled = tuple(map(_pooled, groups.values()))
@@ -78,15 +84,23 @@ def learn_types(files: Iterable[Path]) -> results.ElasticityDocument:
 
 def _types(file: Path) -> tuple[results.TypeElasticity, ...]:
     if results.format_of(file) == results.ELASTICITY_FORMAT:
-        return results.read(file, results.ElasticityDocument, results.ELASTICITY_FORMAT).types
+        return results.read(
+            file, results.ElasticityDocument, results.ELASTICITY_FORMAT
+        ).types
     try:
         document = results.read_calibration(file)
     except results.DocumentError as error:
-        either = str(error).replace("a calibration.json", "a calibration.json or elasticity.json")
+        either = str(error).replace(
+            "a calibration.json", "a calibration.json or elasticity.json"
+        )
         raise results.DocumentError(either) from None
     joints = document.model.joint_names
-    effects = [effect for effect in shared_effects() if effect.name in document.deflection]
-    names = set(chain.from_iterable(effect.coefficient_names(joints) for effect in effects))
+    effects = [
+        effect for effect in shared_effects() if effect.name in document.deflection
+    ]
+    names = set(
+        chain.from_iterable(effect.coefficient_names(joints) for effect in effects)
+    )
     elasticity = results.TypeElasticity(
         joint_names=joints,
         arms=1,
@@ -103,7 +117,9 @@ def _pooled(types: Sequence[results.TypeElasticity]) -> results.TypeElasticity:
     return structs.replace(types[0], arms=arms, coefficients=means, source=None)
 
 
-def _means(coefficients: Iterable[results.Coefficient]) -> tuple[results.Coefficient, ...]:
+def _means(
+    coefficients: Iterable[results.Coefficient],
+) -> tuple[results.Coefficient, ...]:
     """Return coefficients of one name as their mean, each weighted by its precision."""
     by_name = defaultdict[str, list[results.Coefficient]](list)
     for coefficient in coefficients:
@@ -112,13 +128,17 @@ def _means(coefficients: Iterable[results.Coefficient]) -> tuple[results.Coeffic
     for same in by_name.values():
         deviations = np.array([coefficient.standard_deviation for coefficient in same])
         weights = np.maximum(deviations, LEAST) ** -2
-        mean = float(weights @ [coefficient.value for coefficient in same] / weights.sum())
+        mean = float(
+            weights @ [coefficient.value for coefficient in same] / weights.sum()
+        )
         deviation = float(weights.sum() ** -0.5)
         means.append(structs.replace(same[0], value=mean, standard_deviation=deviation))
     return tuple(means)
 
 
-def _expected(robot: Robot, types: Sequence[results.TypeElasticity]) -> dict[str, Expected]:
+def _expected(
+    robot: Robot, types: Sequence[results.TypeElasticity]
+) -> dict[str, Expected]:
     """Return the expected coefficients of a robot's type and their deviations, by extension."""
     other_tilts = tilts_about_other_axes(robot)
     coefficients = list[results.Coefficient]()

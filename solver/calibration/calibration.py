@@ -12,7 +12,14 @@ import numpy as np
 from ...errors import MukcaError
 from ...recorder import Placement
 from .. import results
-from ..assessment import Assessment, Verdict, assess, distance_text, distortion_row, joints_wrong
+from ..assessment import (
+    Assessment,
+    Verdict,
+    assess,
+    distance_text,
+    distortion_row,
+    joints_wrong,
+)
 from ..assessment import Options as AssessmentOptions
 from ..data import Measurement, measure
 from .deviation import FittedModel
@@ -134,7 +141,9 @@ class Calibration(FittedModel):
         settings = dict(self.document.settings)
         if accept_distorted is not None:
             settings["accept_distorted"] = accept_distorted
-        document = msgspec.structs.replace(self.document, outputs=outputs, settings=settings)
+        document = msgspec.structs.replace(
+            self.document, outputs=outputs, settings=settings
+        )
         contents["calibration.json"] = results.encode(document, indent=1)
         results.write_files(folder, {**contents, **further})
         return outputs
@@ -161,10 +170,16 @@ class Calibration(FittedModel):
         """
         several = as_list(placements)
         if not several:
-            raise UsageError("no placement to validate on; read some by mukca.read_placements")
-        return self.errors_of([measure(p, self.robot, sockets=1, load=self.load) for p in several])
+            raise UsageError(
+                "no placement to validate on; read some by mukca.read_placements"
+            )
+        return self.errors_of(
+            [measure(p, self.robot, sockets=1, load=self.load) for p in several]
+        )
 
-    def errors_of(self, data: Sequence[Measurement], *, other_tip: bool = False) -> Errors:
+    def errors_of(
+        self, data: Sequence[Measurement], *, other_tip: bool = False
+    ) -> Errors:
         """Return the errors of checked placements, those trained on first.
 
         ``other_tip``: points were measured with another probe, whose tip is refitted.
@@ -186,19 +201,33 @@ class Calibration(FittedModel):
 
         Only samples that the calibration was made of are converted: they are older.
         """
-        offset_by_joint = {zero.joint: zero.offset for zero in self.document.later_zeros}
-        offsets = np.array([offset_by_joint.get(name, 0.0) for name in self.robot.joint_names])
+        offset_by_joint = {
+            zero.joint: zero.offset for zero in self.document.later_zeros
+        }
+        offsets = np.array(
+            [offset_by_joint.get(name, 0.0) for name in self.robot.joint_names]
+        )
         before = (row.shifted(offsets.tolist()) for row in self.document.data)
         if not offsets.any() or not any(_are_in(measured, row) for row in before):
             return measured
-        remark = f"{measured.name}: read before zeros changed, and taken as joints read now"
-        return replace(measured.shifted(-offsets), warnings=(*measured.warnings, remark))
+        remark = (
+            f"{measured.name}: read before zeros changed, and taken as joints read now"
+        )
+        return replace(
+            measured.shifted(-offsets), warnings=(*measured.warnings, remark)
+        )
 
     def __repr__(self) -> str:
         doc = self.document
         distance = distance_text(doc.placements)
-        lines = [f"{doc.robot}, calibrated by method {doc.method}", *self.verdict.answer, distance]
-        lines += [f"{finding.level}: {finding}" for finding in doc.checks or ()][:MOST_FINDINGS]
+        lines = [
+            f"{doc.robot}, calibrated by method {doc.method}",
+            *self.verdict.answer,
+            distance,
+        ]
+        lines += [f"{finding.level}: {finding}" for finding in doc.checks or ()][
+            :MOST_FINDINGS
+        ]
         verdict = f"Verdict: {self.verdict.title}. {self.verdict.text}"
         return "\n".join([*lines, repr(self.errors), "", *textwrap.wrap(verdict, 100)])
 
@@ -209,5 +238,7 @@ def _are_in(measured: Measurement, row: results.PlacementSamples) -> bool:
         tuple(np.round(sample.position, SAME_DIGITS).tolist())
         for sample in measured.placement.samples
     ]
-    theirs = [tuple(np.round(sample.position, SAME_DIGITS).tolist()) for sample in row.samples]
+    theirs = [
+        tuple(np.round(sample.position, SAME_DIGITS).tolist()) for sample in row.samples
+    ]
     return 2 * len(set(theirs).intersection(ours)) > len(ours)

@@ -66,4 +66,7 @@ def is_prior_of(first: Calibration, second: Calibration) -> bool:
     """Tell whether one calibration began where another ended (``--prior``)."""
     prior = second.document.settings.get("prior")
     file = Path(first.source)
-    return prior is not None and Path(prior).resolve() in (file.resolve(), file.parent.resolve())
+    return prior is not None and Path(prior).resolve() in (
+        file.resolve(),
+        file.parent.resolve(),
+    )

@@ -13,7 +13,9 @@ from .problem import CalibrationProblem
 
 
 def converged_fits(
-    problems: Sequence[CalibrationProblem], options: SolveOptions, progress: Callable[[str], None]
+    problems: Sequence[CalibrationProblem],
+    options: SolveOptions,
+    progress: Callable[[str], None],
 ) -> list[Fit]:
     """Return a fit of each problem's robot, all together.
 
@@ -21,7 +23,9 @@ def converged_fits(
         NotConverged: They did not converge to finite numbers; names an error in the recordings.
     """
     findings = list(chain.from_iterable(problem.checks for problem in problems))
-    contradiction = next((finding for finding in findings if finding.level == "error"), None)
+    contradiction = next(
+        (finding for finding in findings if finding.level == "error"), None
+    )
     try:
         types = priors_of(options, problems)
         fits = fit_robots(problems, options, types=types, progress=progress)
@@ -30,7 +34,11 @@ def converged_fits(
             raise
         raise NotConverged(f"the fit did not converge; {contradiction}") from None
     except np.linalg.LinAlgError as error:
-        raise NotConverged(f"the fit did not converge ({error}); run mukca check") from None
+        raise NotConverged(
+            f"the fit did not converge ({error}); run mukca check"
+        ) from None
     if not all(np.isfinite(fit.calibrated.values).all() for fit in fits):
-        raise NotConverged("the fit did not converge: its numbers are not finite; run mukca check")
+        raise NotConverged(
+            "the fit did not converge: its numbers are not finite; run mukca check"
+        )
     return fits

@@ -44,7 +44,9 @@ class JobResult:
 def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     """Return all fits for a number of placements, with ``bootstrap`` fits to resampled data."""
     everything = tuple(range(count))
-    left_out = [Job("left_out", everything[:i] + everything[i + 1 :]) for i in everything]
+    left_out = [
+        Job("left_out", everything[:i] + everything[i + 1 :]) for i in everything
+    ]
     singles = [Job("alone", (i,)) for i in everything]
     resampled = [Job("bootstrap", everything, seed) for seed in range(bootstrap)]
     halves = [Job(kind, (i,)) for kind, i in product(HALVES, everything)]

@@ -59,7 +59,9 @@ class FittedModel(FullModel):
                 continue
             held = measure(row.placement(names), robot, sockets=1, load=load)
             if held.kind == "points":
-                places.append(HeldOut(held.positions, load.torques(robot, held), held.points))
+                places.append(
+                    HeldOut(held.positions, load.torques(robot, held), held.points)
+                )
             else:
                 places += [HeldOut(*samples) for samples in load.by_socket(robot, held)]
         return misfit(self.posterior, places)

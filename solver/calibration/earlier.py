@@ -12,7 +12,15 @@ import numpy as np
 
 from .. import results
 from ..bayes.inference import FitPosterior, Posterior, restored_covariance
-from ..bayes.model import GivenPrior, Noise, Prior, extend, groups_at, rare_in, submatrix
+from ..bayes.model import (
+    GivenPrior,
+    Noise,
+    Prior,
+    extend,
+    groups_at,
+    rare_in,
+    submatrix,
+)
 from ..data import (
     SOURCE_KINDS,
     Measurement,
@@ -34,7 +42,11 @@ from .problem import CalibrationProblem
 def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> list[Prior]:
     """Return the prior of each robot that the options ask for."""
     if options.prior is None:
-        return [*type_priors(options.type_prior, [recordings.robot for recordings in robots])]
+        return [
+            *type_priors(
+                options.type_prior, [recordings.robot for recordings in robots]
+            )
+        ]
     if len(robots) > 1:
         raise UsageError("--prior: of one robot; several were given")
     return [earlier_prior(Path(options.prior), robots[0].robot, options.remounted)]
@@ -45,21 +57,27 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
     document = results.read_calibration(file)
     theirs, ours = map(", ".join, (document.model.joint_names, robot.joint_names))
     if theirs != ours:
-        raise UsageError(f"--prior {file}: of an arm with the joints {theirs}; this has {ours}")
+        raise UsageError(
+            f"--prior {file}: of an arm with the joints {theirs}; this has {ours}"
+        )
     posterior = posterior_of(document, str(file))
     model = posterior.model
     ball = BallModel(robot, model.ball.free.tolist())
     values = posterior.values
     mean = posterior.x.copy()
     slopes = np.eye(model.size)
-    mean[: model.geometry] = ball.parameters_at(model.ball.origins(values)) - ball.nominal
+    mean[: model.geometry] = (
+        ball.parameters_at(model.ball.origins(values)) - ball.nominal
+    )
     slopes[: model.geometry, : model.geometry] = ball.slopes_of(model.ball, values)
     covariance = slopes @ posterior.covariance[: model.size, : model.size] @ slopes.T
     prior = GivenPrior(tuple(model.names), mean, covariance, _scales(document))
     shifts: set[str] = set()
     for parameter in model.parameters:
         of_base = parameter.joint == model.parameters[0].joint
-        if (parameter.of_ball and "tool" in remounted) or (of_base and "base" in remounted):
+        if (parameter.of_ball and "tool" in remounted) or (
+            of_base and "base" in remounted
+        ):
             shifts.add(parameter.name)
     if document.rotation_numbers == "rpy":
         shifts |= set(tilts_about_other_axes(robot))
@@ -84,7 +102,9 @@ def stored_posterior(
     begins = first + 3 * np.array(indices, dtype=int)
     of_centres = (begins[:, None] + np.arange(3)).ravel()
     rows = np.r_[: arm.model.scalars, size:first, of_centres]  # none of the curves
-    noises = {kind: (noise.space, noise.joint, noise.nu) for kind, noise in arm.noises.items()}
+    noises = {
+        kind: (noise.space, noise.joint, noise.nu) for kind, noise in arm.noises.items()
+    }
     places = tuple(map(as_point, arm.centres[indices]))
     text = _packed(submatrix(covariance, rows))
     return results.StoredPosterior(covariance=text, noises=noises, centres=places)
@@ -114,10 +134,14 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
     stored = document.posterior
     settings = document.settings
     chained = document.curves is not None and settings.get("prior")
-    if stored is not None and not (document.later_zeros or settings.get("zeros") or chained):
+    if stored is not None and not (
+        document.later_zeros or settings.get("zeros") or chained
+    ):
         return _stored(document, stored, arm, source)
     if document.arms is not None:
-        raise UsageError(f"{source}: of several arms, or by an older mukca; calibrate it alone")
+        raise UsageError(
+            f"{source}: of several arms, or by an older mukca; calibrate it alone"
+        )
     (fit,) = fit_robots([arm], arm.options, types=priors_of(arm.options, [arm]))
     assert fit.posterior is not None
     return fit.posterior
@@ -140,12 +164,16 @@ def _stored(
     changes = calibrated.values - model.ball.nominal
     x = np.concatenate([changes, *calibrated.deflection.coefficients])
     options = arm.options
-    data = observe(arm, lengths=options.distances, sockets_at=options.located, require_scale=False)
+    data = observe(
+        arm, lengths=options.distances, sockets_at=options.located, require_scale=False
+    )
     count = model.scalars + 6 * len(data.frames) + 3 * data.socket_count
     try:
         covariance = _unpacked(stored.covariance, count)
     except (ValueError, zlib.error):
-        raise results.misfit(source, "posterior.covariance", "damaged; calibrate again") from None
+        raise results.misfit(
+            source, "posterior.covariance", "damaged; calibrate again"
+        ) from None
     training = [part for part in document.data if part.role == "train"]
     rows = list(chain.from_iterable(part.by_socket for part in training))
     weights = [sample.weight for sample in rows]
@@ -158,13 +186,19 @@ def _stored(
         np.reshape(stored.centres, (-1, 3)),
         covariance,
         groups_at(model, data, widths),
-        {kind: Noise(*stored.noises[kind]) for kind in SOURCE_KINDS if kind in stored.noises},
+        {
+            kind: Noise(*stored.noises[kind])
+            for kind in SOURCE_KINDS
+            if kind in stored.noises
+        },
         model.predict(x, data.positions, data.torques, data.clocks),
         np.array(weights, dtype=float),
         document.log_evidence or 0.0,
         (x,),
     )
-    origins = {frame.name: Origin(frame.xyz, frame.rpy) for frame in document.frames or ()}
+    origins = {
+        frame.name: Origin(frame.xyz, frame.rpy) for frame in document.frames or ()
+    }
     poses = tuple(Pose.of(origins[name]) for name in data.frames)
     restored = restored_covariance(posterior, data, poses, _scales(document))
     return replace(posterior, covariance=restored)
@@ -176,7 +210,9 @@ def _scales(document: results.CalibrationDocument) -> tuple[float, float]:
     return (0.0, 0.0) if curves is None else (curves.amplitude, curves.length)
 
 
-def _problem_of(document: results.CalibrationDocument, source: str) -> CalibrationProblem:
+def _problem_of(
+    document: results.CalibrationDocument, source: str
+) -> CalibrationProblem:
     """Return what a calibration was fitted to."""
     if document.method != "auto":
         raise UsageError(f"{source}: give a calibration by --method auto")
@@ -192,8 +228,12 @@ def _problem_of(document: results.CalibrationDocument, source: str) -> Calibrati
     train: list[Measurement] = []
     for part in document.data:
         if part.role == "train":
-            placement = replace(part.shifted(zeros).placement(robot.joint_names), files=())
+            placement = replace(
+                part.shifted(zeros).placement(robot.joint_names), files=()
+            )
             measured = measure(placement, robot, options.distance, sockets=1)
             train.append(spaced(measured, part.name, options.located))
     effects = rare_in(document.deflection, robot.joint_names)
-    return CalibrationProblem(robot, train, document.load, options=options, effects=effects)
+    return CalibrationProblem(
+        robot, train, document.load, options=options, effects=effects
+    )

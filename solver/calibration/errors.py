@@ -40,9 +40,13 @@ class Errors(tuple[results.PlacementErrors, ...]):
         if not isinstance(index, str):
             return super().__getitem__(index)
         names = [row.name for row in self]
-        ends = [i for i, name in enumerate(names) if index in (name, name.split("/")[-1])]
+        ends = [
+            i for i, name in enumerate(names) if index in (name, name.split("/")[-1])
+        ]
         if len(ends) != 1:
-            raise UsageError(f"no one placement is called {index!r}; there are: {', '.join(names)}")
+            raise UsageError(
+                f"no one placement is called {index!r}; there are: {', '.join(names)}"
+            )
         return super().__getitem__(ends[0])
 
     @property
@@ -59,7 +63,9 @@ class Errors(tuple[results.PlacementErrors, ...]):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the errors by name, as the command line's JSON has them [m]."""
-        return msgspec.to_builtins({"placements": self.placements, "summary": self.summary})
+        return msgspec.to_builtins(
+            {"placements": self.placements, "summary": self.summary}
+        )
 
     @property
     def title(self) -> str:
@@ -79,7 +85,9 @@ class Errors(tuple[results.PlacementErrors, ...]):
         for role, title in (("train", "trained on"), ("test", "held out")):
             for row in self:
                 if row.role == role:
-                    rows += _rows(row, f"{row.name}{_kind(row)}", "+".join(map(str, row.samples)))
+                    rows += _rows(
+                        row, f"{row.name}{_kind(row)}", "+".join(map(str, row.samples))
+                    )
             summary: results.Summary | None = getattr(self.summary, role)
             if summary is not None:
                 removed = f"{100 * summary.removed_when_loaded:.1f} % less"
@@ -104,12 +112,19 @@ def _kind(row: results.PlacementErrors) -> str:
     return "" if row.kind == "sockets" else f" (true error{turned})"
 
 
-def _rows(row: results.MetricsByModel, name: str, samples: str) -> list[tuple[bool, list[str]]]:
+def _rows(
+    row: results.MetricsByModel, name: str, samples: str
+) -> list[tuple[bool, list[str]]]:
     before, loaded, corrected = map(_figures, (row.before, row.loaded, row.calibrated))
     cells = [f"{first} > {last}" for first, last in zip(before, loaded, strict=True)]
     rows = [(isinstance(row, results.Summary), [name, samples, *cells])]
     if row.geometric is not None:
-        rows.append((False, ["  with corrected joints", "", *(f"> {cell}" for cell in corrected)]))
+        rows.append(
+            (
+                False,
+                ["  with corrected joints", "", *(f"> {cell}" for cell in corrected)],
+            )
+        )
     return rows
 
 
@@ -125,7 +140,9 @@ def _summary(rows: Sequence[results.PlacementErrors]) -> results.Summary | None:
         return None
     means: dict[str, Any] = {}
     for name in ("nominal", "calibrated", "geometric", "ball_refitted"):
-        values = [metrics for row in rows if (metrics := getattr(row, name)) is not None]
+        values = [
+            metrics for row in rows if (metrics := getattr(row, name)) is not None
+        ]
         means[name] = data.mean_metrics(values) if values else None
     return results.Summary(
         **means, removed_error=data.removed_share(means["nominal"], means["calibrated"])
@@ -190,7 +207,9 @@ def errors_of(
     for role, m in problem.placements:
         row = placement_errors(models, role, m, frames)
         if fit.posterior is not None:
-            deviations = _deviations(fit.calibrated, fit.posterior, m, held_out=role == "test")
+            deviations = _deviations(
+                fit.calibrated, fit.posterior, m, held_out=role == "test"
+            )
             row = structs.replace(row, **deviations)
         rows.append(row)
     return Errors(rows)
@@ -215,7 +234,9 @@ def _deviations(
     }
     if held_out and measured.has_distance:
         deviation = measured.distance_deviation or data.CALIPER_DEVIATION
-        deviations["distance_deviation"] = length_deviation(posterior, by_socket, deviation)
+        deviations["distance_deviation"] = length_deviation(
+            posterior, by_socket, deviation
+        )
     return deviations
 
 
@@ -226,7 +247,9 @@ def history(
 ) -> tuple[results.Iteration, ...]:
     """Return the first terms of Eq. (5) after each iteration, the nominal model first."""
     return tuple(
-        results.Iteration(iteration=i, train=_cost(robot, train), test=_cost(robot, test))
+        results.Iteration(
+            iteration=i, train=_cost(robot, train), test=_cost(robot, test)
+        )
         for i, robot in enumerate(iterates)
     )
 
@@ -249,7 +272,9 @@ def ball_refitted(problem: CalibrationProblem) -> results.CalibratedRobot | None
     ball = _ball_of(robot)
     if paired:
         regularization = problem.options.regularization or REGULARIZATION
-        equations = build_problem(robot, paired, parameters=ball, regularization=regularization)
+        equations = build_problem(
+            robot, paired, parameters=ball, regularization=regularization
+        )
         return results.CalibratedRobot(robot, ball, solve(equations).x)
     if measured:
         return results.CalibratedRobot(robot, ball, _ball_by_points(robot, measured))

@@ -21,10 +21,17 @@ def parameter_values(
     columns = (calibrated.model.nominal, calibrated.values, calibrated.geometry)
     unknown = [None] * len(calibrated.values)
     deviations = unknown if posterior is None else bayes.deviations(posterior).tolist()
-    rows = zip(calibrated.parameters, *(c.tolist() for c in columns), deviations, strict=False)
+    rows = zip(
+        calibrated.parameters, *(c.tolist() for c in columns), deviations, strict=False
+    )
     return tuple(
         results.ParameterValue.filled(
-            p, nominal=a, calibrated=b, change=b - a, exported=c, standard_deviation=deviation
+            p,
+            nominal=a,
+            calibrated=b,
+            change=b - a,
+            exported=c,
+            standard_deviation=deviation,
         )
         for p, a, b, c, deviation in rows
     )
@@ -55,10 +62,14 @@ def error_curves(posterior: Posterior) -> results.ErrorCurves | None:
                 joint=joint.name,
                 values=_rounded(at_knots @ curves[:, k]),
                 deviations=_rounded(np.sqrt(variances.clip(min=0))),
-                sampled=results.sampled_ranges(posterior.data.positions[:, k], group.length),
+                sampled=results.sampled_ranges(
+                    posterior.data.positions[:, k], group.length
+                ),
             )
         )
-    return results.ErrorCurves(amplitude=group.width, length=group.length, joints=tuple(joints))
+    return results.ErrorCurves(
+        amplitude=group.width, length=group.length, joints=tuple(joints)
+    )
 
 
 def _rounded(values: np.ndarray) -> tuple[float, ...]:
@@ -85,8 +96,10 @@ def known_of(
     measured = posterior.noises.get("points")
     turns = posterior.noises.get("turns")
     nominal = before or calibrated.with_ball_alone
-    models = bayes.Models(nominal.ball, calibrated.geometric_ball, corrected=exported is not None)
-    weak = bayes.weakly_identifiable_directions(posterior)
+    models = bayes.Models(
+        nominal.ball, calibrated.geometric_ball, corrected=exported is not None
+    )
+    weak = bayes.weak_directions(posterior)
     return {
         "coefficients": _coefficients(posterior),
         "curves": error_curves(posterior),
@@ -106,7 +119,10 @@ def known_of(
             measured_turn=turns and turns.space,
         ),
         "error_parts": bayes.error_parts(
-            posterior, list(chain.from_iterable(load.by_socket(calibrated.robot, m) for m in held))
+            posterior,
+            list(
+                chain.from_iterable(load.by_socket(calibrated.robot, m) for m in held)
+            ),
         ),
         "error_patterns": bayes.error_patterns(
             posterior, calibrated.robot, load, problem.measurements, problem.test
@@ -114,7 +130,9 @@ def known_of(
         "log_evidence": posterior.log_evidence,
         "posterior": stored_posterior(selected.full, problem, alone=fit.world is None),
         "frames": _frames(fit) or None,
-        "better": bayes.better_than_nominal(posterior, load, models, recorded, problem.test),
+        "better": bayes.better_than_nominal(
+            posterior, load, models, recorded, problem.test
+        ),
         "uncertainty": results.Uncertainty(
             weak_directions=weak,
             correlations=bayes.correlations(posterior),
@@ -129,10 +147,17 @@ def known_of(
 def _coefficients(posterior: Posterior) -> tuple[results.Coefficient, ...]:
     """Return the coefficients beyond the geometry, but those of curves."""
     model = posterior.model
-    columns = (model.names, model.units, posterior.x.tolist(), bayes.deviations(posterior).tolist())
+    columns = (
+        model.names,
+        model.units,
+        posterior.x.tolist(),
+        bayes.deviations(posterior).tolist(),
+    )
     rows = list(zip(*columns, strict=True))[model.geometry : model.scalars]
     return tuple(
-        results.Coefficient(name=name, unit=unit, value=value, standard_deviation=deviation)
+        results.Coefficient(
+            name=name, unit=unit, value=value, standard_deviation=deviation
+        )
         for name, unit, value, deviation in rows
     )
 
@@ -163,4 +188,6 @@ def scale_of(fit: Fit) -> results.Scale:
     value = float(by_scale @ x)
     if fit.covariance is None:
         return results.Scale(value=value)
-    return results.Scale(value=value, deviation=float(by_scale @ fit.covariance @ by_scale) ** 0.5)
+    return results.Scale(
+        value=value, deviation=float(by_scale @ fit.covariance @ by_scale) ** 0.5
+    )

@@ -92,7 +92,9 @@ def fit_robots(
             without=options.without,
             zeros=bool(options.zeros),
             prior=types[i] if types else None,
-            progress=lambda word, name=recordings.name: progress(f"{word} {name}".strip()),
+            progress=lambda word, name=recordings.name: progress(
+                f"{word} {name}".strip()
+            ),
         )
         frame = places.frames.index(recordings.base_frame) if i else WORLD
         visitors.append(Visitor(recordings.name, frame, sockets, selected.full))
@@ -121,9 +123,13 @@ def _fit_by_paper(recordings: RobotRecordings, options: SolveOptions) -> Fit:
     begin = time.perf_counter()
     solution = solve(problem, optimizer, options.max_iterations)
     seconds = time.perf_counter() - begin
-    calibrated = CalibratedRobot(robot, problem.parameters, solution.x, rotation_numbers="rpy")
+    calibrated = CalibratedRobot(
+        robot, problem.parameters, solution.x, rotation_numbers="rpy"
+    )
     iterates = tuple(replace(calibrated, values=x) for x in solution.iterates)
-    return Fit(calibrated, optimizer, seconds, iterates, covariance(problem, solution.x))
+    return Fit(
+        calibrated, optimizer, seconds, iterates, covariance(problem, solution.x)
+    )
 
 
 def _fit_of(arm: RobotRecordings, selected: Selected, seconds: float) -> Fit:
@@ -131,12 +137,19 @@ def _fit_of(arm: RobotRecordings, selected: Selected, seconds: float) -> Fit:
     model = posterior.model
     deflection = posterior.deflection.beyond_zeros
     values = with_joint_offsets(posterior)
-    exported = project_to_geometry(posterior, arm.load) if deflection.extensions else None
+    exported = (
+        project_to_geometry(posterior, arm.load) if deflection.extensions else None
+    )
     calibrated = CalibratedRobot(
         arm.robot, model.parameters, values, deflection, arm.load, exported
     )
     iterates = tuple(
-        replace(calibrated, values=model.values(x), deflection=model.deflection(x), exported=None)
+        replace(
+            calibrated,
+            values=model.values(x),
+            deflection=model.deflection(x),
+            exported=None,
+        )
         for x in posterior.iterates
     )
     return Fit(calibrated, "gauss-newton", seconds, iterates, selected=selected)

@@ -85,7 +85,9 @@ class FullModel:
         checked(self.calibrated, q)
         return points
 
-    def true_positions(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
+    def true_positions(
+        self, q: ArrayLike, effort: ArrayLike | None = None
+    ) -> np.ndarray:
         """Return where the joints truly are while their encoders read q [rad].
 
         Args, shapes and errors are those of :meth:`ball`; shape (m,) or (N, m).
@@ -148,7 +150,9 @@ class FullModel:
             JointsError: Another number of joints than the robot's, or a number that is no position.
         """
         on = self.kinematics(**setup)
-        F = on.calibrated.poses(checked(on.calibrated, q))[0].reshape(*np.shape(q)[:-1], 4, 4)
+        F = on.calibrated.poses(checked(on.calibrated, q))[0].reshape(
+            *np.shape(q)[:-1], 4, 4
+        )
         return on.base @ F @ on.tool
 
     def jacobian(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
@@ -158,7 +162,9 @@ class FullModel:
         """
         on = self.kinematics(**setup)
         rows = checked(on.calibrated, q)
-        J = on.calibrated.jacobians(rows, on.tool[:3, 3])[0].reshape(-1, 2, 3, rows.shape[1])
+        J = on.calibrated.jacobians(rows, on.tool[:3, 3])[0].reshape(
+            -1, 2, 3, rows.shape[1]
+        )
         return (on.base[:3, :3] @ J).reshape(*np.shape(q)[:-1], 6, rows.shape[1])
 
     def command(
@@ -197,7 +203,9 @@ class FullModel:
         if not solutions.reached.all():
             row = int(np.flatnonzero(~solutions.reached)[0])
             joint = on.calibrated.stopped(solutions.positions[row])
-            raise not_reached(f"pose {row}" if leading else "pose", solutions, row, joint)
+            raise not_reached(
+                f"pose {row}" if leading else "pose", solutions, row, joint
+            )
         return solutions.positions.reshape(*leading, solutions.positions.shape[1])
 
     def goal(self, pose: ArrayLike) -> tuple[Goal, np.ndarray]:
@@ -224,9 +232,13 @@ class FullModel:
         arm, (goal, targets) = on.calibrated, on.goal(poses)
         first_start = arm.starts(start, 1, "start")
         if start is None and len(targets):
-            first_start = arm.search(goal, targets[:1], first_start, prefer, on.tool).positions
+            first_start = arm.search(
+                goal, targets[:1], first_start, prefer, on.tool
+            ).positions
         prefer = first_start if prefer is None else arm.starts(prefer, 1, "prefer")
-        solutions = along(partial(arm.search, goal, tool=on.tool), targets, first_start, prefer)
+        solutions = along(
+            partial(arm.search, goal, tool=on.tool), targets, first_start, prefer
+        )
         q, turns = solutions.positions, goal == "pose"
         J = on.jacobian(q) if turns else on.jacobian(q)[:, :3]
         return JointPath(
@@ -274,7 +286,9 @@ class FullModel:
             check_controller(self.robot, controller, file)
         believed = CalibratedRobot(controller or self.robot)
         tool = self.kinematics(tool=setup.get("tool")).tool
-        return FullModel(believed, tool).flange(self.command(pose, near, prefer, **setup))
+        return FullModel(believed, tool).flange(
+            self.command(pose, near, prefer, **setup)
+        )
 
     def corrected_line(
         self,
@@ -304,15 +318,21 @@ class FullModel:
         """
         way = as_poses(ends, "ends")
         if way.shape != (2, 4, 4):
-            raise PoseError(f"ends of shape {np.shape(ends)}: give two poses, shape (2, 4, 4)")
+            raise PoseError(
+                f"ends of shape {np.shape(ends)}: give two poses, shape (2, 4, 4)"
+            )
         for _ in range(MOST_HALVINGS):
             q_way = self.command_path(way, near, **setup).checked()
             sent = self.corrected_pose(way, q_way, q_way, controller, **setup)
             middles = half_way(way[:-1], way[1:])
             goals = self.corrected_pose(middles, q_way[:-1], None, controller, **setup)
-            bow = np.linalg.norm((half_way(sent[:-1], sent[1:]) - goals)[:, :3, 3], axis=1)
+            bow = np.linalg.norm(
+                (half_way(sent[:-1], sent[1:]) - goals)[:, :3, 3], axis=1
+            )
             bowed = np.flatnonzero(bow > tolerance)
             if not bowed.size:
                 return sent
             way = np.insert(way, bowed + 1, middles[bowed], axis=0)
-        raise PoseError(f"ends: no via points keep the line within {1e3 * tolerance:.3g} mm")
+        raise PoseError(
+            f"ends: no via points keep the line within {1e3 * tolerance:.3g} mm"
+        )

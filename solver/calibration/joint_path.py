@@ -24,7 +24,9 @@ FARTHEST = 0.1
 class CommandError(MukcaError):
     """A pose that no joint positions within the limits reach, as far as was found."""
 
-    def __init__(self, message: str, solutions: Solutions, row: int, joint: str = "") -> None:
+    def __init__(
+        self, message: str, solutions: Solutions, row: int, joint: str = ""
+    ) -> None:
         super().__init__(message)
         self.positions: np.ndarray = solutions.positions[row]
         """The nearest joint positions, shape (m,) [rad]."""
@@ -75,7 +77,10 @@ class JointPath(Solutions):
 
 
 def along(
-    search: Callable[..., Solutions], targets: np.ndarray, near: np.ndarray, prefer: ArrayLike
+    search: Callable[..., Solutions],
+    targets: np.ndarray,
+    near: np.ndarray,
+    prefer: ArrayLike,
 ) -> Solutions:
     """Return solutions for poses, each searched for near the last one that was reached."""
     rows: list[Solutions] = []
@@ -85,7 +90,9 @@ def along(
         rows.append(solution)
     rows = rows or [search(targets, near, prefer)]
     names = ("positions", "left", "rounds")
-    return Solutions(*(np.concatenate([*map(attrgetter(name), rows)]) for name in names))
+    return Solutions(
+        *(np.concatenate([*map(attrgetter(name), rows)]) for name in names)
+    )
 
 
 def check_nearby(solutions: Solutions, rows: np.ndarray) -> None:
@@ -123,7 +130,9 @@ def not_reached(where: str, solutions: Solutions, row: int, joint: str) -> Comma
     )
 
 
-def find_jumps(q: np.ndarray, pose: Callable[[np.ndarray], np.ndarray], turns: bool) -> list[int]:
+def find_jumps(
+    q: np.ndarray, pose: Callable[[np.ndarray], np.ndarray], turns: bool
+) -> list[int]:
     """Return the rows to which the joints do not go straight, by the tool's way and its turns."""
     poses = pose(q)
     first, second = poses[:-1], poses[1:]

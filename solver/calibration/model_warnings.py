@@ -54,7 +54,9 @@ def _locked_angles(robot: Robot, options: SolveOptions) -> Iterator[str]:
     variable = {parameter.joint for parameter in parameters if parameter.unit == "rad"}
     joints = [joint for joint in robot.actuated if joint.name in variable]
     near = math.sin(LOCKED)
-    locked = [joint.name for joint in joints if abs(math.cos(joint.origin.rpy[1])) < near]
+    locked = [
+        joint.name for joint in joints if abs(math.cos(joint.origin.rpy[1])) < near
+    ]
     if locked:
         yield (
             f"{', '.join(locked)}: a pitch near 90 degrees makes roll and yaw one turn, and the "
@@ -65,7 +67,9 @@ def _locked_angles(robot: Robot, options: SolveOptions) -> Iterator[str]:
 def check_zeros(robot: Robot, options: SolveOptions) -> None:
     """Refuse zeros that the URDF could not hold."""
     parameters = choose_parameters(robot, options.free, options.fix)
-    angles = Counter(parameter.joint for parameter in parameters if parameter.unit == "rad")
+    angles = Counter(
+        parameter.joint for parameter in parameters if parameter.unit == "rad"
+    )
     for joint in robot.actuated if options.zeros else ():
         if joint.type == "prismatic" or angles[joint.name] < 3:
             raise UsageError(f"--zeros: {joint.name} must turn, and its angles be free")

@@ -42,7 +42,9 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
                 self._poses[name] = Pose.of(Origin(relative.xyz, relative.rpy))
         self._calibrations: dict[str, Calibration] = {}
         for name, calibration in calibrations.items():
-            file = msgspec.structs.replace(calibration.document, arm_name=name, arms=document)
+            file = msgspec.structs.replace(
+                calibration.document, arm_name=name, arms=document
+            )
             arm = Calibration(file, calibration.calibrated, calibration.source)
             arm.base_in = partial(self.base_in, name)
             self._calibrations[name] = arm
@@ -68,7 +70,9 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         """
         if name not in self._poses:
             relative = self.document.between.get(f"{self.document.robots[0]}_to_{name}")
-            raise UsageError(relative.text if relative else f"no robot is called {name!r}")
+            raise UsageError(
+                relative.text if relative else f"no robot is called {name!r}"
+            )
         return self._poses[name]
 
     def base_in(self, name: str, frame: str, at: ArrayLike | None = None) -> np.ndarray:
@@ -92,8 +96,12 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         place = (self.pose(robot) if robot in self else measured[robot]).matrix
         if link:
             if at is None:
-                raise UsageError(f"frame {frame!r}: say by `at` which joint positions {robot} has")
-            place = place @ self[robot].flange(at, tool=None if link == "flange" else link)
+                raise UsageError(
+                    f"frame {frame!r}: say by `at` which joint positions {robot} has"
+                )
+            place = place @ self[robot].flange(
+                at, tool=None if link == "flange" else link
+            )
         return np.linalg.inv(place) @ self.pose(name).matrix
 
     def urdf(self, folder: Path | None = None) -> bytes:
@@ -129,7 +137,10 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         outputs: dict[str, str] = {}
         for name, calibration in self.items():
             written = calibration.save(
-                folder / name, force=force, accept_distorted=accept_distorted, pages=pages
+                folder / name,
+                force=force,
+                accept_distorted=accept_distorted,
+                pages=pages,
             )
             outputs |= {f"{name}_{kind}": path for kind, path in written.items()}
         results.write_files(folder, contents)
@@ -139,16 +150,22 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything by name, as the command line's JSON has it."""
-        robots = {name: calibration.result.as_dict() for name, calibration in self.items()}
+        robots = {
+            name: calibration.result.as_dict() for name, calibration in self.items()
+        }
         rows = list[dict[str, Any]]()
         for name, result in robots.items():
             rows += [{**row, "robot": name} for row in result["placements"]]
-        errors = Errors(chain(*(calibration.document.placements for calibration in self.values())))
+        errors = Errors(
+            chain(*(calibration.document.placements for calibration in self.values()))
+        )
         first = next(iter(robots.values()))
         same = ("method", "optimizer", "iterations", "converged", "solve_seconds")
         shared = self.document.as_dict()
         return {
-            "robot": ", ".join(f"{name}={result['robot']}" for name, result in robots.items()),
+            "robot": ", ".join(
+                f"{name}={result['robot']}" for name, result in robots.items()
+            ),
             **{key: first[key] for key in same},
             "placements": rows,
             "summary": errors.summary.as_dict(),
@@ -184,10 +201,14 @@ def calibration_files(file: str | Path) -> dict[str, Path]:
         single = path / "calibration.json"
         arms = path / "arms.json"
         path = arms if arms.is_file() and not single.is_file() else single
-        folders = sorted(str(below.parent) for below in Path(file).glob("*/calibration.json"))
+        folders = sorted(
+            str(below.parent) for below in Path(file).glob("*/calibration.json")
+        )
         if folders and not path.exists():
             names = ", ".join(folders)
-            raise results.DocumentError(f"{file}: holds no calibration.json; name one of {names}")
+            raise results.DocumentError(
+                f"{file}: holds no calibration.json; name one of {names}"
+            )
     if path.name != "arms.json" and results.format_of(path) != results.ARMS_FORMAT:
         return {"": path}
     names = _arms(path).robots
@@ -224,7 +245,9 @@ def common_document(
 ) -> results.ArmsDocument:
     """Return everything that robots have in common."""
     first, *names = calibrations
-    relative = {f"{first}_to_{n}": base_to_base(world, i) for i, n in enumerate(names, 1)}
+    relative = {
+        f"{first}_to_{n}": base_to_base(world, i) for i, n in enumerate(names, 1)
+    }
     standing = [0, *(i for i, pose in enumerate(relative.values(), 1) if pose.xyz)]
     return results.ArmsDocument(
         robots=tuple(calibrations),
@@ -235,8 +258,16 @@ def common_document(
                 name=name,
                 robot=calibration.document.robot,
                 options=dict(calibration.robot.loaded_with),
-                train=tuple(row.folder for row in calibration.document.data if row.role == "train"),
-                test=tuple(row.folder for row in calibration.document.data if row.role == "test"),
+                train=tuple(
+                    row.folder
+                    for row in calibration.document.data
+                    if row.role == "train"
+                ),
+                test=tuple(
+                    row.folder
+                    for row in calibration.document.data
+                    if row.role == "test"
+                ),
                 postures=_postures(world, i) if i in standing else [],
             )
             for i, (name, calibration) in enumerate(calibrations.items())

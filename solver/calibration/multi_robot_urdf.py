@@ -41,8 +41,12 @@ class Placed:
 def joined_urdf(robots: Sequence[Placed], folder: Path | None = None) -> bytes:
     """Return one URDF with all robots, in which meshes are found from a folder."""
     first = robots[0].robot
-    tips = {arm.robot.tip for arm in robots}  # different chains, and not one model several times
-    if all(arm.robot.source == first.source for arm in robots) and len(tips) == len(robots):
+    tips = {
+        arm.robot.tip for arm in robots
+    }  # different chains, and not one model several times
+    if all(arm.robot.source == first.source for arm in robots) and len(tips) == len(
+        robots
+    ):
         return _in_one_file(robots)
     root = ET.Element("robot", name="_".join(arm.name for arm in robots))
     ET.SubElement(root, "link", name=WORLD)
@@ -115,7 +119,10 @@ def _in_one_file(robots: Sequence[Placed]) -> bytes:
         origins = list(map(Origin.of, arm.calibrated.origins))
         if arm.robot is not first:
             pairs = zip(first.joints, names, strict=False)
-            shared = [joint for joint, _ in takewhile(lambda pair: pair[0].name == pair[1], pairs)]
+            shared = [
+                joint
+                for joint, _ in takewhile(lambda pair: pair[0].name == pair[1], pairs)
+            ]
             moving = [joint.name for joint in shared if joint.actuated]
             if moving:
                 raise ModelError(

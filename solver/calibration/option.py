@@ -37,7 +37,11 @@ class Option:
     @property
     def method(self) -> str | None:
         """The only method that knows the option."""
-        return self.group.removeprefix("method ") if self.group.startswith("method ") else None
+        return (
+            self.group.removeprefix("method ")
+            if self.group.startswith("method ")
+            else None
+        )
 
     @property
     def help(self) -> str:
@@ -56,19 +60,30 @@ class Option:
         """Refuse a value that cannot be."""
         words = f"--{name.replace('_', '-')}"
         if self.within is not None and not self._is_within(value):
-            numbers = cast("Sequence[Any]", value if isinstance(value, tuple | list) else [value])
-            typed_numbers = " ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in numbers)
+            numbers = cast(
+                "Sequence[Any]", value if isinstance(value, tuple | list) else [value]
+            )
+            typed_numbers = " ".join(
+                f"{x:g}" if isinstance(x, float) else str(x) for x in numbers
+            )
             raise UsageError(f"{words} {typed_numbers}: give {self.unit}")
-        unknown = [item for item in value if item not in self.choices] if self.choices else []
+        unknown = (
+            [item for item in value if item not in self.choices] if self.choices else []
+        )
         if unknown:
-            raise UsageError(f"{words} {unknown[0]}: choose among {', '.join(self.choices)}")
+            raise UsageError(
+                f"{words} {unknown[0]}: choose among {', '.join(self.choices)}"
+            )
 
     def _is_within(self, value: Any) -> bool:
         """Return whether a number is in its range; of a vector, its length, and its components."""
         low, high = self.within or (-math.inf, math.inf)
         try:
             if isinstance(self.metavar, tuple):
-                return len(value) == len(self.metavar) and low <= math.hypot(*value) <= high
+                return (
+                    len(value) == len(self.metavar)
+                    and low <= math.hypot(*value) <= high
+                )
             return bool(low <= value <= high)
         except TypeError:  # text in place of a number
             return False
@@ -79,7 +94,11 @@ def joints_named(words: str, joints: Sequence[str]) -> tuple[str, ...]:
 
     It has names between commas, or one word in which ``*`` is each of the model's names.
     """
-    names = words.split(",") if "*" not in words else [words.replace("*", j) for j in joints]
+    names = (
+        words.split(",")
+        if "*" not in words
+        else [words.replace("*", j) for j in joints]
+    )
     if len(names) != len(joints):
         raise UsageError(
             f"--joints {words}: {len(names)} names, but the model has {len(joints)} joints: "

@@ -48,7 +48,10 @@ class CalibrateOptions(TypedDict, total=False):
 
 
 def _option(
-    text: str, metavar: str | tuple[str, ...] | None = None, unset: Any = None, **about: Any
+    text: str,
+    metavar: str | tuple[str, ...] | None = None,
+    unset: Any = None,
+    **about: Any,
 ) -> Any:
     """Field of an option, with the text of its help and what else :class:`Option` holds."""
     metadata = {"text": text, "metavar": metavar, "group": "fit"}
@@ -98,7 +101,8 @@ class SolveOptions:
         unset=False,
     )
     flange_poses: bool = _option(
-        "each poses.csv holds measured flange poses, whatever its first line lacks", unset=False
+        "each poses.csv holds measured flange poses, whatever its first line lacks",
+        unset=False,
     )
     repeatability_mm: float | None = _option(
         "repeatability of the arm in millimetres, from its data sheet, on which the verdict's "
@@ -131,10 +135,13 @@ class SolveOptions:
         unit="metres",
     )
     without: Sequence[str] = _auto(
-        "effects that are not to be tried", unset=(), choices=(*EXTENSIONS, "joint-noise")
+        "effects that are not to be tried",
+        unset=(),
+        choices=(*EXTENSIONS, "joint-noise"),
     )
     zeros: bool | None = _auto(
-        "the joints' zeros may be off by degrees: for arms made of servos", default=False
+        "the joints' zeros may be off by degrees: for arms made of servos",
+        default=False,
     )
     type_prior: Sequence[str | Path] = _auto(
         "calibration.json of other arms of the type, or a fleet's elasticity.json: their "
@@ -177,24 +184,35 @@ class SolveOptions:
     def validated(self) -> "SolveOptions":
         """Return the options with defaults filled in, and files read; refuse what cannot be."""
         if self.method not in get_args(Method):
-            raise UsageError(f"method {self.method!r}: choose one of {', '.join(get_args(Method))}")
+            raise UsageError(
+                f"method {self.method!r}: choose one of {', '.join(get_args(Method))}"
+            )
         filled: dict[str, Any] = {}
         for name, option in option_table().items():
             value = getattr(self, name)
             unset = getattr(SolveOptions, name)
             mine = option.method in (None, self.method)
             if value is None or (isinstance(value, Sequence) and not value):
-                filled[name] = value if option.default is None or not mine else option.default
+                filled[name] = (
+                    value if option.default is None or not mine else option.default
+                )
                 continue
             if not mine:
-                words = f"--{name.replace('_', '-')} belongs to --method {option.method}"
+                words = (
+                    f"--{name.replace('_', '-')} belongs to --method {option.method}"
+                )
                 raise UsageError(f"{words}; this is --method {self.method}")
-            filled[name] = (value,) if unset == () and isinstance(value, str | Path) else value
+            filled[name] = (
+                (value,) if unset == () and isinstance(value, str | Path) else value
+            )
             option.check(name, filled[name])
         if self.remounted and self.prior is None:
             raise UsageError("--remounted: since which calibration? Name it by --prior")
         readings: Any = filled["distance"]
-        if isinstance(readings, list | tuple) and len(cast("Sequence[Any]", readings)) == 1:
+        if (
+            isinstance(readings, list | tuple)
+            and len(cast("Sequence[Any]", readings)) == 1
+        ):
             (filled["distance"],) = readings
         options = replace(self, **filled)
         return replace(
@@ -220,7 +238,10 @@ class SolveOptions:
     @property
     def distances(self) -> "list[KnownDistance]":
         """Known distances."""
-        return [data.parse_known(str(k)) if isinstance(k, str | Path) else k for k in self.known]
+        return [
+            data.parse_known(str(k)) if isinstance(k, str | Path) else k
+            for k in self.known
+        ]
 
     @property
     def located(self) -> "list[SocketAt]":
@@ -246,14 +267,18 @@ def option_table() -> dict[str, Option]:
     return {entry.name: Option(**entry.metadata) for entry in fields(SolveOptions)}
 
 
-def check_keywords(function: str, names: Collection[str], choices: Collection[str]) -> None:
+def check_keywords(
+    function: str, names: Collection[str], choices: Collection[str]
+) -> None:
     """Refuse a keyword that a function does not have, and name the nearest that it has."""
     from difflib import get_close_matches
 
     for name in names:
         if name not in choices:
             (nearest,) = get_close_matches(name, choices, n=1, cutoff=0.0)
-            raise UsageError(f"{function} has no option {name!r}; the nearest is {nearest!r}")
+            raise UsageError(
+                f"{function} has no option {name!r}; the nearest is {nearest!r}"
+            )
 
 
 def _plain(value: Any) -> Any:

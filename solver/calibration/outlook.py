@@ -35,10 +35,15 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     if fit.posterior is None:
         return results.Outlook(joints=joints)
     test = [m for m in problem.test if m.kind == "sockets"]
-    centres = np.array([calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test])
+    centres = np.array(
+        [calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test]
+    )
     new = _imagined(robot, farthest_place(centres), train[0].distance, load)
     forecasts: list[results.Forecast] = []
-    for name, samples in [*((m.name, load.by_socket(robot, m)) for m in test), (None, new)]:
+    for name, samples in [
+        *((m.name, load.by_socket(robot, m)) for m in test),
+        (None, new),
+    ]:
         after = predicted_posterior(fit.posterior, samples) if samples else None
         if after is not None:
             error = bayes.workspace_errors(after, load).median
@@ -47,7 +52,9 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     return results.Outlook(joints=joints, map=places, forecasts=tuple(forecasts))
 
 
-def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> list[SocketSamples]:
+def _imagined(
+    robot: Robot, place: np.ndarray, distance: float, load: Load
+) -> list[SocketSamples]:
     """Return varied samples in both sockets of a base at a place; none where it is out of reach."""
     half = np.array([0.0, distance / 2, 0.0])
     for factor in NEARER:
@@ -57,6 +64,10 @@ def _imagined(robot: Robot, place: np.ndarray, distance: float, load: Load) -> l
             q = InverseKinematics(robot).reach(balls, np.random.default_rng(0))
         except SimulationError:
             continue
-        repeated = [np.tile(rows, (ADVISED // GUIDED, 1)) for rows in (q[:GUIDED], q[GUIDED:])]
-        return [SocketSamples(rows, load.moments(robot, rows, None)) for rows in repeated]
+        repeated = [
+            np.tile(rows, (ADVISED // GUIDED, 1)) for rows in (q[:GUIDED], q[GUIDED:])
+        ]
+        return [
+            SocketSamples(rows, load.moments(robot, rows, None)) for rows in repeated
+        ]
     return []

@@ -21,7 +21,11 @@ class Payloads:
     @staticmethod
     def read(words: float | str | Sequence[float | str] | None) -> "Payloads":
         """Return masses such as ``0.5`` and ``left=0.7``; UsageError for one that is none."""
-        several = words if isinstance(words, Sequence) and not isinstance(words, str) else [words]
+        several = (
+            words
+            if isinstance(words, Sequence) and not isinstance(words, str)
+            else [words]
+        )
         masses: dict[str, float] = {}
         for item in several if words is not None else ():
             name, _, mass = str(item).rpartition("=")
@@ -46,7 +50,9 @@ class Payloads:
         """The masses as options have them: one number where no placement is named."""
         if set(self.masses) <= {""}:
             return self.masses.get("")
-        return tuple(f"{name}={mass!r}".lstrip("=") for name, mass in self.masses.items())
+        return tuple(
+            f"{name}={mass!r}".lstrip("=") for name, mass in self.masses.items()
+        )
 
     def check(self, placements: "Iterable[Placement]") -> None:
         """Refuse a payload of a placement that is not there."""
@@ -70,5 +76,7 @@ class Payloads:
             mass = self.masses.get(placement.name, self.masses.get(placement.place))
             if others and mass is None and placement.payload is None:
                 mass = self.masses.get("")
-            loaded.append(placement if mass is None else replace(placement, payload=mass))
+            loaded.append(
+                placement if mass is None else replace(placement, payload=mass)
+            )
         return loaded

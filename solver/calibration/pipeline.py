@@ -79,7 +79,9 @@ def calibrate(
     check_keywords("calibrate", options, signature(calibrate).parameters)
     settings = SolveOptions(**options).validated()
     problems = problems_of(robot, train, test, settings)
-    if not isinstance(robot, Mapping):  # a known distance follows a placement that was split
+    if not isinstance(
+        robot, Mapping
+    ):  # a known distance follows a placement that was split
         settings = replace(settings, known=problems[""].options.known)
     bases: dict[str, list[str]] = {"train": [], "test": []}
     for role, measured in chain(*(problem.placements for problem in problems.values())):
@@ -104,7 +106,10 @@ def _show_options(function: Callable[..., Any]) -> None:
     parameters = [*arguments, *signature(SolveOptions).parameters.values()]
     function.__signature__ = signature(function).replace(parameters=parameters)  # pyright: ignore
     texts = (f"{name}: {option.described}." for name, option in option_table().items())
-    rows = [fill(text, 92, initial_indent="    ", subsequent_indent="        ") for text in texts]
+    rows = [
+        fill(text, 92, initial_indent="    ", subsequent_indent="        ")
+        for text in texts
+    ]
     # The compiler of Python 3.13 takes the indentation off, -OO the whole docstring.
     function.__doc__ = "\n".join([getdoc(function) or "", "", "Options:", *rows])
 

@@ -50,7 +50,9 @@ def one_pose(pose: ArrayLike, what: str, place: Quantity = LENGTH) -> np.ndarray
     """Return one pose, shape (4, 4), checked as by :func:`as_poses`; its place is a quantity."""
     T = as_poses(pose, what)
     if T.shape != (4, 4) or np.shape(pose) == (3,):
-        raise PoseError(f"{what} of shape {np.shape(pose)}: one pose of shape (4, 4) is needed")
+        raise PoseError(
+            f"{what} of shape {np.shape(pose)}: one pose of shape (4, 4) is needed"
+        )
     doubt = place.doubt(T[:3, 3])
     if doubt:
         raise PoseError(f"{what}: its place has {doubt}")
@@ -74,7 +76,10 @@ def as_poses(pose: ArrayLike, what: str) -> np.ndarray:
         )
     if not np.isfinite(array).all():
         raise PoseError(f"{what}: holds numbers that are not finite")
-    if array.shape == (3, 3) and np.abs(_nearest_rotation(array) - array).max() < SKEWED:
+    if (
+        array.shape == (3, 3)
+        and np.abs(_nearest_rotation(array) - array).max() < SKEWED
+    ):
         raise PoseError(
             f"{what} of shape (3, 3): a rotation alone; give the pose [R p; 0 0 0 1], shape (4, 4)"
         )
@@ -156,7 +161,11 @@ def quaternion_of(rotations: np.ndarray) -> np.ndarray:
 def one_payload(payload: Payload | None) -> Payload | None:
     """Return a payload as numbers; a :class:`PoseError` where it is none."""
     try:
-        return None if payload is None else (float(payload[0]), tuple(map(float, payload[1])))
+        return (
+            None
+            if payload is None
+            else (float(payload[0]), tuple(map(float, payload[1])))
+        )
     except (TypeError, ValueError, IndexError):
         raise PoseError(
             f"payload {payload!r:.60}: give its mass and its centre, as (1.2, (0, 0, 0.05))"

@@ -15,12 +15,17 @@ from .options import SolveOptions, UsageError
 from .problem import CalibrationProblem
 from .setting_right import checked, mended
 
-Recordings = Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]
+Recordings = (
+    Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]
+)
 """Placements; of several robots by the robots' names, or each with its own ``robot_name``."""
 
 
 def problems_of(
-    robot: Robot | Mapping[str, Robot], train: Recordings, test: Recordings, options: SolveOptions
+    robot: Robot | Mapping[str, Robot],
+    train: Recordings,
+    test: Recordings,
+    options: SolveOptions,
 ) -> dict[str, CalibrationProblem]:
     """Return what there is to fit by the robots' names; one robot alone has none."""
     if isinstance(robot, Mapping):
@@ -35,13 +40,18 @@ def problems_of(
     problem = _prepare(robot, training, held_out, options)
     if not options.located:
         measurements = [measured for _, measured in problem.placements]
-        lone_sockets = single_socket_diagnostics(measurements, problem.options.distances)
+        lone_sockets = single_socket_diagnostics(
+            measurements, problem.options.distances
+        )
         problem = replace(problem, checks=(*problem.checks, *lone_sockets))
     return {"": problem}
 
 
 def _problems_of_robots(
-    robots: Mapping[str, Robot], train: Recordings, test: Recordings, options: SolveOptions
+    robots: Mapping[str, Robot],
+    train: Recordings,
+    test: Recordings,
+    options: SolveOptions,
 ) -> dict[str, CalibrationProblem]:
     """Return what there is to fit to several robots."""
     _check_robots(robots, options)
@@ -54,7 +64,9 @@ def _problems_of_robots(
     for name, robot in robots.items():
         if not training[name]:
             names = ", ".join(robots)
-            raise UsageError(f"{name}: no placement to train on; the robots are {names}")
+            raise UsageError(
+                f"{name}: no placement to train on; the robots are {names}"
+            )
         problem = _prepare(robot, training[name], held_out[name], options)
         problems[name] = replace(problem, name=name)
     # The same samples given to two arms would fit both, so refuse them.
@@ -66,7 +78,9 @@ def _problems_of_robots(
 def _check_robots(robots: Mapping[str, Robot], options: SolveOptions) -> None:
     """Refuse options that several robots cannot have."""
     if options.method != "auto":
-        raise UsageError("several robots: --method paper knows one, --method auto knows both")
+        raise UsageError(
+            "several robots: --method paper knows one, --method auto knows both"
+        )
     for socket in options.located:
         if socket.frame == "base":
             raise UsageError(
@@ -74,7 +88,9 @@ def _check_robots(robots: Mapping[str, Robot], options: SolveOptions) -> None:
             )
 
 
-def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, list[Placement]]:
+def _by_robot(
+    robots: Mapping[str, Robot], placements: Recordings
+) -> dict[str, list[Placement]]:
     """Return each robot's placements: as given by name, or as each of them says."""
     by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
     listing = ", ".join(robots)
@@ -83,7 +99,9 @@ def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, 
         for name, group in placements.items():
             pairs += [(name, placement) for placement in as_list(group)]
     else:
-        pairs += [(placement.robot_name, placement) for placement in as_list(placements)]
+        pairs += [
+            (placement.robot_name, placement) for placement in as_list(placements)
+        ]
     for name, placement in pairs:
         where = placement.where
         if name is None:
@@ -91,7 +109,9 @@ def _by_robot(robots: Mapping[str, Robot], placements: Recordings) -> dict[str, 
                 f"{where}: which robot recorded it? Write NAME:{where}; the robots are {listing}"
             )
         if name not in by_robot:
-            raise UsageError(f"{where}: of robot {name!r}, but the robots are {listing}")
+            raise UsageError(
+                f"{where}: of robot {name!r}, but the robots are {listing}"
+            )
         if any(p.place == placement.place for p in by_robot[name]):
             raise UsageError(
                 f"{where}: robot {name} has two placements called {placement.place!r}; rename a "
@@ -136,26 +156,39 @@ def _measured(
             "--method auto knows both"
         )
     training, errors = checked(robot, train, options)
-    held_out, errors_held_out = checked(robot, [p for p in test if p not in trained_on], options)
+    held_out, errors_held_out = checked(
+        robot, [p for p in test if p not in trained_on], options
+    )
     if not training:
-        raise next(iter(errors), UsageError("--leave-out: no placement is left to train on"))
+        raise next(
+            iter(errors), UsageError("--leave-out: no placement is left to train on")
+        )
     warnings += [f"{error}; it is left out" for error in (*errors, *errors_held_out)]
     data = (*training, *held_out)
     check_distinct(data)
     warnings += model_warnings(robot, data, options)
     warnings += chain.from_iterable(m.warnings for m in data)
     return CalibrationProblem(
-        robot, training, options.load, options=options, test=held_out, warnings=tuple(warnings)
+        robot,
+        training,
+        options.load,
+        options=options,
+        test=held_out,
+        warnings=tuple(warnings),
     )
 
 
 def as_list(placements: object) -> list[Placement]:
     """Return placements as a list; one stands for itself, and a path is refused."""
     several = isinstance(placements, Iterable) and not isinstance(placements, str)
-    items: list[object] = list(cast("Iterable[object]", placements)) if several else [placements]
+    items: list[object] = (
+        list(cast("Iterable[object]", placements)) if several else [placements]
+    )
     checked_items: list[Placement] = []
     for item in items:
         if not isinstance(item, Placement):
-            raise UsageError(f"{item!r:.60}: no placement; read it by mukca.read_placements")
+            raise UsageError(
+                f"{item!r:.60}: no placement; read it by mukca.read_placements"
+            )
         checked_items.append(item)
     return checked_items

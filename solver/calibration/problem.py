@@ -34,7 +34,10 @@ class CalibrationProblem(RobotRecordings):
     @property
     def placements(self) -> list[tuple[results.Role, Measurement]]:
         """All placements, those to train on first."""
-        return [*(("train", m) for m in self.measurements), *(("test", m) for m in self.test)]
+        return [
+            *(("train", m) for m in self.measurements),
+            *(("test", m) for m in self.test),
+        ]
 
     def at_rest(
         self,
@@ -60,10 +63,14 @@ class CalibrationProblem(RobotRecordings):
             parts = zip(train, np.split(shifts, ends), strict=False)
             train = [replace(m, moved=shift) for m, shift in parts]
         test = [_set_apart(m, calibrated) for m in self.test]
-        return replace(self, checks=tuple(checks), measurements=tuple(train), test=tuple(test))
+        return replace(
+            self, checks=tuple(checks), measurements=tuple(train), test=tuple(test)
+        )
 
 
-def _set_apart(measured: Measurement, calibrated: results.CalibratedRobot) -> Measurement:
+def _set_apart(
+    measured: Measurement, calibrated: results.CalibratedRobot
+) -> Measurement:
     """Return a held-out placement with what is otherwise in it."""
     if not measured.apart:
         return measured

@@ -35,16 +35,22 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     selected = fit.selected
     if selected is not None:
         warnings = (*warnings, UNKNOWN) if posterior is None else warnings
-        problem = problem.at_rest(posterior and posterior.moved, selected.movements, calibrated)
+        problem = problem.at_rest(
+            posterior and posterior.moved, selected.movements, calibrated
+        )
     before = ball_refitted(problem)
     deflection = calibrated.deflection
     errors = errors_of(problem, fit, before)
-    with_errors = ((m, evaluate(calibrated.predict(m), m)) for m in problem.measurements)
+    with_errors = (
+        (m, evaluate(calibrated.predict(m), m)) for m in problem.measurements
+    )
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
     parameters = estimates.known_of(fit, problem, before)
     names = problem.robot.joint_names
     for m in problem.test:
-        beyond = results.beyond_words(parameters.get("curves"), names, m.positions, m.name)
+        beyond = results.beyond_words(
+            parameters.get("curves"), names, m.positions, m.name
+        )
         warnings = (*warnings, *beyond)
     return results.CalibrationDocument(
         format=results.FORMAT,
@@ -56,7 +62,9 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         solve_seconds=fit.seconds,
         placements=errors.placements,
         summary=errors.summary,
-        distorted=tuple(m.name for m, metrics in with_errors if is_distorted(metrics, m)),
+        distorted=tuple(
+            m.name for m, metrics in with_errors if is_distorted(metrics, m)
+        ),
         parameters=estimates.parameter_values(calibrated, posterior),
         rotation_numbers=calibrated.rotation_numbers,
         choices=selected and selected.notes,
@@ -126,13 +134,17 @@ def _samples(
     return tuple(rows)
 
 
-def _provenance(robot: Robot, measurements: Sequence[Measurement]) -> results.Provenance:
+def _provenance(
+    robot: Robot, measurements: Sequence[Measurement]
+) -> results.Provenance:
     """Return what a result was made from and with: digests, versions, time."""
     files = chain.from_iterable(measured.placement.files for measured in measurements)
     return results.Provenance(
         created=datetime.now(timezone.utc).isoformat(timespec="seconds"),
         model_sha256=robot.sha256,
-        data_sha256={str(file): hashlib.sha256(file.read_bytes()).hexdigest() for file in files},
+        data_sha256={
+            str(file): hashlib.sha256(file.read_bytes()).hexdigest() for file in files
+        },
         versions={
             "python": platform.python_version(),
             "mukca": __version__,

@@ -69,15 +69,21 @@ def mended(
     actions = set(allowed) - set(barred)
     survey = inspector.look(training, held_out)
     done = list[Diagnostic]()
-    doubtful = survey.unclear or any(inspection.corrections for inspection in survey.placements)
+    doubtful = survey.unclear or any(
+        inspection.corrections for inspection in survey.placements
+    )
     if doubtful and actions:
         # what looks like a drift of an arm whose gears have play
         of_training = actions - {"follow"} if options.zeros else actions
         inspections = survey.placements[: len(training)]
         training, done = inspector.set_right(training, actions=of_training)
-        if not done:  # too few to tell by themselves: where a base moved, all tell together
+        if (
+            not done
+        ):  # too few to tell by themselves: where a base moved, all tell together
             training, done = by_findings(training, inspections, LEAST, of_training)
-        held_out, done_held_out = inspector.set_right(held_out, training, LEAST_HELD_OUT, actions)
+        held_out, done_held_out = inspector.set_right(
+            held_out, training, LEAST_HELD_OUT, actions
+        )
         done += done_held_out
         survey = inspector.look(training, held_out)
     gains = set(survey.gains) if allowed == ALL_ACTIONS else set[str]()
@@ -121,7 +127,9 @@ class Inspector:
     surveys: dict[tuple[int, ...], tuple[list[Measurement], Survey]]
     """Inspections of placements, which are kept, so that no other takes an id."""
 
-    def look(self, training: Sequence[Measurement], held_out: Sequence[Measurement] = ()) -> Survey:
+    def look(
+        self, training: Sequence[Measurement], held_out: Sequence[Measurement] = ()
+    ) -> Survey:
         """Return what explains placements to train on, and others held out beside them."""
         names = [m.name for m in training] if held_out else []
         measurements = [*training, *held_out]
@@ -130,7 +138,9 @@ class Inspector:
             options = self.options
             followed = self.followed(measurements)
             lengths = [k for k in followed if _is_between(k, measurements)]
-            given = Given(lengths, options.deviation, options.load, _mender(options), names)
+            given = Given(
+                lengths, options.deviation, options.load, _mender(options), names
+            )
             survey = inspect_all(
                 self.robot,
                 measurements,
@@ -141,13 +151,17 @@ class Inspector:
             self.surveys[key] = measurements, survey
         return self.surveys[key][1]
 
-    def followed(self, measurements: Sequence[Measurement]) -> tuple[KnownDistance, ...]:
+    def followed(
+        self, measurements: Sequence[Measurement]
+    ) -> tuple[KnownDistance, ...]:
         """Return known distances by the first parts that hold their sockets, of what was split."""
         part: dict[tuple[str, int], tuple[str, int]] = {}
         for name, socket in chain.from_iterable(m.labels for m in measurements):
             part.setdefault((whole_name(name), socket), (name, socket))
         return tuple(
-            replace(k, first=part.get(k.first, k.first), second=part.get(k.second, k.second))
+            replace(
+                k, first=part.get(k.first, k.first), second=part.get(k.second, k.second)
+            )
             for k in self.lengths
         )
 
@@ -170,14 +184,18 @@ class Inspector:
         placements = list(measurements)
         done = list[Diagnostic]()
         for _ in range(ROUNDS if placements else 0):
-            survey = self.look(reference, placements) if reference else self.look(placements)
+            survey = (
+                self.look(reference, placements) if reference else self.look(placements)
+            )
             inspections = survey.placements[len(reference) :]
             alone = [self.look([m]).placements[0] for m in placements if survey.unclear]
             if any(inspection.corrections for inspection in alone):
                 inspections = alone
             elif len(reference) == 1:
                 inspections = _beside_one(survey.placements[0], inspections)
-            placements, diagnostics = by_findings(placements, inspections, minimum, actions)
+            placements, diagnostics = by_findings(
+                placements, inspections, minimum, actions
+            )
             if not diagnostics:
                 break
             done += diagnostics
@@ -194,10 +212,16 @@ def _mender(options: SolveOptions) -> str:
     """Return what would set recordings right, in the words of advice."""
     if actions_of(options) == ALL_ACTIONS:
         return MENDER
-    return f"{MENDER} --method auto" if options.method == "paper" else f"{MENDER} by default"
+    return (
+        f"{MENDER} --method auto"
+        if options.method == "paper"
+        else f"{MENDER} by default"
+    )
 
 
-def _beside_one(reference: Inspection, held_out: Sequence[Inspection]) -> list[Inspection]:
+def _beside_one(
+    reference: Inspection, held_out: Sequence[Inspection]
+) -> list[Inspection]:
     """Return what was seen of placements held out, with what sets apart the one trained on.
 
     Which of two differs cannot be told: the model has the ball and the zeros of the latter.
@@ -221,12 +245,16 @@ def by_findings(
     """
     corrections = [list(inspection.corrections) for inspection in inspections]
     pairs = zip(placements, corrections, strict=True)
-    if not any(len(m.sockets) > 1 and "merge" not in {c.action for c in cs} for m, cs in pairs):
+    if not any(
+        len(m.sockets) > 1 and "merge" not in {c.action for c in cs} for m, cs in pairs
+    ):
         actions = {action for action in actions if action != "merge"}
     for corrections_here in corrections:
         allowed = [c for c in corrections_here if c.action in actions]
         steps = [c for c in allowed if c.action != "follow"]
-        corrections_here[:] = steps or allowed  # a drift of what remains is looked for afterwards
+        corrections_here[:] = (
+            steps or allowed
+        )  # a drift of what remains is looked for afterwards
     return corrected(placements, corrections, least)
 
 
@@ -239,7 +267,9 @@ def checked(
     errors = list[MukcaError]()
     for placement in without(placements, options.leave_out):
         try:
-            m = measure(placement, robot, options.distance, sockets=sockets, load=options.load)
+            m = measure(
+                placement, robot, options.distance, sockets=sockets, load=options.load
+            )
             measured.append(spaced(m, placement.name, options.located))
         except (TooFewError, RecordingError) as error:
             if options.as_recorded:
@@ -260,9 +290,12 @@ def placements_set_right(
 ) -> tuple[list[Placement], list[Diagnostic]]:
     """Return placements with all set right that can be, as before a fit, and what was done."""
     measured = [
-        measure(p, robot, options.distance, sockets=1, load=options.load) for p in placements
+        measure(p, robot, options.distance, sockets=1, load=options.load)
+        for p in placements
     ]
-    problem = CalibrationProblem(robot, (), options.load, options=options, test=measured)
+    problem = CalibrationProblem(
+        robot, (), options.load, options=options, test=measured
+    )
     # a placement alone does not say what has unknowns of its own in it
     mending, done = mended(problem, barred=["set apart", "follow"])
     return [m.placement for m in mending.test], done

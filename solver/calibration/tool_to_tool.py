@@ -52,7 +52,9 @@ def tool_distances(
     """
     first, second = data
     robots = {name: arms[name].calibrated for name in data}
-    both = [_at_places(robot, arms.pose(name), data[name]) for name, robot in robots.items()]
+    both = [
+        _at_places(robot, arms.pose(name), data[name]) for name, robot in robots.items()
+    ]
     places = [place for place in both[0] if place in both[1]]
     if not places:
         raise UsageError(
@@ -60,7 +62,8 @@ def tool_distances(
             "sockets (folders of one name), or by one instrument (one frame)"
         )
     urdfs = [
-        _at_places(robot.geometric, arms.pose(name), data[name]) for name, robot in robots.items()
+        _at_places(robot.geometric, arms.pose(name), data[name])
+        for name, robot in robots.items()
     ]
     errors = _errors(both, places)
     counts = [sum(len(samples[place]) for place in places) for samples in both]
@@ -77,7 +80,9 @@ _AtPlaces = dict[tuple[str, int], np.ndarray]
 """By frame, or base and socket: predicted ball and measured point of each sample, (N, 2, 3) [m]."""
 
 
-def _at_places(robot: CalibratedRobot, pose: Pose, data: Sequence[Measurement]) -> _AtPlaces:
+def _at_places(
+    robot: CalibratedRobot, pose: Pose, data: Sequence[Measurement]
+) -> _AtPlaces:
     """Return predicted balls in the first robot's base beside what was measured."""
     samples: _AtPlaces = {}
     for measured in data:
@@ -94,7 +99,9 @@ def _at_places(robot: CalibratedRobot, pose: Pose, data: Sequence[Measurement]) 
     return samples
 
 
-def _errors(robots: Sequence[_AtPlaces], places: Sequence[tuple[str, int]]) -> np.ndarray:
+def _errors(
+    robots: Sequence[_AtPlaces], places: Sequence[tuple[str, int]]
+) -> np.ndarray:
     """Return the error of each pair of samples at the same place [m]."""
     errors: list[np.ndarray] = []
     for place in places:

@@ -121,7 +121,9 @@ def _length_of(
 
 
 @contextmanager
-def order_said(placements: Iterable[Placement], joint_names: Sequence[str]) -> Generator[None]:
+def order_said(
+    placements: Iterable[Placement], joint_names: Sequence[str]
+) -> Generator[None]:
     """Let an error say that columns were taken in order, which may be its reason."""
     try:
         yield
@@ -179,7 +181,9 @@ def copied_sockets(placements: Iterable[Placement]) -> Iterator[tuple[str, str]]
         for socket in np.unique(placement.sockets).tolist():
             samples = _samples_of(placement, socket)
             rounded = [row.tobytes() for row in rows[placement.sockets == socket]]
-            counts = Counter(chain.from_iterable(holders.get(row, ()) for row in rounded))
+            counts = Counter(
+                chain.from_iterable(holders.get(row, ()) for row in rounded)
+            )
             for file, count in counts.most_common(1):
                 if count > COPIED * len(rounded):
                     yield file, samples
@@ -224,7 +228,9 @@ def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
         q = measured.positions
         R = ball.rotations(none, q).points
         columns = other_columns(robot.joint_names, q)
-        mended = ((words, ball.rotations(none, other).points) for words, other in columns)
+        mended = (
+            (words, ball.rotations(none, other).points) for words, other in columns
+        )
         check_orientations(R, measured.quaternions, str(where), mended)
 
 
@@ -237,7 +243,9 @@ def _check_points(measured: Measurement) -> None:
             f"{where}: {N} measured points; at least {LEAST_POINTS} are needed, 50 are advised"
         )
     if not np.ptp(measured.positions, axis=0).any():
-        raise TooFewError(f"{where}: all {N} points are of one configuration; move the arm")
+        raise TooFewError(
+            f"{where}: all {N} points are of one configuration; move the arm"
+        )
 
 
 def _check_sockets(measured: Measurement, minimum: int) -> None:

@@ -51,7 +51,8 @@ def with_plausible_efforts(placement: Placement, robot: Robot, load: Load) -> Pl
     reason = "are they in N m"
     if -LARGEST_SLOPE < slope < 0:
         reason = (
-            "is their sign turned (option `effort` of the driver), or does the arm hang (--gravity)"
+            "is their sign turned (option `effort` of the driver), "
+            "or does the arm hang (--gravity)"
         )
     remark = (
         f"{placement.where}: efforts are {slope:.3g} times the model's gravity torque "

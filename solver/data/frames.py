@@ -198,7 +198,9 @@ def place_frames(frames: Sequence[FrameObservations]) -> list[Pose]:
     return [poses[i] for i in range(len(frames))]
 
 
-def _places_of(frame: FrameObservations, frames: Sequence[FrameObservations]) -> np.ndarray:
+def _places_of(
+    frame: FrameObservations, frames: Sequence[FrameObservations]
+) -> np.ndarray:
     """Return a frame's places by the numbers of several frames, shape (L, 3) [m], or NaN."""
     count = 1 + max(int(frame.numbers.max(initial=-1)) for frame in frames)
     places = np.full((count, 3), np.nan)
@@ -229,7 +231,9 @@ def _placed(frame: FrameObservations, world: np.ndarray) -> Pose:
     if len(inner) > 3:
         mirror = fit_pose(inner, outer, mirrored=True)
         typical = float(np.median(misfit))
-        typical_of_mirror = np.median(np.linalg.norm(mirror.apply(inner) - outer, axis=1))
+        typical_of_mirror = np.median(
+            np.linalg.norm(mirror.apply(inner) - outer, axis=1)
+        )
         if typical > 0.01 and typical_of_mirror < MIRRORED * typical:
             raise FrameError(
                 f"{wheres[0]}: coordinates of frame {frame.name!r} are mirrored (left-handed): "

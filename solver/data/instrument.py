@@ -105,7 +105,9 @@ def _turns(R: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
     return tool, frame, angles
 
 
-def other_columns(names: Sequence[str], q: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+def other_columns(
+    names: Sequence[str], q: np.ndarray
+) -> Iterator[tuple[str, np.ndarray]]:
     """Yield mistakes in columns of joint positions, shape (N, m), in words, and those mended."""
     for j, name in enumerate(names):
         mended = q.copy()
@@ -115,7 +117,10 @@ def other_columns(names: Sequence[str], q: np.ndarray) -> Iterator[tuple[str, np
         mended = q.copy()
         mended[:, pair] = q[:, pair[::-1]]
         joints = " and ".join(f"{j + 1} ({names[j]})" for j in pair)
-        yield f"the columns of joints {joints} look swapped: they fit the other way round", mended
+        yield (
+            f"the columns of joints {joints} look swapped: they fit the other way round",
+            mended,
+        )
 
 
 def check_orientations(
@@ -142,7 +147,9 @@ def check_orientations(
         )
     elif as_is > STRANGE:
         angles = {mistake: _angle(rotations, M) for mistake, rotations in mended}
-        likely = [mistake for mistake, angle in angles.items() if angle < BETTER * as_is]
+        likely = [
+            mistake for mistake, angle in angles.items() if angle < BETTER * as_is
+        ]
         words = " or ".join(likely) or (
             "see the order of the joints, their zeros, their unit (radians) and the robot's model"
         )

@@ -108,7 +108,9 @@ def distance_covariance(lengths: Sequence[Known[int]]) -> np.ndarray:
     return covariance
 
 
-def common_covariance(first: Sequence[Known[int]], second: Sequence[Known[int]]) -> np.ndarray:
+def common_covariance(
+    first: Sequence[Known[int]], second: Sequence[Known[int]]
+) -> np.ndarray:
     """Return the covariance of the errors that known distances share by their bases [m^2].
 
     Its shape is (K, L) for K and L distances.
@@ -138,7 +140,9 @@ def parse_known(text: str) -> KnownDistance:
             "distance and deviation in metres"
         ) from None
     if not (0 < distance < 20 and 0 < deviation < math.inf):
-        raise KnownError(f"known distance {text!r}: distance and deviation are positive metres")
+        raise KnownError(
+            f"known distance {text!r}: distance and deviation are positive metres"
+        )
     return KnownDistance(_label(match[1]), _label(match[2]), distance, deviation)
 
 
@@ -149,7 +153,10 @@ def _label(words: str) -> Label:
 
 
 def find_socket(
-    labels: Sequence[Label], end: Label, error: type[MukcaError] = KnownError, where: str = ""
+    labels: Sequence[Label],
+    end: Label,
+    error: type[MukcaError] = KnownError,
+    where: str = "",
 ) -> int:
     """Return the index of the socket that a user names; the folder's own name is enough."""
     name, socket = end
@@ -166,7 +173,9 @@ def is_called(placement: str, name: str) -> bool:
     return name in (placement, placement.split("/")[-1])
 
 
-def read_sockets_at(sources: str | Path | Iterable[str | Path | SocketAt]) -> list[SocketAt]:
+def read_sockets_at(
+    sources: str | Path | Iterable[str | Path | SocketAt],
+) -> list[SocketAt]:
     """Return measured coordinates of sockets that files, words, or they themselves give.
 
     A CSV file; ``frame`` is a name of your own, ``base`` or ``NAME:base``; ``#`` begins a note::
@@ -203,14 +212,18 @@ def parse_socket_at(words: str) -> SocketAt:
         )
     frame, socket, *numbers = match.groups()
     values = [number_of(number) for number in numbers]
-    return _socket_at(words, frame, socket, [math.nan if x is None else x for x in values])
+    return _socket_at(
+        words, frame, socket, [math.nan if x is None else x for x in values]
+    )
 
 
 def _rows(file: Path) -> list[SocketAt]:
     """Return the coordinates in a file."""
     rows: list[SocketAt] = []
     line_of: dict[tuple[str, str], int] = {}
-    for line, (frame, socket), values in read_lengths(file, COLUMNS[:2], COLUMNS[2:], FrameError):
+    for line, (frame, socket), values in read_lengths(
+        file, COLUMNS[:2], COLUMNS[2:], FrameError
+    ):
         first = line_of.setdefault((frame, socket), line)
         if first != line:
             raise FrameError(
@@ -220,16 +233,24 @@ def _rows(file: Path) -> list[SocketAt]:
     return rows
 
 
-def _socket_at(where: str, frame: str, socket: str, values: Sequence[float]) -> SocketAt:
+def _socket_at(
+    where: str, frame: str, socket: str, values: Sequence[float]
+) -> SocketAt:
     if not _SOCKET.fullmatch(socket):
         raise FrameError(f"{where}: socket {socket!r}: expected PLACEMENT:0")
     if not _FRAME.fullmatch(frame):
-        raise FrameError(f"{where}: frame {frame!r} is no name: letters, digits, and . _ -")
+        raise FrameError(
+            f"{where}: frame {frame!r} is no name: letters, digits, and . _ -"
+        )
     x, y, z, deviation = values
     if not all(map(math.isfinite, values)) or deviation <= 0:
-        raise FrameError(f"{where}: x, y, z are numbers, and the deviation a positive one")
+        raise FrameError(
+            f"{where}: x, y, z are numbers, and the deviation a positive one"
+        )
     if deviation > LARGEST_DEVIATION:
-        raise FrameError(f"{where}: a deviation of {deviation:g} m tells nothing; check its unit")
+        raise FrameError(
+            f"{where}: a deviation of {deviation:g} m tells nothing; check its unit"
+        )
     return SocketAt(frame, _label(socket), (x, y, z), deviation, where)
 
 
@@ -250,7 +271,9 @@ def in_placements(
     return in_training
 
 
-def spaced(measured: Measurement, name: str, sockets_at: Sequence[SocketAt]) -> Measurement:
+def spaced(
+    measured: Measurement, name: str, sockets_at: Sequence[SocketAt]
+) -> Measurement:
     """Return a placement, called ``name``, whose sockets are as far apart as their coordinates say.
 
     Unless its distance was given otherwise, or the coordinates do not tell.

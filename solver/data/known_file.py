@@ -12,7 +12,9 @@ from .known import KnownDistance, KnownError
 from .length_table import read_lengths, text_without_notes
 
 
-def read_known(sources: Sequence[str | Path | KnownDistance]) -> Iterator[str | KnownDistance]:
+def read_known(
+    sources: Sequence[str | Path | KnownDistance],
+) -> Iterator[str | KnownDistance]:
     """Yield known distances, one by one; a word that is a file stands for its lines or rows.
 
     Raises:
@@ -34,6 +36,10 @@ def _words(file: Path) -> Iterator[str]:
     if not lines or "=" in lines[0] or not re.search("[,;\t]", lines[0]):
         yield from lines
         return
-    lengths = ["distance", "deviation"] if "deviation" in lines[0].lower() else ["distance"]
-    for _, (first, second), values in read_lengths(file, ["from", "to"], lengths, KnownError):
+    lengths = (
+        ["distance", "deviation"] if "deviation" in lines[0].lower() else ["distance"]
+    )
+    for _, (first, second), values in read_lengths(
+        file, ["from", "to"], lengths, KnownError
+    ):
         yield f"{first}-{second}={'+-'.join(map(repr, values))}"

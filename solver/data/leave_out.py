@@ -11,7 +11,9 @@ from .known import is_called
 _WORDS = re.compile(r"(.+?)(?::(\d+)(?::(\d[\d,-]*))?)?")
 """Placement, socket and samples."""
 _RANGE = re.compile(r"(\d+)(?:-(\d+))?")
-EXAMPLE = "write PLACEMENT, PLACEMENT:SOCKET or PLACEMENT:SOCKET:SAMPLES, as in left:1:3,5-7"
+EXAMPLE = (
+    "write PLACEMENT, PLACEMENT:SOCKET or PLACEMENT:SOCKET:SAMPLES, as in left:1:3,5-7"
+)
 
 
 class LeaveOutError(MukcaError):
@@ -65,14 +67,18 @@ def parse_left_out(words: str) -> LeftOut:
     return LeftOut(words, placement, number, tuple(numbers))
 
 
-def without(placements: Sequence[Placement], left_out: Iterable[str]) -> list[Placement]:
+def without(
+    placements: Sequence[Placement], left_out: Iterable[str]
+) -> list[Placement]:
     """Return placements without what is left out by hand; one that is empty by it is none."""
     items = [parse_left_out(words) for words in left_out]
     remaining: list[Placement] = []
     for placement in placements:
         of_placement = [item for item in items if item.names(placement)]
         samples = tuple(
-            s for s in placement.samples if not any(item.holds(s) for item in of_placement)
+            s
+            for s in placement.samples
+            if not any(item.holds(s) for item in of_placement)
         )
         if samples or not placement.samples:
             remaining.append(replace(placement, samples=samples))
@@ -85,8 +91,13 @@ def check_left_out(placements: Sequence[Placement], left_out: Iterable[str]) -> 
         matches = [placement for placement in placements if item.names(placement)]
         if not matches:
             name, _, numbers = item.placement.partition(":")
-            if any(replace(item, placement=name).names(placement) for placement in placements):
-                raise item.refusal(f"{numbers!r} is no socket with samples of {name}; {EXAMPLE}")
+            if any(
+                replace(item, placement=name).names(placement)
+                for placement in placements
+            ):
+                raise item.refusal(
+                    f"{numbers!r} is no socket with samples of {name}; {EXAMPLE}"
+                )
             names = ", ".join(placement.name for placement in placements)
             raise item.refusal(f"no such placement; there are: {names}")
         folders = {str(p.path.resolve() if p.path else p.name) for p in matches}
@@ -99,4 +110,6 @@ def check_left_out(placements: Sequence[Placement], left_out: Iterable[str]) -> 
                 if not any(map(part.holds, placement.samples)):
                     numbers = "-".join(map(str, dict.fromkeys(ends)))
                     samples = f"samples {numbers}".rstrip()
-                    raise item.refusal(f"{placement.name} has no {samples} in socket {item.socket}")
+                    raise item.refusal(
+                        f"{placement.name} has no {samples} in socket {item.socket}"
+                    )

@@ -34,7 +34,9 @@ def read_lengths(
     try:
         text = text_without_notes(file)
         if not text.strip():
-            raise RecordingError(f"{file}: empty; expected a CSV file with the header {header}")
+            raise RecordingError(
+                f"{file}: empty; expected a CSV file with the header {header}"
+            )
         table = table_of(text, file)
     except RecordingError as problem:
         raise error(str(problem)) from None
@@ -42,7 +44,9 @@ def read_lengths(
     for name in (*names, *lengths):
         called = [column for column in table.columns if column.name.lower() == name]
         if len(called) != 1:
-            raise error(f"{file}:1: column {name!r}: expected one; a header is {header}")
+            raise error(
+                f"{file}:1: column {name!r}: expected one; a header is {header}"
+            )
         columns += called
     of_lengths = columns[len(names) :]
     for column in of_lengths:

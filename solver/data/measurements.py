@@ -83,7 +83,9 @@ class Measurement:
     @cached_property
     def points(self) -> np.ndarray:
         """The measured balls in the instrument's frame, shape (N, 3) [m]."""
-        return np.array([sample.point for sample in self.placement.samples], dtype=float)
+        return np.array(
+            [sample.point for sample in self.placement.samples], dtype=float
+        )
 
     @property
     def has_orientations(self) -> bool:
@@ -98,7 +100,9 @@ class Measurement:
     @cached_property
     def quaternions(self) -> np.ndarray:
         """The same as unit quaternions x, y, z, w, shape (N, 4)."""
-        return np.array([sample.orientation for sample in self.placement.samples], dtype=float)
+        return np.array(
+            [sample.orientation for sample in self.placement.samples], dtype=float
+        )
 
     @cached_property
     def sockets(self) -> tuple[int, ...]:
@@ -120,7 +124,9 @@ class Measurement:
     def slices(self) -> tuple[slice, ...]:
         """Rows of :attr:`positions` of each socket's samples."""
         ends = accumulate(self.counts)
-        return tuple(slice(end - n, end) for n, end in zip(self.counts, ends, strict=True))
+        return tuple(
+            slice(end - n, end) for n, end in zip(self.counts, ends, strict=True)
+        )
 
     @cached_property
     def by_socket(self) -> tuple[np.ndarray, ...]:
@@ -166,7 +172,9 @@ class Measurement:
 
         Time [s] and temperature [K] are 0 where they were not recorded.
         """
-        clocks = np.column_stack([self.order, self.clock("time"), self.clock("temperature")])
+        clocks = np.column_stack(
+            [self.order, self.clock("time"), self.clock("temperature")]
+        )
         return np.nan_to_num(clocks - clocks[np.argmin(self.order)])
 
     def called(self, name: str) -> "Measurement":
@@ -215,9 +223,14 @@ class Load:
     def by_socket(self, robot: Robot, measured: Measurement) -> "list[SocketSamples]":
         """Return the samples in each socket, with their :meth:`torques`."""
         moments = self.torques(robot, measured)
-        return [SocketSamples(measured.positions[rows], moments[rows]) for rows in measured.slices]
+        return [
+            SocketSamples(measured.positions[rows], moments[rows])
+            for rows in measured.slices
+        ]
 
-    def moments(self, robot: Robot, q: np.ndarray, efforts: np.ndarray | None) -> np.ndarray:
+    def moments(
+        self, robot: Robot, q: np.ndarray, efforts: np.ndarray | None
+    ) -> np.ndarray:
         """Return the moments that hold an arm's joints at positions q, shape (N, 3 m) [N m].
 
         Torques about the joints' own axes, as measured unless ``efforts`` is None, then the moments

@@ -59,7 +59,9 @@ class Observations(Places):
         }
         places = Places(labels=(), known=())
         names = {field.name for field in fields(cls)}.difference(vars(places))
-        samples: dict[str, Any] = {name: np.zeros(shapes.get(name, 0)) for name in names}
+        samples: dict[str, Any] = {
+            name: np.zeros(shapes.get(name, 0)) for name in names
+        }
         return cls(**vars(places), **samples)
 
     @property
@@ -102,7 +104,9 @@ class Observations(Places):
     @cached_property
     def _order(self) -> np.ndarray:
         """The samples in sockets, sorted by socket."""
-        return np.flatnonzero(self.seated)[np.argsort(self.seated_sockets, kind="stable")]
+        return np.flatnonzero(self.seated)[
+            np.argsort(self.seated_sockets, kind="stable")
+        ]
 
     @property
     def freedom(self) -> int:
@@ -114,7 +118,9 @@ class Observations(Places):
 
     def by_socket(self, values: np.ndarray) -> np.ndarray:
         """Return the sums over the samples of each socket, shape (S, ...)."""
-        starts = np.searchsorted(self.sockets[self._order], np.arange(self.socket_count))
+        starts = np.searchsorted(
+            self.sockets[self._order], np.arange(self.socket_count)
+        )
         return np.add.reduceat(values[self._order], starts, axis=0)
 
     @property
@@ -130,7 +136,9 @@ class Observations(Places):
 
     def points_in(self, frame: str) -> int:
         """Return how many balls were measured in a frame."""
-        names = np.array((*self.frames, ""))  # the last is no frame, which has the index -1
+        names = np.array(
+            (*self.frames, "")
+        )  # the last is no frame, which has the index -1
         return int(np.sum(names[self.measured_in] == frame))
 
     def rows_of(self, placement: str) -> np.ndarray:
@@ -139,7 +147,9 @@ class Observations(Places):
 
     def without(self, placements: Collection[str]) -> "Observations":
         """Return the observations without some placements and the distances to their sockets."""
-        indices = [i for i, (name, _) in enumerate(self.labels) if name not in placements]
+        indices = [
+            i for i, (name, _) in enumerate(self.labels) if name not in placements
+        ]
         rows = ~np.isin(self.recorded_at, list(placements))
         places = vars(self.at(indices))
         by_sample = {field.name for field in fields(self)}.difference(places)

@@ -11,7 +11,16 @@ import numpy as np
 
 from ..robot import Robot
 from .frames import FrameError, FrameObservations
-from .known import WORLD, Known, KnownDistance, KnownError, Label, Located, SocketAt, find_socket
+from .known import (
+    WORLD,
+    Known,
+    KnownDistance,
+    KnownError,
+    Label,
+    Located,
+    SocketAt,
+    find_socket,
+)
 from .measurements import STANDARD_LOAD, Load, Measurement
 from .metrics import CALIPER_DEVIATION
 
@@ -60,9 +69,12 @@ class Places:
         return Places(
             labels=tuple(self.labels[k] for k in sockets),
             known=tuple(
-                replace(k, first=indices[k.first], second=indices[k.second]) for k in known
+                replace(k, first=indices[k.first], second=indices[k.second])
+                for k in known
             ),
-            located=tuple(replace(item, socket=indices[item.socket]) for item in located),
+            located=tuple(
+                replace(item, socket=indices[item.socket]) for item in located
+            ),
             frames=self.frames,
         )
 
@@ -93,7 +105,9 @@ def places_of(
     """
     measured = list[Measurement]()
     for recordings in robots:
-        measured += [m.called(base_name(m, len(robots))) for m in recordings.measurements]
+        measured += [
+            m.called(base_name(m, len(robots))) for m in recordings.measurements
+        ]
     labels = list(dict.fromkeys(chain.from_iterable(m.labels for m in measured)))
     world, *bases = (recordings.base_frame for recordings in robots)
     names = [m.frame for m in measured if m.kind == "points"]
@@ -103,13 +117,17 @@ def places_of(
     for item in sockets_at:
         frame = WORLD if item.frame == world else frames.index(item.frame)
         socket = find_socket(labels, item.socket, FrameError, f"{item.where}: ")
-        located.append(Located(frame, socket, item.coordinates, item.deviation, item.where))
+        located.append(
+            Located(frame, socket, item.coordinates, item.deviation, item.where)
+        )
     pairs = _pairs(measured, labels, located, deviation)
     for length in lengths:
         a = find_socket(labels, length.first)
         b = find_socket(labels, length.second)
         if a == b:
-            raise KnownError(f"known distance from {length.first[0]}:{length.first[1]} to itself")
+            raise KnownError(
+                f"known distance from {length.first[0]}:{length.first[1]} to itself"
+            )
         pairs.append(Known(a, b, length.distance, length.deviation))
     # beside a socket that has one, others tell of the arm's shape
     if require_scale and labels and not (pairs or located):
@@ -120,7 +138,10 @@ def places_of(
             f"--known {m.name}:{m.sockets[0]}-OTHER:0=DISTANCE"
         )
     return Places(
-        labels=tuple(labels), known=tuple(pairs), located=tuple(located), frames=tuple(frames)
+        labels=tuple(labels),
+        known=tuple(pairs),
+        located=tuple(located),
+        frames=tuple(frames),
     )
 
 

@@ -41,5 +41,7 @@ def without_single(placement: Placement, warnings: list[str]) -> Placement:
         "at least 2 are needed"
         for socket in single
     ]
-    samples = tuple(sample for sample in placement.samples if sample.socket not in single)
+    samples = tuple(
+        sample for sample in placement.samples if sample.socket not in single
+    )
     return replace(placement, samples=samples)

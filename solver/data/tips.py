@@ -45,15 +45,21 @@ def tip_shift(frames: Sequence[TipSamples]) -> np.ndarray:
             explained = motions @ np.linalg.lstsq(motions, by_shift, rcond=None)[0]
             columns.append(by_shift - explained)
             offsets.append((places - tips).ravel())
-        shift += np.linalg.lstsq(np.concatenate(columns), np.concatenate(offsets), rcond=None)[0]
+        shift += np.linalg.lstsq(
+            np.concatenate(columns), np.concatenate(offsets), rcond=None
+        )[0]
     return shift
 
 
-def with_tip(points: np.ndarray, rotations: np.ndarray, measured: Measurement) -> np.ndarray:
+def with_tip(
+    points: np.ndarray, rotations: np.ndarray, measured: Measurement
+) -> np.ndarray:
     """Return where a model has the tip that fits measured points best, shape (N, 3) [m].
 
     Balls in sockets stay as they are.
     """
     if measured.kind != "points":
         return points
-    return points + rotations @ tip_shift([TipSamples(points, rotations, measured.points)])
+    return points + rotations @ tip_shift(
+        [TipSamples(points, rotations, measured.points)]
+    )

@@ -53,7 +53,9 @@ class Site:
         return unit(self.centres[1] - self.centres[0])
 
 
-def site_at(reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray) -> Site | None:
+def site_at(
+    reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray
+) -> Site | None:
     """Return a place for a base about a centre, along a unit vector; None where few poses reach."""
     half = 0.5 * distance * along
     centres = np.array([centre - half, centre + half])
@@ -195,7 +197,11 @@ class Plan:
 
 
 def plan(
-    robot: Robot, distance: float, placements: int, samples: int, turn: float | None = None
+    robot: Robot,
+    distance: float,
+    placements: int,
+    samples: int,
+    turn: float | None = None,
 ) -> Plan:
     """Return the best places of a base, so many at most, and the predicted errors.
 
@@ -241,4 +247,6 @@ def _first(robot: Robot, reach: Reach, distance: float) -> Site:
         site = site_at(reach, centre, distance, np.array([0.0, 1.0, 0.0]))
         if site is not None:
             return site
-    raise SimulationError(f"{robot.name}: found no place in front of it that it reaches well")
+    raise SimulationError(
+        f"{robot.name}: found no place in front of it that it reaches well"
+    )

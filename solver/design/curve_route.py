@@ -44,7 +44,9 @@ class CurveAnnealing(Annealing):
         of_pools = [(pool, k) for k, pool in pools.items()]
         K, lengths = _joint_covariance(state, [*taken, *of_pools])
         t = 3 * sum(len(q) for q, _ in taken)
-        after = K[t:, t:] - K[t:, :t] @ np.linalg.solve(K[:t, :t] + np.eye(t), K[:t, t:])
+        after = K[t:, t:] - K[t:, :t] @ np.linalg.solve(
+            K[:t, :t] + np.eye(t), K[:t, t:]
+        )
         scale = lengths / np.linalg.norm(lengths)
         relative = np.eye(PAIRS) - np.outer(scale, scale)
         projection = np.vstack([scale, relative]) / PAIRS**0.5
@@ -56,7 +58,9 @@ class CurveAnnealing(Annealing):
         rows: np.ndarray = np.arange(n).reshape(-1, 3)
         super().__init__(rows[:0].ravel(), rows, projection, pools, order, start)
 
-    def updated(self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1) -> np.ndarray:
+    def updated(
+        self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1
+    ) -> np.ndarray:
         """Return which rows of K are sampled, after more or without some."""
         if sign > 0:
             return np.append(covariance, rows)
@@ -93,7 +97,9 @@ def _joint_covariance(
     q = np.concatenate([p for p, _ in some])
     ends = workspace(model.robot, 2 * PAIRS)
     _, _, by_joints = model.linearise(state.x, q, np.tile(0 * q, 2))
-    points, by_unknowns, ends_by_joints = model.linearise(state.x, ends, np.tile(0 * ends, 2))
+    points, by_unknowns, ends_by_joints = model.linearise(
+        state.x, ends, np.tile(0 * ends, 2)
+    )
     offsets = points[1::2] - points[::2]
     lengths = np.linalg.norm(offsets, axis=1)
     along = np.repeat(unit * offsets / lengths[:, None], 2, axis=0)

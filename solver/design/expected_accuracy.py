@@ -38,7 +38,9 @@ CELLS = 10
 """Of the map, from the robot's base to the farthest of the balls."""
 
 
-def predicted_posterior(posterior: Posterior, by_socket: Sequence[SocketSamples]) -> Posterior:
+def predicted_posterior(
+    posterior: Posterior, by_socket: Sequence[SocketSamples]
+) -> Posterior:
     """Return the posterior of the model after recording the same base at another place.
 
     The sockets are as far apart as before, but for how the base bends: an error of their distance
@@ -65,7 +67,9 @@ WorkspaceSamples = tuple[np.ndarray, np.ndarray]
 """Ball centres in N random poses, shape (N, 3) [m], and their derivatives, (N, 3, size)."""
 
 
-def workspace_samples(model: ExtendedModel, x: np.ndarray, load: Load) -> WorkspaceSamples:
+def workspace_samples(
+    model: ExtendedModel, x: np.ndarray, load: Load
+) -> WorkspaceSamples:
     """Return the ball in random poses by a model with unknowns x, shape (size,)."""
     q = workspace(model.robot, POSES)
     return model.linearise(x, q, load.moments(model.robot, q, None))[:2]
@@ -117,7 +121,10 @@ def joint_effects(
 
     slopes = [model.linearise(x, *samples)[1] for samples in by_socket]
     recorded = np.concatenate([squares(J) for J in slopes])
-    means = [np.sqrt(np.mean(part, axis=0)).tolist() for part in (recorded, squares(poses[1]))]
+    means = [
+        np.sqrt(np.mean(part, axis=0)).tolist()
+        for part in (recorded, squares(poses[1]))
+    ]
     return tuple(map(JointEffect, joints, *means))
 
 

@@ -24,7 +24,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bayes.inference import Posterior
-from ..bayes.model import ExtendedModel, Noise, PriorGroup, prior_covariance, prior_groups
+from ..bayes.model import (
+    ExtendedModel,
+    Noise,
+    PriorGroup,
+    prior_covariance,
+    prior_groups,
+)
 from ..bayes.results import distance_slopes
 from ..data import Observations
 from ..robot import workspace
@@ -122,7 +128,9 @@ class ParameterCovariance:
         rows = np.concatenate(self.whitened(q, socket, moments))
         return replace(self, covariance=updated(self.covariance, rows))
 
-    def whitened(self, q: np.ndarray, socket: int, moments: np.ndarray | None = None) -> np.ndarray:
+    def whitened(
+        self, q: np.ndarray, socket: int, moments: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return L^-1 A of (D1) for each of some samples, shape (N, 3, n), with C = L L^T."""
         if moments is None:
             moments = np.tile(0 * q, 3)
@@ -133,7 +141,9 @@ class ParameterCovariance:
         L = np.linalg.cholesky(self.noise.as_gaussian(by_joints))
         return np.linalg.inv(L) @ A
 
-    def variance_reduction(self, q: np.ndarray, socket: int, where: Workspace) -> np.ndarray:
+    def variance_reduction(
+        self, q: np.ndarray, socket: int, where: Workspace
+    ) -> np.ndarray:
         """Return the shares by which each of some samples would lower the mean variance (D2).
 
         Args:
@@ -145,7 +155,11 @@ class ParameterCovariance:
             With the arm's scale and without it, shape (2, N).
         """
         samples = Prospect.of(self.covariance, self.whitened(q, socket), where.judged)
-        return 1 - samples.mean_variances / with_and_without_scale(samples.variances)[:, None]
+        return (
+            1
+            - samples.mean_variances
+            / with_and_without_scale(samples.variances)[:, None]
+        )
 
     def _centre(self, socket: int) -> slice:
         """Return where a socket's centre stands among the unknowns."""
@@ -215,7 +229,9 @@ def from_prior(model: ExtendedModel, noise: Noise, sockets: int) -> ParameterCov
 
 def from_fit(posterior: Posterior) -> ParameterCovariance:
     """Return the covariance after a fit."""
-    return ParameterCovariance(posterior.model, posterior.x, posterior.noise, posterior.covariance)
+    return ParameterCovariance(
+        posterior.model, posterior.x, posterior.noise, posterior.covariance
+    )
 
 
 def expected_groups(model: ExtendedModel) -> tuple[PriorGroup, ...]:

@@ -85,7 +85,8 @@ class Annealing:
         self.poses = np.concatenate([*pools.values()])
         ends = np.cumsum([len(pool) for pool in pools.values()]).tolist()
         self.pools = {
-            k: slice(end - len(pools[k]), end) for k, end in zip(pools, ends, strict=True)
+            k: slice(end - len(pools[k]), end)
+            for k, end in zip(pools, ends, strict=True)
         }
         self.chosen = np.zeros(len(order), dtype=int)
         self.generator = np.random.default_rng(0)
@@ -121,7 +122,9 @@ class Annealing:
         """Return the covariance after all chosen poses."""
         return self.updated(self.prior, np.concatenate(self.rows[self.chosen]))
 
-    def updated(self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1) -> np.ndarray:
+    def updated(
+        self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1
+    ) -> np.ndarray:
         """Return a covariance after more samples, or without some (sign -1)."""
         return updated(covariance, rows, sign)
 
@@ -155,7 +158,9 @@ class Annealing:
                 covariance = self._drawn_anew(t, covariance, temperature)
                 self._exchange(t, temperature)
 
-    def _drawn_anew(self, t: int, covariance: np.ndarray, temperature: float) -> np.ndarray:
+    def _drawn_anew(
+        self, t: int, covariance: np.ndarray, temperature: float
+    ) -> np.ndarray:
         """Draw the pose of a sample from its pool, all others held; return the covariance after."""
         old = self.chosen[t]
         remainder = self.updated(covariance, self.rows[old], -1)
@@ -183,7 +188,9 @@ class Annealing:
         chosen[:, t] = self.chosen[partners]
         ways = self.ways(chosen)
         still = np.zeros_like(ways[0, 1:])
-        self.chosen = chosen[self._draw(_costs(ways, still, self._typical), temperature)]
+        self.chosen = chosen[
+            self._draw(_costs(ways, still, self._typical), temperature)
+        ]
 
     def _draw(self, cost: np.ndarray, temperature: float) -> int:
         """Return one of some states, by their costs."""

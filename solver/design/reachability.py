@@ -59,7 +59,9 @@ class Reach:
                 break
         return reached[:count]
 
-    def _allowed(self, q: np.ndarray, centre: np.ndarray, gap: float = MARGIN) -> np.ndarray:
+    def _allowed(
+        self, q: np.ndarray, centre: np.ndarray, gap: float = MARGIN
+    ) -> np.ndarray:
         """Return a mask of poses that are clear of the limits and of the table, shape (N,)."""
         lower = self._guide.lower
         upper = self._guide.upper

@@ -36,7 +36,11 @@ MUCH = 3.0
 """Multiple of the expected noise from which any placement may have wrong columns."""
 OF_COLUMNS = {name: kind_of(name) for name in ("sign", "swap", "order")}
 OF_COLUMNS["zero"] = kind_of("zero_column")
-CAUSES = (*(kind for kind in KINDS if kind.name != "sound"), *OF_COLUMNS.values(), STUCK)
+CAUSES = (
+    *(kind for kind in KINDS if kind.name != "sound"),
+    *OF_COLUMNS.values(),
+    STUCK,
+)
 """All causes that may be reported."""
 TOLERANCE = 0.02
 """Largest mean error of a correct model once the ball's place is fitted [m]."""
@@ -71,29 +75,43 @@ class ColumnHypothesis:
             "swap": np.flatnonzero(self.order != np.arange(len(self.order))),
             "zero": np.flatnonzero(self.offsets),
         }
-        return {kind: indices.tolist() for kind, indices in joints.items() if len(indices)}
+        return {
+            kind: indices.tolist() for kind, indices in joints.items() if len(indices)
+        }
 
     @property
     def name(self) -> str:
         """Name of the explanation: an ``order`` is a swap of more than two."""
-        first, joints = next(iter(self.mistakes.items()))  # sign before swap before zero
+        first, joints = next(
+            iter(self.mistakes.items())
+        )  # sign before swap before zero
         return "order" if first == "swap" and len(joints) > 2 else first
 
     @property
     def text(self) -> str:
         """The mistakes, and what mends them."""
-        mends = {"sign": "-q", "swap": "their columns put right", "zero": "that taken off"}
+        mends = {
+            "sign": "-q",
+            "swap": "their columns put right",
+            "zero": "that taken off",
+        }
         words = " and ".join(self._words(*item) for item in self.mistakes.items())
         return f"{words}: with {' and '.join(mends[kind] for kind in self.mistakes)}"
 
     def _words(self, kind: str, joints: Sequence[int]) -> str:
         if kind == "swap" and len(joints) > 2:
-            return f"the columns look out of order: {', '.join(map(str, self.order + 1))}"
+            return (
+                f"the columns look out of order: {', '.join(map(str, self.order + 1))}"
+            )
         degrees = " and ".join(f"{np.rad2deg(self.offsets[j]):+.1f}" for j in joints)
-        how = {"sign": "sign-flipped", "swap": "swapped"}.get(kind, f"off by {degrees} deg")
+        how = {"sign": "sign-flipped", "swap": "swapped"}.get(
+            kind, f"off by {degrees} deg"
+        )
         numbers = " and ".join(str(joint + 1) for joint in joints)
         names = ", ".join(self.robot.joint_names[joint] for joint in joints)
-        look = "joint {} ({}) looks {}" if len(joints) == 1 else "joints {} ({}) look {}"
+        look = (
+            "joint {} ({}) looks {}" if len(joints) == 1 else "joints {} ({}) look {}"
+        )
         return look.format(numbers, names, how)
 
     def with_offset(self, joint: int, offset: float) -> "ColumnHypothesis":
@@ -166,18 +184,24 @@ class _NominalModel:
     ) -> list[ColumnHypothesis]:
         """Return the best hypothesis with offsets of some joints, each of them needed, if any."""
         needed = list(joints)
-        error, best = self.ranked(self.with_best_offsets(starts, [needed] * len(starts)))[0]
+        error, best = self.ranked(
+            self.with_best_offsets(starts, [needed] * len(starts))
+        )[0]
         while needed:
             fewer = [best.with_offset(joint, 0.0) for joint in needed]
             others = [[j for j in needed if j != joint] for joint in needed]
-            error_of_fewer, simpler = self.ranked(self.with_best_offsets(fewer, others))[0]
+            error_of_fewer, simpler = self.ranked(
+                self.with_best_offsets(fewer, others)
+            )[0]
             if error_of_fewer > NEEDED * error:
                 break
             error, best = error_of_fewer, simpler
             needed = [j for j in needed if best.offsets[j]]
         offsets = np.where(np.abs(best.offsets) < USUAL_OFFSET, 0.0, best.offsets)
         best = replace(best, offsets=offsets)
-        count = int(np.count_nonzero(offsets)) + sum(kind != "zero" for kind in best.mistakes)
+        count = int(np.count_nonzero(offsets)) + sum(
+            kind != "zero" for kind in best.mistakes
+        )
         return [best] if 0 < count <= MAX_MISTAKES else []
 
 
@@ -208,7 +232,12 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
             starts.append(best(trials)[0][1])
         single = best(nominal.with_best_offsets(starts, [[j] for j in turning]))[:2]
         ranking += single
-        starts = [as_recorded, *signs(robot, 1), *swaps(robot), *(start for _, start in single)]
+        starts = [
+            as_recorded,
+            *signs(robot, 1),
+            *swaps(robot),
+            *(start for _, start in single),
+        ]
         unexplained = min(map(_error, ranking)) > TOLERANCE / 2
         if unexplained and few.is_overdetermined(3 + len(turning)):
             ranking += best(nominal.several_offsets(starts, turning))
@@ -239,12 +268,16 @@ def of_columns(
         some = Samples(scene.q[rows], seats - seats.min(), scene.samples.measured[rows])
         if not some.is_overdetermined(len(scene.parameters)):
             continue
-        for hypothesis in _of_last_sign(model, some) if sound else promising(model, some):
+        for hypothesis in (
+            _of_last_sign(model, some) if sound else promising(model, some)
+        ):
             q = scene.q.copy()
             q[rows] = hypothesis.apply(some).positions
             changed, noise = model.refitted(replace(scene, readings=q))
             if noise < UNEXPLAINED:
-                candidates.append(_candidate(hypothesis, changed, placement, parameters["noise"]))
+                candidates.append(
+                    _candidate(hypothesis, changed, placement, parameters["noise"])
+                )
     return candidates
 
 
@@ -261,7 +294,10 @@ def _candidate(
 ) -> Candidate:
     """Return a hypothesis as a candidate, with the offsets of a fit that includes the geometry."""
     best = sound_recordings(changed)
-    joints, offsets = np.flatnonzero(hypothesis.offsets).tolist(), hypothesis.offsets.copy()
+    joints, offsets = (
+        np.flatnonzero(hypothesis.offsets).tolist(),
+        hypothesis.offsets.copy(),
+    )
     for block in of_zero(changed) if joints and placement is None else ():
         columns = block.columns[joints, :, 0].T
         together = replace(block, columns=columns[None])

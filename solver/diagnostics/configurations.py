@@ -98,15 +98,21 @@ def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
     where = where_of([measured])
     for words in measured.placement.kept_alarms:
         text = f"an alarm said while it was recorded: {words}"
-        yield Diagnostic("warning", "kept", where, text, "the operator kept the samples")
+        yield Diagnostic(
+            "warning", "kept", where, text, "the operator kept the samples"
+        )
     if measured.kind == "sockets":
         yield from _of_sockets(measured)
     travels = np.ptp(measured.positions, axis=0).tolist()
     for joint, travel in zip(robot.joint_names, travels, strict=True):
         if travel < STILL:
             motion = f"moved by {np.rad2deg(travel):.1f} deg only"
-            text = f"joint {joint!r} {'did not move at all' if travel < 1e-9 else motion}"
-            advice = "its parameters stay near nominal: move every joint by 60 deg or more"
+            text = (
+                f"joint {joint!r} {'did not move at all' if travel < 1e-9 else motion}"
+            )
+            advice = (
+                "its parameters stay near nominal: move every joint by 60 deg or more"
+            )
             yield Diagnostic("warning", "still", where, text, advice)
 
 
@@ -137,7 +143,9 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
     sides = np.where(places - cells < 0.5, -1, 1)
     steps = np.array([*product((0, 1), repeat=len(widest))])
     neighbours = cells[:, None] + steps * sides[:, None]
-    of_rows = [[tuple(cell) for cell in cells_of_row] for cells_of_row in neighbours.tolist()]
+    of_rows = [
+        [tuple(cell) for cell in cells_of_row] for cells_of_row in neighbours.tolist()
+    ]
     members: dict[tuple[float, ...], list[int]] = {}
     nearest: dict[int, int] = {}
     for i, row in enumerate(rows):
@@ -160,7 +168,9 @@ def single_socket_diagnostics(
     Beside one with two sockets they tell of the arm's shape alone. Of those that were divided, what
     was done says so.
     """
-    ends = chain.from_iterable((k.first, k.second) for k in named(measurements, lengths))
+    ends = chain.from_iterable(
+        (k.first, k.second) for k in named(measurements, lengths)
+    )
     tied = {name for name, _ in ends}
     sized = {m.name for m in measurements if m.has_distance or m.name in tied}
     parts = Counter(whole_name(m.name) for m in measurements if sized)

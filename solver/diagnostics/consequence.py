@@ -43,11 +43,15 @@ def level_of(consequence: Consequence, noise: float) -> str:
     share = max(change.near, change.workspace) / predicted_limit(MARGIN * noise)
     if share <= SLIGHT:
         return "note"
-    worse = change.near > change.near_before or change.workspace > change.workspace_before
+    worse = (
+        change.near > change.near_before or change.workspace > change.workspace_before
+    )
     return "error" if worse or share > SEVERE else "warning"
 
 
-def consequence_of(finding: Candidate, training: Collection[str] = ()) -> Consequence | None:
+def consequence_of(
+    finding: Candidate, training: Collection[str] = ()
+) -> Consequence | None:
     """Return what an explanation does to distances near the recorded places and elsewhere.
 
     The model is of the placements in ``training``; of all if none is named. None: the explanation
@@ -61,7 +65,10 @@ def consequence_of(finding: Candidate, training: Collection[str] = ()) -> Conseq
     plain_fit, fit = _Fit(scene, counted), _Fit(finding.after(), counted)
     shifts: list[float] = []
     before: list[float] = []
-    for q in (workspace(scene.robot, POSES), *(scene.q[scene.places[p]] for p in counted)):
+    for q in (
+        workspace(scene.robot, POSES),
+        *(scene.q[scene.places[p]] for p in counted),
+    ):
         points = plain_fit.points(q)
         shifts.append(spread(fit.points(q, finding) - points))
         before.append(spread(points - plain_fit.nominal_points(q)))

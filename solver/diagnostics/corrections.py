@@ -63,15 +63,21 @@ def correction_of(
     unless the other one lacks a socket, without which nothing says how large the arm is.
     """
     name, p = finding.kind.name, finding.parameters
-    if name not in ACTIONS or (name == "ball_sample" and diagnostic.code != "elsewhere"):
+    if name not in ACTIONS or (
+        name == "ball_sample" and diagnostic.code != "elsewhere"
+    ):
         return None
     if name == "one_socket":
         socket, *others = measured.sockets
-        ranks = tuple(np.flatnonzero(np.isin(measured.placement.sockets, others)).tolist())
+        ranks = tuple(
+            np.flatnonzero(np.isin(measured.placement.sockets, others)).tolist()
+        )
         return Correction(diagnostic, "merge", ranks, (measured.name, socket))
     seat = (p.get("of") or measured.name, p.get("other", 0))
     correction = Correction(diagnostic, ACTIONS[name], _ranks(finding, measured), seat)
-    turned_base = name == "zero_lost" and p["joint"] == finding.scene.robot.actuated[0].name
+    turned_base = (
+        name == "zero_lost" and p["joint"] == finding.scene.robot.actuated[0].name
+    )
     if name not in ("drift", "ball_bent", "zero_lost") or turned_base:
         return correction
     if diagnostic.level == "note":
@@ -79,7 +85,11 @@ def correction_of(
     if name == "drift":
         return replace(correction, apart=Apart(DRIFT, p["size"], tuple(p["shift"])))
     if p.get("throughout"):
-        apart = Apart(BALL, p["size"]) if name == "ball_bent" else Apart(p["joint"], p["offset"])
+        apart = (
+            Apart(BALL, p["size"])
+            if name == "ball_bent"
+            else Apart(p["joint"], p["offset"])
+        )
         return replace(correction, action="set apart", apart=apart)
     first, count = correction.ranks[0], len(measured.placement.samples)
     smaller = range(first) if first < count / 2 else range(first, count)
@@ -109,7 +119,9 @@ def _ranks(finding: Candidate, measured: Measurement) -> tuple[int, ...]:
 
 
 def corrected(
-    measurements: Sequence[Measurement], corrections: Sequence[Sequence[Correction]], minimum: int
+    measurements: Sequence[Measurement],
+    corrections: Sequence[Sequence[Correction]],
+    minimum: int,
 ) -> tuple[list[Measurement], list[Diagnostic]]:
     """Return placements set right, and what was done.
 
@@ -143,7 +155,9 @@ def corrected(
     return _named([part for part in kept if part is not None]), remarks
 
 
-def _taken_out(samples: list[Sample | None], correction: Correction, name: str) -> list[Sample]:
+def _taken_out(
+    samples: list[Sample | None], correction: Correction, name: str
+) -> list[Sample]:
     """Take samples out of a placement, and return those that lie in a socket of another."""
     true_placement, socket = correction.seat
     elsewhere: list[Sample] = []
@@ -159,7 +173,9 @@ def _taken_out(samples: list[Sample | None], correction: Correction, name: str) 
     return elsewhere
 
 
-def _parts(measured: Measurement, pieces: Sequence[Sequence[Sample]]) -> Iterator[Measurement]:
+def _parts(
+    measured: Measurement, pieces: Sequence[Sequence[Sample]]
+) -> Iterator[Measurement]:
     """Yield a placement's parts, each a placement; the first has its name for now, and alarms.
 
     Parts after the first of an instrument's points have a frame of their own.
@@ -176,7 +192,9 @@ def _parts(measured: Measurement, pieces: Sequence[Sequence[Sample]]) -> Iterato
         yield replace(measured, placement=placement)
 
 
-def _kept(part: Measurement, more: Sequence[Sample], minimum: int) -> Measurement | None:
+def _kept(
+    part: Measurement, more: Sequence[Sample], minimum: int
+) -> Measurement | None:
     """Return a part with more samples, recorded last, and the sockets that tell something.
 
     None where no socket does.
@@ -201,7 +219,9 @@ def _named(parts: Sequence[Measurement]) -> list[Measurement]:
     return unique
 
 
-def _remark(correction: Correction, measured: Measurement, names: set[str]) -> Diagnostic:
+def _remark(
+    correction: Correction, measured: Measurement, names: set[str]
+) -> Diagnostic:
     """Return what was done, in place of the advice."""
     count = len(correction.ranks)
     samples = f"{count} samples {'before' if correction.ranks[0] == 0 else 'from there on'} are"
@@ -209,7 +229,9 @@ def _remark(correction: Correction, measured: Measurement, names: set[str]) -> D
     samples = "the sample is" if count == 1 else samples
     done = {
         "split": "what follows is taken for a placement of its own" + of_frame,
-        "relabel": "counted for that socket" if correction.seat[0] in names else "left out",
+        "relabel": "counted for that socket"
+        if correction.seat[0] in names
+        else "left out",
         "merge": f"all samples count for socket {correction.seat[1]}",
         "leave out": f"{samples} left out",
         "set apart": "fitted by itself in that placement",

@@ -139,7 +139,10 @@ def scene_loaded(
     """
     recordings = RobotRecordings(model.robot, measurements)
     places = places_of(
-        [recordings], lengths=given.known, deviation=given.deviation, require_scale=False
+        [recordings],
+        lengths=given.known,
+        deviation=given.deviation,
+        require_scale=False,
     )
     floors = list(fitted_alone(model.robot, measurements).values())
     scene = scene_of(model, measurements, places.known, repeatability, floors)
@@ -157,7 +160,9 @@ def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
     return thin, np.concatenate(numbers)
 
 
-def explain(model: RigidModel, scene: Scene) -> tuple[list[Candidate], tuple[Hypothesis, ...]]:
+def explain(
+    model: RigidModel, scene: Scene
+) -> tuple[list[Candidate], tuple[Hypothesis, ...]]:
     """Return causes, and all explanations at the round of the first error."""
     causes, listed = list[Candidate](), tuple[Hypothesis, ...]()
     if len(scene.q) < LEAST:
@@ -204,15 +209,21 @@ def _candidates(
     return candidates
 
 
-def _accepted(candidates: Sequence[Candidate], shares: Mapping[str, float]) -> list[Candidate]:
+def _accepted(
+    candidates: Sequence[Candidate], shares: Mapping[str, float]
+) -> list[Candidate]:
     """Return what is right of the most probable kind, the best first; none where all is sound."""
     likeliest = max(shares, key=lambda name: shares[name])
     if likeliest == "sound" or shares["sound"] >= SURE:
         return []
-    of_kind = [candidate for candidate in candidates if candidate.kind.name == likeliest]
+    of_kind = [
+        candidate for candidate in candidates if candidate.kind.name == likeliest
+    ]
     of_kind.sort(key=lambda candidate: -candidate.log_evidence)
     sound = candidates[0]
-    separate = [c for c in of_kind if c.kind.separate and c.log_evidence > sound.log_evidence]
+    separate = [
+        c for c in of_kind if c.kind.separate and c.log_evidence > sound.log_evidence
+    ]
     return separate or of_kind[:1]
 
 
@@ -248,7 +259,9 @@ def _turned_back(model: RigidModel, accepted: Candidate) -> Candidate:
         readings = m.placement.positions[:, joint]
         offsets[:, joint] = -accepted.parameters["offset"] * turns(readings)
         measurements.append(m.shifted(offsets))
-    fitted, _ = model.refitted(replace(scene, measurements=tuple(measurements)), scene.x)
+    fitted, _ = model.refitted(
+        replace(scene, measurements=tuple(measurements)), scene.x
+    )
     (block,) = accepted.kind.blocks(fitted)
     return replace(accepted, scene=fitted, block=block.only([joint]))
 
@@ -281,7 +294,9 @@ def standing_out(floors: Sequence[float]) -> list[float | None]:
 def shares_of(candidates: Sequence[Candidate]) -> dict[str, float]:
     """Return the probability of each name, by the logarithms of the evidence."""
     logs = np.array([candidate.log_evidence for candidate in candidates])
-    return probabilities_by_name([candidate.kind.name for candidate in candidates], logs)
+    return probabilities_by_name(
+        [candidate.kind.name for candidate in candidates], logs
+    )
 
 
 def listed_of(
@@ -305,7 +320,11 @@ def listed_of(
 
 def _fits_as_well(candidate: Candidate, first: Candidate) -> bool:
     """Tell whether a candidate of few unknowns leaves much the same chi-square as the first."""
-    blocks, evidence, sigma = (candidate.block, first.block), first.evidence, first.sigma
+    blocks, evidence, sigma = (
+        (candidate.block, first.block),
+        first.evidence,
+        first.sigma,
+    )
     same = candidate is not first and candidate.evidence is evidence
     if not same or not all(0 < block.unknowns <= FEW_UNKNOWNS for block in blocks):
         return False

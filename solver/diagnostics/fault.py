@@ -87,13 +87,17 @@ def fault_of(candidate: Candidate, evidence: float) -> Fault:
         first = int(scene.times[place][row])
     if candidate.kind.name == "ball_sample":
         end = first + 1
-    numbers = p.get("numbers") or tuple(number_of(placement, i) for i in range(first, end))
+    numbers = p.get("numbers") or tuple(
+        number_of(placement, i) for i in range(first, end)
+    )
     hypothesis = candidate.hypothesis()
     if "offset" in p and "size" not in p:  # of a joint, how far its ball moved
         joint = scene.robot.joint_names.index(p["joint"])
         levers = np.linalg.norm(scene.by_joints[rows, :, joint], axis=1)
         size = abs(p["offset"]) * float(levers.mean())
-        hypothesis = replace(hypothesis, parameters={**hypothesis.parameters, "size": size})
+        hypothesis = replace(
+            hypothesis, parameters={**hypothesis.parameters, "size": size}
+        )
     return Fault(hypothesis, place, numbers, evidence, p.get("other"))
 
 

@@ -49,7 +49,8 @@ though nothing explains it."""
 HELD_OUT = "; it is held out: the model has none of it, the errors measured there have"
 """Added to the advice on what is weighed by the model in a placement to train on."""
 POINTS_HINT = (
-    "Measured points need no socket: spread the next ones over the workspace, and hold some out."
+    "Measured points need no socket: "
+    "spread the next ones over the workspace, and hold some out."
 )
 NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
 """Causes that cannot be confused with play."""
@@ -98,7 +99,10 @@ class Survey:
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All diagnostics, those of all placements first."""
-        return (*self.shared, *chain.from_iterable(one.diagnostics for one in self.placements))
+        return (
+            *self.shared,
+            *chain.from_iterable(one.diagnostics for one in self.placements),
+        )
 
 
 def inspect_all(
@@ -129,7 +133,9 @@ def inspect_all(
     scene = scene_loaded(model, measurements, given, repeatability)
     findings, hypotheses = explain(model, scene)
     told = [(f, _diagnostic(f, measurements, given, zeros=zeros)) for f in findings]
-    explained = any(_explains_errors(finding, diagnostic) for finding, diagnostic in told)
+    explained = any(
+        _explains_errors(finding, diagnostic) for finding, diagnostic in told
+    )
     balls = model.points(scene.x, scene.q)
     inspections: list[Inspection] = []
     for m, rows, floor in zip(measurements, scene.places, scene.floors, strict=True):
@@ -140,11 +146,15 @@ def inspect_all(
             worst = int(np.argmax(np.linalg.norm(scene.remaining[rows], axis=1)))
             diagnostics.append(_unexplained(m, floor, scene.noise, worst))
         centre = np.median(balls[rows], axis=0)
-        inspections.append(Inspection(m, floor, (*corrections,), (*diagnostics,), centre))
+        inspections.append(
+            Inspection(m, floor, (*corrections,), (*diagnostics,), centre)
+        )
     return Survey(
         tuple(inspections),
         shared=tuple(d for f, d in told if f.of_all),
-        hypotheses=tuple(replace(h, advice=_by_mender(h.advice, given)) for h in hypotheses),
+        hypotheses=tuple(
+            replace(h, advice=_by_mender(h.advice, given)) for h in hypotheses
+        ),
         causes=tuple(finding.kind.name for finding in findings),
         gains=tuple(f.parameters["joint"] for f in findings if f.kind.name == "gain"),
     )
@@ -156,7 +166,9 @@ def _explains_errors(finding: Candidate, diagnostic: Diagnostic) -> bool:
     return is_serious or "frame" in finding.parameters or finding.kind.name in FITTED
 
 
-def _unexplained(measured: Measurement, floor: float, noise: float, worst: int) -> Diagnostic:
+def _unexplained(
+    measured: Measurement, floor: float, noise: float, worst: int
+) -> Diagnostic:
     text = (
         f"fitted alone it leaves {1e3 * floor:.2f} mm, more than {MANY:.0f} times the "
         f"{1e3 * noise:.2f} mm that are usual of this arm. No single cause explains it"
@@ -170,12 +182,19 @@ def _unexplained(measured: Measurement, floor: float, noise: float, worst: int) 
 
 
 def _diagnostic(
-    finding: Candidate, measurements: Sequence[Measurement], given: Given, *, zeros: bool
+    finding: Candidate,
+    measurements: Sequence[Measurement],
+    given: Given,
+    *,
+    zeros: bool,
 ) -> Diagnostic:
     """Return a finding in words, and how much it matters."""
     told, kind, p = finding.hypothesis(), finding.kind, finding.parameters
     level, code, advice = kind.level, kind.code, told.advice
-    held_out = bool(given.trained) and p.get("placement", given.trained[0]) not in given.trained
+    held_out = (
+        bool(given.trained)
+        and p.get("placement", given.trained[0]) not in given.trained
+    )
     weighed = kind in KINDS and told.name not in UNWEIGHED
     costs = consequence_of(finding, given.trained) if weighed and not held_out else None
     # nothing can be trusted where samples scatter that much, however little the fit heeds them
@@ -186,18 +205,27 @@ def _diagnostic(
         level = "warning"
     if told.name == "ball_sample" and p["size"] > SEATED:
         code = "elsewhere"
-        advice = "it was recorded elsewhere, by another base or arm; solve leaves it out"
+        advice = (
+            "it was recorded elsewhere, by another base or arm; solve leaves it out"
+        )
         if finding.of_points:
             advice = "it is of another target, or of another pose; solve leaves it out"
     advice = _by_mender(advice, given)
-    if level == "error" and not zeros and p["noise"] > LOOSE and told.name not in NOT_PLAY:
+    if (
+        level == "error"
+        and not zeros
+        and p["noise"] > LOOSE
+        and told.name not in NOT_PLAY
+    ):
         advice += PLAY_HINT
     if held_out and told.name == "copies":
         level = "note"  # it proves nothing, as the errors held out say
     sound_enough = not (scattered or _is_garbage(finding))
     if held_out and (weighed or level == "error") and sound_enough:
         level, advice = "warning", f"{advice}{HELD_OUT}"
-    return Diagnostic(level, code, _where(finding, measurements), told.text, advice, costs)
+    return Diagnostic(
+        level, code, _where(finding, measurements), told.text, advice, costs
+    )
 
 
 def _where(finding: Candidate, measurements: Sequence[Measurement]) -> str:
@@ -235,7 +263,9 @@ def _by_mender(advice: str, given: Given) -> str:
 def _is_garbage(finding: Candidate) -> bool:
     """Tell whether a finding's placement, fitted alone, leaves a centimetre: held out, too."""
     scene = finding.scene
-    floors = zip(scene.measurements, scene.floors, strict=False)  # none beside a cause of all
+    floors = zip(
+        scene.measurements, scene.floors, strict=False
+    )  # none beside a cause of all
     name = finding.parameters.get("placement")
     return any(floor > GARBAGE for m, floor in floors if m.name == name)
 
@@ -244,7 +274,10 @@ def _is_noise(finding: Candidate) -> bool:
     """Tell whether a finding is noise that a fit averages out, and far from the nominal errors."""
     if finding.kind.noise is None or finding.sigma >= MOST_NOISE:
         return False
-    return finding.kind.name != "unexplained" or finding.sigma < nominal_errors(finding.scene) / 2
+    return (
+        finding.kind.name != "unexplained"
+        or finding.sigma < nominal_errors(finding.scene) / 2
+    )
 
 
 def next_placement(robot: Robot, survey: Survey) -> str:

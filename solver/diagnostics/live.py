@@ -111,13 +111,19 @@ class LiveCheck:
             comparison = self._compared(best.after())
         return []
 
-    def scene(self, placements: Sequence[Placement], start: np.ndarray | None = None) -> Scene:
+    def scene(
+        self, placements: Sequence[Placement], start: np.ndarray | None = None
+    ) -> Scene:
         """Return the samples as a linear model about a robust fit, begun at some unknowns."""
         measured = [Measurement(p, p.distance or 0.0) for p in placements]
-        places = places_of([RobotRecordings(self._model.robot, measured)], require_scale=False)
+        places = places_of(
+            [RobotRecordings(self._model.robot, measured)], require_scale=False
+        )
         lengths = [length for length in places.known if length.distance]
         nothing = [0.0] * len(measured)
-        return scene_of(self._model, measured, lengths, self._repeatability, nothing, start)
+        return scene_of(
+            self._model, measured, lengths, self._repeatability, nothing, start
+        )
 
     def _compared(self, scene: Scene) -> FaultComparison:
         """Return explanations by the most probable arm, and their evidence over all arms."""
@@ -129,7 +135,9 @@ class LiveCheck:
         logs = [[c.log_evidence for c in candidates] for candidates in comparisons]
         evidence_of_arms = [np.logaddexp.reduce(logs_of_arm) for logs_of_arm in logs]
         of_sound = np.logaddexp.reduce([sound for sound, *_ in logs])
-        of_causes = np.logaddexp.reduce([*chain.from_iterable(causes for _, *causes in logs)])
+        of_causes = np.logaddexp.reduce(
+            [*chain.from_iterable(causes for _, *causes in logs)]
+        )
         first, *others = comparisons[int(np.argmax(evidence_of_arms))]
         return FaultComparison(first, others, float(of_causes - of_sound))
 
@@ -144,13 +152,17 @@ class LiveCheck:
         arm, best = comparison.sound.scene, comparison.best
         is_small = best.parameters.get("size", math.inf) < SMALL
         leaves_nothing = best.sigma < CLEAN * arm.noise
-        if arm.explained or (is_small and leaves_nothing and comparison.factor(best) > EVIDENCE):
+        if arm.explained or (
+            is_small and leaves_nothing and comparison.factor(best) > EVIDENCE
+        ):
             return []
         *before, placement = placements
         runs = list(runs_of(placement))
         prior = math.log(FORGOTTEN.prior / max(len(runs), 1))
         errors = self._left(placements, arm.x, runs)
-        limit = min([TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]])
+        limit = min(
+            [TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]]
+        )
         causes = list[Candidate]()
         for run, error in zip(runs, errors, strict=True):
             if error <= max(LITTLE, limit):
@@ -169,7 +181,9 @@ class LiveCheck:
         parts = [*few, placements[-1].samples]
         last = len(few)
         q = np.array([s.position for s in chain(*parts)])
-        seats = np.array([MANY * i + s.socket for i, part in enumerate(parts) for s in part])
+        seats = np.array(
+            [MANY * i + s.socket for i, part in enumerate(parts) for s in part]
+        )
         start = len(q) - len(parts[last])
         no_points = np.zeros((len(q), 3))
         linear = self._model.linearised(x, q)

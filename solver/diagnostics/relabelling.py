@@ -45,7 +45,9 @@ def relabelled(placement: Placement, run: Run) -> Placement:
     return replace(placement, samples=tuple(samples))
 
 
-def forgotten(sound: Candidate, placement: Placement, run: Run, log_prior: float) -> Candidate:
+def forgotten(
+    sound: Candidate, placement: Placement, run: Run, log_prior: float
+) -> Candidate:
     """Return a change of socket that was not told, by the scene of relabelled samples."""
     numbers = [number_of(placement, i) for i in run.rows]
     samples = f"samples {numbers[0]} to {numbers[-1]} lie"

@@ -76,7 +76,9 @@ class RigidModel:
 
     def __init__(self, robot: Robot, *, zeros: bool = False) -> None:
         self.robot, self.zeros, self.parameters = robot, zeros, choose_parameters(robot)
-        self._model = model = extend(robot, self.parameters, [JOINT_OFFSET.name] if zeros else [])
+        self._model = model = extend(
+            robot, self.parameters, [JOINT_OFFSET.name] if zeros else []
+        )
         self._least = BACKLASH_NOISE if zeros else SMALLEST
         offsets = np.full(model.size - model.geometry, JOINT_OFFSET.typical_shift)
         self.widths = np.append(widths_of(self.parameters), offsets)
@@ -99,7 +101,9 @@ class RigidModel:
         _, errors = self._seeds(variants, of_variants, JOINT_OFFSET.typical_shift)
         return errors.tolist()
 
-    def nominal_offsets(self, variants: Sequence[Samples], joints: np.ndarray) -> np.ndarray:
+    def nominal_offsets(
+        self, variants: Sequence[Samples], joints: np.ndarray
+    ) -> np.ndarray:
         """Return the best offsets of joints, shape (V, J), by the nominal model [rad]."""
         return self._seeds(variants, joints, MAX_OFFSET)[0][:, 3:]
 
@@ -160,7 +164,11 @@ class RigidModel:
         first = np.zeros(n) if start is None else start
 
         def balls(x: np.ndarray, q: np.ndarray) -> np.ndarray:
-            return self.points(x, q) if linear is None else linear[0] + linear[1] @ (x - first)
+            return (
+                self.points(x, q)
+                if linear is None
+                else linear[0] + linear[1] @ (x - first)
+            )
 
         x, points = first, balls(first, few.positions)
         rotations = few.robustly_aligned(points)
@@ -203,7 +211,9 @@ class RigidModel:
         mean = float(np.average(errors, weights=robust_weights(e, noise)))
         return RigidFit(centres, errors, mean, noise, x, rotations)
 
-    def refitted(self, scene: Scene, start: np.ndarray | None = None) -> tuple[Scene, float]:
+    def refitted(
+        self, scene: Scene, start: np.ndarray | None = None
+    ) -> tuple[Scene, float]:
         """Return a scene about a fit to its samples, and the noise of that [m]."""
         few = scene.samples.thinned(ABOUT, FEW)
         fit = self.fit(few, start=start)

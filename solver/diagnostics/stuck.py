@@ -57,7 +57,9 @@ def _runs(scene: Scene, joint: int) -> Iterator[tuple[int, np.ndarray]]:
             yield place, np.sort(run)
 
 
-def _freed(model: RigidModel, scene: Scene, joint: int, rows: np.ndarray) -> Scene | None:
+def _freed(
+    model: RigidModel, scene: Scene, joint: int, rows: np.ndarray
+) -> Scene | None:
     """Return the scene with a joint's angles unknown in some samples; None where no fit explains.
 
     The arm begins as its model has it: a fit to such samples is of no use.
@@ -96,7 +98,9 @@ def _angles(
         for seat in np.unique(seats):
             in_seat = seats == seat
             across = np.einsum("nij,nj->i", P[in_seat], p[in_seat])
-            centres[seat] = np.linalg.lstsq(P[in_seat].sum(axis=0), across, rcond=None)[0]
+            centres[seat] = np.linalg.lstsq(P[in_seat].sum(axis=0), across, rcond=None)[
+                0
+            ]
             if step == 0 and is_free[in_seat].all():
                 centres[seat] = _meeting(circles[:, seats[rows] == seat])
         goal = centres[seats]
@@ -127,7 +131,9 @@ def _meeting(circles: np.ndarray) -> np.ndarray:
     return places[int(np.argmin(farness))]
 
 
-def _candidate(changed: Scene, joint: int, rows: np.ndarray, names: dict[str, str]) -> Candidate:
+def _candidate(
+    changed: Scene, joint: int, rows: np.ndarray, names: dict[str, str]
+) -> Candidate:
     """Return the candidate of a scene in which a joint's angles are free."""
     parameters: Parameters = {
         "joint": changed.robot.joint_names[joint],

@@ -115,9 +115,13 @@ def what_if(
     tried, sound = best.pop(TRIED), best.pop("sound")
     for kind in flaw.kinds:
         best.pop(kind.name, None)
-    odds = {name: rival.log_evidence - tried.log_evidence for name, rival in best.items()}
+    odds = {
+        name: rival.log_evidence - tried.log_evidence for name, rival in best.items()
+    }
     least = max(-ALIKE, sound.log_evidence + CLEAR - tried.log_evidence)
-    listed = sorted((name for name in odds if odds[name] > least), key=lambda n: -odds[n])
+    listed = sorted(
+        (name for name in odds if odds[name] > least), key=lambda n: -odds[n]
+    )
     rows = scene.all_samples if "samples" in tried.residuals else scene.all_lengths
     pattern = scene.left_of(scene.in_rows(tried.block.rows, tried.shift))
     shown, observed = pattern[rows], scene.left_of(scene.residuals)[rows]
@@ -139,7 +143,9 @@ def what_if(
         alike=float(shown @ observed) / norms if norms else None,
         log_odds=tried.log_evidence - sound.log_evidence,
         postures=len(scene.q),
-        rivals=tuple((best[name].hypothesis().text, odds[name]) for name in listed[:RIVALS]),
+        rivals=tuple(
+            (best[name].hypothesis().text, odds[name]) for name in listed[:RIVALS]
+        ),
     )
 
 
@@ -173,7 +179,9 @@ def _of_size(likeliest: Candidate, direction: np.ndarray, size: float) -> Kind:
     kind = replace(likeliest.kind, name=TRIED, prior=1.0, separate=False)
     if kind.noise is not None:
         kind = replace(kind, noise=_noise_of_size(size))
-    return kind.only([_block_of_size(likeliest.scene, kind, likeliest.block, direction, size)])
+    return kind.only(
+        [_block_of_size(likeliest.scene, kind, likeliest.block, direction, size)]
+    )
 
 
 def _noise_of_size(size: float) -> Noise:
@@ -193,11 +201,15 @@ def _block_of_size(
     return Block(block.rows, shift[..., None], block.parameters, fixed=True)
 
 
-def _unknowns_per_size(scene: Scene, kind: Kind, block: Block, direction: np.ndarray) -> float:
+def _unknowns_per_size(
+    scene: Scene, kind: Kind, block: Block, direction: np.ndarray
+) -> float:
     """Return how large a candidate's unknowns are along a direction, for each unit of its size."""
     if not kind.at_ball:
         return 1.0
-    return 1 / max(_largest_shift(scene, block.rows, block.columns[0] @ direction), 1e-12)
+    return 1 / max(
+        _largest_shift(scene, block.rows, block.columns[0] @ direction), 1e-12
+    )
 
 
 def _largest_shift(scene: Scene, rows: slice, shift: np.ndarray) -> float:
@@ -228,7 +240,9 @@ def _answer(
     evidence_of_size = tried.log_evidence
     of_any_size = likeliest.log_evidence - float(np.log(likeliest.kind.prior))
     clear = sound.log_evidence + CLEAR
-    if evidence_of_size > clear and evidence_of_size + ALIKE > max(strongest, of_any_size):
+    if evidence_of_size > clear and evidence_of_size + ALIKE > max(
+        strongest, of_any_size
+    ):
         return "yes"
     if of_any_size > clear and of_any_size + ALIKE > strongest:
         return "size"

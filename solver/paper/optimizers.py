@@ -56,7 +56,9 @@ def gauss_newton(
         if not new_cost < cost:  # NaN included
             damping = max(damping, 1e-9) * 10
             if damping > 1e12:
-                raise NotConverged("gauss-newton found no way down; check the model and the data")
+                raise NotConverged(
+                    "gauss-newton found no way down; check the model and the data"
+                )
             continue
         change = cost - new_cost
         x = x + step
@@ -83,7 +85,10 @@ def _damped_step(
 
 
 def ipopt(
-    objective: Callable[[Any], Any], start: np.ndarray, *, max_iterations: int = MAX_ITERATIONS
+    objective: Callable[[Any], Any],
+    start: np.ndarray,
+    *,
+    max_iterations: int = MAX_ITERATIONS,
 ) -> Solution:
     """Minimise a CasADi expression with IPOPT and its exact Hessian."""
     x = ca.MX.sym("x", len(start))
@@ -96,13 +101,23 @@ def ipopt(
         {
             "print_time": False,
             "iteration_callback": monitor,
-            "ipopt": {"print_level": 0, "sb": "yes", "max_iter": max_iterations, "tol": 1e-12},
+            "ipopt": {
+                "print_level": 0,
+                "sb": "yes",
+                "max_iter": max_iterations,
+                "tol": 1e-12,
+            },
         },
     )
     result: np.ndarray = solver(x0=start)["x"].full().ravel()
     status: str = solver.stats()["return_status"]
-    if not monitor.converged and status not in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
-        raise NotConverged(f"ipopt did not converge: {status.replace('_', ' ').lower()}")
+    if not monitor.converged and status not in (
+        "Solve_Succeeded",
+        "Solved_To_Acceptable_Level",
+    ):
+        raise NotConverged(
+            f"ipopt did not converge: {status.replace('_', ' ').lower()}"
+        )
     iterates = monitor.iterates if monitor.converged else [*monitor.iterates, result]
     return Solution(tuple(iterates))
 

@@ -49,10 +49,16 @@ class Problem:
 
     def residuals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residuals at x, shape (r,) [m], and their Jacobian, shape (r, n)."""
-        linear = self.model.linearise(x, np.concatenate([m.positions for m in self.training]))
+        linear = self.model.linearise(
+            x, np.concatenate([m.positions for m in self.training])
+        )
         # means and deviations of points and of their derivatives are the same linear operations
-        columns = np.concatenate([linear.points[:, :, None], linear.by_parameters], axis=2)
-        parts = [np.column_stack([(x - self.start) * self._weights, np.diag(self._weights)])]
+        columns = np.concatenate(
+            [linear.points[:, :, None], linear.by_parameters], axis=2
+        )
+        parts = [
+            np.column_stack([(x - self.start) * self._weights, np.diag(self._weights)])
+        ]
         for measured in self.training:
             total = len(measured.positions)
             means = list[np.ndarray]()
@@ -103,21 +109,29 @@ def build_problem(
     The paper's Theta has roll, pitch and yaw.
     """
     if not 0 <= regularization < np.inf:
-        raise SettingError(f"regularization {regularization}: give zero or a positive number")
+        raise SettingError(
+            f"regularization {regularization}: give zero or a positive number"
+        )
     chosen = choose_parameters(robot) if parameters is None else tuple(parameters)
     model = BallModel(robot, [p.index for p in chosen], "rpy")
     return Problem(chosen, model, tuple(training), regularization)
 
 
 def solve(
-    problem: Problem, optimizer: str = "gauss-newton", max_iterations: int = MAX_ITERATIONS
+    problem: Problem,
+    optimizer: str = "gauss-newton",
+    max_iterations: int = MAX_ITERATIONS,
 ) -> Solution:
     """Minimise Eq. (5) from the nominal parameters; both :data:`OPTIMIZERS` reach the minimum."""
     if optimizer == "gauss-newton":
-        return gauss_newton(problem.residuals, problem.start, max_iterations=max_iterations)
+        return gauss_newton(
+            problem.residuals, problem.start, max_iterations=max_iterations
+        )
     if optimizer == "ipopt":
         return ipopt(problem.objective, problem.start, max_iterations=max_iterations)
-    raise SettingError(f"optimizer {optimizer!r}: choose one of {', '.join(OPTIMIZERS)}")
+    raise SettingError(
+        f"optimizer {optimizer!r}: choose one of {', '.join(OPTIMIZERS)}"
+    )
 
 
 def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
@@ -139,7 +153,10 @@ def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
     free = len(balls) - 3 * sum(len(m.sockets) for m in problem.training) - fitted
     noise = CORRELATED * float(balls @ balls) / max(free, 1.0)
     of_noise = (J * (noise * relative)[:, None]).T @ J
-    known = [Known(0, 1, m.distance, CALIPER_DEVIATION, on_base=True) for m in problem.training]
+    known = [
+        Known(0, 1, m.distance, CALIPER_DEVIATION, on_base=True)
+        for m in problem.training
+    ]
     of_caliper = J[distances].T @ distance_covariance(known) @ J[distances]
     return unit @ (of_noise + of_caliper) @ unit
 

@@ -137,7 +137,9 @@ def handeye(
         MeasurementError: Samples of another arm.
     """
     if camera not in get_args(Camera):
-        raise UsageError(f"--camera {camera}: choose among {', '.join(get_args(Camera))}")
+        raise UsageError(
+            f"--camera {camera}: choose among {', '.join(get_args(Camera))}"
+        )
     prior = prior_of(calibration)
     with order_said(as_list(data), prior.robot.joint_names):
         task = camera_task(prior, as_list(data), camera)
@@ -167,7 +169,9 @@ def handeye(
     )
 
 
-def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera) -> Task:
+def camera_task(
+    prior: ArmPrior, placements: Sequence[Placement], camera: Camera
+) -> Task:
     """Return the views of a board, with the camera's and the board's poses to be found."""
     where = ", ".join(str(p.files[0]) if p.files else p.name for p in placements)
     counts = [len(p.distinct().samples) for p in placements]
@@ -177,15 +181,20 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
             "of each recording; 15 are advised"
         )
     data = [
-        measure(replace(p, poses_of="camera"), prior.robot, poses_of="camera") for p in placements
+        measure(replace(p, poses_of="camera"), prior.robot, poses_of="camera")
+        for p in placements
     ]
     if not all(m.has_orientations for m in data):
-        raise UsageError(f"{where}: no orientations; a view needs x,y,z,qx,qy,qz,qw of the board")
+        raise UsageError(
+            f"{where}: no orientations; a view needs x,y,z,qx,qy,qz,qw of the board"
+        )
     points = np.concatenate([m.points for m in data])
     B = as_poses(np.concatenate([m.rotations for m in data]), points)
     farthest = float(np.abs(points).max())
     if farthest > FARTHEST:
-        raise UsageError(f"{where}: places up to {farthest:.0f} m away; are these millimetres?")
+        raise UsageError(
+            f"{where}: places up to {farthest:.0f} m away; are these millimetres?"
+        )
     rows = Rows.of(prior, data, np.zeros(len(B), int), ("",))
     poses = prior.flanges(prior.mean, rows.q, rows.moments)
     starts = {way: poses.hand_eye(side(B), where) for way, side in SIDES.items()}
@@ -204,7 +213,9 @@ def camera_task(prior: ArmPrior, placements: Sequence[Placement], camera: Camera
     rows = replace(rows, turns=True)
     rows = replace(rows, left=B) if camera == "on-arm" else replace(rows, right=B)
     noise = replace(DETECTOR, joint=prior.noise.joint)
-    return Task(prior, rows, noise, dict.fromkeys(prior.ball, FAR), start=starts[camera])
+    return Task(
+        prior, rows, noise, dict.fromkeys(prior.ball, FAR), start=starts[camera]
+    )
 
 
 def _misfit(camera: Camera, starts: dict[str, HandEye], B: np.ndarray) -> str:
@@ -212,7 +223,10 @@ def _misfit(camera: Camera, starts: dict[str, HandEye], B: np.ndarray) -> str:
     other = OPPOSITE[camera]
     angle, opposite_angle = starts[camera].angle, starts[other].angle
     if opposite_angle < OTHER_WAY * angle:
-        mend = [f"use --camera {other}", "invert them, if they are the camera's in the board"]
+        mend = [
+            f"use --camera {other}",
+            "invert them, if they are the camera's in the board",
+        ]
         if not (B[:, 2, 3] > 0).all():  # a camera sees only what is before it
             mend.reverse()
         return (

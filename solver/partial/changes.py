@@ -81,7 +81,11 @@ class Changes:
     @property
     def likeliest(self) -> str:
         """The most probable explanation; of the changes alone, where something changed."""
-        names = [name for name in self.probabilities if not (self.changed and name == NOTHING)]
+        names = [
+            name
+            for name in self.probabilities
+            if not (self.changed and name == NOTHING)
+        ]
         return max(names, key=self.probabilities.__getitem__, default="")
 
     @property
@@ -91,7 +95,11 @@ class Changes:
 
 
 def changes_since(
-    calibration: Calibration, data: Sequence[Measurement], stood: str, *, ball_moved: bool
+    calibration: Calibration,
+    data: Sequence[Measurement],
+    stood: str,
+    *,
+    ball_moved: bool,
 ) -> tuple[Changes, Metrics | None]:
     """Return what changed, and the errors with the ball's new place where it was remounted."""
     if any(m.kind == "points" for m in data):
@@ -125,7 +133,10 @@ def changes_since(
         return changes, None
     system = fit(task.with_exact_arm)
     shift = system.shift[prior.ball]
-    if shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift) > FAR_MOVED**2:
+    if (
+        shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift)
+        > FAR_MOVED**2
+    ):
         changes = replace(changes, ball=float(np.linalg.norm(shift)))
     distances = np.linalg.norm(system.residuals, axis=1)
     return changes, Metrics(float(distances.mean()), float(distances.max()), None)
@@ -142,10 +153,14 @@ def _nearest_cause(
     offset = float(system.shift[zeros[joint]])
     offsets = offset * (np.arange(len(zeros)) == joint)
     shifted = [m.shifted(offsets) for m in data]
-    metrics = mean_metrics([evaluate(calibration.calibrated.predict(m), m) for m in shifted])
+    metrics = mean_metrics(
+        [evaluate(calibration.calibrated.predict(m), m) for m in shifted]
+    )
     robot = task.prior.robot
     unit = "m" if robot.actuated[joint].type == "prismatic" else "rad"
-    return NearestCause(robot.joint_names[joint], offset, metrics.mean_absolute_error, unit)
+    return NearestCause(
+        robot.joint_names[joint], offset, metrics.mean_absolute_error, unit
+    )
 
 
 def reason_and_advice(
@@ -178,11 +193,19 @@ def reason_and_advice(
     if changes.cause is not None:
         advice = f"mukca rezero --joint {likely} finds its zero."
         return f"{drifted}; {changes.cause.text(share)}.", advice
-    if "distance_error" in failed and "mean_absolute_error" not in failed and length and longest:
+    if (
+        "distance_error" in failed
+        and "mean_absolute_error" not in failed
+        and length
+        and longest
+    ):
         limited = f"{wrong_length}, limit {mm(longest)}"
         return f"{limited}; check --distance, and calibrate again.", ""
     if changes.changed:
-        return f"{drifted}; nearest cause: {likely}, with a probability of {share}.", NEXT[likely]
+        return (
+            f"{drifted}; nearest cause: {likely}, with a probability of {share}.",
+            NEXT[likely],
+        )
     if "mean_absolute_error" in failed:
         if before is not None and corrected <= WORSE * before:
             reason = f"not valid ({figures}), and it was no better when it was made."
@@ -208,5 +231,7 @@ def _odds(changes: Changes, share: str) -> str:
         odds = f"{likely} may have changed ({share}); record more samples"
     if changes.ball is not None:
         last = list(changes.probabilities)[-2]
-        odds += f"; the ball sits {mm(changes.ball)} from where it was, or {last} is off"
+        odds += (
+            f"; the ball sits {mm(changes.ball)} from where it was, or {last} is off"
+        )
     return odds

@@ -16,7 +16,13 @@ from ..bayes.model import probabilities
 from .evidence import TYPICAL, Explanation, changes_of, linear_about, log_evidences
 from .fit import fit
 from .system import System
-from .zeros import UNIDENTIFIABLE, ZERO_CHANGED, another_arm, fit_with_zeros, zero_deviations
+from .zeros import (
+    UNIDENTIFIABLE,
+    ZERO_CHANGED,
+    another_arm,
+    fit_with_zeros,
+    zero_deviations,
+)
 
 WRONG_SIZE, PRIOR_WRONG = 0.1, 0.05
 """Relative deviation of a size that is wrong, and the prior probability that it is."""
@@ -106,6 +112,8 @@ def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
     for explanation, p in zip(candidates[1:], shares[1:], strict=True):
         freed = replace(about, task=task.freeing(explanation.widths))
         shift = (freed.change - about.change)[place]
-        covariance += p * (freed.covariance_on_flange(place) - certain + np.outer(shift, shift))
+        covariance += p * (
+            freed.covariance_on_flange(place) - certain + np.outer(shift, shift)
+        )
         changed[explanation.name] = changed.get(explanation.name, 0.0) + p
     return ChangedZeros(changed, covariance)

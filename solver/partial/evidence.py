@@ -23,7 +23,14 @@ GEOMETRY_CHANGES = {"m": 1e-3, "rad": 3e-3}
 DIVERGED = 1e-2
 """Next step beyond which a fit is taken for diverged [m]."""
 NOTHING, LENGTHS, EVERYTHING = "nothing", "distance", "everything"
-PRIOR = {NOTHING: 0.5, LENGTHS: 0.05, "joint": 0.3, "tool": 0.1, "base": 0.1, EVERYTHING: 0.1}
+PRIOR = {
+    NOTHING: 0.5,
+    LENGTHS: 0.05,
+    "joint": 0.3,
+    "tool": 0.1,
+    "base": 0.1,
+    EVERYTHING: 0.1,
+}
 """Prior probabilities; that of ``joint`` is shared among all joints."""
 TYPICAL = (1e-3, 2e-2)
 """Typical changes of a joint's zero [rad], of a tool's or base's place [m]."""
@@ -109,11 +116,16 @@ def explanations(task: Task) -> list[Explanation]:
         candidates += changes_of(joint, share, [zero])
     candidates += changes_of("tool", PRIOR["tool"], ball)
     candidates += changes_of("base", PRIOR["base"], base.tolist())
-    return [*candidates, Explanation(EVERYTHING, PRIOR[EVERYTHING], geometry_changes(task))]
+    return [
+        *candidates,
+        Explanation(EVERYTHING, PRIOR[EVERYTHING], geometry_changes(task)),
+    ]
 
 
 def changes_of(name: str, prior: float, unknowns: Sequence[int]) -> list[Explanation]:
     """Return the hypotheses that unknowns changed by what is typical; none without unknowns."""
     share = prior / len(TYPICAL)
     widths = TYPICAL if unknowns else ()
-    return [Explanation(name, share, dict.fromkeys(unknowns, width)) for width in widths]
+    return [
+        Explanation(name, share, dict.fromkeys(unknowns, width)) for width in widths
+    ]

@@ -102,11 +102,15 @@ def _noise(system: System) -> NoiseBelief:
     """Return the scales of noise after a step towards more evidence."""
     now, belief = system.state.noise, system.task.noise
     turns = STEPS if system.task.rows.turns else (1.0,)
-    tried = [replace(now, place=a * now.place, turn=b * now.turn) for a, b in product(STEPS, turns)]
+    tried = [
+        replace(now, place=a * now.place, turn=b * now.turn)
+        for a, b in product(STEPS, turns)
+    ]
     large = [
         noise
         for noise in tried
-        if noise.place >= SMALLEST * belief.place and noise.turn >= SMALLEST * belief.turn
+        if noise.place >= SMALLEST * belief.place
+        and noise.turn >= SMALLEST * belief.turn
     ]
     return max(large, key=system.log_evidence)
 

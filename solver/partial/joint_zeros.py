@@ -85,11 +85,17 @@ class Zeros:
             UsageError: The calibration was trained on all samples.
         """
         if not self.new:
-            raise UsageError("nothing was found that could be written: no sample is new")
+            raise UsageError(
+                "nothing was found that could be written: no sample is new"
+            )
         if self.calibration is not None:
             return self.calibration.save(folder, force=force, accept_distorted=True)
         refuse_existing(Path(folder), force=force)
-        return {"urdf": str(*write_files(Path(folder), {"calibrated.urdf": self.urdf()}).values())}
+        return {
+            "urdf": str(
+                *write_files(Path(folder), {"calibrated.urdf": self.urdf()}).values()
+            )
+        }
 
     @property
     def brief(self) -> tuple[str, ...]:
@@ -109,17 +115,29 @@ class Zeros:
             return (*notes, *self.untold)
         if self.unchanged is None or not any(zero.told for zero in self.joints):
             return (*zeros, *self.untold, *notes)
-        if not (self.decided or self.unchanged or any(zero.changed for zero in self.joints)):
-            return (f"No zeros explain it: {_still_off(self.system)}", *self.untold, *notes)
-        none = [] if self.changed else [f"No zero changed ({100 * self.unchanged:.0f} %)."]
+        if not (
+            self.decided or self.unchanged or any(zero.changed for zero in self.joints)
+        ):
+            return (
+                f"No zeros explain it: {_still_off(self.system)}",
+                *self.untold,
+                *notes,
+            )
+        none = (
+            [] if self.changed else [f"No zero changed ({100 * self.unchanged:.0f} %)."]
+        )
         if not self.decided:
             may = "changed" if self.unchanged < 1 - SURE else "may have changed"
-            none = [f"Some zero {may}, and it cannot be told which: record more samples."]
+            none = [
+                f"Some zero {may}, and it cannot be told which: record more samples."
+            ]
         return (*zeros, *none, *evidence, *self.untold, *notes)
 
     @property
     def _evidence(self) -> str:
-        summed = ", ".join(f"{z.joint} {100 * z.changed:.0f} %" for z in self.joints if z.told)
+        summed = ", ".join(
+            f"{z.joint} {100 * z.changed:.0f} %" for z in self.joints if z.told
+        )
         return f"Changed, by the evidence: {summed}."
 
     def as_dict(self) -> dict[str, Any]:
@@ -176,17 +194,24 @@ def rezero(
         if joint not in names:
             raise UsageError(f"--joint {joint}: the joints are {', '.join(names)}")
     measured = [
-        measure(p, prior.robot, distance, sockets=1, load=prior.load) for p in as_list(data)
+        measure(p, prior.robot, distance, sockets=1, load=prior.load)
+        for p in as_list(data)
     ]
     measured, new, remarks = new_samples(arm, measured)
     if similar_postures(measured):
-        remarks.append("The postures are alike and tell little: move all joints between samples.")
+        remarks.append(
+            "The postures are alike and tell little: move all joints between samples."
+        )
     task = socket_task(prior, measured, stood)
-    task = replace(task, rows=replace(task.rows, warnings=(*task.rows.warnings, *remarks)))
+    task = replace(
+        task, rows=replace(task.rows, warnings=(*task.rows.warnings, *remarks))
+    )
     if ball_moved:
         task = task.freeing(dict.fromkeys(prior.ball, BALL_ELSEWHERE))
     require_samples(task, len(joints) or len(names))
-    system, unchanged, zeros = find_zeros(task, [names.index(joint) for joint in joints])
+    system, unchanged, zeros = find_zeros(
+        task, [names.index(joint) for joint in joints]
+    )
     limit = OTHER_MODEL
     if isinstance(arm, Calibration):
         changed = any(zero.offset for zero in zeros)
@@ -201,7 +226,9 @@ def rezero(
     untold = [_how_to_identify(prior.robot, zero, stood) for zero in questions]
     hint = another_arm(system) if isinstance(arm, Robot) else ()
     noise = system.state.noise.place
-    return Zeros(arm, zeros, unchanged, noise, (*untold, *hint), system, new, bool(hint))
+    return Zeros(
+        arm, zeros, unchanged, noise, (*untold, *hint), system, new, bool(hint)
+    )
 
 
 def _off(system: System) -> float:

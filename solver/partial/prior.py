@@ -12,7 +12,14 @@ from ..bayes.model.effects import JOINT_OFFSET
 from ..calibration import Calibration, UsageError, posterior_of
 from ..data import STANDARD_LOAD, HandEye, Load, hand_eye
 from ..design import ParameterCovariance, Workspace
-from ..robot import Parameter, Robot, RotationNumbers, all_parameters, choose_parameters, matrix_rpy
+from ..robot import (
+    Parameter,
+    Robot,
+    RotationNumbers,
+    all_parameters,
+    choose_parameters,
+    matrix_rpy,
+)
 
 LENGTH, ANGLE = 2e-4, 7e-4
 """Tolerances of the lengths [m] and angles [rad] of an arm as made, standard deviations."""
@@ -72,7 +79,9 @@ class ArmPrior:
     def ball(self) -> np.ndarray:
         """Indices of the unknowns of the ball's, or a tool's, place on the flange, shape (3,)."""
         parameters = self.model.parameters
-        return np.array([i for i, p in enumerate(parameters) if p.of_ball and p.unit == "m"])
+        return np.array(
+            [i for i, p in enumerate(parameters) if p.of_ball and p.unit == "m"]
+        )
 
     @cached_property
     def zeros(self) -> np.ndarray:
@@ -92,7 +101,9 @@ class ArmPrior:
         R, R_by_unknowns, R_by_joints = model.linearise(y, q, moments, of_turns=True)
         by_unknowns = np.hstack([p_by_unknowns, R_by_unknowns])
         by_joints = np.hstack([p_by_joints, R_by_joints])
-        of_tool = [i for i, parameter in enumerate(model.parameters) if parameter.of_ball]
+        of_tool = [
+            i for i, parameter in enumerate(model.parameters) if parameter.of_ball
+        ]
         by_unknowns[:, :, of_tool] = 0.0
         of_ball = matrix_rpy(model.ball.origins(model.values(y))[-1, 3:])
         return Flanges(R @ of_ball.T, p, by_unknowns, by_joints)
@@ -103,21 +114,28 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
     if isinstance(arm, Robot):
         return _nominal_prior(arm)
     if not isinstance(arm, Calibration):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise UsageError("one robot's calibration is needed: of several pick one, as arms[NAME]")
+        raise UsageError(
+            "one robot's calibration is needed: of several pick one, as arms[NAME]"
+        )
     posterior = posterior_of(arm.document, arm.source)
     fitted = posterior.model
     numbers = fitted.ball.rotation_numbers
     model = _model(fitted.robot, fitted.parameters, fitted.extensions, numbers)
     sockets = {
-        SOCKET.format(*label): model.size + 3 * i for i, label in enumerate(posterior.data.labels)
+        SOCKET.format(*label): model.size + 3 * i
+        for i, label in enumerate(posterior.data.labels)
     }
     n = model.size + 3 * len(sockets)
     of_model = [model.names.index(name) for name in fitted.names]
     into = np.array([*of_model, *range(model.size, n)], dtype=np.int64)
     mean = np.zeros(n)
     mean[into] = np.concatenate([posterior.x, posterior.centres.ravel()])
-    covariance = block_matrix(n, [(into, posterior.covariance[: len(into), : len(into)])])
-    prior = ArmPrior(model, mean, covariance, sockets, arm.calibrated.load, posterior.noise)
+    covariance = block_matrix(
+        n, [(into, posterior.covariance[: len(into), : len(into)])]
+    )
+    prior = ArmPrior(
+        model, mean, covariance, sockets, arm.calibrated.load, posterior.noise
+    )
     for zero in arm.document.later_zeros:
         i = prior.zeros[model.robot.joint_names.index(zero.joint)]
         mean[i] += zero.offset
@@ -144,7 +162,9 @@ def _model(
     """Return a model with some parameters free, the ball's place and the zeros in any case."""
     names = {p.name for p in free}
     parameters = [
-        p for p in all_parameters(robot) if p.name in names or (p.of_ball and p.unit == "m")
+        p
+        for p in all_parameters(robot)
+        if p.name in names or (p.of_ball and p.unit == "m")
     ]
     return extend(robot, parameters, (JOINT_OFFSET.name, *extensions), rotation_numbers)
 
@@ -159,7 +179,9 @@ def zero_covariance(arm: Calibration | Robot, sockets: int = 2) -> ParameterCova
     return state.with_sockets(sockets)
 
 
-def identifiable_zeros(state: ParameterCovariance, pools: Mapping[int, np.ndarray]) -> Workspace:
+def identifiable_zeros(
+    state: ParameterCovariance, pools: Mapping[int, np.ndarray]
+) -> Workspace:
     """Return the zeros that samples in sockets can identify, in place of workspace distances.
 
     Args:

@@ -54,7 +54,9 @@ def turns_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
     turns = {AS_IS: rotation_matrices(quaternions)}
     numbers = [s.turn for s in samples]
     if any(len(row) != 3 for row in numbers):
-        turns["quaternions with w first"] = rotation_matrices(quaternions[:, [1, 2, 3, 0]])
+        turns["quaternions with w first"] = rotation_matrices(
+            quaternions[:, [1, 2, 3, 0]]
+        )
         return turns
     for unit, factor in (("", 1.0), (" in degrees", math.pi / 180)):
         angles = factor * np.array(numbers)
@@ -109,7 +111,9 @@ class Fit(NamedTuple):
 
 
 def fitting_reading(
-    samples: Sequence[Sample], flange_poses: Flanges, side: Callable[[np.ndarray], np.ndarray]
+    samples: Sequence[Sample],
+    flange_poses: Flanges,
+    side: Callable[[np.ndarray], np.ndarray],
 ) -> str:
     """Return in words how poses are to be read; empty where no reading fits far better.
 
@@ -161,7 +165,11 @@ def fitting_order(prior: ArmPrior, q: np.ndarray, M: np.ndarray) -> str:
         with suppress(MukcaError):
             start = hand_eye(R[k], p[k], M[:, :3, :3], M[:, :3, 3])
             distances.append((start.distance, k))
-    (distance, best), (next_distance, _), *_ = [*sorted(distances), (np.inf, 0), (np.inf, 0)]
+    (distance, best), (next_distance, _), *_ = [
+        *sorted(distances),
+        (np.inf, 0),
+        (np.inf, 0),
+    ]
     if best == 0 or distance > NEAR or distance > FAR_BETTER * next_distance:
         return ""
     column_of: list[int] = np.argsort(orders[best]).tolist()

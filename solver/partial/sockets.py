@@ -59,11 +59,15 @@ def prior_by_all_samples(calibration: Calibration) -> ArmPrior:
 def socket_task(prior: ArmPrior, data: Sequence[Measurement], stood: str = "") -> Task:
     """Return the task of a fit to a ball in sockets, with the arm as it was calibrated."""
     if any(m.kind == "points" for m in data):
-        raise UsageError("give placements with the ball in sockets, not measured points")
+        raise UsageError(
+            "give placements with the ball in sockets, not measured points"
+        )
     pairs = [label for m in data for label in m.labels]
     place = {pair: i for i, pair in enumerate(pairs)}
     counts = [count for m in data for count in m.counts]
-    names = tuple(_known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs)
+    names = tuple(
+        _known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs
+    )
     rows = Rows.of(prior, data, np.repeat(np.arange(len(pairs)), counts), names)
     distances = [
         (place[m.name, m.sockets[0]], place[m.name, m.sockets[1]], m.distance)
@@ -117,7 +121,9 @@ def new_samples(
 def _known_socket(prior: ArmPrior, stood: str, placement: str, socket: int) -> str:
     """Return the name of the calibration's socket that has not moved since."""
     last = SOCKET.format(stood, socket)
-    matches = [name for name in prior.sockets if name == last or name.endswith(f"/{last}")]
+    matches = [
+        name for name in prior.sockets if name == last or name.endswith(f"/{last}")
+    ]
     if len(matches) != 1:
         names = ", ".join(prior.sockets) or "none"
         raise UsageError(

@@ -71,7 +71,9 @@ class System:
         """Return C, shape (R, R); ``gaussian``: with Gaussian noise of the same information."""
         return self.spread + self.noise_covariance(noise, gaussian=gaussian)
 
-    def noise_covariance(self, noise: NoiseBelief, *, gaussian: bool = False) -> np.ndarray:
+    def noise_covariance(
+        self, noise: NoiseBelief, *, gaussian: bool = False
+    ) -> np.ndarray:
         """Return the same where all unknowns are known, shape (R, R)."""
         N, d, _ = self.by_joints.shape
         blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
@@ -91,7 +93,10 @@ class System:
         belief = self.task.noise
         root = np.linalg.cholesky(self.covariance(noise))
         whitened = np.linalg.solve(root, self.errors)
-        log_ratios = np.log([noise.place / belief.place, noise.turn / belief.turn]) / belief.spread
+        log_ratios = (
+            np.log([noise.place / belief.place, noise.turn / belief.turn])
+            / belief.spread
+        )
         squares = whitened @ whitened + log_ratios @ log_ratios
         return float(-0.5 * squares - np.log(np.diag(root)).sum())
 

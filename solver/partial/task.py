@@ -53,7 +53,10 @@ class Rows:
 
     @staticmethod
     def of(
-        prior: ArmPrior, data: Sequence[Measurement], places: np.ndarray, names: tuple[str, ...]
+        prior: ArmPrior,
+        data: Sequence[Measurement],
+        places: np.ndarray,
+        names: tuple[str, ...],
     ) -> "Rows":
         """Return the samples of placements, at the arm's load."""
         return Rows(
@@ -61,7 +64,9 @@ class Rows:
             np.concatenate([prior.load.torques(prior.robot, m) for m in data]),
             places,
             names,
-            tuple(m.placement.samples[int(rank)].where for m in data for rank in m.order),
+            tuple(
+                m.placement.samples[int(rank)].where for m in data for rank in m.order
+            ),
             tuple(chain.from_iterable(m.warnings for m in data)),
         )
 
@@ -110,7 +115,9 @@ class Task:
     @cached_property
     def known(self) -> list[int]:
         """Places that stand where the calibration saw them."""
-        return [k for k, name in enumerate(self.rows.names) if name in self.prior.sockets]
+        return [
+            k for k, name in enumerate(self.rows.names) if name in self.prior.sockets
+        ]
 
     @cached_property
     def tool_turn(self) -> slice:
@@ -144,7 +151,9 @@ class Task:
     @property
     def with_exact_arm(self) -> "Task":
         """The same with an arm of which all is known but what is free."""
-        return replace(self, prior=replace(self.prior, covariance=0 * self.prior.covariance))
+        return replace(
+            self, prior=replace(self.prior, covariance=0 * self.prior.covariance)
+        )
 
     def freeing(self, widths: Mapping[int, float]) -> "Task":
         """Return the same with more that is free."""

@@ -53,9 +53,16 @@ class Tool(Found):
     @property
     def brief(self) -> tuple[str, ...]:
         """The tip and what it is good for, line by line; reasons not to rely on it come first."""
-        lines = [*self.untold, f"{self.frame.name} on {self.frame.parent}: {self.place}"]
+        lines = [
+            *self.untold,
+            f"{self.frame.name} on {self.frame.parent}: {self.place}",
+        ]
         if any(self.frame.rpy):
-            lines.append("roll pitch yaw " + " ".join(f"{v:+.5f}" for v in self.frame.rpy) + " rad")
+            lines.append(
+                "roll pitch yaw "
+                + " ".join(f"{v:+.5f}" for v in self.frame.rpy)
+                + " rad"
+            )
         if self.elsewhere is not None:
             lines.append(
                 f"Turned about a point elsewhere, the tip is expected to stay within "
@@ -101,7 +108,10 @@ def tool(
     """
     prior = prior_of(calibration)
     touches = as_list(data)
-    system, trained = fit(_touches(prior, touches, stood)), _trained_on(calibration, touches)
+    system, trained = (
+        fit(_touches(prior, touches, stood)),
+        _trained_on(calibration, touches),
+    )
     tip = system.tool.translation
     scatter = system.state.noise.place
     zeros = changed_zeros(system, prior.ball)
@@ -110,8 +120,12 @@ def tool(
         doubts = (SCATTER.format(1e3 * scatter),)
     if not doubts:
         remedy = "turn the tool about two more axes at the point"
-        doubts = not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
-    others = [as_list(axis)] if axis else [[face_touches] for face_touches in face or ()]
+        doubts = not_enough(
+            zeros.covariance, limit, "touches cannot tell the tip", remedy
+        )
+    others = (
+        [as_list(axis)] if axis else [[face_touches] for face_touches in face or ()]
+    )
     R = _turned(tip, [fit(_touches(prior, group)).tool.translation for group in others])
     link = (name, prior.robot.ball_joint.parent)
     frame = found(calibration, system, link, Pose(R, tip), zeros, (*trained, *doubts))
@@ -131,7 +145,9 @@ def tool(
     )
 
 
-def _trained_on(calibration: Calibration, touches: Sequence[Placement]) -> tuple[str, ...]:
+def _trained_on(
+    calibration: Calibration, touches: Sequence[Placement]
+) -> tuple[str, ...]:
     """Return a warning where touches are samples of the calibration itself, else nothing."""
     measured = [
         measure(placement, calibration.robot, sockets=1, load=calibration.load)
@@ -180,7 +196,9 @@ def _by_point(placement: Placement, points: Sequence[tuple[float, ...]]) -> Plac
     if not points:
         return placement
     samples = [
-        replace(s, point=None, socket=points.index(s.point)) for s in placement.samples if s.point
+        replace(s, point=None, socket=points.index(s.point))
+        for s in placement.samples
+        if s.point
     ]
     return replace(placement, samples=tuple(samples))
 
@@ -218,8 +236,12 @@ def _elsewhere(prior: ArmPrior, x: np.ndarray, P: np.ndarray) -> float | None:
     guide, generator = InverseKinematics(robot), np.random.default_rng(0)
     squares: list[float] = []
     for _ in range(10 * ELSEWHERE):
-        radius, angle, height = generator.uniform((NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH))
-        point = guide.longest * np.array([radius * np.cos(angle), radius * np.sin(angle), height])
+        radius, angle, height = generator.uniform(
+            (NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH)
+        )
+        point = guide.longest * np.array(
+            [radius * np.cos(angle), radius * np.sin(angle), height]
+        )
         try:
             q = guide.reach(np.tile(point, (POSTURES, 1)), generator, rounds=1)
         except SimulationError:

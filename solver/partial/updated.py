@@ -56,7 +56,11 @@ class Found:
         """Its place with standard deviations, in words."""
         sigma = np.sqrt(np.diag(self.frame.covariance))
         rows = zip(self.frame.xyz, sigma, strict=True)
-        return "x y z " + " ".join(f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in rows) + " mm"
+        return (
+            "x y z "
+            + " ".join(f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in rows)
+            + " mm"
+        )
 
     def __repr__(self) -> str:
         return "\n".join(self.text)
@@ -67,7 +71,9 @@ class Found:
         frame, _ = values.pop("frame"), values.pop("calibration")
         return {
             **msgspec.to_builtins(frame),
-            **msgspec.to_builtins(values, enc_hook=lambda value: np.asarray(value).tolist()),
+            **msgspec.to_builtins(
+                values, enc_hook=lambda value: np.asarray(value).tolist()
+            ),
         }
 
     def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
@@ -100,7 +106,9 @@ def found(
     return Found(frame, updated(calibration, system, tool=frame), notes, untold)
 
 
-def not_enough(covariance: np.ndarray, limit: float, subject: str, remedy: str) -> tuple[str, ...]:
+def not_enough(
+    covariance: np.ndarray, limit: float, subject: str, remedy: str
+) -> tuple[str, ...]:
     """Return a sentence where a place is less sure than a limit [m], and what would tell it."""
     variances, directions = np.linalg.eigh(covariance)
     if variances[-1] <= limit**2:
@@ -122,7 +130,9 @@ def updated(
     document, old = calibration.document, calibration.calibrated
     model, x = system.task.prior.model, system.state.x
     changes = dict(zip(model.names, system.shift, strict=False))
-    change = np.array([0.0 if tool and p.of_ball else changes[p.name] for p in old.parameters])
+    change = np.array(
+        [0.0 if tool and p.of_ball else changes[p.name] for p in old.parameters]
+    )
     values, exported = old.values + change, old.geometry + change
     offsets = np.array([zero.offset for zero in zeros])
     if zeros:
@@ -150,7 +160,9 @@ def updated(
     document = structs.replace(
         document,
         parameters=tuple(
-            structs.replace(row, calibrated=value, change=value - row.nominal, exported=number)
+            structs.replace(
+                row, calibrated=value, change=value - row.nominal, exported=number
+            )
             for row, value, number in zip(*numbers, strict=True)
         ),
         deflection={name: tuple(array.tolist()) for name, array in coefficients},
@@ -185,7 +197,9 @@ def urdf_with_zeros(robot: Robot, offsets: Sequence[float]) -> bytes:
     return replace(arm, values=_with_zeros(arm, nominal, np.array(offsets))).urdf()
 
 
-def _with_zeros(arm: CalibratedRobot, values: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+def _with_zeros(
+    arm: CalibratedRobot, values: np.ndarray, offsets: np.ndarray
+) -> np.ndarray:
     try:
         return offsets_in_origins(arm.model, arm.parameters, values, offsets)
     except KeyError:

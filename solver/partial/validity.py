@@ -65,7 +65,9 @@ class Validity(Changes):
     def odds(self) -> tuple[str, ...]:
         """Each explanation that is not ruled out, the most probable first, in words."""
         by_size = sorted(self.probabilities.items(), key=lambda pair: -pair[1])
-        words = ", ".join(f"{name} {100 * p:.1f} %" for name, p in by_size if p > LEAST_SHOWN)
+        words = ", ".join(
+            f"{name} {100 * p:.1f} %" for name, p in by_size if p > LEAST_SHOWN
+        )
         return (f"Changed since, by the evidence: {words}.",) if words else ()
 
     @property
@@ -134,7 +136,9 @@ def what_changed(
         reason += probe_words(tip)
         if compared:
             broken = any(row.status == "fail" for row in rows)
-            excused = not broken and _is_excused(changes, document, new, bool(repeatability))
+            excused = not broken and _is_excused(
+                changes, document, new, bool(repeatability)
+            )
             status = "pass" if not changes.changed else "warning" if excused else "fail"
             rows.append(limit_row("validity", status, reason[:-1], text=reason[:-1]))
     assumed = [] if any(map(_states_lengths, measured)) else assumed_distances(document)
@@ -143,7 +147,9 @@ def what_changed(
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
         reason = f"{length.text}. {reason[0].upper()}{reason[1:]}"
     said = reason, advice
-    return Validity(**vars(changes), errors=errors, verdict=verdict, said=said, measured=measured)
+    return Validity(
+        **vars(changes), errors=errors, verdict=verdict, said=said, measured=measured
+    )
 
 
 def _as_read_now(
@@ -152,7 +158,9 @@ def _as_read_now(
     """Return checked placements, their joints as zeros found since read them."""
     return [
         calibration.as_read_now(
-            measure(placement, calibration.robot, distance, sockets=1, load=calibration.load)
+            measure(
+                placement, calibration.robot, distance, sockets=1, load=calibration.load
+            )
         )
         for placement in placements
     ]

@@ -96,7 +96,9 @@ def find_zeros(
     else:
         about, converged = linear_about(task, dict.fromkeys(zeros, ZERO))
         deviations = zero_deviations(about)
-        sets = _sets_of_zeros(task, np.flatnonzero(deviations < UNIDENTIFIABLE).tolist())
+        sets = _sets_of_zeros(
+            task, np.flatnonzero(deviations < UNIDENTIFIABLE).tolist()
+        )
         shares = np.zeros(len(sets))
         if converged:
             shares = probabilities(log_evidences(about, sets))
@@ -134,7 +136,9 @@ def _sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
             break
     explanations: list[Explanation] = []
     for subset in sets:
-        prior = ZERO_CHANGED ** len(subset) * (1 - ZERO_CHANGED) ** (len(joints) - len(subset))
+        prior = ZERO_CHANGED ** len(subset) * (1 - ZERO_CHANGED) ** (
+            len(joints) - len(subset)
+        )
         zeros = task.prior.zeros[[*subset]]
         for width in WIDTHS:
             widths = dict.fromkeys(zeros, width)

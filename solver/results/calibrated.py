@@ -68,7 +68,9 @@ class CalibratedRobot:
     @cached_property
     def model(self) -> BallModel:
         """The ball's position as a function of :attr:`parameters` and joint positions."""
-        return BallModel(self.robot, [p.index for p in self.parameters], self.rotation_numbers)
+        return BallModel(
+            self.robot, [p.index for p in self.parameters], self.rotation_numbers
+        )
 
     @cached_property
     def pose_model(self) -> PoseModel:
@@ -100,19 +102,25 @@ class CalibratedRobot:
     def solver(self) -> Callable[[Goal], PoseSolver]:
         """Inverse kinematics of the flange for a goal."""
         limits = self.robot.lower, self.robot.upper
-        solver = partial(PoseSolver, self.pose_model, self.flange, limits, last=self.last_step)
+        solver = partial(
+            PoseSolver, self.pose_model, self.flange, limits, last=self.last_step
+        )
         return lru_cache(maxsize=2)(solver)
 
     @cached_property
     def of_urdf(self) -> PoseSolver:
         """Inverse kinematics of ``calibrated.urdf``; encoders err at its limits, too."""
         endless = np.full(len(self.robot.actuated), np.inf)
-        return PoseSolver(PoseModel.of(self.robot, self.origins), self.flange, (-endless, endless))
+        return PoseSolver(
+            PoseModel.of(self.robot, self.origins), self.flange, (-endless, endless)
+        )
 
     @cached_property
     def poses(self) -> RowFunction:
         """Pose of the flange, 16 numbers."""
-        return RowFunction("flange", [self.pose_model.q], [self.pose_model.pose(self.flange)])
+        return RowFunction(
+            "flange", [self.pose_model.q], [self.pose_model.pose(self.flange)]
+        )
 
     @cached_property
     def jacobians(self) -> RowFunction:
@@ -135,7 +143,9 @@ class CalibratedRobot:
         ``near`` and ``prefer`` are those of :meth:`.FullModel.command`.
         """
         start = self.starts(near, len(targets), "near")
-        posture = None if prefer is None else self.starts(prefer, len(targets), "prefer")
+        posture = (
+            None if prefer is None else self.starts(prefer, len(targets), "prefer")
+        )
         return self.solver(goal).search(targets, start, posture, tool[:3].ravel())
 
     def starts(self, q: ArrayLike | None, count: int, what: str) -> np.ndarray:
@@ -225,7 +235,9 @@ class CalibratedRobot:
             *np.shape(q)[:-1], 3
         )
 
-    def true_positions(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
+    def true_positions(
+        self, q: ArrayLike, effort: ArrayLike | None = None
+    ) -> np.ndarray:
         """Return where the joints truly are while their encoders read q, of q's shape [rad].
 
         Args and errors are those of :meth:`ball`. Tilts of the joints are no positions.
@@ -236,7 +248,9 @@ class CalibratedRobot:
     def _corrected_at(self, measured: Measurement) -> np.ndarray:
         """Return :meth:`_corrected` of samples, by their placement's own load."""
         load = self.load.of(measured.placement)
-        return self._corrected(measured.positions, measured.efforts, load, measured.clocks)
+        return self._corrected(
+            measured.positions, measured.efforts, load, measured.clocks
+        )
 
     def _corrected(
         self,
@@ -247,7 +261,9 @@ class CalibratedRobot:
     ) -> np.ndarray:
         """Return the true joint positions, and the tilts where there are any."""
         positions = self.positions(q)
-        efforts = None if effort is None else joint_rows(self.robot, effort, "joint efforts")
+        efforts = (
+            None if effort is None else joint_rows(self.robot, effort, "joint efforts")
+        )
         if efforts is not None and efforts.shape != positions.shape:
             raise JointsError(
                 f"{len(efforts)} rows of joint efforts for {len(positions)} of joint positions; "
@@ -268,7 +284,9 @@ class CalibratedRobot:
 
     def predict(self, measured: Measurement) -> np.ndarray:
         """Return the ball's centres at samples as if their place had not moved, shape (N, 3)."""
-        return measured.at_rest(self.model.points(self.values, self._corrected_at(measured)))
+        return measured.at_rest(
+            self.model.points(self.values, self._corrected_at(measured))
+        )
 
     def rotations(self, measured: Measurement) -> np.ndarray:
         """Return orientations of the ball's link at samples, shape (N, 3, 3)."""
@@ -285,7 +303,9 @@ class CalibratedRobot:
         rows = joint_rows(self.robot, q, what, stacked=stacked)
         for row, i in np.argwhere(abs(rows) > JOINT_POSITION.largest)[:1].tolist():
             doubt = JOINT_POSITION.doubt(rows[row, i : i + 1].tolist())
-            raise JointsError(f"{what}: row {row}, {self.robot.joint_names[i]!r} is {doubt}")
+            raise JointsError(
+                f"{what}: row {row}, {self.robot.joint_names[i]!r} is {doubt}"
+            )
         return rows
 
     def urdf(self, folder: Path | None = None) -> bytes:

@@ -258,7 +258,9 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
         text = scan(model.nominal_urdf.encode(), "nominal_urdf")
         text.source = model.source
         robot = parse_robot(text, base=model.base, tip=model.tip)
-        if document.rotation_numbers == "rpy":  # older files have the tilts of the frames' axes
+        if (
+            document.rotation_numbers == "rpy"
+        ):  # older files have the tilts of the frames' axes
             joints = tuple(replace(joint, tilt_axes=None) for joint in robot.joints)
             robot = replace(robot, joints=joints)
     except MukcaError as error:
@@ -266,10 +268,14 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
     values = {value.name: value for value in document.parameters}
     parameters = tuple(p for p in all_parameters(robot) if p.name in values)
     if not len(parameters) == len(values) == len(document.parameters):
-        raise misfit(source, "parameters", "not those of the joints of model.nominal_urdf")
+        raise misfit(
+            source, "parameters", "not those of the joints of model.nominal_urdf"
+        )
     for extension, coefficients in document.deflection.items():
         if extension not in EFFECTS:
-            raise misfit(source, f"deflection.{extension}", "no extension of this version")
+            raise misfit(
+                source, f"deflection.{extension}", "no extension of this version"
+            )
         expected = len(EFFECTS[extension].coefficient_names(robot.joint_names))
         if len(coefficients) != expected:
             words = f"{len(coefficients)} coefficients, but the joints need {expected}"

@@ -27,7 +27,9 @@ LEAST_OVERLAP = 20
 """Knots at which both curves are known, for a word on them."""
 
 
-def agreement(a: ErrorCurves | None, b: ErrorCurves | None) -> tuple[CurveAgreement, ...]:
+def agreement(
+    a: ErrorCurves | None, b: ErrorCurves | None
+) -> tuple[CurveAgreement, ...]:
     """Return how far two calibrations' curves agree, for each joint that both know enough of."""
     if a is None or b is None:
         return ()
@@ -40,7 +42,9 @@ def agreement(a: ErrorCurves | None, b: ErrorCurves | None) -> tuple[CurveAgreem
         if partner is None:
             continue
         deviations = np.array([curve.deviations, partner.deviations])
-        determined = (deviations < KNOWN * np.array([[a.amplitude], [b.amplitude]])).all(axis=0)
+        determined = (
+            deviations < KNOWN * np.array([[a.amplitude], [b.amplitude]])
+        ).all(axis=0)
         if determined.sum() < LEAST_OVERLAP:
             continue
         values = np.array([curve.values, partner.values])[:, determined].T
@@ -81,11 +85,16 @@ def sampled_ranges(angles: np.ndarray, reach: float) -> tuple[tuple[float, float
     distance = np.abs((knots[:, None] - angles + np.pi) % (2 * np.pi) - np.pi)
     covered = np.concatenate([[False], (distance <= reach).any(axis=1), [False]])
     ends = np.flatnonzero(np.diff(covered.astype(int))).reshape(-1, 2)
-    return tuple((float(SPACING * a), float(SPACING * (b - 1))) for a, b in ends.tolist())
+    return tuple(
+        (float(SPACING * a), float(SPACING * (b - 1))) for a, b in ends.tolist()
+    )
 
 
 def beyond_words(
-    curves: ErrorCurves | None, joint_names: Sequence[str], positions: np.ndarray, where: str
+    curves: ErrorCurves | None,
+    joint_names: Sequence[str],
+    positions: np.ndarray,
+    where: str,
 ) -> list[str]:
     """Return lines where samples, (N, m) [rad], are beyond what the curves were fitted to."""
     shares: dict[str, float] = {}
@@ -98,7 +107,9 @@ def beyond_words(
             shares[curve.joint] = float(np.mean(~inside))
     if not shares:
         return []
-    joints = ", ".join(f"{name} ({100 * share:.0f} %)" for name, share in shares.items())
+    joints = ", ".join(
+        f"{name} ({100 * share:.0f} %)" for name, share in shares.items()
+    )
     return [
         f"{where}: samples at angles that the error curves were not fitted to: {joints}; there a "
         "curve goes to zero, and predicted errors grow"

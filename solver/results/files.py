@@ -45,7 +45,9 @@ class Document(msgspec.Struct, metaclass=_Kind, omit_defaults=True):
     def filled(cls: type["Typed"], source: object, **extra: Any) -> "Typed":
         """Return a document that holds what a value holds by the same names, and more."""
         names = [name for name in cls.__struct_fields__ if name not in extra]
-        return cls(**{n: getattr(source, n) for n in names if hasattr(source, n)}, **extra)
+        return cls(
+            **{n: getattr(source, n) for n in names if hasattr(source, n)}, **extra
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Return the value by name, as it stands in the file."""
@@ -61,14 +63,20 @@ class _Head(msgspec.Struct):
 Typed = TypeVar("Typed", bound=Document)
 
 
-def encode(document: object, indent: int | None = None, *, compact: bool = False) -> bytes:
+def encode(
+    document: object, indent: int | None = None, *, compact: bool = False
+) -> bytes:
     """Return a document as JSON, in one line unless each level is indented; no number is NaN."""
     value = msgspec.to_builtins(document)
     separators = (",", ":") if compact else None
-    return json.dumps(value, indent=indent, separators=separators, allow_nan=False).encode()
+    return json.dumps(
+        value, indent=indent, separators=separators, allow_nan=False
+    ).encode()
 
 
-def read(file: Path, kind: type[Typed], format_: str, older: str | None = None) -> Typed:
+def read(
+    file: Path, kind: type[Typed], format_: str, older: str | None = None
+) -> Typed:
     """Read a document of a kind, which says that format of itself.
 
     Older files, which say none, are known by the key ``older``. A :class:`DocumentError` names the
@@ -88,8 +96,12 @@ def read(file: Path, kind: type[Typed], format_: str, older: str | None = None) 
         kind_of, _, number = format_.rpartition("-")
         number_of_file = head.format.removeprefix(f"{kind_of}-")
         if number_of_file.isdecimal() and int(number_of_file) > int(number):
-            reads = f"this one, {__version__}, reads {format_}; pip install --upgrade mukca"
-            raise DocumentError(f"{file}: written by a later mukca ({head.format}): {reads}")
+            reads = (
+                f"this one, {__version__}, reads {format_}; pip install --upgrade mukca"
+            )
+            raise DocumentError(
+                f"{file}: written by a later mukca ({head.format}): {reads}"
+            )
         raise DocumentError(f"{file}: not a {name} of this version ({format_})")
     try:
         return msgspec.convert(value, kind)
@@ -118,7 +130,9 @@ class OutputError(MukcaError):
     """Results cannot be written where they were asked for."""
 
 
-def refuse_existing(folder: Path, names: Iterable[str] | None = None, *, force: bool) -> None:
+def refuse_existing(
+    folder: Path, names: Iterable[str] | None = None, *, force: bool
+) -> None:
     """See that an output folder may be written, before the work begins.
 
     With names, only these files must not be there; with ``force`` they may.
@@ -132,7 +146,9 @@ def refuse_existing(folder: Path, names: Iterable[str] | None = None, *, force: 
     files = [folder] if names is None else [folder / name for name in names]
     taken = [] if force else [file for file in files if file.exists()]
     if taken:
-        raise OutputError(f"{taken[0]}: exists; choose another, or overwrite it by force=True")
+        raise OutputError(
+            f"{taken[0]}: exists; choose another, or overwrite it by force=True"
+        )
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> dict[str, Path]:

@@ -11,7 +11,9 @@ class JointsError(MukcaError):
     """Joint positions or efforts that are not those of the robot."""
 
 
-def joint_rows(robot: Robot, values: ArrayLike, what: str, *, stacked: bool = False) -> np.ndarray:
+def joint_rows(
+    robot: Robot, values: ArrayLike, what: str, *, stacked: bool = False
+) -> np.ndarray:
     """Return a number for each joint as rows, shape (N, m).
 
     They have shape (m,) or (N, m), or if they may be ``stacked``, (..., m).
@@ -33,5 +35,7 @@ def joint_rows(robot: Robot, values: ArrayLike, what: str, *, stacked: bool = Fa
     rows = array.reshape(-1, len(names))
     if not np.isfinite(rows).all():
         row, column = np.argwhere(~np.isfinite(rows))[0].tolist()
-        raise JointsError(f"{what}: row {row}, {names[column]!r} is {rows[row, column]}")
+        raise JointsError(
+            f"{what}: row {row}, {names[column]!r} is {rows[row, column]}"
+        )
     return rows

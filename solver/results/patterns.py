@@ -41,10 +41,15 @@ class ErrorPatterns(Document):
         """The strongest pattern and its evidence, in a sentence."""
         pattern = next((p for p in self.patterns if p.over == self.strongest), None)
         if pattern is None:
-            return "The rest shows no pattern over joints' angles, reach, height or time."
-        what = {"reach": "the arm's reach", "height": "the arm's height", "time": "time"}
+            return (
+                "The rest shows no pattern over joints' angles, reach, height or time."
+            )
+        what = {
+            "reach": "the arm's reach",
+            "height": "the arm's height",
+            "time": "time",
+        }
         over = what.get(pattern.over, f"the angle of {pattern.over}")
         odds = pattern.log_odds / math.log(10)
-        return (
-            f"The rest follows {over}: {1e3 * pattern.size:.2f} mm (rms), odds 10^{odds:.0f} to 1."
-        )
+        size = f"{1e3 * pattern.size:.2f} mm (rms)"
+        return f"The rest follows {over}: {size}, odds 10^{odds:.0f} to 1."

@@ -84,7 +84,17 @@ class Iteration(Document):
     test: CostTerms | None
 
 
-_KEPT = ("socket", "position", "effort", "point", "orientation", "where", "number", "place", "time")
+_KEPT = (
+    "socket",
+    "position",
+    "effort",
+    "point",
+    "orientation",
+    "where",
+    "number",
+    "place",
+    "time",
+)
 """All that a document keeps of a :class:`.Sample`."""
 
 
@@ -140,12 +150,17 @@ class PlacementSamples(Document):
 
     def shifted(self, offsets: Sequence[float]) -> "PlacementSamples":
         """Return the samples as joints read them that read more by some offsets [rad], [m]."""
-        samples = (replace(s, position=tuple(map(add, s.position, offsets))) for s in self.samples)
+        samples = (
+            replace(s, position=tuple(map(add, s.position, offsets)))
+            for s in self.samples
+        )
         return replace(self, samples=tuple(samples))
 
     def placement(self, joint_names: tuple[str, ...]) -> Placement:
         """Return the placement as it was recorded, columns in the chain's order."""
-        samples = (Sample(**{key: getattr(s, key) for key in _KEPT}) for s in self.samples)
+        samples = (
+            Sample(**{key: getattr(s, key) for key in _KEPT}) for s in self.samples
+        )
         return Placement(
             name=self.name,
             samples=tuple(samples),

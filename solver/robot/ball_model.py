@@ -58,7 +58,10 @@ class BallModel:
     """
 
     def __init__(
-        self, robot: Robot, free: Sequence[int], rotation_numbers: RotationNumbers = "vector"
+        self,
+        robot: Robot,
+        free: Sequence[int],
+        rotation_numbers: RotationNumbers = "vector",
     ) -> None:
         self.robot = robot
         self.rotation_numbers: RotationNumbers = rotation_numbers
@@ -190,7 +193,8 @@ class BallModel:
         """Return values, and slopes of three numbers, shape (N, 3 k), as (N, 3, k)."""
         values, *slopes = self._values(kind, parameters, positions)
         return Linearisation(
-            values, *(slope.reshape(len(slope), 3, slope.shape[1] // 3) for slope in slopes)
+            values,
+            *(slope.reshape(len(slope), 3, slope.shape[1] // 3) for slope in slopes),
         )
 
     def log_volume(
@@ -207,7 +211,9 @@ class BallModel:
         value, slope, by_joints = self._values("volume", parameters, positions)
         return float(value.mean()), slope.mean(axis=0), by_joints.mean(axis=0)
 
-    def _values(self, kind: str, parameters: np.ndarray, positions: np.ndarray) -> list[np.ndarray]:
+    def _values(
+        self, kind: str, parameters: np.ndarray, positions: np.ndarray
+    ) -> list[np.ndarray]:
         function = self._function(kind, positions.shape[1])
         return function(positions, self._columns(parameters.astype(float).tobytes()))
 
@@ -229,7 +235,9 @@ def _row_function(
     frames = joint_frames(numbers)
     n = len(free)
     if kind == "points":
-        return RowFunction(kind, [numbers, q], [ca.densify(ball_position(joints, frames, q))])
+        return RowFunction(
+            kind, [numbers, q], [ca.densify(ball_position(joints, frames, q))]
+        )
     links, of_frames, of_q = frames_and_motions(joints, frames, q)
     motions = [*(of_frames[i] for i in free), *of_q]
     value, p = links[-1]
@@ -257,7 +265,9 @@ def _log_volume(of_frames: list[Motion], of_q: list[Motion], p: Any) -> tuple[An
     shifted = ca.cross(g, turns)
     slopes: list[Any] = []
     for motion in (*of_frames, *of_q):
-        n = sum(link.joint < motion.joint for link in chain)  # how many of them are before it
+        n = sum(
+            link.joint < motion.joint for link in chain
+        )  # how many of them are before it
         n = next((i for i, link in enumerate(chain, 1) if link is motion), n)
         of_turn = motion.turn.T @ ca.sum2(turned[:, n:])
         of_shift = motion.shift(p).T @ ca.sum2(shifted[:, :n])

@@ -39,7 +39,9 @@ class Joint:
     @property
     def tilts_by_frame(self) -> bool:
         """True if it tilts about the axes :func:`across` its own, as all joints did in 1.0."""
-        return self.tilt_axes is None or bool(np.allclose(self.tilt_axes, across(self.axis)))
+        return self.tilt_axes is None or bool(
+            np.allclose(self.tilt_axes, across(self.axis))
+        )
 
     @property
     def actuated(self) -> bool:
@@ -77,7 +79,10 @@ def find_root(text: UrdfText) -> str:
             "a robot has one root, so join them by fixed joints"
         )
     reached = {*roots}
-    while below := {link for link, (_, above) in parents.items() if above in reached} - reached:
+    while (
+        below := {link for link, (_, above) in parents.items() if above in reached}
+        - reached
+    ):
         reached |= below
     others = sorted({*text.links} - reached)
     if others:
@@ -89,7 +94,9 @@ def require_link(text: UrdfText, link: str, hint: str = "") -> None:
     """Refuse a name that is no link's."""
     if link not in text.links:
         some = ", ".join([*text.links][-6:]) or "none"
-        raise ModelError(f"{text.source}: no link is called {link!r}{hint} (last links: {some})")
+        raise ModelError(
+            f"{text.source}: no link is called {link!r}{hint} (last links: {some})"
+        )
 
 
 def find_chain(text: UrdfText, base: str, tip: str) -> tuple[Joint, ...]:
@@ -102,7 +109,9 @@ def find_chain(text: UrdfText, base: str, tip: str) -> tuple[Joint, ...]:
     link = tip
     while link != base:
         if link not in text.parents:
-            raise ModelError(f"{text.source}: {tip!r} is not below {base!r}; choose another --base")
+            raise ModelError(
+                f"{text.source}: {tip!r} is not below {base!r}; choose another --base"
+            )
         name, link = text.parents[link]
         names.append(name)
     return with_tilt_axes([_joint(text, name) for name in reversed(names)])
@@ -168,25 +177,39 @@ def _joint(text: UrdfText, name: str) -> Joint:
     if kind not in (*_CALIBRATED, "fixed"):
         child = written.read("child", "link")
         cure = (
-            f"; begin the chain below it: --base {child}" if kind in ("floating", "planar") else ""
+            f"; begin the chain below it: --base {child}"
+            if kind in ("floating", "planar")
+            else ""
         )
-        raise ModelError(f"{where} is {kind}, which a chain to calibrate cannot have{cure}")
+        raise ModelError(
+            f"{where} is {kind}, which a chain to calibrate cannot have{cure}"
+        )
     if kind != "fixed" and written.first("mimic"):
         leader = written.read("mimic", "joint")
         raise ModelError(f"{where} mimics {leader!r}; a chain's joint must move freely")
     limits = written.first("limit")
     lower = -math.inf
     upper = math.inf
-    if kind in ("revolute", "prismatic") and limits and {"lower", "upper"} & {*limits.attributes}:
-        lower = numbers(limits.attributes.get("lower", "0"), where, "lower", 1, finite=False)[0]
-        upper = numbers(limits.attributes.get("upper", "0"), where, "upper", 1, finite=False)[0]
+    if (
+        kind in ("revolute", "prismatic")
+        and limits
+        and {"lower", "upper"} & {*limits.attributes}
+    ):
+        lower = numbers(
+            limits.attributes.get("lower", "0"), where, "lower", 1, finite=False
+        )[0]
+        upper = numbers(
+            limits.attributes.get("upper", "0"), where, "upper", 1, finite=False
+        )[0]
     if not lower < upper:
         raise ModelError(
             f"{where}: its limits {lower:g} to {upper:g} leave no room; write its range, or make "
             "it continuous, or fixed if it cannot move"
         )
     axis = (1.0, 0.0, 0.0)
-    if kind != "fixed":  # a joint that does not move has no axis, whatever is written there
+    if (
+        kind != "fixed"
+    ):  # a joint that does not move has no axis, whatever is written there
         along = numbers(written.read("axis", "xyz", "1 0 0"), where, "axis", 3)
         length = float(np.linalg.norm(along))
         if not 1e-9 <= length < math.inf:
@@ -208,11 +231,15 @@ def find_bodies(text: UrdfText, joints: Sequence[Joint]) -> tuple[Body, ...]:
         if inertial is None:
             continue
         (mass,) = numbers(inertial.read("mass", "value", "0"), where, "mass", 1)
-        centre = np.array(numbers(inertial.read("origin", "xyz", "0 0 0"), where, "origin", 3))
+        centre = np.array(
+            numbers(inertial.read("origin", "xyz", "0 0 0"), where, "origin", 3)
+        )
         name = link
         while mass and name not in index and name in text.parents:
             joint, name = text.parents[name]
-            centre = text.origins[joint].xyz + matrix_rpy(text.origins[joint].rpy) @ centre
+            centre = (
+                text.origins[joint].xyz + matrix_rpy(text.origins[joint].rpy) @ centre
+            )
         if mass and name in index:
             x, y, z = centre.tolist()
             bodies.append(Body(index[name], mass, (x, y, z)))

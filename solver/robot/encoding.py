@@ -57,7 +57,9 @@ def in_utf8(data: bytes, source: str) -> bytes:
     declared = _ENCODING.search(head)
     name = declared[3].decode("ascii", "replace") if declared else "utf-8"
     in_utf8_by_now = wide is not None or name.lower().startswith(_LIKE_UTF8)
-    body = _recoded(body, "utf-8" if in_utf8_by_now else name, source, head.count(b"\n"))
+    body = _recoded(
+        body, "utf-8" if in_utf8_by_now else name, source, head.count(b"\n")
+    )
     if head[:1].isspace():
         return b"\n" * head.count(b"\n") + body
     same = name.lower() in ("utf-8", "us-ascii", "ascii")

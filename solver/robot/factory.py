@@ -66,7 +66,10 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
     for sizes in TABLES.values() if len(moving) == 6 else ():
         of_table = link_poses(_chain(moving, sizes, np.zeros((4, 6))), q)[:, -1]
         if np.abs(of_table - flange).max() < SAME:
-            joints = (*_chain(moving, sizes, np.array(deltas)), *robot.joints[last + 1 :])
+            joints = (
+                *_chain(moving, sizes, np.array(deltas)),
+                *robot.joints[last + 1 :],
+            )
             return replace(robot, base="base", joints=joints)
     raise ModelError(f"{robot.name}: {file} is for one of {', '.join(TABLES)}")
 
@@ -78,17 +81,23 @@ def _chain(
     d1, a2, a3, d4, d5, d6 = sizes
     table = [np.zeros(6), [d1, 0, 0, d4, d5, d6], [0, a2, a3, 0, 0, 0], ALPHA]
     theta, d, a, alpha = np.array(table) + deltas
-    steps = np.column_stack([a * np.cos(theta), a * np.sin(theta), d, alpha, 0 * d, theta])
+    steps = np.column_stack(
+        [a * np.cos(theta), a * np.sin(theta), d, alpha, 0 * d, theta]
+    )
     origin, *origins = Origin(), *map(Origin.of, steps)
     about_z: list[Joint] = []
     for joint, following in zip(moving, origins, strict=True):
-        about_z.append(replace(joint, axis=(0.0, 0.0, 1.0), tilt_axes=None, origin=origin))
+        about_z.append(
+            replace(joint, axis=(0.0, 0.0, 1.0), tilt_axes=None, origin=origin)
+        )
         origin = following
     end = replace(moving[-1], name="flange_of_table", type="fixed", origin=origin)
     return (*about_z, end)
 
 
-def check_controller(robot: Robot, controller: Robot, file: str | Path | None = None) -> None:
+def check_controller(
+    robot: Robot, controller: Robot, file: str | Path | None = None
+) -> None:
     """Refuse a controller's model, or one by its factory's file, that is another arm's.
 
     A factory's calibration moves the flange by millimetres. The flanges' places in some postures
@@ -106,7 +115,9 @@ def check_controller(robot: Robot, controller: Robot, file: str | Path | None = 
         )
     postures = np.random.default_rng(0).uniform(-2, 2, (POSTURES, len(robot.actuated)))
     arms = robot, controller
-    flanges = np.array([link_poses(arm.joints[:-1], postures)[:, -1, :, 3] for arm in arms])
+    flanges = np.array(
+        [link_poses(arm.joints[:-1], postures)[:, -1, :, 3] for arm in arms]
+    )
     if file is None and controller.base != robot.base:
         flanges -= flanges.mean(axis=1, keepdims=True)
     nominal, believed = flanges

@@ -39,7 +39,9 @@ class InverseKinematics:
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
         self.lower, self.upper = _one_turn(robot)
-        self._turning = np.array([joint.type != "prismatic" for joint in robot.actuated])
+        self._turning = np.array(
+            [joint.type != "prismatic" for joint in robot.actuated]
+        )
         slides = np.abs([robot.lower, robot.upper]).max(axis=0)[~self._turning]
         lengths: np.ndarray = np.linalg.norm(robot.origins[:, :3], axis=1)
         self.longest = float(lengths.sum() + slides.sum())
@@ -77,11 +79,15 @@ class InverseKinematics:
         if np.linalg.norm(point) > self.longest:
             return np.zeros((0, len(self.lower)))
         starts, necks = self._random_starts(generator)
-        q, arrived = self._follow(starts, np.hstack([np.tile(point, (BATCH, 1)), necks]))
+        q, arrived = self._follow(
+            starts, np.hstack([np.tile(point, (BATCH, 1)), necks])
+        )
         return q[arrived]
 
     def _out_of_reach(self, point: np.ndarray) -> SimulationError:
-        return SimulationError(f"{self.robot.name}: cannot reach {np.round(point, 3).tolist()}")
+        return SimulationError(
+            f"{self.robot.name}: cannot reach {np.round(point, 3).tolist()}"
+        )
 
     def _round(
         self,
@@ -101,16 +107,22 @@ class InverseKinematics:
                 reached[rows[some[arrived]]] = q[arrived]
         return not np.isnan(reached[failures, 0]).all()
 
-    def _random_starts(self, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    def _random_starts(
+        self, generator: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return joint positions, and directions of necks that are even over the cap of tilts."""
         starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
         height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
         angle = generator.uniform(-np.pi, np.pi, BATCH)
         radius = np.sqrt(1 - height**2)
-        necks = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), -height])
+        necks = np.column_stack(
+            [radius * np.cos(angle), radius * np.sin(angle), -height]
+        )
         return starts, necks
 
-    def _follow(self, q: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _follow(
+        self, q: np.ndarray, targets: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         q = q.copy()
         self._iterate(q, targets, np.arange(len(q)), follows=False)
@@ -166,7 +178,10 @@ def _pose(joints: tuple[Joint, ...]) -> RowFunction:
     frames, _, motions = frames_and_motions(joints, written_frames(joints), q)
     R, ball = map(ca.SX, frames[-1])
     neck = R[:, 2]
-    columns = [ca.vertcat(motion.shift(ball), ca.cross(motion.turn, neck)) for motion in motions]
+    columns = [
+        ca.vertcat(motion.shift(ball), ca.cross(motion.turn, neck))
+        for motion in motions
+    ]
     return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])
 
 

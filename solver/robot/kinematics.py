@@ -68,7 +68,9 @@ def frames_of_origins(origins: np.ndarray) -> np.ndarray:
     The axes are those of roll, pitch and yaw.
     """
     rpy = origins[:, 3:]
-    return np.concatenate([origins[:, :3, None], matrix_rpy(rpy), rpy_axes(rpy)], axis=2)
+    return np.concatenate(
+        [origins[:, :3, None], matrix_rpy(rpy), rpy_axes(rpy)], axis=2
+    )
 
 
 def written_frames(joints: Sequence[Joint]) -> list[JointFrame]:
@@ -192,10 +194,14 @@ def _motions(joints: Sequence[Joint], q: Any) -> list[list[Any]]:
         tilt, place = divmod(column, len(moving))
         joint = joints[moving[place]]
         axis = (joint.tilt_axes or across(joint.axis))[tilt - 1] if tilt else joint.axis
-        motions[moving[place]].append((column, axis, not tilt and joint.type == "prismatic"))
+        motions[moving[place]].append(
+            (column, axis, not tilt and joint.type == "prismatic")
+        )
     return motions
 
 
 def kind_of_joint(joint: Joint) -> Joint:
     """Return a joint of the same type and axis, and of nothing else."""
-    return Joint("", joint.type, "", "", Origin(), joint.axis, tilt_axes=joint.tilt_axes)
+    return Joint(
+        "", joint.type, "", "", Origin(), joint.axis, tilt_axes=joint.tilt_axes
+    )

@@ -68,7 +68,9 @@ def choose_parameters(
     unwanted = set(chain.from_iterable(_matching(parameters, word) for word in fix))
     selection = [p for p in selection if p not in unwanted]
     if not selection:
-        raise ParameterError("nothing is left free; a calibration needs at least one parameter")
+        raise ParameterError(
+            "nothing is left free; a calibration needs at least one parameter"
+        )
     return tuple(selection)
 
 
@@ -76,7 +78,9 @@ def all_parameters(robot: Robot) -> list[Parameter]:
     """Return every number of every joint origin, in chain order."""
     return [
         Parameter(joint.name, component, 6 * i + k, of_ball=joint is robot.ball_joint)
-        for (i, joint), (k, component) in product(enumerate(robot.joints), enumerate(COMPONENTS))
+        for (i, joint), (k, component) in product(
+            enumerate(robot.joints), enumerate(COMPONENTS)
+        )
     ]
 
 

@@ -88,7 +88,9 @@ class PoseModel:
         link's origin, or of another point on it [m/s], upper rows, and to its angular velocity
         [rad/s], lower rows; both in the base frame.
         """
-        by_corrected = self.by_corrected(joint, self.frames[joint][1] if point is None else point)
+        by_corrected = self.by_corrected(
+            joint, self.frames[joint][1] if point is None else point
+        )
         return ca.densify(by_corrected @ ca.jacobian(self.corrected, self.q))
 
     def by_corrected(self, joint: int, point: Any) -> Any:
@@ -130,7 +132,9 @@ def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
         pose = link_poses(fixed, np.zeros((1, 0)))[0, -1]
         return np.vstack([pose, np.eye(4)[3:]])
 
-    return np.linalg.inv(in_last_that_moves(robot.ball_joint.parent)) @ in_last_that_moves(link)
+    return np.linalg.inv(
+        in_last_that_moves(robot.ball_joint.parent)
+    ) @ in_last_that_moves(link)
 
 
 def gravity_moments(
@@ -163,12 +167,16 @@ def moments_function(
 
 
 @lru_cache(maxsize=16)
-def _moments(joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float) -> RowFunction:
+def _moments(
+    joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float
+) -> RowFunction:
     m = sum(joint.actuated for joint in joints)
     q = ca.SX.sym("q", m)
     tilts = ca.SX.sym("tilts", 2 * m)
     gravity = ca.SX.sym("gravity", 3)
-    frames, _, _ = frames_and_motions(joints, written_frames(joints), ca.vertcat(q, tilts))
+    frames, _, _ = frames_and_motions(
+        joints, written_frames(joints), ca.vertcat(q, tilts)
+    )
     energy: Any = -payload * ca.dot(gravity, frames[-1][1])
     for body in bodies:
         R, p = frames[body.joint]
@@ -273,6 +281,8 @@ def _turn(R: Any, target: Any) -> tuple[Any, Any]:
     """Return the rotation vector from one rotation to another, and its length [rad]."""
     E = target @ R.T
     sines = ca.inv_skew(E)  # of its antisymmetric part
-    sine = ca.sqrt(ca.dot(sines, sines) + 1e-32)  # of a turn of pi the axis is lost, not the angle
+    sine = ca.sqrt(
+        ca.dot(sines, sines) + 1e-32
+    )  # of a turn of pi the axis is lost, not the angle
     angle = ca.atan2(sine, (ca.trace(E) - 1) / 2)
     return sines * (angle / sine), angle

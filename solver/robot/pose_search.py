@@ -69,7 +69,9 @@ class Searches:
     """Rounds in a row that did not halve the residual, shape (N,)."""
 
     @classmethod
-    def begun(cls, q: np.ndarray, target: np.ndarray, posture: np.ndarray) -> "Searches":
+    def begun(
+        cls, q: np.ndarray, target: np.ndarray, posture: np.ndarray
+    ) -> "Searches":
         """Return searches from joint positions."""
         N = len(q)
         # columns are contiguous, since these are computed with

@@ -140,12 +140,16 @@ class PoseSolver:
             retries = self.solve(
                 targets[rows], starts, None if prefer is None else prefer[rows], tool
             )
-            distance: np.ndarray = np.linalg.norm(retries.positions - start[rows], axis=1)
+            distance: np.ndarray = np.linalg.norm(
+                retries.positions - start[rows], axis=1
+            )
             remainder: np.ndarray = retries.left.sum(axis=1)
             # the nearest that is reached; where none is, what leaves least
             rank = np.where(retries.reached, distance, 1e3 + remainder)
             rank = np.where(remainder > solutions.left[rows].sum(axis=1), np.inf, rank)
-            winners = rank.reshape(-1, STARTS).argmin(axis=1) + STARTS * np.arange(len(failures))
+            winners = rank.reshape(-1, STARTS).argmin(axis=1) + STARTS * np.arange(
+                len(failures)
+            )
             some = np.isfinite(rank[winners])
             into = failures[some]
             winners = winners[some]
@@ -173,17 +177,23 @@ class PoseSolver:
         [state] = self._free_steps(np.concatenate((row[0], tool, np.zeros(3)))[None])
         remainder = np.inf if state[0, -1] else state[:, -3:-1]
         rounds = np.array([FREE_STEPS])
-        return Solutions(state[:, : len(self.lower)], np.full((1, 2), remainder), rounds)
+        return Solutions(
+            state[:, : len(self.lower)], np.full((1, 2), remainder), rounds
+        )
 
     @cached_property
     def _free_steps(self) -> RowFunction:
         """FREE_STEPS steps of a row: q, target, prefer, tool, what was left, and 1 if stopped."""
         step, inputs = self._expressions
-        target, prefer, tool = (step.symbols[name] for name in ("target", "prefer", "tool"))
+        target, prefer, tool = (
+            step.symbols[name] for name in ("target", "prefer", "tool")
+        )
         after = step.symbols["q"] + step.change
         longest = ca.norm_inf(step.change)
         stopped = ca.SX.sym("stopped")
-        beyond = ca.mmax(ca.vertcat(self.lower - after, after - self.upper, longest - MAX_STEP))
+        beyond = ca.mmax(
+            ca.vertcat(self.lower - after, after - self.upper, longest - MAX_STEP)
+        )
         state = ca.vertcat(inputs, tool, ca.SX.sym("left", 2), stopped)
         posture = ca.if_else(longest < SETTLED, after, prefer)
         stops = ca.fmax(stopped, beyond > 0)
@@ -197,7 +207,9 @@ class PoseSolver:
         after = searches.q + change
         lower, upper = self.lower + margins, self.upper - margins
         longest = np.abs(change).max(axis=1, initial=0)
-        outside = ((after < lower) | (after > upper)).any(axis=1) | ~(longest <= MAX_STEP)
+        outside = ((after < lower) | (after > upper)).any(axis=1) | ~(
+            longest <= MAX_STEP
+        )
         if outside.any():
             bounds = np.broadcast_arrays(lower, upper, after)[:2]
             columns = [values[outside] for values in (rows, change, model, *bounds)]
@@ -226,4 +238,6 @@ class PoseSolver:
     def _expressions(self) -> tuple[NewtonStep, Any]:
         """Expressions of a step, and its row of inputs."""
         step = newton_step(self.model, self.joint, self.goal)
-        return step, ca.vertcat(*(step.symbols[name] for name in ("q", "target", "prefer")))
+        return step, ca.vertcat(
+            *(step.symbols[name] for name in ("q", "target", "prefer"))
+        )

@@ -80,7 +80,9 @@ def rpy_axes(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
     return np.concatenate([matrix_rpy(rpy)[..., :1], by_yaw[..., 1:]], axis=-1)
 
 
-def rpy_of(R: np.ndarray, locked_yaw: float | None = None) -> tuple[float, float, float]:
+def rpy_of(
+    R: np.ndarray, locked_yaw: float | None = None
+) -> tuple[float, float, float]:
     """Return roll, pitch and yaw of a rotation [rad]; of two sets, the one with |pitch| <= 90 deg.
 
     Where roll and yaw are one turn, the yaw is the one given; None for a roll of zero.
@@ -102,6 +104,8 @@ def rpy_of(R: np.ndarray, locked_yaw: float | None = None) -> tuple[float, float
 def angles_near(R: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Return roll, pitch and yaw of a rotation, of all its sets the nearest to others [rad]."""
     roll, pitch, yaw = rpy_of(R, locked_yaw=float(angles[2]))
-    candidates = np.array([[roll, pitch, yaw], [roll + np.pi, np.pi - pitch, yaw + np.pi]])
+    candidates = np.array(
+        [[roll, pitch, yaw], [roll + np.pi, np.pi - pitch, yaw + np.pi]]
+    )
     candidates -= 2 * np.pi * np.round((candidates - angles) / (2 * np.pi))
     return candidates[int(np.argmin(np.abs(candidates - angles).sum(axis=1)))]

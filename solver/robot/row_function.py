@@ -28,7 +28,9 @@ class RowFunction:
     output before: then there is one input, a row, and one output like it.
     """
 
-    def __init__(self, name: str, inputs: list[Any], outputs: list[Any], times: int = 1) -> None:
+    def __init__(
+        self, name: str, inputs: list[Any], outputs: list[Any], times: int = 1
+    ) -> None:
         # CasADi writes column by column, NumPy reads row by row.
         turned = [ca.densify(ca.SX(output).T) for output in outputs]
         self._sizes = [output.numel() for output in turned]
@@ -88,7 +90,9 @@ class RowFunction:
         The arguments but the last are the same for each row.
         """
         shared = list(range(self.function.n_in() - 1))
-        return self.function.map(f"{self.function.name()}_{N}", "serial", N, shared, []), []
+        return self.function.map(
+            f"{self.function.name()}_{N}", "serial", N, shared, []
+        ), []
 
     def _by_columns(self, *arguments: np.ndarray) -> list[np.ndarray]:
         *fixed, rows = arguments
@@ -96,7 +100,9 @@ class RowFunction:
         for begin in range(0, len(rows), BLOCK):
             batch = rows[begin : begin + BLOCK]
             count = len(batch)
-            program, inputs, outputs = self._program(max(MANY, 1 << (count - 1).bit_length()))
+            program, inputs, outputs = self._program(
+                max(MANY, 1 << (count - 1).bit_length())
+            )
             for columns, values in zip(inputs, (*fixed, batch), strict=True):
                 columns[:, :count] = np.atleast_2d(values).T
             with np.errstate(all="ignore"):  # as CasADi does
@@ -117,10 +123,14 @@ class RowFunction:
         sines: dict[tuple[str, int], np.ndarray] = {}
         for k, (name, into, operands) in enumerate(self._steps):
             if name == "OUTPUT":
-                program.append((np.copyto, (outputs[into[0]][into[1]], column[operands[0]])))
+                program.append(
+                    (np.copyto, (outputs[into[0]][into[1]], column[operands[0]]))
+                )
                 continue
             angle = sines.get((name, operands[0])) if name in ("SIN", "COS") else None
-            values = [column[i] for i in operands] if name not in ("CONST", "INPUT") else []
+            values = (
+                [column[i] for i in operands] if name not in ("CONST", "INPUT") else []
+            )
             for word in ("SIN", "COS"):
                 sines.pop((word, into[0]), None)
             column[into[0]] = work[into[0]]
@@ -135,7 +145,9 @@ class RowFunction:
                 if operands[0] != into[0]:
                     sines["COS" if name == "SIN" else "SIN", operands[0]] = second
                 pair = (column[into[0]], second)
-                program.append((_turn, (*values, *(pair if name == "SIN" else pair[::-1]))))
+                program.append(
+                    (_turn, (*values, *(pair if name == "SIN" else pair[::-1])))
+                )
             else:
                 program.append((_INSTRUCTIONS[name], (*values, column[into[0]])))
         return program, inputs, outputs

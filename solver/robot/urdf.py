@@ -88,7 +88,8 @@ class Robot:
         """Return the robot with other joint origins, as :attr:`origins`; its text stays."""
         pairs = zip(self.joints, origins, strict=True)
         return replace(
-            self, joints=tuple(replace(j, origin=Origin.of(numbers)) for j, numbers in pairs)
+            self,
+            joints=tuple(replace(j, origin=Origin.of(numbers)) for j, numbers in pairs),
         )
 
     def carrying(self, mass: float, centre: Sequence[float]) -> "Robot":
@@ -164,7 +165,9 @@ def load_robot(
             ) from None
     loaded = parse_robot(text, base=base, tip=tip)
     place = None if ball is None else list(ball)
-    return replace(loaded, loaded_with={"base": base, "tip": tip, "flange": flange, "ball": place})
+    return replace(
+        loaded, loaded_with={"base": base, "tip": tip, "flange": flange, "ball": place}
+    )
 
 
 def _three_numbers(point: Sequence[float], what: str) -> tuple[float, float, float]:
@@ -176,7 +179,9 @@ def _three_numbers(point: Sequence[float], what: str) -> tuple[float, float, flo
     return numbers
 
 
-def parse_robot(text: UrdfText, *, base: str | None = None, tip: str = BALL_LINK) -> Robot:
+def parse_robot(
+    text: UrdfText, *, base: str | None = None, tip: str = BALL_LINK
+) -> Robot:
     """Read the chain from a model's text; see :func:`load_robot`.
 
     Raises:
@@ -203,7 +208,10 @@ def parse_robot(text: UrdfText, *, base: str | None = None, tip: str = BALL_LINK
 def _check_sizes(source: str, joints: Sequence[Joint], bodies: Sequence[Body]) -> None:
     """Refuse a chain in degrees, in millimetres or in grams."""
     for joint in joints:
-        for quantity, numbers in ((ROTATION, joint.origin.rpy), (LENGTH, joint.origin.xyz)):
+        for quantity, numbers in (
+            (ROTATION, joint.origin.rpy),
+            (LENGTH, joint.origin.xyz),
+        ):
             if doubt := quantity.doubt(numbers):
                 raise ModelError(f"{source}: origin of joint {joint.name!r}: {doubt}")
     *links, tip = [math.hypot(*joint.origin.xyz) for joint in joints]

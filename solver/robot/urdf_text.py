@@ -77,7 +77,9 @@ class UrdfText:
         (self.name,) = _by_name(source, "robot", [root])
         self.links = _by_name(source, "link", root.children)
         self.joints = _by_name(source, "joint", root.children)
-        self.origins = {name: _origin(source, name, joint) for name, joint in self.joints.items()}
+        self.origins = {
+            name: _origin(source, name, joint) for name, joint in self.joints.items()
+        }
         """The origin of each joint; the identity where none is written."""
 
     @cached_property
@@ -92,9 +94,13 @@ class UrdfText:
             links = {role: joint.read(role, "link") for role in ("parent", "child")}
             for role, link in links.items():
                 if not link:
-                    raise ModelError(f'{self.source}: joint {name!r} has no <{role} link="...">')
+                    raise ModelError(
+                        f'{self.source}: joint {name!r} has no <{role} link="...">'
+                    )
                 if link not in self.links:
-                    raise ModelError(f"{self.source}: joint {name!r} names a missing link {link!r}")
+                    raise ModelError(
+                        f"{self.source}: joint {name!r} names a missing link {link!r}"
+                    )
             child = links["child"]
             if child in parents:
                 raise ModelError(
@@ -114,7 +120,9 @@ def _by_name(source: str, tag: str, elements: Iterable[Element]) -> dict[str, El
         if not name:
             raise ModelError(f"{source}:{element.line}: a <{tag}> without a name")
         if name in by_name:
-            raise ModelError(f"{source}:{element.line}: a second <{tag}> is called {name!r}")
+            raise ModelError(
+                f"{source}:{element.line}: a second <{tag}> is called {name!r}"
+            )
         by_name[name] = element
     return by_name
 
@@ -122,15 +130,21 @@ def _by_name(source: str, tag: str, elements: Iterable[Element]) -> dict[str, El
 def _origin(source: str, name: str, joint: Element) -> Origin:
     where = f"{source}:{(joint.first('origin') or joint).line}: joint {name!r}"
     words = (joint.read("origin", key, "0 0 0") for key in ("xyz", "rpy"))
-    return Origin.of(chain.from_iterable(numbers(part, where, "origin", 3) for part in words))
+    return Origin.of(
+        chain.from_iterable(numbers(part, where, "origin", 3) for part in words)
+    )
 
 
-def numbers(words: str, where: str, what: str, count: int, *, finite: bool = True) -> list[float]:
+def numbers(
+    words: str, where: str, what: str, count: int, *, finite: bool = True
+) -> list[float]:
     """Return the numbers in an attribute; messages begin with ``where``."""
     try:
         values = [float(word) for word in words.split()]
     except ValueError:
-        raise ModelError(f"{where}: not a valid URDF: {what} {words!r} is no number") from None
+        raise ModelError(
+            f"{where}: not a valid URDF: {what} {words!r} is no number"
+        ) from None
     if len(values) != count or (finite and not all(map(math.isfinite, values))):
         raise ModelError(f"{where}: {what} {words!r} is not {count} finite numbers")
     return values
@@ -159,7 +173,9 @@ def scan(data: bytes, source: str) -> UrdfText:
             raise refuse(f"the outermost element is <{tag}>, a URDF's is <robot>")
         templated = any("${" in value or "$(" in value for value in attributes.values())
         if tag.startswith("xacro:") or tag == "macro" or templated:
-            raise refuse("this is a xacro file; expand it first: xacro FILE > robot.urdf")
+            raise refuse(
+                "this is a xacro file; expand it first: xacro FILE > robot.urdf"
+            )
         begin = parser.CurrentByteIndex
         span = begin, end_of_tag(data, begin)
         element = Element(tag, attributes, parser.CurrentLineNumber, span)
@@ -170,7 +186,9 @@ def scan(data: bytes, source: str) -> UrdfText:
         opened.pop().end = parser.CurrentByteIndex
 
     def doctype(*_: object) -> None:
-        raise refuse("document type and entity declarations are refused; remove <!DOCTYPE ...>")
+        raise refuse(
+            "document type and entity declarations are refused; remove <!DOCTYPE ...>"
+        )
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.StartDoctypeDeclHandler = doctype
@@ -198,7 +216,10 @@ def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
         old = text.origins[joint]
         changed = {
             key: " ".join(map(repr, map(float, new)))
-            for key, new, before in (("xyz", origin.xyz, old.xyz), ("rpy", origin.rpy, old.rpy))
+            for key, new, before in (
+                ("xyz", origin.xyz, old.xyz),
+                ("rpy", origin.rpy, old.rpy),
+            )
             if tuple(new) != before
         }
         if changed:
@@ -221,7 +242,9 @@ def with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:
         else:
             close = re.search(rb"\s*/?>$", tag)
             assert close is not None
-            tag = tag[: close.start()] + f" {key}=".encode() + new + tag[close.start() :]
+            tag = (
+                tag[: close.start()] + f" {key}=".encode() + new + tag[close.start() :]
+            )
     return tag
 
 
@@ -257,7 +280,9 @@ def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
         raise ModelError(f"{link!r}: a link's name has no blanks, and is not empty")
     joint = link.removesuffix("_link") + "_joint"
     if link in text.links or joint in text.joints:
-        raise ModelError(f"the model already has {link!r} or {joint!r}; choose another name")
+        raise ModelError(
+            f"the model already has {link!r} or {joint!r}; choose another name"
+        )
     xyz = " ".join(map(repr, map(float, origin.xyz)))
     rpy = " ".join(map(repr, map(float, origin.rpy)))
     new = (

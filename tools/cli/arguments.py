@@ -54,7 +54,9 @@ def option(
             ``needs``, options without which it has no effect; ``unless``, options that exclude it.
     """
     metadata = {"text": text, "metavar": metavar, "group": group}
-    return field(default=MISSING if default is ... else default, metadata=metadata | more)
+    return field(
+        default=MISSING if default is ... else default, metadata=metadata | more
+    )
 
 
 def argument(text: str, metavar: str | None = None, **more: Any) -> Any:
@@ -66,7 +68,8 @@ def part(options: type[Any], names: str = "", group: str | None = None) -> Any:
     """Field of a dataclass that holds another one, of which the options named are offered."""
     every = [entry.name for entry in fields(options)]
     return field(
-        default_factory=options, metadata={"names": names.split() or every, "group": group}
+        default_factory=options,
+        metadata={"names": names.split() or every, "group": group},
     )
 
 
@@ -132,7 +135,9 @@ def option_names(options: Any) -> list[str]:
     """Return the options of a dataclass, or of a union of them, as they are typed."""
     kinds = get_args(options) if isinstance(options, UnionType) else (options,)
     rows = list(chain.from_iterable(_described(kind) for kind in kinds))
-    return [_typed(entry.name) for entry, _, about in rows if not about.get("positional")]
+    return [
+        _typed(entry.name) for entry, _, about in rows if not about.get("positional")
+    ]
 
 
 def add_options(
@@ -143,10 +148,14 @@ def add_options(
     The help has those ``names`` alone, None for all.
     """
     if isinstance(options, UnionType):
-        kinds = parser.add_subparsers(dest="experiment", metavar="EXPERIMENT", required=True)
+        kinds = parser.add_subparsers(
+            dest="experiment", metavar="EXPERIMENT", required=True
+        )
         for kind in get_args(options):
             line = kind.line
-            add_options(kinds.add_parser(kind.experiment, help=line, description=line), kind)
+            add_options(
+                kinds.add_parser(kind.experiment, help=line, description=line), kind
+            )
         return
     groups: dict[str | None, Any] = {None: parser}
     for entry, kind, about in _described(options):
@@ -154,10 +163,16 @@ def add_options(
         if title not in groups:
             groups[title] = parser.add_argument_group(title)
         positional = about.get("positional", False)
-        required = {"required": True} if entry.default is MISSING and not positional else {}
+        required = (
+            {"required": True} if entry.default is MISSING and not positional else {}
+        )
         name = entry.name if positional else _typed(entry.name)
         keywords = _keywords(kind, about)
-        if not positional and names is not None and name.removeprefix("--") not in names:
+        if (
+            not positional
+            and names is not None
+            and name.removeprefix("--") not in names
+        ):
             keywords["help"] = argparse.SUPPRESS
         groups[title].add_argument(name, **keywords, **required)
     parser.set_defaults(options=options)
@@ -179,7 +194,9 @@ def read_options(arguments: argparse.Namespace) -> Any:
                 raise UsageError(f"{words}, which is not given")
         for name in excluded if entry.name in values else ():
             if name in values:
-                raise UsageError(f"{_typed(entry.name)} and {_typed(name)}: give one of the two")
+                raise UsageError(
+                    f"{_typed(entry.name)} and {_typed(name)}: give one of the two"
+                )
     return _read(arguments.options, values)
 
 
@@ -228,7 +245,9 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
     }
     kinds = [member for member in get_args(kind) if member is not NoneType]
     if get_origin(kind) is UnionType or NoneType in get_args(kind):
-        kind = next((member for member in kinds if get_origin(member) is Sequence), kinds[0])
+        kind = next(
+            (member for member in kinds if get_origin(member) is Sequence), kinds[0]
+        )
     if kind is bool:
         return {**keywords, "action": "store_true"}
     if get_origin(kind) in (tuple, Sequence):
@@ -238,7 +257,9 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
             several = isinstance(about["metavar"], tuple)
             # an option that is typed twice adds to what it had
             keywords |= (
-                {"nargs": len(about["metavar"])} if several else {"nargs": "+", "action": "extend"}
+                {"nargs": len(about["metavar"])}
+                if several
+                else {"nargs": "+", "action": "extend"}
             )
         kind = get_args(kind)[0]
         kind = get_args(kind)[0] if get_origin(kind) is UnionType else kind
@@ -254,7 +275,9 @@ def _help(about: Mapping[str, Any], default: Any) -> str:
     default = about.get("default", default)
     if default in (MISSING, None, False, "", ()) or "(default: " in text:
         return text
-    words = (f"{item:g}" if isinstance(item, float) else str(item) for item in _each(default))
+    words = (
+        f"{item:g}" if isinstance(item, float) else str(item) for item in _each(default)
+    )
     return f"{text} (default: {' '.join(words)})".strip()
 
 
@@ -267,7 +290,9 @@ def _check_range(entry: "Field[Any]", value: Any) -> None:
     for number in _each(value):
         if not low <= number <= high:
             unit = " metres" if entry.name.endswith("distance") else ""
-            raise UsageError(f"{_typed(entry.name)} {number:g}: expected {expected}{unit}")
+            raise UsageError(
+                f"{_typed(entry.name)} {number:g}: expected {expected}{unit}"
+            )
 
 
 def _each(value: Any) -> Sequence[Any]:

@@ -7,7 +7,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
+    from collections.abc import (
+        Callable,
+        Collection,
+        Generator,
+        Iterable,
+        Mapping,
+        Sequence,
+    )
 
     from rich.console import Console
     from rich.table import Table
@@ -67,7 +74,9 @@ class Terminal:
         for number, text in enumerate(texts):
             room -= -(-len(text) // columns)
             if room < 0 and number:
-                self.say(f"--details shows all figures, and from here {len(texts) - number} more.")
+                self.say(
+                    f"--details shows all figures, and from here {len(texts) - number} more."
+                )
                 return
             self.say(text)
         self.say("--details shows all figures.")
@@ -79,7 +88,11 @@ class Terminal:
             sys.stdout.flush()
 
     def tabulate(
-        self, title: str, heads: "Sequence[str]", rows: "Iterable[Sequence[str]]", **more: Any
+        self,
+        title: str,
+        heads: "Sequence[str]",
+        rows: "Iterable[Sequence[str]]",
+        **more: Any,
     ) -> None:
         """Print a table for people; see :func:`table`."""
         self.console.print(table(title, heads, rows, **more))
@@ -120,7 +133,9 @@ def table(
     )  # fmt: skip
     for column, head in enumerate(heads):
         if column in left_columns:
-            drawn.add_column(Text(head), overflow="fold", min_width=16 if no_wrap else None)
+            drawn.add_column(
+                Text(head), overflow="fold", min_width=16 if no_wrap else None
+            )
         else:
             drawn.add_column(Text(head), justify="right", no_wrap=no_wrap)
     for number, cells in enumerate(rows):

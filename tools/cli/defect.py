@@ -36,13 +36,17 @@ def report_defect(error: Exception, words: Sequence[str]) -> int:
     try:
         number, file = tempfile.mkstemp(prefix="mukca-defect-", suffix=".txt")
         os.close(number)
-        Path(file).write_text("\n".join(lines), encoding="utf-8", errors="backslashreplace")
+        Path(file).write_text(
+            "\n".join(lines), encoding="utf-8", errors="backslashreplace"
+        )
         advice = f"please send us {file}, which holds the command and the traceback, no samples"
     except OSError as reason:
         advice = f"no report could be written ({reason.strerror}); {SHOW}=1 shows the traceback"
     place = traceback.extract_tb(error.__traceback__)[-1]
     where = f"{type(error).__name__} in {Path(place.filename).name}:{place.lineno}"
-    sys.stderr.write(f"{verb}: stopped by a defect of mukca ({where}), ours to mend: {advice}\n")
+    sys.stderr.write(
+        f"{verb}: stopped by a defect of mukca ({where}), ours to mend: {advice}\n"
+    )
     return DEFECT
 
 

@@ -82,16 +82,23 @@ def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal
         files = calibration.calibration_files(options.calibration)
         if "" in files:
             return run(replace(options, calibration=files[""]), terminal)
-        recordings = paths_by_robot(options.data, files) if hasattr(options, "data") else None
+        recordings = (
+            paths_by_robot(options.data, files) if hasattr(options, "data") else None
+        )
         results = dict[str, Any]()
         statuses = list[int]()
         for name, file in files.items():
-            settings: dict[str, Any] = {"calibration": file, **_outputs_of_arm(options, name)}
+            settings: dict[str, Any] = {
+                "calibration": file,
+                **_outputs_of_arm(options, name),
+            }
             if recordings is not None:
                 settings["data"] = recordings[name]
             if recordings is None or settings["data"]:
                 terminal_of_arm = _TerminalOfArm(terminal, name)
-                statuses.append(_run_arm(run, replace(options, **settings), terminal_of_arm))
+                statuses.append(
+                    _run_arm(run, replace(options, **settings), terminal_of_arm)
+                )
                 results[name] = terminal_of_arm.result
         terminal.emit({"robots": results})
         return assessment.worst(statuses)
@@ -99,7 +106,9 @@ def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal
     return run_all
 
 
-def _run_arm(run: Callable[[Any, Terminal], int], options: Any, terminal: _TerminalOfArm) -> int:
+def _run_arm(
+    run: Callable[[Any, Terminal], int], options: Any, terminal: _TerminalOfArm
+) -> int:
     try:
         return run(options, terminal)
     except MukcaError as error:

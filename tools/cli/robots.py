@@ -26,9 +26,13 @@ class RobotOptions(Options, group="robot"):
     robot: str = option(..., "a shipped robot's name, or a URDF file", "R")
     base: str | None = option(None, "the base link (default: the root)", "LINK")
     tip: str = option("ball_link", "the ball's link", "LINK")
-    flange: str | None = option(None, "for a URDF without a ball: the link that carries it", "LINK")
+    flange: str | None = option(
+        None, "for a URDF without a ball: the link that carries it", "LINK"
+    )
     ball: tuple[float, float, float] | None = option(
-        None, "with --flange: the ball's centre in that link's frame, in metres", ("X", "Y", "Z")
+        None,
+        "with --flange: the ball's centre in that link's frame, in metres",
+        ("X", "Y", "Z"),
     )
 
     def load_robot(self) -> "robots.Robot":
@@ -50,7 +54,10 @@ class RobotsOptions(Options, group="robot"):
         repeated=True,
     )
     base: Sequence[str] = option(
-        (), "the base link (default: the root; of several robots NAME=LINK)", "LINK", repeated=True
+        (),
+        "the base link (default: the root; of several robots NAME=LINK)",
+        "LINK",
+        repeated=True,
     )
     tip: Sequence[str] = option(
         (),
@@ -65,7 +72,9 @@ class RobotsOptions(Options, group="robot"):
         repeated=True,
     )
     ball: tuple[float, float, float] | None = option(
-        None, "with --flange: the ball's centre in that link's frame, in metres", ("X", "Y", "Z")
+        None,
+        "with --flange: the ball's centre in that link's frame, in metres",
+        ("X", "Y", "Z"),
     )
 
     def load_robots(self) -> "dict[str, robots.Robot]":
@@ -108,7 +117,9 @@ def _named(words_given: Sequence[str]) -> dict[str, str]:
     return by_name
 
 
-def _by_name(items: Sequence[str], key: str, sources: Mapping[str, str]) -> dict[str, str | None]:
+def _by_name(
+    items: Sequence[str], key: str, sources: Mapping[str, str]
+) -> dict[str, str | None]:
     """Value of an option for each robot; one without a name is for all of them."""
     by_name: dict[str, str | None] = dict.fromkeys(sources)
     if "" in sources and len(items) > 1:
@@ -117,7 +128,9 @@ def _by_name(items: Sequence[str], key: str, sources: Mapping[str, str]) -> dict
         name, _, link = ("", "", "") if "" in sources else words.partition("=")
         if link and name not in sources:
             names = ", ".join(sources)
-            raise UsageError(f"--{key} {words}: no robot is called {name!r}; there are: {names}")
+            raise UsageError(
+                f"--{key} {words}: no robot is called {name!r}; there are: {names}"
+            )
         by_name |= {name: link} if link else dict.fromkeys(sources, words)
     return by_name
 
@@ -135,22 +148,32 @@ def split_by_robot(
     tested: dict[str, list[Path]] = {name: [] for name in sources}
     left_out: list[str] = []
     for name, paths in test_folders.items():
-        paths_trained = {path.resolve() for path in recorder.find_placements(training[name])}
+        paths_trained = {
+            path.resolve() for path in recorder.find_placements(training[name])
+        }
         for path, placement in (
             (p, folder) for p in paths for folder in recorder.find_placements([p])
         ):
             if placement.resolve() not in paths_trained:
                 tested[name].append(placement)
             elif placement == path:
-                raise UsageError(f"{path}: trained on, so it cannot be held out as well")
+                raise UsageError(
+                    f"{path}: trained on, so it cannot be held out as well"
+                )
             else:
                 left_out.append(placement.name)
     if not left_out:
         return training, tested, []
-    return training, tested, [f"{', '.join(left_out)}: trained on, so left out of the test"]
+    return (
+        training,
+        tested,
+        [f"{', '.join(left_out)}: trained on, so left out of the test"],
+    )
 
 
-def paths_by_robot(paths: Sequence[Path], sources: Mapping[str, object]) -> dict[str, list[Path]]:
+def paths_by_robot(
+    paths: Sequence[Path], sources: Mapping[str, object]
+) -> dict[str, list[Path]]:
     """Return placements by robot, as :func:`split_by_robot` reads them."""
     if "" in sources:
         return {"": list(paths)}
@@ -165,7 +188,10 @@ def paths_by_robot(paths: Sequence[Path], sources: Mapping[str, object]) -> dict
                 f"{path}: no robot is called {name!r}; there are: {', '.join(sources)}"
             )
         for folder in recorder.find_placements([path]):
-            owner = str(recorder.read_metadata(folder / recorder.METADATA).get("robot_name") or "")
+            owner = str(
+                recorder.read_metadata(folder / recorder.METADATA).get("robot_name")
+                or ""
+            )
             if owner not in sources:
                 names = ", ".join(sources)
                 example = next(iter(sources))
@@ -177,7 +203,9 @@ def paths_by_robot(paths: Sequence[Path], sources: Mapping[str, object]) -> dict
     return by_robot
 
 
-def read_data(paths: Sequence[Path], settings: SolveOptions) -> "list[recorder.Placement]":
+def read_data(
+    paths: Sequence[Path], settings: SolveOptions
+) -> "list[recorder.Placement]":
     """Read all placements that paths stand for, without what is left out by hand."""
     placements = recorder.read_placements(*paths, as_recorded=settings.as_recorded)
     data.check_left_out(placements, settings.leave_out)
@@ -197,12 +225,18 @@ class Premises(TypedDict):
 
 
 def measured_of(
-    paths: Sequence[Path], robot: "robots.Robot", settings: SolveOptions, *, sockets: int = 2
+    paths: Sequence[Path],
+    robot: "robots.Robot",
+    settings: SolveOptions,
+    *,
+    sockets: int = 2,
 ) -> "tuple[list[data.Measurement], Premises]":
     """Read and check placements; return them, and what was said of them."""
     placements = settings.payloads.carried_by(read_data(paths, settings))
     measured = [
-        data.measure(placement, robot, settings.distance, sockets=sockets, load=settings.load)
+        data.measure(
+            placement, robot, settings.distance, sockets=sockets, load=settings.load
+        )
         for placement in placements
     ]
     data.check_distinct(measured)
@@ -217,7 +251,10 @@ class WorkerOptions(Options, group="workers"):
     """Options of a verb whose work is shared out."""
 
     processes: int = option(
-        os.cpu_count() or 1, "number of processes (default: all cores)", "N", between=(1, 4096)
+        os.cpu_count() or 1,
+        "number of processes (default: all cores)",
+        "N",
+        between=(1, 4096),
     )
     cluster: str | None = option(
         None,

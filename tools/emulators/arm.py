@@ -18,7 +18,11 @@ GREATEST_EFFORT = 30.0  # N m
 
 
 def emulated_arm(
-    joints: int, rate: float, motion: tuple[float, float], noise: float, folder: Path | None = None
+    joints: int,
+    rate: float,
+    motion: tuple[float, float],
+    noise: float,
+    folder: Path | None = None,
 ) -> SimulatedArm:
     """Return an arm that goes through a placement's configurations, or again and again through 40.
 
@@ -32,7 +36,9 @@ def emulated_arm(
     return SimulatedArm(path, efforts=efforts, rate=rate, noise=noise)
 
 
-def _recorded(folder: Path, joints: int) -> tuple[list[list[float]], list[list[float]] | None]:
+def _recorded(
+    folder: Path, joints: int
+) -> tuple[list[list[float]], list[list[float]] | None]:
     placement = read_placement(folder)
     poses: list[list[float]] = placement.positions.tolist()
     if len(poses[0]) != joints:
@@ -70,7 +76,9 @@ KINDS = {
     "commanding": "the session goes on to commanding (kuka)",
 }
 """Kinds of faults; not every controller has a way to show the last three."""
-COMMON_KINDS = tuple(kind for kind in KINDS if kind not in ("stranger", "version", "commanding"))
+COMMON_KINDS = tuple(
+    kind for kind in KINDS if kind not in ("stranger", "version", "commanding")
+)
 
 Packet = tuple[Any, bytes]
 """A message: its CAN identifier or UDP address, if it has one, and its bytes."""
@@ -88,7 +96,8 @@ class FaultInjector:
     def is_active(self, kind: str, moment: float) -> bool:
         """Return whether a kind of fault affects a message at a moment [s]."""
         return any(
-            fault.kind == kind and fault.affects(moment, self._random) for fault in self._faults
+            fault.kind == kind and fault.affects(moment, self._random)
+            for fault in self._faults
         )
 
     def packets(self, packet: Packet, moment: float) -> list[Packet]:

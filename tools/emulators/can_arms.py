@@ -91,7 +91,9 @@ class KinovaEmulator(Emulator):
         if self.version == "serial":
             line = SerialPort(self, address, self._receive)
             self._send: Callable[[bytes, Any], None] = line.send
-            self.driver_address = f"kinova:serial://{line.name}?parity=none"  # it has none
+            self.driver_address = (
+                f"kinova:serial://{line.name}?parity=none"  # it has none
+            )
             return
         import isotp
 
@@ -101,7 +103,9 @@ class KinovaEmulator(Emulator):
         self._transfer = isotp.TransportLayerLogic(
             rxfn=lambda _: self._frames.popleft() if self._frames else None,
             txfn=lambda frame: self._bus.send(bytes(frame.data), ANSWERS),
-            address=isotp.Address(isotp.AddressingMode.Normal_11bits, txid=ANSWERS, rxid=REQUESTS),
+            address=isotp.Address(
+                isotp.AddressingMode.Normal_11bits, txid=ANSWERS, rxid=REQUESTS
+            ),
         )
         self._send = lambda message, _: self._transfer.send(message)
 

@@ -14,7 +14,9 @@ from ...drivers.arms import SimulatedArm
 from ...errors import MukcaError
 from .arm import COMMON_KINDS, FaultInjector
 
-IDLE_SECONDS = 0.5  # a signal just before a wait without end would be seen only after it
+IDLE_SECONDS = (
+    0.5  # a signal just before a wait without end would be seen only after it
+)
 
 
 class Journal:
@@ -22,7 +24,9 @@ class Journal:
 
     def __init__(self, path: Path | None) -> None:
         try:
-            self._stream = path.open("w", 1, encoding="utf-8") if path else None  # line by line
+            self._stream = (
+                path.open("w", 1, encoding="utf-8") if path else None
+            )  # line by line
         except OSError as error:
             raise MukcaError(f"{path}: cannot be written: {error.strerror}") from None
 
@@ -64,7 +68,12 @@ class Emulator(ABC):
     """Kinds of faults that it can show."""
 
     def __init__(
-        self, address: str, version: str, arm: SimulatedArm, faults: FaultInjector, journal: Journal
+        self,
+        address: str,
+        version: str,
+        arm: SimulatedArm,
+        faults: FaultInjector,
+        journal: Journal,
     ) -> None:
         self.version = version
         self.arm, self.faults, self.journal = arm, faults, journal
@@ -128,7 +137,9 @@ class Emulator(ABC):
 
     def dispatch(self, readable: Sequence[int]) -> None:
         """Call back for the file descriptors that can be read."""
-        for file in reversed(readable):  # clients that leave come before clients that join
+        for file in reversed(
+            readable
+        ):  # clients that leave come before clients that join
             if file in self.watched:
                 self.watched[file]()
 
@@ -166,13 +177,19 @@ class Emulator(ABC):
         return state
 
     def emit(
-        self, send: Callable[[bytes, Any], object], message: bytes, moment: float, target: Any = 0
+        self,
+        send: Callable[[bytes, Any], object],
+        message: bytes,
+        moment: float,
+        target: Any = 0,
     ) -> None:
         """Send a message to a target by way of a port, faults applied."""
         for receiver, packet in self.faults.packets((target, message), moment):
             send(packet, receiver)
 
-    def answer(self, send: Callable[[bytes, Any], object], message: bytes, target: Any = 0) -> None:
+    def answer(
+        self, send: Callable[[bytes, Any], object], message: bytes, target: Any = 0
+    ) -> None:
         """Answer a request, unless it serves nobody now."""
         if not self.is_away(self.moment):
             self.emit(send, message, self.moment, target)

@@ -69,7 +69,9 @@ class TcpServer:
     def _accept(self) -> None:
         with suppress(OSError):  # it may have left already
             client, _ = self._server.accept()
-            if len(self.clients) >= self._places or self._emulator.is_away(self._emulator.moment):
+            if len(self.clients) >= self._places or self._emulator.is_away(
+                self._emulator.moment
+            ):
                 client.close()
                 return
             client.settimeout(SEND_SECONDS)
@@ -163,7 +165,9 @@ class SerialPort:
 def _open_terminal() -> tuple[int, str]:
     """Return the descriptor of a pseudo-terminal's one end, and the name of its other."""
     if sys.platform == "win32":
-        raise MukcaError("Windows has no pseudo-terminals: emulate this controller elsewhere")
+        raise MukcaError(
+            "Windows has no pseudo-terminals: emulate this controller elsewhere"
+        )
     import tty
 
     line, terminal = os.openpty()
@@ -177,7 +181,10 @@ class CanPort:
     """A node on a CAN bus; the receiver is given each frame of others, by identifier and data."""
 
     def __init__(
-        self, emulator: Emulator, address: str, receiver: Callable[[int, bytes], object] = _ignore
+        self,
+        emulator: Emulator,
+        address: str,
+        receiver: Callable[[int, bytes], object] = _ignore,
     ) -> None:
         self.address = address or DEFAULT_BUS
         self._journal, self._receiver = emulator.journal, receiver
@@ -189,7 +196,9 @@ class CanPort:
     def send(self, data: bytes, identifier: int) -> None:
         """Send a frame."""
         with suppress(can.CanError, OSError):
-            frame = can.Message(arbitration_id=identifier, data=data, is_extended_id=False)
+            frame = can.Message(
+                arbitration_id=identifier, data=data, is_extended_id=False
+            )
             self._sent.append((identifier, data))
             self._bus.send(frame)
 

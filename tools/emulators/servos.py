@@ -27,7 +27,9 @@ TABLES = read_json(Path(__file__).with_name("servos.json"))
 
 def versions(table: dict[str, Any]) -> dict[str, Version]:
     """Return the versions of a table's arms, by name."""
-    return {name: Version(len(arm["joints"]), 1000.0) for name, arm in table["arms"].items()}
+    return {
+        name: Version(len(arm["joints"]), 1000.0) for name, arm in table["arms"].items()
+    }
 
 
 class ServoEmulator(Emulator):
@@ -91,7 +93,9 @@ class ServoEmulator(Emulator):
                 if request is not None:
                     self._reply(*request)
 
-    def _reply(self, servo: int, instruction: int, first: int, count: int, servos: bytes) -> None:
+    def _reply(
+        self, servo: int, instruction: int, first: int, count: int, servos: bytes
+    ) -> None:
         self.arm.connect()
         if instruction not in (PING, READ, SYNC_READ):
             return
@@ -103,7 +107,9 @@ class ServoEmulator(Emulator):
         for number in asked:
             registers = self._memory(number, steps)[first : first + count]
             data = self._pong() if instruction == PING else registers
-            self.answer(lambda packet, _: sent.append(packet), self._status(number, data))
+            self.answer(
+                lambda packet, _: sent.append(packet), self._status(number, data)
+            )
         self._line.send(b"".join(sent))  # at once, as a USB adapter hands them over
 
     def _steps(self, first: int, count: int) -> dict[int, int]:
@@ -159,7 +165,9 @@ class DynamixelEmulator(ServoEmulator):
         content = bytes([0x55, self.errors.get(servo, 0)]) + data
         content = content.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
         length = len(content) + 2
-        packet = bytes([*self.TABLE["head"], servo, *length.to_bytes(2, "little")]) + content
+        packet = (
+            bytes([*self.TABLE["head"], servo, *length.to_bytes(2, "little")]) + content
+        )
         return packet + crc16(packet).to_bytes(2, "little")
 
 

@@ -67,7 +67,9 @@ class UrEmulator(Emulator):
     def _answer(self, kind: int, payload: bytes) -> None:
         match chr(kind):
             case "V":
-                known = payload == b"\0\2" and not self.faults.is_active("version", self.moment)
+                known = payload == b"\0\2" and not self.faults.is_active(
+                    "version", self.moment
+                )
                 answer = bytes([known])
             case "v":
                 major, minor = map(int, self.version.split("."))
@@ -84,7 +86,10 @@ class UrEmulator(Emulator):
 
     def _set_up(self, payload: bytes) -> bytes:
         """Take note of the outputs that are asked for; return their types."""
-        if len(payload) < 8 or not (frequency := struct.unpack_from(">d", payload)[0]) >= 1e-3:
+        if (
+            len(payload) < 8
+            or not (frequency := struct.unpack_from(">d", payload)[0]) >= 1e-3
+        ):
             raise ValueError("outputs at no rate")
         self._every = max(1, round(self.arm.rate / frequency))
         names = payload[8:].decode().rstrip(",").split(",")
@@ -148,7 +153,9 @@ class XArmEmulator(Emulator):
 def real_report(state: JointState) -> bytes:
     """Return a report of port 30003."""
     torques = _seven(state.effort or ())
-    return _report(REAL_SIZE, {4: bytes([GUIDING]), 7: _seven(state.position), 59: torques})
+    return _report(
+        REAL_SIZE, {4: bytes([GUIDING]), 7: _seven(state.position), 59: torques}
+    )
 
 
 def fast_report(time: int, state: JointState) -> bytes:

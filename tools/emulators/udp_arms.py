@@ -41,7 +41,9 @@ class DatagramEmulator(Emulator):
         datagram = self._datagram(state, moment)
         self.emit(self._udp.send, datagram, moment, self._target)
         if self.faults.is_active("stranger", moment):
-            shifted = JointState(0, tuple(q + 0.1 for q in state.position), state.effort)
+            shifted = JointState(
+                0, tuple(q + 0.1 for q in state.position), state.effort
+            )
             self._stranger.send(self._datagram(shifted, moment), self._target)
 
     @cached_property
@@ -52,7 +54,9 @@ class DatagramEmulator(Emulator):
 class FrankaEmulator(DatagramEmulator):
     """A Panda (versions 3 to 5) or FR3 (6 to 10)."""
 
-    VERSIONS = dict.fromkeys(("5", "3", "4", "6", "7", "8", "9", "10"), Version(7, 1000.0))
+    VERSIONS = dict.fromkeys(
+        ("5", "3", "4", "6", "7", "8", "9", "10"), Version(7, 1000.0)
+    )
 
     def listen(self, address: str) -> None:
         """Open TCP port 1337."""
@@ -77,9 +81,13 @@ class FrankaEmulator(DatagramEmulator):
             self._reply(command, identifier, b"\0" + FRANKA["model"].encode())
 
     def _connect(self, identifier: int, version: int, port: int) -> None:
-        offered = 99 if self.faults.is_active("version", self.moment) else int(self.version)
+        offered = (
+            99 if self.faults.is_active("version", self.moment) else int(self.version)
+        )
         self._reply(0, identifier, struct.pack("<BH", version != offered, offered))
-        for client in self._tcp.clients if version == offered else ():  # it may have left
+        for client in (
+            self._tcp.clients if version == offered else ()
+        ):  # it may have left
             self.arm.connect()
             host, *_ = client.getpeername()
             self._target = (host, port)
@@ -119,7 +127,9 @@ START_OF_CLOCK = 1_700_000_000
 class KukaEmulator(DatagramEmulator):
     """An iiwa whose Sunrise application has opened FRI of one version."""
 
-    VERSIONS = dict.fromkeys(("1.15", "1.11", "1.14", "1.16", "2.5", "2.7"), Version(7, 200.0))
+    VERSIONS = dict.fromkeys(
+        ("1.15", "1.11", "1.14", "1.16", "2.5", "2.7"), Version(7, 200.0)
+    )
     FAULTS = (*COMMON_KINDS, "stranger", "version", "commanding")
 
     def listen(self, address: str) -> None:
@@ -170,7 +180,9 @@ def encode_message(
     joints = len(state.position)
     zeros = (0.0,) * joints
     q = doubles(state.position)
-    torques = doubles([-torque for torque in state.effort or zeros])  # an iiwa's other sign
+    torques = doubles(
+        [-torque for torque in state.effort or zeros]
+    )  # an iiwa's other sign
     monitor = nested(1, q) + nested(2, torques)
     if version.startswith("1."):
         monitor += nested(3, q)
@@ -178,7 +190,9 @@ def encode_message(
     monitor += nested(5, doubles(zeros))
     seconds, remainder = divmod(nanoseconds, 1_000_000_000)
     monitor += nested(15, numbers({1: START_OF_CLOCK + seconds, 2: remainder}))
-    robot = numbers({1: joints, 2: 0}) + joints * numbers({5: 2}) + numbers({6: 0, 7: 0})
+    robot = (
+        numbers({1: joints, 2: 0}) + joints * numbers({5: 2}) + numbers({6: 0, 7: 0})
+    )
     interpolator = numbers({10: 0, 11: 0}) + b"\x61" + struct.pack("<d", 1.0)
     body = nested(1, numbers(dict(enumerate(header, 1))))
     body += nested(2, robot)

@@ -93,7 +93,9 @@ def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) 
         count = round(phase.duration / TIME_STEP)
         for step in range(1, count + 1):
             goal = phase.goal(step / count)
-            torque = controller.torque(goal, q, dq, TIME_STEP, compensate=phase.compensate)
+            torque = controller.torque(
+                goal, q, dq, TIME_STEP, compensate=phase.compensate
+            )
             scene.step(torque)
             if (count - step) % RECORD_EVERY == 0:
                 force = scene.contact_force()
@@ -222,7 +224,11 @@ class Cell:
         return reach(self.truth, posture, pose_above(point + aside))
 
     def perform(
-        self, start: np.ndarray, goal: Pose, then: Sequence[Phase], touching: Sequence[str]
+        self,
+        start: np.ndarray,
+        goal: Pose,
+        then: Sequence[Phase],
+        touching: Sequence[str],
     ) -> tuple[Log, Motion]:
         """Go to a goal, compensated there, and on; return the log and what was measured."""
         self.scene.reset(start)

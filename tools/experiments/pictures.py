@@ -65,7 +65,9 @@ def _camera(scene: Scene) -> Generator[Callable[[np.ndarray, Any], Image.Image]]
     def render(q: np.ndarray, view: Any) -> Image.Image:
         scene.show(q)
         camera.lookat, camera.distance, camera.elevation = view
-        mujoco.mjv_updateScene(scene.model, scene.data, option, None, camera, everything, drawn)
+        mujoco.mjv_updateScene(
+            scene.model, scene.data, option, None, camera, everything, drawn
+        )
         mujoco.mjr_render(frame, drawn, canvas)
         mujoco.mjr_readPixels(pixels, None, frame, canvas)
         return Image.fromarray(pixels[::-1]).reduce(FINER)
@@ -80,7 +82,9 @@ def _camera(scene: Scene) -> Generator[Callable[[np.ndarray, Any], Image.Image]]
 def _gl_context() -> Any:
     """Return an OpenGL context without a display: what MUJOCO_GL says, else EGL's or OSMesa's."""
     # One process can have but one of the two, so the library is looked for first.
-    installed = next((name for name, file in LIBRARIES.items() if find_library(file)), "egl")
+    installed = next(
+        (name for name, file in LIBRARIES.items() if find_library(file)), "egl"
+    )
     name = os.environ.get("MUJOCO_GL") or installed
     try:
         return importlib.import_module(f"mujoco.{name}").GLContext(*FRAME)
@@ -104,18 +108,28 @@ def film(models: Sequence[ExperimentRun]) -> tuple[bytes, bytes]:
     # All share the last one's colours: where nothing moves, nothing is stored.
     palette = pictures[-1].quantize(COLOURS)
     dither = Image.Dither.NONE
-    first, *images = (picture.quantize(palette=palette, dither=dither) for picture in pictures)
+    first, *images = (
+        picture.quantize(palette=palette, dither=dither) for picture in pictures
+    )
     durations = [round(1e3 * INTERVAL / 2)] * len(images) + [2000]  # [ms]
     png = io.BytesIO()
     gif = io.BytesIO()
     pictures[-1].save(png, "png", optimize=True)
     first.save(
-        gif, "gif", save_all=True, append_images=images, duration=durations, loop=0, optimize=True
+        gif,
+        "gif",
+        save_all=True,
+        append_images=images,
+        duration=durations,
+        loop=0,
+        optimize=True,
     )
     return png.getvalue(), gif.getvalue()
 
 
-def _side_by_side(titles: Sequence[str], columns: Sequence[Sequence[Image.Image]]) -> Image.Image:
+def _side_by_side(
+    titles: Sequence[str], columns: Sequence[Sequence[Image.Image]]
+) -> Image.Image:
     """Return two pictures of each model, one below the other, under its title."""
     size = len(titles) * WIDTH, TITLE + 2 * HEIGHT
     page = Image.new("RGB", size, "white")

@@ -57,7 +57,11 @@ class ExperimentRun:
 
 
 def run_experiment(
-    settings: Settings, arm: Robot, name: str, urdf: bytes, progress: Callable[[str], None]
+    settings: Settings,
+    arm: Robot,
+    name: str,
+    urdf: bytes,
+    progress: Callable[[str], None],
 ) -> ExperimentRun:
     """Try a model, by its name and text, on the true arm; progress is told the name each motion.
 
@@ -68,7 +72,9 @@ def run_experiment(
     try:
         cell = Cell(arm, urdf, settings.hole)
     except ModelError as error:
-        raise ModelError(f"model {name!r}: {error}; give one solved for this arm") from None
+        raise ModelError(
+            f"model {name!r}: {error}; give one solved for this arm"
+        ) from None
 
     def counted(trials: Iterator[Trial[Result]]) -> Iterator[Trial[Result]]:
         for trial in trials:
@@ -91,7 +97,9 @@ def run_experiment(
 def record_placements(arm: Robot, seed: int) -> list[Placement]:
     """Return four placements recorded with an arm, 30 configurations in each socket."""
     generator = np.random.default_rng([seed, 2])
-    return [record(arm, base, generator, noise=SEAT_NOISE) for base in (*demo_bases(), FAR)]
+    return [
+        record(arm, base, generator, noise=SEAT_NOISE) for base in (*demo_bases(), FAR)
+    ]
 
 
 def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:
@@ -103,7 +111,9 @@ def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:
         return nominal.text.data
     if word == "calibrated":
         # In the order of their names, as `mukca solve` reads them from a folder.
-        placements = sorted(record_placements(arm, seed), key=lambda placement: placement.name)
+        placements = sorted(
+            record_placements(arm, seed), key=lambda placement: placement.name
+        )
         return calibrate(nominal, placements).calibrated.urdf()
     if word == "true":
         return urdf_of(arm)
@@ -112,4 +122,6 @@ def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:
     except OSError as error:
         words = ", ".join(WORDS)
         reason = error.strerror or "cannot be read"
-        raise ModelError(f"model {word!r}: {reason}; give a URDF file, or {words}") from None
+        raise ModelError(
+            f"model {word!r}: {reason}; give a URDF file, or {words}"
+        ) from None

@@ -33,10 +33,14 @@ def add_visuals(spec: Any, arm: Robot) -> None:
     sky = mujoco.mjtTexture.mjTEXTURE_SKYBOX
     gradient = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
     pale = {"rgb1": [0.97, 0.98, 0.99], "rgb2": [0.85, 0.88, 0.91]}
-    spec.add_texture(name="sky", type=sky, builtin=gradient, width=64, height=384, **pale)
+    spec.add_texture(
+        name="sky", type=sky, builtin=gradient, width=64, height=384, **pale
+    )
     spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
     spec.visual.quality.shadowsize = SHADOW
-    spec.visual.quality.offsamples = 0  # a picture is rendered larger, which takes half as long
+    spec.visual.quality.offsamples = (
+        0  # a picture is rendered larger, which takes half as long
+    )
     spec.worldbody.add_light(pos=[0.3, -1.0, 2.0], dir=[0.1, 0.5, -1.0])
     ends = np.array([joint.origin.xyz for joint in arm.joints[1:]])
     lengths = np.linalg.norm(ends, axis=1)
@@ -58,15 +62,25 @@ def add_stem(body: Any, end: float) -> None:
     _ghost(body, "cylinder", [PEG_RADIUS], fromto=axis, rgba=ORANGE)
 
 
-def add_open_block(spec: Any, body: Any, radii: tuple[float, float], height: float) -> None:
+def add_open_block(
+    spec: Any, body: Any, radii: tuple[float, float], height: float
+) -> None:
     """Add a block with a hole, of two radii and a height [m], cut open so that the peg is seen."""
     inner, outer = radii
-    profile = [(inner, 0.0), (outer, 0.0), (outer, height), (inner, height), (inner, 0.0)]
+    profile = [
+        (inner, 0.0),
+        (outer, 0.0),
+        (outer, height),
+        (inner, height),
+        (inner, 0.0),
+    ]
     angle = np.radians(360 - CUT)
     creation: Any = trimesh.creation
     block = creation.revolve(profile, angle, cap=True, sections=SLICES)
     vertices = np.ravel(block.vertices)
-    spec.add_mesh(name="block", uservert=vertices, userface=np.ravel(block.faces), smoothnormal=0)
+    spec.add_mesh(
+        name="block", uservert=vertices, userface=np.ravel(block.faces), smoothnormal=0
+    )
     turn = _about_z(np.radians(OPEN_TO + CUT / 2))
     _ghost(body, "mesh", [], meshname="block", quat=turn, rgba=BLUE)
 

@@ -49,7 +49,9 @@ def tip_at(hole: np.ndarray, height: float = 0.0) -> np.ndarray:
     return np.array([*hole, TABLE + HOLE_DEPTH - TAUGHT_DEPTH + height])
 
 
-def teach(cell: Cell, hole: np.ndarray, generator: np.random.Generator) -> tuple[Pose, np.ndarray]:
+def teach(
+    cell: Cell, hole: np.ndarray, generator: np.random.Generator
+) -> tuple[Pose, np.ndarray]:
     """Guide the arm into a tight hole, and as far out as the hole still guides the peg.
 
     Returns, by the model's forward kinematics, the peg's pose in the hole, and the unit vector out

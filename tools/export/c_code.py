@@ -12,18 +12,47 @@ import casadi as ca
 
 from ...solver import robot as robots
 from ...solver.results import CalibratedRobot
-from ...solver.robot import PoseModel, Robot, limited_step, moments_function, newton_step
+from ...solver.robot import (
+    PoseModel,
+    Robot,
+    limited_step,
+    moments_function,
+    newton_step,
+)
 from .request import Exported, ExportError, Request, filled, plain
 
-_BODY = re.compile(r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  return 0;\n\}", re.S)
+_BODY = re.compile(
+    r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  return 0;\n\}", re.S
+)
 NUMBERS = (
-    *("ROUNDS", "STUCK", "NEAR", "LAST", "TINY", "AWAY", "MARGIN", "TOLERANCE", "SETTLED"),
+    *(
+        "ROUNDS",
+        "STUCK",
+        "NEAR",
+        "LAST",
+        "TINY",
+        "AWAY",
+        "MARGIN",
+        "TOLERANCE",
+        "SETTLED",
+    ),
     *("STILL", "SHORTEST"),
 )
 """Of the inverse kinematics, as :mod:`mukca.solver.robot` has them."""
 FAR = 1e9
 """A limit for joints without one [rad, m]."""
-_KEYWORDS = ["auto", "double", "float", "int", "long", "short", "static", "void", "const", "class"]
+_KEYWORDS = [
+    "auto",
+    "double",
+    "float",
+    "int",
+    "long",
+    "short",
+    "static",
+    "void",
+    "const",
+    "class",
+]
 
 
 def write(request: Request) -> Exported:
@@ -35,7 +64,9 @@ def write(request: Request) -> Exported:
         raise ExportError(
             f"--out {file}: its functions are named after it, so name it like one, as in panda.c"
         )
-    calibrated = request.calibration.kinematics(payload=request.options.get("payload")).calibrated
+    calibrated = request.calibration.kinematics(
+        payload=request.options.get("payload")
+    ).calibrated
     load = calibrated.load
     model, d, dd = _with_curves(calibrated)
     moments = moments_function(calibrated.robot, load.gravity, load.payload)(model.q)
@@ -67,7 +98,9 @@ def write(request: Request) -> Exported:
         names=", ".join(map(_literal, calibrated.robot.joint_names)),
         step=step,
         LAST=f"{calibrated.last_step:g}",
-        limits=[", ".join(f"{x:.17g}" for x in side) for side in _limits(calibrated.robot)],
+        limits=[
+            ", ".join(f"{x:.17g}" for x in side) for side in _limits(calibrated.robot)
+        ],
         squares=any("square(" in body for body in (step, *bodies.values())),
         functions={word: (sizes.get(word), body) for word, body in bodies.items()},
     )
@@ -127,7 +160,9 @@ def _flange(request: Request) -> int:
 def _literal(text: str) -> str:
     """Return a text as a string of C: UTF-8, and octal what C could read otherwise."""
     letters = [chr(byte) for byte in text.encode()]
-    safe = [c if " " <= c <= "~" and c not in '"\\?' else f"\\{ord(c):03o}" for c in letters]
+    safe = [
+        c if " " <= c <= "~" and c not in '"\\?' else f"\\{ord(c):03o}" for c in letters
+    ]
     return f'"{"".join(safe)}"'
 
 
@@ -164,11 +199,15 @@ def _body(arguments: dict[str, Any], value: Any) -> str:
     text = re.sub(r"if \(res\[0\]!=0\) res\[0\]\[(\d+)\]=", r"out[\1]=", text)
     text = text.replace("casadi_real", "double").replace("casadi_sq(", "square(")
     text = text.replace("casadi_fmin(", "fmin(").replace("casadi_fmax(", "fmax(")
-    assert not re.search(r"casadi|\barg\b|\bres\b|\bw\[", text), "a construct of another kind"
+    assert not re.search(r"casadi|\barg\b|\bres\b|\bw\[", text), (
+        "a construct of another kind"
+    )
     return text
 
 
-def _filled(template: str, request: Request, about: list[str], **words: object) -> bytes:
+def _filled(
+    template: str, request: Request, about: list[str], **words: object
+) -> bytes:
     """Return a template's text; what stands in comments cannot end them."""
     name = request.file.stem
     lines = [*request.identity.lines(), *map(plain, about)]

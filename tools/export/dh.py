@@ -120,7 +120,9 @@ def _step(to_line: np.ndarray) -> Row:
 
 
 def _hayati(point: np.ndarray, line: np.ndarray) -> Row:
-    x, y, _ = point - point[2] / line[2] * line  # where the line pierces the plane z = 0
+    x, y, _ = (
+        point - point[2] / line[2] * line
+    )  # where the line pierces the plane z = 0
     sign = -1.0 if x < 0 else 1.0
     a = sign * math.hypot(x, y)
     theta = math.atan2(sign * y, sign * x)
@@ -164,7 +166,10 @@ def write(request: Request) -> Exported:
 
 def _as_csv(about: list[str], rows: list[Row], frames: dict[str, np.ndarray]) -> str:
     text = io.StringIO()
-    lines = [f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}" for name, T in frames.items()]
+    lines = [
+        f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}"
+        for name, T in frames.items()
+    ]
     text.writelines(f"# {plain(line)}\n" for line in [*about, *lines])
     csv.writer(text, lineterminator="\n").writerows([Row._fields, *rows])
     return text.getvalue()
@@ -182,5 +187,7 @@ def _printed(rows: list[Row], frames: dict[str, np.ndarray]) -> list[str]:
         lines.append(f"{row.joint:<{width}}  {row.form:<6}{columns}")
     for name in ("base", "tool"):
         x, y, z = (1e3 * frames[name][:3, 3]).tolist()
-        lines.append(f"{name}: {x:.5f} {y:.5f} {z:.5f} mm, and a turn that is in the file")
+        lines.append(
+            f"{name}: {x:.5f} {y:.5f} {z:.5f} mm, and a turn that is in the file"
+        )
     return lines

@@ -66,16 +66,22 @@ def export(
     check_keywords("export", options, list(ExportOptions.__annotations__))
     for option, value in options.items():
         if value and option not in FORMATS[to].takes:
-            takers = [name for name, format_ in FORMATS.items() if option in format_.takes]
+            takers = [
+                name for name, format_ in FORMATS.items() if option in format_.takes
+            ]
             word = "tool" if option == "tools" else option
             raise ExportError(f"--{word} is for --to {', '.join(takers)}, not for {to}")
     file = Path(out)
     if file.is_dir():
         raise ExportError(f"--out {file}: is a folder; name a file")
-    request = Request(to, calibration, identify(calibration, serial_number), file, options)
+    request = Request(
+        to, calibration, identify(calibration, serial_number), file, options
+    )
     module, _, function = FORMATS[to].writer.partition(".")
     write = getattr(importlib.import_module(f".{module}", __package__), function)
     exported: Exported = write(request)
     refuse_existing(file.parent, exported.files, force=force)
     written = write_files(file.parent, exported.files)
-    return replace(exported, outputs={name: str(path) for name, path in written.items()})
+    return replace(
+        exported, outputs={name: str(path) for name, path in written.items()}
+    )

@@ -43,7 +43,9 @@ class Zero:
     """The reason that nothing is written."""
 
     def __str__(self) -> str:
-        angle = f"{math.degrees(self.zero):+.2f} +- {math.degrees(self.deviation):.2f} deg"
+        angle = (
+            f"{math.degrees(self.zero):+.2f} +- {math.degrees(self.deviation):.2f} deg"
+        )
         return f"{self.motor:14} {angle}, {self.why or f'{self.ticks:+d} ticks'}"
 
 
@@ -55,8 +57,13 @@ def write(request: Request) -> Exported:
             "--to lerobot needs --like FILE, the arm's present calibration file, and --servos "
             f"{' or '.join(SIGNS)}"
         )
-    if request.file.suffix != ".json" or request.file.resolve() == request.like.resolve():
-        raise ExportError(f"--out {request.file}: name another .json file than the present one")
+    if (
+        request.file.suffix != ".json"
+        or request.file.resolve() == request.like.resolve()
+    ):
+        raise ExportError(
+            f"--out {request.file}: name another .json file than the present one"
+        )
     _check_signs(request)
     motors = read_lerobot(request.like)
     zeros = _zeros(request, motors)
@@ -70,7 +77,9 @@ def write(request: Request) -> Exported:
     }
     files = {
         request.file.name: (json.dumps(written, indent=4) + "\n").encode(),
-        f"{request.file.name}.mukca.json": (json.dumps(made_from, indent=2) + "\n").encode(),
+        f"{request.file.name}.mukca.json": (
+            json.dumps(made_from, indent=2) + "\n"
+        ).encode(),
         f"{request.file.stem}.urdf": _urdf(request, zeros),
     }
     changed = any(zero.ticks for zero in zeros)
@@ -88,7 +97,9 @@ def write(request: Request) -> Exported:
 
 def _check_signs(request: Request) -> None:
     """Refuse zeros of joints that were read with another sign than lerobot's."""
-    for file in set(chain.from_iterable(data.files for data in request.calibration.document.data)):
+    for file in set(
+        chain.from_iterable(data.files for data in request.calibration.document.data)
+    ):
         try:
             text = read_bytes(Path(file).parent / "placement.json").decode()
         except OSError:
@@ -119,7 +130,9 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
             why = "not decided by the data, left as it is"
         elif abs(ticks) > MOST_TICKS:
             why = f"{ticks:+d} ticks are too many: calibrate by lerobot anew first"
-        zeros.append(Zero(joint, by_motor[joint], zero, deviation, 0 if why else ticks, why))
+        zeros.append(
+            Zero(joint, by_motor[joint], zero, deviation, 0 if why else ticks, why)
+        )
     return zeros
 
 

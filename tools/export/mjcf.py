@@ -49,7 +49,9 @@ class MjcfJoints(NamedTuple):
 def write(request: Request) -> Exported:
     """Return the model that ``--like`` names, with the calibrated places of its bodies."""
     if request.like is None:
-        raise ExportError("--to mjcf needs --like FILE, your own MuJoCo model, which it corrects")
+        raise ExportError(
+            "--to mjcf needs --like FILE, your own MuJoCo model, which it corrects"
+        )
     joints = _joints(request)
     robot = request.calibration.robot
     nominal = _links(robot.origins, request)
@@ -59,7 +61,9 @@ def write(request: Request) -> Exported:
     motions = base @ calibrated @ np.linalg.inv(aligned)
     before = np.concatenate([np.eye(4)[None], motions[:-1]])
     poses = np.linalg.inv(before @ joints.parents) @ motions @ joints.poses
-    holder, text = _with_places(request.like, dict(zip(joints.bodies, poses, strict=True)))
+    holder, text = _with_places(
+        request.like, dict(zip(joints.bodies, poses, strict=True))
+    )
     provenance = "; ".join(request.identity.lines())
     # of the main file, model.text("mukca") reads it
     added = f'<custom><text name="mukca" data={quoteattr(provenance)}/></custom>'
@@ -89,13 +93,19 @@ def _joints(request: Request) -> MjcfJoints:
         raise ExportError(
             "mujoco is not installed; install the extra: pip install 'mukca[simulation]'"
         ) from None
-    if request.like is None or not request.like.is_file():  # MuJoCo would warn, and leave a log
+    if (
+        request.like is None or not request.like.is_file()
+    ):  # MuJoCo would warn, and leave a log
         raise ExportError(f"--like {request.like}: no such file")
     try:
         model = mujoco.MjModel.from_xml_path(str(request.like))
     except ValueError as error:
-        hint = "; name the model that includes it" if "mujocoinclude" in str(error) else ""
-        raise ExportError(f"--like {request.like}: MuJoCo cannot read it: {error}{hint}") from None
+        hint = (
+            "; name the model that includes it" if "mujocoinclude" in str(error) else ""
+        )
+        raise ExportError(
+            f"--like {request.like}: MuJoCo cannot read it: {error}{hint}"
+        ) from None
     indices = _matched(model, request)
     bodies: list[int] = model.jnt_bodyid[indices].tolist()
     data = mujoco.MjData(model)
@@ -106,7 +116,9 @@ def _joints(request: Request) -> MjcfJoints:
         indices, bodies, parents, names, [parents[0], *bodies], strict=False
     ):
         if model.body_jntnum[body] != 1 or model.qpos0[model.jnt_qposadr[j]] != 0:
-            raise ExportError(f"{request.like}: {name!r} shares its body, or has a `ref`")
+            raise ExportError(
+                f"{request.like}: {name!r} shares its body, or has a `ref`"
+            )
         if np.any(model.jnt_pos[j]):
             raise ExportError(
                 f"{request.like}: {name!r} has a `pos`; set it to 0, and move its body there"
@@ -130,7 +142,9 @@ def _joints(request: Request) -> MjcfJoints:
 def _matched(model: Any, request: Request) -> list[int]:
     """Return the model's joints by the arm's names, or by order where it names none of them."""
     model_joints = request.calibration.robot.joint_names
-    single = [j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)]  # slide, hinge
+    single = [
+        j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)
+    ]  # slide, hinge
     names = {j: model.joint(j).name for j in single}
     joints_given = request.options.get("joints")
     if joints_given is not None:
@@ -138,13 +152,18 @@ def _matched(model: Any, request: Request) -> list[int]:
     candidates = [[j for j in single if names[j] == joint] for joint in model_joints]
     if joints_given is None and not all(candidates):
         candidates = [
-            [j for j in single if _but_for_a_prefix(names[j], joint)] for joint in model_joints
+            [j for j in single if _but_for_a_prefix(names[j], joint)]
+            for joint in model_joints
         ]
         if not any(candidates) and len(single) == len(model_joints):
             return single
     if all(len(matches) == 1 for matches in candidates):
         return [matches[0] for matches in candidates]
-    absent = [joint for joint, matches in zip(model_joints, candidates, strict=True) if not matches]
+    absent = [
+        joint
+        for joint, matches in zip(model_joints, candidates, strict=True)
+        if not matches
+    ]
     if not absent:
         several = [names[j] for j in max(candidates, key=len)]
         raise ExportError(
@@ -187,7 +206,9 @@ def _align(
         f"{np.degrees(angles[worst]):.2f} degrees off"
     )
     if distances.max() > SAME_AXIS or angles.max() > SAME_DIRECTION:
-        raise ExportError(f"{text}; it is another arm's model, or counts its angles otherwise")
+        raise ExportError(
+            f"{text}; it is another arm's model, or counts its angles otherwise"
+        )
     rotations = np.array([turn(vector) for vector in turns])
     aligned[:, :3, :3] = rotations @ aligned[:, :3, :3]
     aligned[:, :3, 3] += offsets
@@ -217,7 +238,9 @@ def _base_of(
     return base
 
 
-def _turns_between(axes: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _turns_between(
+    axes: np.ndarray, others: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return rotation vectors that carry unit vectors to others, (n, 3), and angles, (n,) [rad].
 
     Opposite vectors have an angle of pi, and no rotation vector.
@@ -242,7 +265,9 @@ def _with_places(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, b
             quat = np.empty(4)
             mujoco.mju_mat2Quat(quat, T[:3, :3].ravel())
             numbers = {"pos": T[:3, 3].tolist(), "quat": quat.tolist()}
-            attributes = {key: " ".join(map(repr, values)) for key, values in numbers.items()}
+            attributes = {
+                key: " ".join(map(repr, values)) for key, values in numbers.items()
+            }
             tag = with_attributes(_TURNS.sub(b"", data[begin:end]), attributes)
             edits.append((begin, end, tag))
         return file, with_edits(data, edits)
@@ -267,7 +292,9 @@ def _files(
             included.append(attributes.get("file", ""))
         if tag == "body" and attributes.get("name") in places:
             if {"frame", "replicate"} & set(path):
-                raise ExportError(f"{file}: body {attributes['name']!r} hangs in a <frame>")
+                raise ExportError(
+                    f"{file}: body {attributes['name']!r} hangs in a <frame>"
+                )
             begins[attributes["name"]] = parser.CurrentByteIndex
         path.append(tag)
 

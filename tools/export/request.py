@@ -146,7 +146,9 @@ def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
     return Identity(
         made_by=f"mukca {__version__}",
         calibration=file.name if saved else "an unsaved calibration",
-        sha256=hashlib.sha256(read_bytes(file) if saved else encode(document)).hexdigest(),
+        sha256=hashlib.sha256(
+            read_bytes(file) if saved else encode(document)
+        ).hexdigest(),
         robot=plain(document.model.name),
         created=plain(document.provenance.created),
         serial_number=plain(serial_number or known),
@@ -156,7 +158,9 @@ def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
 def _noted(files: Collection[str]) -> list[str]:
     """Return the serial numbers noted beside a recording, if it still lies where it was."""
     folders = dict.fromkeys(Path(file).parent for file in files)
-    sessions = chain.from_iterable(read_sessions(folder / METADATA) for folder in folders)
+    sessions = chain.from_iterable(
+        read_sessions(folder / METADATA) for folder in folders
+    )
     return [str(s["serial_number"]) for s in sessions if "serial_number" in s]
 
 
@@ -177,12 +181,16 @@ def plain(text: str) -> str:
     return re.sub("--+", "-", re.sub(r"[*/]*(\*/|/\*)[*/]*", "", line))
 
 
-def redistributed_origins(request: Request, carried: Collection[str]) -> dict[str, np.ndarray]:
+def redistributed_origins(
+    request: Request, carried: Collection[str]
+) -> dict[str, np.ndarray]:
     """Return origins, shape (6,), of some joints, which take the changes of those before them."""
     origins: dict[str, np.ndarray] = {}
     change = np.eye(4)
     changed = False
-    for joint, origin in zip(request.calibration.robot.joints, request.origins, strict=True):
+    for joint, origin in zip(
+        request.calibration.robot.joints, request.origins, strict=True
+    ):
         nominal = np.array(joint.origin.numbers)
         if joint.name in carried:
             origins[joint.name] = origin
@@ -193,7 +201,11 @@ def redistributed_origins(request: Request, carried: Collection[str]) -> dict[st
             change = np.eye(4)
             changed = False
         elif changed or np.any(origin != nominal):
-            change = np.linalg.inv(pose_of_numbers(nominal)) @ change @ pose_of_numbers(origin)
+            change = (
+                np.linalg.inv(pose_of_numbers(nominal))
+                @ change
+                @ pose_of_numbers(origin)
+            )
             changed = True
     return origins
 
@@ -204,7 +216,9 @@ def after_last_exported(request: Request, carried: Collection[str]) -> list[str]
     return names[1 + max(i for i, name in enumerate(names) if name in carried) :]
 
 
-def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[Loss, ...]:
+def losses_without(
+    request: Request, uncarried: Collection[str] = ()
+) -> tuple[Loss, ...]:
     """Return what a format leaves out, which cannot change the origins of some joints."""
     calibrated = request.calibration.calibrated
     robot = request.calibration.robot
@@ -214,7 +228,11 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
     geometric = [calibrated.geometric_ball(q) for q in poses]
     losses: list[Loss] = []
     if calibrated.deflection.extensions:
-        words = "corrections of the joints (" + ", ".join(calibrated.deflection.extensions) + ")"
+        words = (
+            "corrections of the joints ("
+            + ", ".join(calibrated.deflection.extensions)
+            + ")"
+        )
         # Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
         balls = [calibrated.ball(q) for q in poses]
         pairs = zip(geometric, balls, strict=True)
@@ -235,9 +253,13 @@ def losses_without(request: Request, uncarried: Collection[str] = ()) -> tuple[L
     return tuple(losses)
 
 
-def _loss(what: str, balls: Sequence[np.ndarray], targets: Sequence[np.ndarray]) -> Loss:
+def _loss(
+    what: str, balls: Sequence[np.ndarray], targets: Sequence[np.ndarray]
+) -> Loss:
     """Return the loss by balls at recorded poses and anywhere, and where they should be [m]."""
     pairs = zip(balls, targets, strict=True)
-    recorded, anywhere = (np.linalg.norm(ball - target, axis=1) for ball, target in pairs)
+    recorded, anywhere = (
+        np.linalg.norm(ball - target, axis=1) for ball, target in pairs
+    )
     mean = float(recorded.mean())
     return Loss(what, mean, float(recorded.max()), float(anywhere.mean()))

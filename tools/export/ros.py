@@ -49,7 +49,9 @@ def write(request: Request) -> Exported:
     vendor = Vendor(**tables[request.format])
     keys = _keys(request, vendor)
     request.require_ending(".yaml", ".yml")
-    origins = {keys[name]: o for name, o in redistributed_origins(request, keys).items()}
+    origins = {
+        keys[name]: o for name, o in redistributed_origins(request, keys).items()
+    }
     lines = list(vendor.lines)
     name = ""
     if request.format == "ur":
@@ -58,7 +60,9 @@ def write(request: Request) -> Exported:
     content = filled(
         "kinematics.yaml.j2",
         about=request.identity.lines(),
-        identity={key: json.dumps(value) for key, value in asdict(request.identity).items()},
+        identity={
+            key: json.dumps(value) for key, value in asdict(request.identity).items()
+        },
         outer=vendor.outer,
         inner=vendor.inner,
         origins={
@@ -80,16 +84,22 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
             keys.setdefault(joint.name, key)
     moving = set(robot.joint_names)
     first = next((joint for joint in robot.joints if joint.name in keys), None)
-    complete = set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
+    complete = (
+        set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
+    )
     fits = first is not None and complete and moving <= set(keys)
     if first is not None and fits and first.parent.endswith(vendor.root):
         return keys
-    if first is None or not fits or request.format == "xarm":  # joint1 .. are many makers' names
+    if (
+        first is None or not fits or request.format == "xarm"
+    ):  # joint1 .. are many makers' names
         raise ExportError(
             f"--to {request.format}: {robot.name} does not have the joints of {vendor.makes}, "
             f"{', '.join(vendor.keys)} from a link {vendor.root}; --to xacro works for any arm"
         )
-    prefix = first.name.removesuffix(next(k for k in vendor.keys if first.name.endswith(k)))
+    prefix = first.name.removesuffix(
+        next(k for k in vendor.keys if first.name.endswith(k))
+    )
     raise ExportError(
         f"--to {request.format}: the parent of {first.name} is {first.parent}, in {vendor.makes} "
         f"{prefix}{vendor.root}; solve by a model with that link and --base {prefix}{vendor.root}; "
@@ -114,7 +124,9 @@ def _hash(request: Request, keys: Mapping[str, str]) -> tuple[str, str]:
             "file that ur_calibration wrote.",
         )
     text, sections = _read(like)
-    nominal = {joint.name: joint.origin.xyz for joint in request.calibration.robot.joints}
+    nominal = {
+        joint.name: joint.origin.xyz for joint in request.calibration.robot.joints
+    }
     for name, key in keys.items():
         numbers = sections.get(key, {})
         xyz = [numbers.get(c, float("nan")) for c in "xyz"]
@@ -138,7 +150,9 @@ def _read(file: Path) -> tuple[str, dict[str, dict[str, float]]]:
         raise ExportError(f"--like {file}: {reason}") from None
     sections: dict[str, dict[str, float]] = {}
     section = ""
-    words: Sequence[tuple[str, str]] = re.findall(r"([\w-]+)\s*:[ \t]*([-+.\d][-+.\deE]*)?", text)
+    words: Sequence[tuple[str, str]] = re.findall(
+        r"([\w-]+)\s*:[ \t]*([-+.\d][-+.\deE]*)?", text
+    )
     for key, number in words:
         try:
             sections.setdefault(section, {})[key] = float(number)
@@ -181,12 +195,20 @@ def write_xacro(request: Request) -> Exported:
     entries: list[str] = []
     for joint, origin in zip(joints, request.origins.tolist(), strict=True):
         if any(mark in joint.name for mark in "'\\{}$"):
-            raise ExportError(f"joint {joint.name!r}: xacro cannot say that name; rename it")
+            raise ExportError(
+                f"joint {joint.name!r}: xacro cannot say that name; rename it"
+            )
         xyz = " ".join(map(repr, origin[:3]))
         rpy = " ".join(map(repr, origin[3:]))
         entries.append(f"('{joint.name}', dict(xyz='{xyz}', rpy='{rpy}'))")
-    table = quoteattr("${dict([\n    " + ",\n    ".join(entries) + "])}").replace("&#10;", "\n")
-    words = {"about": request.identity.lines(), "joint": plain(joints[0].name), "table": table}
+    table = quoteattr("${dict([\n    " + ",\n    ".join(entries) + "])}").replace(
+        "&#10;", "\n"
+    )
+    words = {
+        "about": request.identity.lines(),
+        "joint": plain(joints[0].name),
+        "table": table,
+    }
     content = filled("origins.xacro.j2", **words)
     lines = (
         f'Include it by  <xacro:include filename="{request.file.name}"/>  and write  '

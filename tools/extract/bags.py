@@ -58,7 +58,9 @@ def _states(reader: Any, question: Question) -> Log:
     sensors = [c for c in reader.connections if c.msgtype.endswith("/JointState")]
     connections = [c for c in sensors if question.topic in (None, c.topic)]
     if not connections:
-        offered = sorted({f"{c.topic} ({c.msgtype})" for c in sensors or reader.connections})
+        offered = sorted(
+            {f"{c.topic} ({c.msgtype})" for c in sensors or reader.connections}
+        )
         raise ExtractError(
             f"{question.path}: no sensor_msgs/JointState"
             f"{f' on {question.topic}' if question.topic else ''}; it has "
@@ -77,7 +79,9 @@ def _states(reader: Any, question: Question) -> Log:
     remarks = [f"read {best}, {len(states)} states", *notes]
     others = [f"{topic} ({len(some)})" for topic, (some, _) in topics.items() if some]
     if others:
-        remarks.append(f"the same joints are on {', '.join(others)} too; --topic chooses")
+        remarks.append(
+            f"the same joints are on {', '.join(others)} too; --topic chooses"
+        )
     stamps, positions, efforts = zip(*states, strict=True)
     if not question.efforts:
         return in_parts(stamps, positions, None, remarks)
@@ -89,7 +93,9 @@ def _states(reader: Any, question: Question) -> Log:
 
 def _names_in(messages: Iterable[tuple[Any, int]]) -> list[str]:
     """Return the names of all joints in messages, each once."""
-    return list(dict.fromkeys(chain.from_iterable(message.name for message, _ in messages)))
+    return list(
+        dict.fromkeys(chain.from_iterable(message.name for message, _ in messages))
+    )
 
 
 def _of_topic(
@@ -116,7 +122,9 @@ def _of_topic(
         else:
             skipped[f"are of {', '.join(message.name):.90}"] += 1
     kinds = [(kind, count) for kind, count in skipped.items() if count]
-    return states, [f"{count} messages there {kind}, and are left out" for kind, count in kinds]
+    return states, [
+        f"{count} messages there {kind}, and are left out" for kind, count in kinds
+    ]
 
 
 def _state(message: Any, joints: Sequence[str], time: int) -> _State | None:
@@ -148,7 +156,10 @@ TICK = 2 * np.pi / 4096
 def read_lerobot_log(question: Question) -> Log:
     """Return the joint states of all episodes of a data set, each a part of its own."""
     info = _info(question.path)
-    names = [name.removesuffix(".pos").removeprefix("main_") for name in _names(info, question)]
+    names = [
+        name.removesuffix(".pos").removeprefix("main_")
+        for name in _names(info, question)
+    ]
     columns = needed_columns(names, question)
     motors = [names[i] for i in columns]
     values, stamps, episodes = _table(question)
@@ -159,7 +170,9 @@ def read_lerobot_log(question: Question) -> Log:
     count = len(np.unique(episodes))
     notes = [f"read {count} episodes, {len(stamps)} frames at {fps:g} a second"]
     if clipped := len(stamps) - len(order):
-        notes.append(f"{clipped} frames have a joint at the end of its range, and are left out")
+        notes.append(
+            f"{clipped} frames have a joint at the end of its range, and are left out"
+        )
     return Log(
         stamps[order].astype(float),
         positions[order],
@@ -174,7 +187,9 @@ def _info(folder: Path) -> dict[str, Any]:
     try:
         info: Any = read_json(folder / INFO)
     except (OSError, ValueError) as error:
-        raise ExtractError(f"{folder / INFO}: cannot be read: {reason_of(error)}") from None
+        raise ExtractError(
+            f"{folder / INFO}: cannot be read: {reason_of(error)}"
+        ) from None
     content = cast("dict[str, Any]", info) if isinstance(info, dict) else {}
     version = content.get("codebase_version")
     if version not in VERSIONS:
@@ -202,20 +217,28 @@ def _table(question: Question) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     try:
         from pyarrow import ArrowException, parquet
     except ImportError:
-        raise ExtractError("lerobot data sets need pyarrow: pip install 'mukca[lerobot]'") from None
+        raise ExtractError(
+            "lerobot data sets need pyarrow: pip install 'mukca[lerobot]'"
+        ) from None
     files = sorted((question.path / "data").rglob("*.parquet"))
     if not files:
-        raise ExtractError(f"{question.path / 'data'}: no parquet files; is it all downloaded?")
+        raise ExtractError(
+            f"{question.path / 'data'}: no parquet files; is it all downloaded?"
+        )
     parts: list[tuple[np.ndarray, ...]] = []
     for file in files:
         try:
             require_file(file, largest=None)
-            table = parquet.read_table(file, columns=[STATE, "timestamp", "episode_index"])
+            table = parquet.read_table(
+                file, columns=[STATE, "timestamp", "episode_index"]
+            )
             states = np.array(table[STATE].to_pylist(), dtype=float)
             times = table["timestamp"].to_numpy(), table["episode_index"].to_numpy()
         except (ArrowException, OSError, KeyError, ValueError) as error:
             words = " ".join(str(error).split())
-            raise ExtractError(f"{file}: not a whole table of states: {words}") from None
+            raise ExtractError(
+                f"{file}: not a whole table of states: {words}"
+            ) from None
         parts.append((states, *times))
     states, stamps, episodes = map(np.concatenate, zip(*parts, strict=True))
     return states, stamps, episodes

@@ -79,7 +79,9 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
             f"{_seen_instead(cv, files)}is it another (--board, --dictionary), or out of "
             "focus?"
         )
-    remarks = [f"{file.name}: no board found" for i, file in enumerate(files) if i not in found]
+    remarks = [
+        f"{file.name}: no board found" for i, file in enumerate(files) if i not in found
+    ]
     if camera:
         fx, fy, cx, cy, *coefficients = camera
         matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
@@ -94,7 +96,9 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
         quaternion = quaternion_of(R[None])[0].tolist()
         point = tuple(place.ravel().tolist())
         where = str(files[i])
-        view = Sample(rows[i], 0, where=where, point=point, orientation=tuple(quaternion))
+        view = Sample(
+            rows[i], 0, where=where, point=point, orientation=tuple(quaternion)
+        )
         samples.append(view)
     return Placement(
         folder.name,
@@ -115,7 +119,9 @@ def _camera_of(
     focal_and_centre = matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
     values = [*focal_and_centre, *distortion.ravel()[:5]]
     numbers = ",".join(f"{value:.6g}" for value in values)
-    remark = f"--intrinsics {numbers}: by {len(views)} images, {rms:.2f} pixels off (rms)"
+    remark = (
+        f"--intrinsics {numbers}: by {len(views)} images, {rms:.2f} pixels off (rms)"
+    )
     return matrix, distortion, remark
 
 
@@ -137,7 +143,11 @@ def _images(folder: Path, table: Table) -> list[Path]:
 
 def _by_number(name: str) -> list[tuple[int, str]]:
     """Return what puts 2.png before 10.png."""
-    return [(int(p), "") if p.isdecimal() else (-1, p) for p in re.split(r"(\d+)", name) if p]
+    return [
+        (int(p), "") if p.isdecimal() else (-1, p)
+        for p in re.split(r"(\d+)", name)
+        if p
+    ]
 
 
 def _corners(

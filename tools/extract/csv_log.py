@@ -27,7 +27,9 @@ from .log import (
     which_arm,
 )
 
-_TIME = re.compile(r"_*%?(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp|date_?time)", re.I)
+_TIME = re.compile(
+    r"_*%?(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp|date_?time)", re.I
+)
 _SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
 _SINCE_1970 = {1e17: 1e-9, 1e14: 1e-6, 1e11: 1e-3}
 """Times larger than this are counted from 1970 in nanoseconds, and so on."""
@@ -75,7 +77,9 @@ def _joint_columns(
         joints = joints_named(question.named, question.joints)
         for words in (cells, names):
             if set(joints) <= set(words):
-                return [table.columns[words.index(joint)] for joint in joints], [*table.notes]
+                return [table.columns[words.index(joint)] for joint in joints], [
+                    *table.notes
+                ]
     else:
         try:
             match = find_joints(table, question.joints, times)
@@ -94,14 +98,20 @@ def _stamps(table: Table, column: Column) -> np.ndarray:
         return np.array(dates, dtype=float)
     stamps = np.array(table.numbers([replace(column, unit="")]))[:, 0]
     largest = float(np.abs(stamps).max(initial=0.0))
-    counted = next((unit for limit, unit in _SINCE_1970.items() if largest > limit), 1.0)
+    counted = next(
+        (unit for limit, unit in _SINCE_1970.items() if largest > limit), 1.0
+    )
     return stamps * _SECONDS.get(column.unit, 1.0 if column.unit else counted)
 
 
-def _in_radians(positions: np.ndarray, columns: Sequence[Column], question: Question) -> np.ndarray:
+def _in_radians(
+    positions: np.ndarray, columns: Sequence[Column], question: Question
+) -> np.ndarray:
     """Return angles in radians; degrees where the header says so, or the user does instead."""
     if question.units not in (None, "radians", "degrees"):
-        raise ExtractError(f"--units {question.units}: for a CSV log, radians or degrees")
+        raise ExtractError(
+            f"--units {question.units}: for a CSV log, radians or degrees"
+        )
     turning = ~np.array(question.prismatic)
     in_degrees = np.array([column.unit in DEGREES for column in columns])
     degrees = bool((in_degrees & turning).any())

@@ -80,7 +80,9 @@ def in_parts(
     Within a part the states are put in order of time, each moment once.
     """
     times = np.asarray(stamps, dtype=float)
-    last = np.flatnonzero(np.diff(times) < -SET_BACK)  # states before the clock was set back
+    last = np.flatnonzero(
+        np.diff(times) < -SET_BACK
+    )  # states before the clock was set back
     remarks = [
         f"{times[i] - times[0]:.1f} s after the first state the stamps went back by "
         f"{times[i] - times[i + 1]:.1f} s; what follows is a part of its own"
@@ -106,7 +108,11 @@ def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
     wanted = question.joints
     if question.named is not None:
         wanted = joints_named(question.named, wanted)
-        return [names.index(word) for word in wanted] if set(wanted) <= set(names) else None
+        return (
+            [names.index(word) for word in wanted]
+            if set(wanted) <= set(names)
+            else None
+        )
     try:
         match = match_joints(names, wanted, in_order=False)
     except ColumnError as error:
@@ -119,7 +125,9 @@ def which_arm(error: ColumnError, question: Question) -> str:
     joint = error.joint
     column = error.columns[0]
     arm = (
-        f"; say which arm, as in --joints '{column.replace(joint, '*')}'" if joint in column else ""
+        f"; say which arm, as in --joints '{column.replace(joint, '*')}'"
+        if joint in column
+        else ""
     )
     return f"{question.path}: {error}{arm}"
 

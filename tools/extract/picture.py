@@ -34,7 +34,9 @@ def rests_picture(log: Log, names: Sequence[str], rests: Sequence[Rest]) -> byte
     sample. Parts of the log, such as episodes, stand one behind the other.
     """
     times = log.stamps - log.stamps[0]
-    for i in np.flatnonzero(np.diff(log.parts)) + 1:  # a second passes between two parts
+    for i in (
+        np.flatnonzero(np.diff(log.parts)) + 1
+    ):  # a second passes between two parts
         times[i:] += times[i - 1] + 1.0 - times[i]
     axis = Axis(0, max(float(times[-1]), 1e-9), "s")
     panel = named_rows("rests of the arm", names, axis, pitch=48, width=1200)
@@ -60,7 +62,9 @@ def _curve(panel: Panel, lane: int, times: np.ndarray, positions: np.ndarray) ->
     extent = max(np.ptp(positions), 1e-9)
     heights = lane + 0.42 - 0.84 * (positions - positions.min()) / extent
     count = min(COLUMNS, len(times))
-    blocks = zip(np.array_split(times, count), np.array_split(heights, count), strict=True)
+    blocks = zip(
+        np.array_split(times, count), np.array_split(heights, count), strict=True
+    )
     points: list[tuple[float, float]] = []
     for moments, values in blocks:
         begin = float(moments[0])

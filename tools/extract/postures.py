@@ -121,7 +121,9 @@ class FlangePoses:
             distinct = _distinct(search.positions[rows][reached[rows]], self.turning)
             if not distinct:
                 where = sample.where or f"view {i}"
-                raise UsageError(f"{where}: no posture within the limits brings the flange there")
+                raise UsageError(
+                    f"{where}: no posture within the limits brings the flange there"
+                )
             solutions.append(np.array(distinct))
         return solutions
 
@@ -142,7 +144,9 @@ class FlangePoses:
     def _fit(self, q: np.ndarray) -> HandEye | None:
         """Return camera and board by the calibrated arm, and what they leave of the views."""
         samples = self.views.samples
-        if self.camera is None or any(s.orientation is None or s.point is None for s in samples):
+        if self.camera is None or any(
+            s.orientation is None or s.point is None for s in samples
+        ):
             return None
         numbers = [(*(s.point or ()), *(s.orientation or ())) for s in samples]
         B = pose_of_numbers(numbers)
@@ -195,7 +199,9 @@ def joints_of(
             f"joints ({', '.join(robot.joint_names)}) in place of {COLUMNS[0]}, .."
         )
     poses = flange_poses(views)
-    remarks = [f"{where}: joints recovered from the flange's poses by the nominal model"]
+    remarks = [
+        f"{where}: joints recovered from the flange's poses by the nominal model"
+    ]
     sessions = flange.sessions(poses)
     nearest = min(session.nearest for session in sessions)
     if nearest > FAR:
@@ -212,12 +218,16 @@ def joints_of(
     return replace(views, joint_names=robot.joint_names, remarks=texts)
 
 
-def _chosen(sessions: Sequence[Session], flange: FlangePoses) -> tuple[Session, list[str]]:
+def _chosen(
+    sessions: Sequence[Session], flange: FlangePoses
+) -> tuple[Session, list[str]]:
     """Return the session's posture: the nearest, and of several as near, what the views tell."""
     nearest = min(session.distance for session in sessions)
     scales = np.min([session.scales for session in sessions], axis=0)
     ranked = sorted(sessions, key=lambda session: -session.evidence(scales))
-    session, *rivals = [candidate for candidate in ranked if candidate.distance <= nearest + APART]
+    session, *rivals = [
+        candidate for candidate in ranked if candidate.distance <= nearest + APART
+    ]
     rivals = [rival for rival in rivals if not rival.mostly(session)]
     if rivals and session.evidence(scales) - rivals[0].evidence(scales) < SURE:
         advice = "give one near which all views were taken (--near)"
@@ -229,7 +239,9 @@ def _chosen(sessions: Sequence[Session], flange: FlangePoses) -> tuple[Session, 
         )
     if rivals:
         words = f"{len(rivals) + 1} postures bring the flange there; the views leave {session} in "
-        return session, [f"{flange.where}: {words}this posture, {rivals[0]} in the next"]
+        return session, [
+            f"{flange.where}: {words}this posture, {rivals[0]} in the next"
+        ]
     if ranked[0].evidence(scales) - session.evidence(scales) < SURE:
         return session, []
     words = f"the posture near --near leaves {session} of the views, another one {ranked[0]}"

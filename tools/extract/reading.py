@@ -70,6 +70,8 @@ def read_kept_stream(question: Question) -> Log:
             efforts = np.zeros_like(stream.positions)
         parts = stream.connections - stream.connections.min() + last
         last = int(parts.max()) + 1
-        rows.append((stream.stamps, stream.positions[:, columns], efforts[:, columns], parts))
+        rows.append(
+            (stream.stamps, stream.positions[:, columns], efforts[:, columns], parts)
+        )
     stamps, positions, torques, numbers = map(np.concatenate, zip(*rows, strict=True))
     return Log(stamps, positions, torques if measured else None, numbers, tuple(notes))

@@ -74,7 +74,9 @@ def find_rests(
     arm then stands where it stood, it is one rest. Stretches whose states cannot be trusted are
     added to ``unsound``.
     """
-    watch = StreamMonitor(joints, window=window, still=still, live=False, resolution=log.resolution)
+    watch = StreamMonitor(
+        joints, window=window, still=still, live=False, resolution=log.resolution
+    )
     same = Session(tuple(joints)).same
     rests: list[Rest] = []
     stretches = [] if unsound is None else unsound
@@ -86,7 +88,12 @@ def find_rests(
         if why := watch.unsound(stamp):
             _note(why.partition(";")[0], stamp, stretches)
         pose = watch.rest
-        if not looked or not watch.settled or watch.trouble(stamp) is not None or pose is None:
+        if (
+            not looked
+            or not watch.settled
+            or watch.trouble(stamp) is not None
+            or pose is None
+        ):
             continue
         pause = Rest(stamp - window, stamp, i, pose)
         if rests and same(rests[-1].pose.position, pose.position, STOOD_STILL):
@@ -164,7 +171,9 @@ def _together(points: np.ndarray, within: float) -> list[list[int]]:
     return [np.flatnonzero(joined[i]).tolist() for i in firsts]
 
 
-def _pairs(groups: list[list[int]], balls: np.ndarray, distance: float) -> list[list[list[int]]]:
+def _pairs(
+    groups: list[list[int]], balls: np.ndarray, distance: float
+) -> list[list[list[int]]]:
     """Return the sockets of each base, the earlier first; the bases in order of time."""
     centres = [np.median(balls[group], axis=0) for group in groups]
     pairs = combinations(range(len(groups)), 2)
@@ -206,21 +215,31 @@ def assign(rests: Sequence[Rest], words: Sequence[str]) -> list[Rest]:
     rests that none names are left out. One that is none, has no rest, or names one twice is a
     UsageError.
     """
-    assigned = [replace(pause, placement=None, socket=0, why="not assigned") for pause in rests]
+    assigned = [
+        replace(pause, placement=None, socket=0, why="not assigned") for pause in rests
+    ]
     for word in words:
         match = re.fullmatch(r"([\w.-]+):(\d)=(\d+(?:-\d+)?(?:,\d+(?:-\d+)?)*)", word)
         if match is None:
-            raise UsageError(f"--assign {word}: write PLACEMENT:SOCKET=RESTS, as in front:0=1-30")
+            raise UsageError(
+                f"--assign {word}: write PLACEMENT:SOCKET=RESTS, as in front:0=1-30"
+            )
         for part in match[3].split(","):
             first, _, last = part.partition("-")
             if last and int(last) < int(first):
-                raise UsageError(f"--assign {word}: {part} runs backwards; write {last}-{first}")
+                raise UsageError(
+                    f"--assign {word}: {part} runs backwards; write {last}-{first}"
+                )
             for i in range(int(first) - 1, int(last or first)):
                 if not 0 <= i < len(assigned):
-                    raise UsageError(f"--assign {word}: the rests are 1 to {len(assigned)}")
+                    raise UsageError(
+                        f"--assign {word}: the rests are 1 to {len(assigned)}"
+                    )
                 if assigned[i].placement is not None:
                     raise UsageError(f"--assign {word}: rest {i + 1} is assigned twice")
-                assigned[i] = replace(rests[i], placement=match[1], socket=int(match[2]), why="")
+                assigned[i] = replace(
+                    rests[i], placement=match[1], socket=int(match[2]), why=""
+                )
     return assigned
 
 
@@ -235,6 +254,7 @@ def placements_of(
             samples[pause.placement] = (*samples.get(pause.placement, ()), sample)
     joints = tuple(joint_names)
     placements = [
-        Placement(name, some, joints, distance=distance) for name, some in samples.items()
+        Placement(name, some, joints, distance=distance)
+        for name, some in samples.items()
     ]
     return {placement.name: sample_files(placement) for placement in placements}

@@ -3,7 +3,9 @@
 import numpy as np
 
 
-def spanning_tree(distances: np.ndarray, root: int, groups: np.ndarray) -> list[tuple[int, int]]:
+def spanning_tree(
+    distances: np.ndarray, root: int, groups: np.ndarray
+) -> list[tuple[int, int]]:
     """Return each node that is added, nearest first, and the node of the tree it is nearest to.
 
     Args:

@@ -47,7 +47,9 @@ def find_arms(folder: Path) -> list[Path]:
         UsageError: No such folder, or none in it holds a recording.
     """
     if not folder.is_dir():
-        raise UsageError(f"{folder}: no such folder; a fleet is a folder with one folder an arm")
+        raise UsageError(
+            f"{folder}: no such folder; a fleet is a folder with one folder an arm"
+        )
     if is_placement(folder) or placements_in(folder):
         raise UsageError(
             f"{folder}: holds the placements of one arm; a fleet is a folder with one folder an "
@@ -62,7 +64,9 @@ def find_arms(folder: Path) -> list[Path]:
 def find_sessions(arm: Path) -> dict[str, list[Path]]:
     """Return the placements of one arm by session; those in its own folder come first, as ""."""
     dated = {child.name: child for child in _inside(arm) if not is_placement(child)}
-    sessions = {name: placements_in(folder) for name, folder in {"": arm, **dated}.items()}
+    sessions = {
+        name: placements_in(folder) for name, folder in {"": arm, **dated}.items()
+    }
     return {name: placements for name, placements in sessions.items() if placements}
 
 
@@ -76,15 +80,20 @@ def find_copies(arms: Sequence[Path]) -> dict[Path, str]:
     for first, second in copied_sockets(_readable(arms)):
         for mine, copy in ((second, first), (first, second)):
             arm, whose = (
-                next(arm for arm in arms if Path(file).is_relative_to(arm)) for file in (mine, copy)
+                next(arm for arm in arms if Path(file).is_relative_to(arm))
+                for file in (mine, copy)
             )
             words = f"arm {whose.name}" if whose != arm else "another of its placements"
-            copied.setdefault(arm, f"{mine}: the samples are those of {words}: copied? {copy}")
+            copied.setdefault(
+                arm, f"{mine}: the samples are those of {words}: copied? {copy}"
+            )
     return copied
 
 
 def _readable(arms: Sequence[Path]) -> Iterator[Placement]:
-    for folder in chain.from_iterable(chain(*find_sessions(arm).values()) for arm in arms):
+    for folder in chain.from_iterable(
+        chain(*find_sessions(arm).values()) for arm in arms
+    ):
         with suppress(MukcaError):
             yield read_placement(folder)
 
@@ -156,7 +165,8 @@ def _session(
         kind=verdict.kind,
         scope=verdict.scope,
         answer=verdict.answer,
-        text=calibration.refusal(accept_distorted=False) or f"{verdict.title}: {verdict.text}",
+        text=calibration.refusal(accept_distorted=False)
+        or f"{verdict.title}: {verdict.text}",
         todo=report.todo[0] if report.todo else None,
         drift=drift,
         parameters=document.parameters,
@@ -170,7 +180,9 @@ def _drift(
 ) -> FleetDrift:
     """Return how a calibration does on recordings that were made after it."""
     settings = arm.settings.validated()
-    repeatability = None if settings.repeatability_mm is None else settings.repeatability_mm / 1e3
+    repeatability = (
+        None if settings.repeatability_mm is None else settings.repeatability_mm / 1e3
+    )
     changes = what_changed(
         reference, placements, distance=settings.distance, repeatability=repeatability
     )
@@ -197,9 +209,8 @@ def _next_step(sessions: Sequence[FleetSession], error: str | None) -> str | Non
         return f"{last.todo.text if last.todo else 'Look at its report'}. {cause}"
     if last.drift is not None and last.drift.status == "fail":
         old = f"that of {last.drift.since}" if last.drift.since else "the one before"
-        return (
-            f"Load the new {Path(last.outputs['urdf']).name} in place of {old}: {last.drift.reason}"
-        )
+        urdf = Path(last.outputs["urdf"]).name
+        return f"Load the new {urdf} in place of {old}: {last.drift.reason}"
     return None
 
 
@@ -219,7 +230,9 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
     groups: dict[tuple[str, str], dict[str, ParameterValue]] = {}
     for arm in arms:
         robot = MODEL if "/" in arm.robot else arm.robot
-        for value in chain.from_iterable(session.parameters for session in last_sessions([arm])):
+        for value in chain.from_iterable(
+            session.parameters for session in last_sessions([arm])
+        ):
             groups.setdefault((robot, value.name), {})[arm.name] = value
     rows: list[FleetParameter] = []
     for (robot, name), values in groups.items():
@@ -244,7 +257,9 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
 def compare_curves(arms: Sequence[FleetArm]) -> tuple[FleetCurves, ...]:
     """Return how far the error curves of arms of one type agree, by their last calibrations."""
     last = [(arm, arm.sessions[-1]) for arm in arms if arm.sessions]
-    curves = [(arm, row.curves) for arm, row in last if row.curves and row.status != "refused"]
+    curves = [
+        (arm, row.curves) for arm, row in last if row.curves and row.status != "refused"
+    ]
     pairs = (
         FleetCurves(robot=a.robot, a=a.name, b=b.name, joints=agreement(first, second))
         for (a, first), (b, second) in combinations(curves, 2)

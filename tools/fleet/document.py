@@ -117,13 +117,20 @@ def fleet_page(result: FleetDocument) -> str:
     """Return the fleet as HTML."""
     summary = summary_of(result)
     return render(
-        "fleet.html.j2", result, result=result, summary=summary, status=_status, link=_link
+        "fleet.html.j2",
+        result,
+        result=result,
+        summary=summary,
+        status=_status,
+        link=_link,
     )
 
 
 def summary_of(result: FleetDocument) -> str:
     """Return the state of the fleet in a sentence."""
-    last = [arm.sessions[-1].status if arm.error is None else "error" for arm in result.arms]
+    last = [
+        arm.sessions[-1].status if arm.error is None else "error" for arm in result.arms
+    ]
     passed = last.count("pass")
     todo = sum(arm.again is not None for arm in result.arms)
     sessions = chain(*(arm.sessions[-1:] for arm in result.arms))
@@ -139,7 +146,13 @@ def line_of(arm: FleetArm) -> tuple[str, str, str, str, str]:
         return (arm.name, "-", "-", "-", "no calibration")
     session = arm.sessions[-1]
     status = _status(session) if arm.error is None else "no new calibration"
-    return (arm.name, session.name or "-", mm(session.nominal), mm(session.calibrated), status)
+    return (
+        arm.name,
+        session.name or "-",
+        mm(session.nominal),
+        mm(session.calibrated),
+        status,
+    )
 
 
 def _status(session: FleetSession) -> str:

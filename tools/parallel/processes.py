@@ -110,7 +110,10 @@ class _Pool:
 
 
 def _gather(
-    pool: _Pool, work: Callable[[Item], Result], items: Sequence[Item], completed: Container[int]
+    pool: _Pool,
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    completed: Container[int],
 ) -> Generator[tuple[int, Result]]:
     """Yield the results that are not known yet, with their indices, as they come."""
     waiting = [i for i in range(len(items)) if i not in completed]
@@ -119,7 +122,8 @@ def _gather(
     shares = [waiting[i : i + size] for i in range(0, total, size)]
     with started_apart():
         futures = {
-            pool.executor.submit(_do, work, [items[i] for i in share]): share for share in shares
+            pool.executor.submit(_do, work, [items[i] for i in share]): share
+            for share in shares
         }
     while futures:
         finished, _ = wait_for(futures, LOOK_SECONDS, FIRST_COMPLETED)
@@ -176,7 +180,12 @@ def _cluster(address: str) -> Generator[_Pool]:
                     )
         executor: Executor = client.get_executor(pure=False)
         try:
-            yield _Pool(executor, sum(client.nthreads().values()), client.nthreads, (KilledWorker,))
+            yield _Pool(
+                executor,
+                sum(client.nthreads().values()),
+                client.nthreads,
+                (KilledWorker,),
+            )
         finally:
             executor.shutdown(wait=False)
 

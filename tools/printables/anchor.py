@@ -7,11 +7,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from .socket_base import PLATE, SocketBase
-from .solid import BED, TABLES, Outline, PrintableError, Solid, check_range, prism, rectangle, union
+from .solid import (
+    BED,
+    TABLES,
+    Outline,
+    PrintableError,
+    Solid,
+    check_range,
+    prism,
+    rectangle,
+    union,
+)
 
 BRIDGE = 80.0  # longest: near its base an arm shows less of its joints
 FINGER, THICK = 30.0, 4.0  # length and thickness of a finger
-GAP, GRIP = 0.3, 0.4  # between plate and finger, and by how much its bump bends the finger outwards
+GAP, GRIP = (
+    0.3,
+    0.4,
+)  # between plate and finger, and by how much its bump bends the finger outwards
 SLICE, BAR = 3.0, 10.0  # thickness and depth of the fit test
 DEVIATION = 0.5
 """Standard deviation of the sockets' coordinates: of measuring the plate, and of printing."""
@@ -27,7 +40,9 @@ class AnchoredArm:
     """Height of the second joint's axis in the base frame: to see whether z = 0 is the table."""
 
 
-ARMS: Mapping[str, AnchoredArm] = {name: AnchoredArm(**it) for name, it in TABLES["arms"].items()}
+ARMS: Mapping[str, AnchoredArm] = {
+    name: AnchoredArm(**it) for name, it in TABLES["arms"].items()
+}
 """Arms by the name of their model."""
 
 
@@ -48,7 +63,9 @@ class AnchoredBase(SocketBase):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_range("a plate's width", self.width, 30, BED - 2 * (GAP + THICK))
-        check_range("from the first joint's axis to the plate's front", self.front, 0, 150)
+        check_range(
+            "from the first joint's axis to the plate's front", self.front, 0, 150
+        )
         if self._bridge < 0:
             raise PrintableError(
                 f"sockets {self.distance / 1000:g} m apart leave no room for the clip within "

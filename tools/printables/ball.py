@@ -86,7 +86,10 @@ class BallPart:
     @property
     def shortest_reach(self) -> float:
         """The reach at which, at full tilt, all of the mount stays above the ball's centre."""
-        heights = [z + (r * math.sin(TILT) + ABOVE) / math.cos(TILT) for r, z in self.mount.corners]
+        heights = [
+            z + (r * math.sin(TILT) + ABOVE) / math.cos(TILT)
+            for r, z in self.mount.corners
+        ]
         least = max(heights) - self.mount.origin
         return 5.0 * math.ceil(least / 5)
 
@@ -158,7 +161,9 @@ class BallPart:
 
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""
-        centre = self.throat / 2 - self.slope * self._start  # the cone's radius, carried on
+        centre = (
+            self.throat / 2 - self.slope * self._start
+        )  # the cone's radius, carried on
         top = self.height - 0.5 * self._start
         neck = frustum(
             top - self.mount.top + 1,

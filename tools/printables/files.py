@@ -18,8 +18,12 @@ MARGIN, STEP = 28.0, 8.0  # around a view, and between two dimensions
 def encode(suffix: str, part: Part, author: str = "mukca") -> bytes:
     """Return a part's file in one of FORMATS; a 3MF file names its author."""
     match suffix:
-        case "stl":  # binary; its unit, which the format does not state, is the millimetre
-            return b"mukca, millimetres".ljust(80) + part.mesh.export(file_type="stl")[80:]
+        case (
+            "stl"
+        ):  # binary; its unit, which the format does not state, is the millimetre
+            return (
+                b"mukca, millimetres".ljust(80) + part.mesh.export(file_type="stl")[80:]
+            )
         case "3mf":
             return _threemf(part, author)
         case "svg":
@@ -39,7 +43,11 @@ def _threemf(part: Part, author: str) -> bytes:
         "Description": part.making,
     }
     vertices = part.mesh.vertices.tolist()
-    words = {"metadata": metadata, "vertices": vertices, "triangles": part.mesh.faces.tolist()}
+    words = {
+        "metadata": metadata,
+        "vertices": vertices,
+        "triangles": part.mesh.faces.tolist(),
+    }
     files = {
         "[Content_Types].xml": "content_types.xml",
         "_rels/.rels": "_rels.rels",

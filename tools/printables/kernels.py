@@ -53,9 +53,13 @@ def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
         case "sphere", radius:
             return Manifold.sphere(radius, _segments(radius, chord))
         case "frustum", height, low, high:
-            return Manifold.cylinder(height, low, high, _segments(max(low, high), chord))
+            return Manifold.cylinder(
+                height, low, high, _segments(max(low, high), chord)
+            )
         case "prism", height, *outlines:
-            section = CrossSection([np.array(outline, dtype=float) for outline in outlines])
+            section = CrossSection(
+                [np.array(outline, dtype=float) for outline in outlines]
+            )
             return Manifold.extrude(section, height)
         case "moved", *offset:
             parts[0].num_tri()  # evaluates it: what is moved stands at several places
@@ -85,7 +89,9 @@ def step_bytes(name: str, solid: Solid) -> bytes:
     explorer.Next()
     if body is None or explorer.More():
         raise PrintableError(f"{name}: Open CASCADE does not make one body of it")
-    chatter = _occ("Message_PrinterOStream").get_type_descriptor_s()  # goes to standard output
+    chatter = _occ(
+        "Message_PrinterOStream"
+    ).get_type_descriptor_s()  # goes to standard output
     _occ("Message").DefaultMessenger_s().RemovePrinters(chatter)
     writer = _occ("STEPControl_Writer")()
     for key, text in (("product.name", name), ("unit", "MM")):
@@ -118,7 +124,11 @@ def _shape(solid: Solid) -> Shape:
             return _occ("BRepPrimAPI_MakeCylinder")(low, height).Shape()
         case "frustum", height, low, high:
             return _occ("BRepPrimAPI_MakeCone")(low, high, height).Shape()
-        case "prism", height, *outlines:  # what runs anticlockwise, less what runs clockwise
+        case (
+            "prism",
+            height,
+            *outlines,
+        ):  # what runs anticlockwise, less what runs clockwise
             bodies = [_extruded(o, height) for o in outlines if signed_area(o) > 0]
             holes = [_extruded(o, height) for o in outlines if signed_area(o) < 0]
             return _boolean("Cut", [_boolean("Fuse", bodies), *holes])

@@ -40,7 +40,9 @@ class Screw:
     """Width across the flats of its key."""
 
 
-SCREWS: Mapping[str, Screw] = {name: Screw(**it) for name, it in TABLES["screws"].items()}
+SCREWS: Mapping[str, Screw] = {
+    name: Screw(**it) for name, it in TABLES["screws"].items()
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +122,9 @@ def bolt_circle(
     )
 
 
-def _slot(angle: float, inner: float, outer: float, radius: float, height: float) -> Solid:
+def _slot(
+    angle: float, inner: float, outer: float, radius: float, height: float
+) -> Solid:
     """Return a slot of rounded ends along a direction, between two distances from the z axis."""
     c = math.cos(angle)
     s = math.sin(angle)
@@ -209,7 +213,9 @@ def _shipped(fields: dict[str, Any]) -> Mount:
     return make(*lengths, **dict(numbers))
 
 
-MOUNTS: Mapping[str, Mount] = {name: _shipped(it) for name, it in TABLES["mounts"].items()}
+MOUNTS: Mapping[str, Mount] = {
+    name: _shipped(it) for name, it in TABLES["mounts"].items()
+}
 """Mounts by name; a link without a name is for the user to choose."""
 _ISO = re.compile(r"iso-(\d+(?:\.\d+)?)-(\d+)-(m\d+)")
 

@@ -21,7 +21,12 @@ from .solid import BED, TILT, PrintableError, Solid, sphere
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-DENSITIES: Mapping[str, float] = {"PLA": 1240.0, "PETG": 1270.0, "ABS": 1040.0, "ASA": 1070.0}
+DENSITIES: Mapping[str, float] = {
+    "PLA": 1240.0,
+    "PETG": 1270.0,
+    "ABS": 1040.0,
+    "ASA": 1070.0,
+}
 """Of solid plastic [kg/m³]."""
 
 LIFT = 0.1
@@ -66,7 +71,9 @@ class Part:
     @property
     def making(self) -> str:
         """Its masses, settings of the printer and the time to print it, in a line."""
-        masses = ", ".join(f"{1000 * m:.0f} g of {name}" for name, m in self.facts["mass"].items())
+        masses = ", ".join(
+            f"{1000 * m:.0f} g of {name}" for name, m in self.facts["mass"].items()
+        )
         recipe = self.facts["print"]
         infill = f"{WALLS} walls, {100 * recipe['infill']:.0f} % infill"
         brim = f", a brim of {1000 * recipe['brim']:g} mm" if recipe["brim"] else ""
@@ -100,7 +107,11 @@ def build_parts(base: SocketBase, balls: Mapping[str, BallPart]) -> Iterator[Par
 
 def part_names(base: SocketBase) -> list[str]:
     """Return the names of the parts that a base consists of."""
-    return [base.name, f"fit-test-{base.arm}"] if isinstance(base, AnchoredBase) else [base.name]
+    return (
+        [base.name, f"fit-test-{base.arm}"]
+        if isinstance(base, AnchoredBase)
+        else [base.name]
+    )
 
 
 def base_part(base: SocketBase) -> Part:
@@ -116,7 +127,9 @@ def base_part(base: SocketBase) -> Part:
         facts["sockets_in_base"] = _metres(base.sockets_in_base)
         facts["second_axis_height"] = _metres(ARMS[base.arm].shoulder)
     levels = [(0.0, base.height)]
-    return _checked(base.name, base.solid(), facts, BASE, levels=levels, spans=base.spans)
+    return _checked(
+        base.name, base.solid(), facts, BASE, levels=levels, spans=base.spans
+    )
 
 
 def ball_part(name: str, ball: BallPart) -> Part:
@@ -135,7 +148,9 @@ def ball_part(name: str, ball: BallPart) -> Part:
     circles = [ball.mount.holes] if ball.mount.holes else []
     levels = [(ball.mount.origin, ball.height)]
     part = _checked(name, ball.solid(), facts, BALL, levels=levels, circles=circles)
-    middle = ball.in_frame(float(part.mesh.center_mass[2]))  # of its mass, full of plastic
+    middle = ball.in_frame(
+        float(part.mesh.center_mass[2])
+    )  # of its mass, full of plastic
     return replace(part, facts={**part.facts, "centre_of_mass": _metres(middle)})
 
 
@@ -150,7 +165,9 @@ def _checked(
     """Build a part, with fields for its drawing, or refuse what cannot be printed."""
     body = to_manifold(solid)
     mesh = to_mesh(body)
-    if not (len(body.decompose()) == 1 and mesh.is_watertight and mesh.is_winding_consistent):
+    if not (
+        len(body.decompose()) == 1 and mesh.is_watertight and mesh.is_winding_consistent
+    ):
         raise PrintableError(f"{name}: these parameters make no single closed body")
     if max(mesh.extents) > BED:
         size = " x ".join(f"{edge:.0f}" for edge in mesh.extents)
@@ -162,7 +179,9 @@ def _checked(
         "name": name,
         "size": [round(edge / 1000, 7) for edge in mesh.extents.tolist()],
         "volume": volume,
-        "mass": {material: density * plastic for material, density in DENSITIES.items()},
+        "mass": {
+            material: density * plastic for material, density in DENSITIES.items()
+        },
         "print": {
             "layer": _metres(recipe.layer),
             "infill": recipe.infill,
@@ -194,7 +213,12 @@ def check_tilt(base: SocketBase, part: BallPart) -> None:
 
 
 def leaning(
-    base: SocketBase, part: BallPart, socket: int, tilt: float, azimuth: float, spin: float = 0.0
+    base: SocketBase,
+    part: BallPart,
+    socket: int,
+    tilt: float,
+    azimuth: float,
+    spin: float = 0.0,
 ) -> np.ndarray:
     """Return the pose of a ball part that sits in a socket LIFT above its seat, shape (3, 4) [mm].
 

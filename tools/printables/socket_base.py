@@ -83,7 +83,9 @@ class SocketBase:
     def _check_distance(self) -> None:
         asked = f"{self.sockets} sockets {self.distance / 1000:g} m apart"
         nearest = 2 * self.post + JAWS
-        if self.sockets == 3:  # screws stand beside the posts, the readings between two of them
+        if (
+            self.sockets == 3
+        ):  # screws stand beside the posts, the readings between two of them
             nearest = max(nearest + 3.0, 46.0)
         if not math.isfinite(self.distance) or self.distance < nearest:
             raise PrintableError(
@@ -185,7 +187,9 @@ class SocketBase:
         (x0, y0), (x1, y1) = self.plate
         inner: Box = (x0 + EDGE, y0 + EDGE, x1 - EDGE, y1 - EDGE)
         reach = self.corner + WASHER / 2 + 0.5
-        return place_holes(inner, [(*c, reach) for c in self.centres], self.text_boxes, WASHER / 2)
+        return place_holes(
+            inner, [(*c, reach) for c in self.centres], self.text_boxes, WASHER / 2
+        )
 
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""
@@ -215,7 +219,9 @@ class SocketBase:
         radius = self.ball / 2
         bowl = sphere(radius + self.clearance)
         pads = union(*(self._pad(azimuth) for azimuth in AZIMUTHS))
-        drain = cylinder(0.3 * radius, self.height + 1 - radius / 2).at(z=-self.height - 1)
+        drain = cylinder(0.3 * radius, self.height + 1 - radius / 2).at(
+            z=-self.height - 1
+        )
         return union(bowl - pads, drain).at(z=self.height)
 
     def _pad(self, azimuth: float) -> Solid:
@@ -249,7 +255,8 @@ def place_holes(
         if any(math.dist(point, (x, y)) < radius for x, y, radius in discs):
             return False
         return not any(
-            a - margin < u < c + margin and b - margin < v < d + margin for a, b, c, d in boxes
+            a - margin < u < c + margin and b - margin < v < d + margin
+            for a, b, c, d in boxes
         )
 
     x0, y0, x1, y1 = area

@@ -55,7 +55,9 @@ class Solid:
         """Return the solid moved by an offset."""
         return Solid("moved", (x, y, z), (self,))
 
-    def at_each(self, places: Iterable[tuple[float, float]], z: float = 0.0) -> list["Solid"]:
+    def at_each(
+        self, places: Iterable[tuple[float, float]], z: float = 0.0
+    ) -> list["Solid"]:
         """Return the solid moved by each of some offsets."""
         return [self.at(x, y, z) for x, y in places]
 
@@ -89,7 +91,9 @@ def union(*parts: Solid) -> Solid:
     return Solid("Add", (), parts)
 
 
-def rectangle(x: tuple[float, float], y: tuple[float, float], corner: float = 0.0) -> Outline:
+def rectangle(
+    x: tuple[float, float], y: tuple[float, float], corner: float = 0.0
+) -> Outline:
     """Return the rectangle between two values of x and of y, its corners cut off at 45 degrees."""
     x0, x1 = x
     y0, y1 = y
@@ -152,7 +156,9 @@ def _outlines(text: str, scale: float) -> Iterator[Outline]:
             for column, row in stroke.split():
                 x = begin + int(column) / 2 * width
                 corners.append(square.translate((x, int(row) / 4 * _RISE)))
-            bars += [CrossSection.batch_hull([*pair]) for pair in itertools.pairwise(corners)]
+            bars += [
+                CrossSection.batch_hull([*pair]) for pair in itertools.pairwise(corners)
+            ]
         begin += width + STROKE + _GAP
     shape = CrossSection.batch_boolean(bars, OpType.Add).scale((scale, scale))
     for ring in cast("Any", shape).to_polygons():

@@ -9,7 +9,13 @@ import numpy as np
 from ...recorder import Sample, read_placement
 from ...solver import assessment, diagnostics
 from ...solver.data import Load, measure
-from ...solver.robot import Robot, gravity_moments, load_robot, nominal_balls, shipped_robots
+from ...solver.robot import (
+    Robot,
+    gravity_moments,
+    load_robot,
+    nominal_balls,
+    shipped_robots,
+)
 from .goals import limit_for
 
 ENOUGH = 5
@@ -27,13 +33,17 @@ SLACK = 0.05
 """Tolerance of the joints' limits [rad]."""
 
 
-def gravity_of(robot: Robot, load: Load) -> Callable[[Sequence[float]], Sequence[float]] | None:
+def gravity_of(
+    robot: Robot, load: Load
+) -> Callable[[Sequence[float]], Sequence[float]] | None:
     """Return the gravity torque as a function of the joint positions; None without masses."""
     if not robot.bodies:
         return None
 
     def gravity(position: Sequence[float]) -> Sequence[float]:
-        moments = gravity_moments(robot, np.array([position]), load.gravity, load.payload)
+        moments = gravity_moments(
+            robot, np.array([position]), load.gravity, load.payload
+        )
         return moments[0, : len(position)].tolist()
 
     return gravity
@@ -71,7 +81,9 @@ def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
     q = np.array([s.position for s in samples if s.socket == samples[-1].socket])
     if len(q) < FIRST_POSES or (scatter := _scatter(robot, q).mean()) < WRONG_SCATTER:
         return None
-    scatters = {model.name: _scatter(model, q).mean() for model in _shipped(len(robot.actuated))}
+    scatters = {
+        model.name: _scatter(model, q).mean() for model in _shipped(len(robot.actuated))
+    }
     best = min(scatters, key=lambda name: scatters[name], default=None)
     if best is None or scatters[best] > scatter / WRONG_RATIO or best == robot.name:
         return None
@@ -87,10 +99,14 @@ def similar_models(robot: Robot, position: Sequence[float]) -> str | None:
 
     def allows(model: Robot) -> bool:
         pairs = zip(model.actuated, position, strict=True)
-        return all(joint.lower - SLACK <= q <= joint.upper + SLACK for joint, q in pairs)
+        return all(
+            joint.lower - SLACK <= q <= joint.upper + SLACK for joint, q in pairs
+        )
 
     models = _shipped(len(robot.actuated))
-    names = [model.name for model in models if model.name != robot.name and allows(model)]
+    names = [
+        model.name for model in models if model.name != robot.name and allows(model)
+    ]
     return " or a ".join(names) or None
 
 
@@ -123,13 +139,19 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
         zeros=diagnostics.is_coarse(repeatability),
         repeatability=repeatability,
     )
-    judgement = assessment.judge([assessment.checks_row(survey.diagnostics)], survey.hypotheses)
+    judgement = assessment.judge(
+        [assessment.checks_row(survey.diagnostics)], survey.hypotheses
+    )
     if judgement.status == "fail":
         return f"Verdict: {judgement.title}. {judgement.text}", judgement.exit_status
     distances = _scatter(robot, measured.positions)
     error = float(distances.mean())
     limit = limit_for(robot)
-    verdict = "worth calibrating" if error > limit else "as good as a calibration would make it"
+    verdict = (
+        "worth calibrating"
+        if error > limit
+        else "as good as a calibration would make it"
+    )
     return (
         f"By its model the ball scatters by {1e3 * error:.2f} mm about one point (mean of "
         f"{len(distances)} poses, {1e3 * distances.max():.2f} mm at most). "

@@ -19,4 +19,6 @@ def limit_for(robot: Robot) -> float:
     """
     name = assessment.known_arm(robot)
     resolution = assessment.RESOLUTION
-    return GOAL * max(assessment.ARMS[name].repeatability if name else resolution, resolution)
+    return GOAL * max(
+        assessment.ARMS[name].repeatability if name else resolution, resolution
+    )

@@ -65,7 +65,9 @@ class PoseSelector:
         self._enough = False
         self._route = _NO_ROUTE
 
-    def alarms(self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS) -> tuple[Alarm, ...]:
+    def alarms(
+        self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS
+    ) -> tuple[Alarm, ...]:
         """Return the faults that the operator has not answered, the most probable first.
 
         It takes under a second.
@@ -101,20 +103,30 @@ class PoseSelector:
         goal = self._given or goal or self._goal
         fewest = 0 if posterior is None else min(self._counts(samples)[:2])
         # it is first said with a margin, so that further samples do not take it back
-        enough = bool(solved and solved.enough and not alarms and (solved.sized or self._enough))
+        enough = bool(
+            solved and solved.enough and not alarms and (solved.sized or self._enough)
+        )
         reached = enough and predicted <= goal
         reserve = goal * rigid / predicted
-        exhausted = fewest >= SHARE and self._exhausted(state, where, samples, gain, reserve)
+        exhausted = fewest >= SHARE and self._exhausted(
+            state, where, samples, gain, reserve
+        )
         # more samples mend no fault that is kept
         kept_fault = bool(answers.kept and solved and solved.fails)
         exhausted |= kept_fault and fewest >= LEAST_SAMPLES
         # near the recorded places, if no more can be had here, or once it was said: more samples
         # tell more of the noise, so that an error can be predicted larger; a given goal stands
-        enough = reached or (enough and (exhausted or self._enough) and self._given is None)
+        enough = reached or (
+            enough and (exhausted or self._enough) and self._given is None
+        )
         self._enough = enough
         block_done = self._sockets > 1 and _run(samples, socket) >= BLOCK
         stays = bool(samples) and samples[-1].socket == order[0]
-        lift = stays and target is not None and self._pool.lifted(samples, position, target)
+        lift = (
+            stays
+            and target is not None
+            and self._pool.lifted(samples, position, target)
+        )
         advice = Advice(
             count=len(samples),
             socket=socket,
@@ -148,11 +160,15 @@ class PoseSelector:
     ) -> bool:
         """Return whether more samples here would hardly help, and not reach the goal either."""
         before = self._history.get(len(samples) - PLATEAU_SAMPLES, np.inf)
-        plateau = before < np.inf and self._history[len(samples)] > (1 - PLATEAU) * before
+        plateau = (
+            before < np.inf and self._history[len(samples)] > (1 - PLATEAU) * before
+        )
         if gain >= MIN_GAIN and not plateau:
             return False
         for socket in (0, 1):
-            state = state.with_samples(self._pool.candidates(samples, socket)[:MORE], socket)
+            state = state.with_samples(
+                self._pool.candidates(samples, socket)[:MORE], socket
+            )
         return state.error(where) > goal
 
     def _counts(self, samples: Sequence[Sample]) -> list[int]:
@@ -165,11 +181,15 @@ class PoseSelector:
             return None
         return rigid_fit(self._model, [*self._earlier, self._placement(samples)])
 
-    def _placement(self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS) -> Placement:
+    def _placement(
+        self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS
+    ) -> Placement:
         """Return the samples as a solving reads them."""
         texts = tuple(alarm.text for alarm in answers.kept)
         names = self._robot.joint_names
-        return Placement("here", tuple(samples), names, self._distance, kept_alarms=texts)
+        return Placement(
+            "here", tuple(samples), names, self._distance, kept_alarms=texts
+        )
 
     def _covariance(
         self, samples: Sequence[Sample], posterior: Posterior | None
@@ -207,7 +227,9 @@ class PoseSelector:
         centres = [self._pool.centre(samples, k) for k in (0, 1)]
         base = np.array([c for c in centres if c is not None])
         where = design.workspace_of(self._model, state.x)
-        lines = design.next_base_advice(state, where, self._pool.reach, base, self._distance)
+        lines = design.next_base_advice(
+            state, where, self._pool.reach, base, self._distance
+        )
         curves = design.curve_advice(self._robot) if len(self._earlier) < CURVES else ""
         return (*lines, curves) if curves else lines
 
@@ -237,11 +259,15 @@ class PoseSelector:
         route = self._rest(order)
         if self._curved:
             recorded = [samples, *(placement.samples for placement in self._earlier)]
-            way = design.CurveAnnealing(*self._prior(recorded), pools, order, start).way(route)
+            way = design.CurveAnnealing(
+                *self._prior(recorded), pools, order, start
+            ).way(route)
         else:
             way = design.plan_poses(state, where, pools, order, start, route)
         self._route = order, way
-        with_scale, by_shape = state.variance_reduction(pools[order[0]], order[0], where)
+        with_scale, by_shape = state.variance_reduction(
+            pools[order[0]], order[0], where
+        )
         gain = with_scale[int(np.argmax(by_shape))]
         # of variance; of the deviation it is half as much
         return tuple(way[0].tolist()), 1 - float(np.sqrt(1 - gain))

@@ -30,7 +30,9 @@ class WorkerProcess:
         self._busy = False
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_run, args=(work, theirs, *setup), daemon=True)
+        self._process = context.Process(
+            target=_run, args=(work, theirs, *setup), daemon=True
+        )
         with started_apart():  # Ctrl-C is for the recorder
             self._process.start()
         theirs.close()
@@ -99,7 +101,9 @@ class BackgroundGuidance(WorkerProcess):
         return advice
 
 
-def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, Any]) -> None:
+def _advise(
+    pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, Any]
+) -> None:
     from .guidance import PoseSelector
     from .zero_guidance import ZeroSelector
 
@@ -117,7 +121,9 @@ def _advise(pipe: Connection, robot: Mapping[str, Any], settings: Mapping[str, A
         answers = request.answers
         alarms = selector.alarms(samples, answers)
         if alarms:  # before what takes seconds
-            pipe.send(Advice(len(samples), socket, math.inf, 0.0, alarms=alarms, early=True))
+            pipe.send(
+                Advice(len(samples), socket, math.inf, 0.0, alarms=alarms, early=True)
+            )
         advice = selector.advise(samples, socket, request.position, answers)
         pipe.send(replace(advice, closing=closing))
         if (advice.enough or advice.exhausted) and not closing:

@@ -8,13 +8,29 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from ...recorder import METADATA, SOCKETS, Metadata, add_reading, read_keys, read_metadata
+from ...recorder import (
+    METADATA,
+    SOCKETS,
+    Metadata,
+    add_reading,
+    read_keys,
+    read_metadata,
+)
 from ...recorder.session import TARGET
 from ...recorder.stream import STILL, WINDOW, JointLimits
 from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver.calibration import SolveOptions, UsageError
 from ...solver.robot import Robot
-from ..cli import DISTANCES, SPREADS, WINDOWS, Options, RobotOptions, Terminal, option, part
+from ..cli import (
+    DISTANCES,
+    SPREADS,
+    WINDOWS,
+    Options,
+    RobotOptions,
+    Terminal,
+    option,
+    part,
+)
 
 
 def has_keyboard() -> bool:
@@ -35,7 +51,9 @@ class _SessionOptions(Options, group="recording"):
         "NAME[:ADDRESS]",
     )
     out: Path = option(
-        ..., "folder of this placement; if it is there, the recording goes on", "DIR/PLACEMENT"
+        ...,
+        "folder of this placement; if it is there, the recording goes on",
+        "DIR/PLACEMENT",
     )
     robot_name: str | None = option(
         None, "which of several robots it is, as solve --robot NAME=R has it", "NAME"
@@ -56,9 +74,15 @@ class _SessionOptions(Options, group="recording"):
         unless="quick",
     )
     target: int | None = option(
-        None, "samples for each socket (default: {})", "N", between=(1, 10_000), usual=TARGET
+        None,
+        "samples for each socket (default: {})",
+        "N",
+        between=(1, 10_000),
+        usual=TARGET,
     )
-    window: float = option(WINDOW, "seconds that a capture averages", "S", between=WINDOWS)
+    window: float = option(
+        WINDOW, "seconds that a capture averages", "S", between=WINDOWS
+    )
     still: float | None = option(
         None,
         "an arm whose standard deviation over the window is larger is not still (default: {}, "
@@ -125,7 +149,9 @@ class _GuideOptions(Options, group="guide"):
 
 
 class _TestOptions(Options, group="in two minutes"):
-    quick: bool = option(False, "take ten poses in one socket: is this arm worth calibrating?")
+    quick: bool = option(
+        False, "take ten poses in one socket: is this arm worth calibrating?"
+    )
     calibration: Path | None = option(
         None,
         "say whether this calibration still holds (exit status 1 if not). Without --quick: "
@@ -142,7 +168,9 @@ class _LoadOptions(Options, group="load, for noticing a hand on the arm"):
 class _NoteOptions(Options, group="notes, kept with the recording"):
     operator: str | None = option(None, "who records", "NAME")
     serial_number: str | None = option(None, "serial number of the arm", "TEXT")
-    warm_up: float | None = option(None, "minutes since power-on", "MIN", between=(0, 1e6))
+    warm_up: float | None = option(
+        None, "minutes since power-on", "MIN", between=(0, 1e6)
+    )
     temperature: float | None = option(
         None, "temperature in degrees Celsius", "C", between=(-100, 200)
     )
@@ -189,11 +217,15 @@ class RecordOptions(
         if keyboard:
             return keyboard, None
         if self.auto:
-            raise UsageError("--auto needs a terminal, for the keys between two sockets")
+            raise UsageError(
+                "--auto needs a terminal, for the keys between two sockets"
+            )
         if self.goal_mm is not None or self.turn is not None:
             raise UsageError("--goal-mm and --turn need a terminal, where the guide is")
         if sys.stdin is None:  # pyright: ignore[reportUnnecessaryComparison]
-            raise UsageError("standard input is closed; run it in a terminal, or use --keys FILE")
+            raise UsageError(
+                "standard input is closed; run it in a terminal, or use --keys FILE"
+            )
         return None, Script(sys.stdin.fileno())
 
     def metadata(self, robot: Robot) -> Metadata:
@@ -210,7 +242,9 @@ class RecordOptions(
             units=tuple(joint.unit for joint in joints_of(robot)),
             distance=self.distance or keys.distance,
             measured=self.distance is not None or measured,
-            sockets=sockets if isinstance(sockets, int) and 1 <= sockets <= 10 else SOCKETS,
+            sockets=sockets
+            if isinstance(sockets, int) and 1 <= sockets <= 10
+            else SOCKETS,
             model_sha256=robot.sha256,
             robot_name=self.robot_name or "",
         )
@@ -219,7 +253,9 @@ class RecordOptions(
 def joints_of(robot: Robot) -> tuple[JointLimits, ...]:
     """Return the limits of the chain's actuated joints."""
     return tuple(
-        JointLimits(joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic")
+        JointLimits(
+            joint.name, joint.lower, joint.upper, prismatic=joint.type == "prismatic"
+        )
         for joint in robot.actuated
     )
 
@@ -228,10 +264,16 @@ def with_distance(metadata: Metadata, terminal: Terminal) -> Metadata:
     """Return metadata with the distance that the operator types."""
     question = "How far apart are the sockets' centres? In mm, by a caliper; the printed base has"
     distance = _typed_distance(f"{question} 100.", "not yet measured", terminal)
-    return metadata if distance is None else replace(metadata, distance=distance, measured=True)
+    return (
+        metadata
+        if distance is None
+        else replace(metadata, distance=distance, measured=True)
+    )
 
 
-def with_second_reading(metadata: Metadata, folder: Path, terminal: Terminal) -> Metadata:
+def with_second_reading(
+    metadata: Metadata, folder: Path, terminal: Terminal
+) -> Metadata:
     """Return metadata with a second reading that the operator types, which the recording keeps."""
     if metadata.distance is None or len(read_keys(folder / METADATA).readings) > 1:
         return metadata

@@ -67,7 +67,8 @@ def state_of(view: View) -> dict[str, Any]:
         "counts": session.counts,
         "target": session.target,
         "joints": [
-            (j.name, max(j.lower, -3.2), min(j.upper, 3.2), j.prismatic) for j in session.joints
+            (j.name, max(j.lower, -3.2), min(j.upper, 3.2), j.prismatic)
+            for j in session.joints
         ],
         "position": view.position and [round(q, DIGITS) for q in view.position],
         "next": advice.target if advice else None,
@@ -107,7 +108,9 @@ def _reachable(host: str) -> str:
 
 class _Handler(BaseHTTPRequestHandler):
     server: _Server  # pyright: ignore[reportIncompatibleVariableOverride]
-    protocol_version = "HTTP/1.1"  # one connection a browser, though it asks again and again
+    protocol_version = (
+        "HTTP/1.1"  # one connection a browser, though it asks again and again
+    )
     timeout = 10.0
 
     def do_GET(self) -> None:
@@ -121,7 +124,11 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_response(200)
         kind = "application/json" if name else "text/html; charset=utf-8"
         length = str(len(body))
-        for header, value in {"Content-Type": kind, "Content-Length": length, **HEADERS}.items():
+        for header, value in {
+            "Content-Type": kind,
+            "Content-Length": length,
+            **HEADERS,
+        }.items():
             self.send_header(header, value)
         self.end_headers()
         self.wfile.write(body)

@@ -36,7 +36,10 @@ class PosePool:
         return np.asarray(np.median(points, axis=0))
 
     def with_distance(
-        self, state: design.ParameterCovariance, samples: Sequence[Sample], socket: int = 0
+        self,
+        state: design.ParameterCovariance,
+        samples: Sequence[Sample],
+        socket: int = 0,
     ) -> design.ParameterCovariance:
         """Return a covariance with the measured distance of two sockets, from ``socket`` on."""
         first = self.centre(samples, 0)
@@ -44,10 +47,15 @@ class PosePool:
         if first is None or second is None:
             return state
         along = (second - first) / np.linalg.norm(second - first).clip(1e-6)
-        return state.with_lengths({socket: -along, socket + 1: along}, CALIPER_DEVIATION)
+        return state.with_lengths(
+            {socket: -along, socket + 1: along}, CALIPER_DEVIATION
+        )
 
     def lifted(
-        self, samples: Sequence[Sample], position: Sequence[float] | None, target: Sequence[float]
+        self,
+        samples: Sequence[Sample],
+        position: Sequence[float] | None,
+        target: Sequence[float],
     ) -> bool:
         """Return whether the ball must leave its socket on the way to a target."""
         start = samples[-1].position if position is None else position
@@ -57,7 +65,9 @@ class PosePool:
         """Return new poses with the ball in a socket, shape (N, m); none before its first."""
         centre = self.centre(samples, socket)
         if centre is None:
-            self._poses.pop(socket, None)  # where samples lay that were taken back tells nothing
+            self._poses.pop(
+                socket, None
+            )  # where samples lay that were taken back tells nothing
             return np.zeros((0, len(self.model.robot.actuated)))
         if socket not in self._poses:
             poses = self.reach.poses(centre, CANDIDATES)

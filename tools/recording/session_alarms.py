@@ -15,11 +15,23 @@ CAUSES: dict[str, tuple[Cause, str, str]] = {
     "base_moved": ("base", "BASE MOVED", "by {size} mm since sample {first}"),
     "drift": ("other", "DRIFTS", "the base drifts, by {size} mm so far; is it tight?"),
     "ball_sample": ("ball", "NOT SEATED", "sample {first} is {size} mm off"),
-    "ball_bent": ("other", "BALL MOVED", "by {size} mm on its flange since sample {first}; tight?"),
+    "ball_bent": (
+        "other",
+        "BALL MOVED",
+        "by {size} mm on its flange since sample {first}; tight?",
+    ),
     "ball_loose": ("other", "LOOSE", "all samples scatter: are ball and base tight?"),
-    "zero_lost": ("other", "LOST A ZERO", "{joint} reads otherwise since sample {first}"),
+    "zero_lost": (
+        "other",
+        "LOST A ZERO",
+        "{joint} reads otherwise since sample {first}",
+    ),
     "socket": ("socket", "WRONG SOCKET", "{text}"),
-    "distance": ("distance", "DISTANCE?", "the sockets come out {likely} apart, not {given} mm"),
+    "distance": (
+        "distance",
+        "DISTANCE?",
+        "the sockets come out {likely} apart, not {given} mm",
+    ),
 }
 """For each fault, the kind of key that cures it, a word or two, and a line for the operator."""
 ALSO = {
@@ -53,11 +65,17 @@ class SessionAlarms:
         of a base, not of a ball. What concerns them alone was answered.
         """
         *before, placement = placements
-        if placement.samples and (complaint := wrong_model(self._robot, placement.samples)):
+        if placement.samples and (
+            complaint := wrong_model(self._robot, placement.samples)
+        ):
             return (Alarm("other", "WRONG ARM?", complaint),)
         numbers = {sample.number for sample in doubted}
-        samples = sorted([*placement.samples, *doubted], key=lambda sample: sample.number)
-        faults = self._check.faults([*before, replace(placement, samples=tuple(samples))])
+        samples = sorted(
+            [*placement.samples, *doubted], key=lambda sample: sample.number
+        )
+        faults = self._check.faults(
+            [*before, replace(placement, samples=tuple(samples))]
+        )
         alarms = [
             self._alarm(fault, doubted)
             for fault in faults

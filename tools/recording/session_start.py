@@ -47,7 +47,9 @@ def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement,
         with suppress(recorder.RecordingError):
             metadata = recorder.read_metadata(folder / recorder.METADATA)
             if metadata.get("model_sha256") == robot.sha256:
-                placement = recorder.read_placement(folder).for_joints(robot.joint_names)
+                placement = recorder.read_placement(folder).for_joints(
+                    robot.joint_names
+                )
                 changed = metadata.get(recorder.READINGS_CHANGED) is True
                 rows.append((placement.samples[0].time or 0.0, placement, changed))
     rows.sort(key=lambda row: row[0])
@@ -105,7 +107,10 @@ class SessionStart:
         metadata = self.metadata
         content = recording.content
         first = len(content.samples) + 1
-        samples = [replace(sample, number=i) for i, sample in enumerate(self.samples or (), first)]
+        samples = [
+            replace(sample, number=i)
+            for i, sample in enumerate(self.samples or (), first)
+        ]
         for sample in samples:
             recording.capture(sample)
         socket = samples[-1].socket if samples else recording.socket
@@ -122,18 +127,28 @@ class SessionStart:
         for text in recording.remarks:
             session = session.with_message(text, alarm=True)
         if samples:
-            since = "joints read otherwise" if metadata.readings_changed else "the base moved"
+            since = (
+                "joints read otherwise"
+                if metadata.readings_changed
+                else "the base moved"
+            )
             count = f"{len(samples)} samples since {since}"
-            session = session.with_message(f"a new placement: {self.options.out}, with {count}")
+            session = session.with_message(
+                f"a new placement: {self.options.out}, with {count}"
+            )
         elif session.samples:
-            session = session.with_message(f"continues a recording of {len(session.live)} samples")
+            session = session.with_message(
+                f"continues a recording of {len(session.live)} samples"
+            )
         if remark:
             session = session.with_message(remark, alarm=True)
         if self.page is None:
             return session
         session = session.with_message(f"page: {self.page.url}")
         if self.options.page_host not in LOCAL_HOSTS:
-            warning = "whoever knows this address can watch, from anywhere in the network"
+            warning = (
+                "whoever knows this address can watch, from anywhere in the network"
+            )
             session = session.with_message(warning, alarm=True)
         return session
 
@@ -141,13 +156,19 @@ class SessionStart:
         """Return the recording that is continued, in lines; none at a new placement."""
         if not recording.content.samples:
             return ()
-        counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
+        counts = ", ".join(
+            f"{count} in socket {k}" for k, count in enumerate(session.counts)
+        )
         last = session.samples[-1].time
         when = "at an unknown time"
         if last:
             when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last))
         distance = self.metadata.distance
-        apart = "at an unknown distance" if distance is None else f"{1e3 * distance:g} mm apart"
+        apart = (
+            "at an unknown distance"
+            if distance is None
+            else f"{1e3 * distance:g} mm apart"
+        )
         return (
             f"Continues {counts}; the last {when}; in {recording.folder}",
             f"Sockets {apart}. The ball was last in socket {session.socket}.",

@@ -34,7 +34,9 @@ def record_session(start: SessionStart) -> Outcome:
         start.terminal.say_at_once(f"connecting to {options.driver} ...")
         driver = start.connect()
         stack.enter_context(driver)
-        still = max(STILL, driver.resolution) if options.still is None else options.still
+        still = (
+            max(STILL, driver.resolution) if options.still is None else options.still
+        )
         stream = stack.enter_context(closing(Stream(driver)))
         recording = stack.enter_context(start.open_recording(still))
         if options.keep_stream:
@@ -65,7 +67,9 @@ def record_session(start: SessionStart) -> Outcome:
             keyboard=keyboard,
             script=script,
             contact=ContactDetector(session.joints, gravity),
-            plausible=partial(odd_pose, start.robot, metadata.distance or DEFAULT_DISTANCE),
+            plausible=partial(
+                odd_pose, start.robot, metadata.distance or DEFAULT_DISTANCE
+            ),
             keys=keys,
             hands_free=options.auto,
             moved=base_moved,
@@ -93,7 +97,10 @@ def _guidance(start: SessionStart) -> BackgroundGuidance:
         "turn": math.inf if options.turn is None else math.radians(options.turn),
     }
     if options.calibration is not None:
-        settings |= {"calibration": one_arm(options.calibration), "target": options.samples}
+        settings |= {
+            "calibration": one_arm(options.calibration),
+            "target": options.samples,
+        }
     else:
         settings["goal"] = None if options.goal_mm is None else 1e-3 * options.goal_mm
         settings["parts"] = recorded_beside(options.out, start.robot)

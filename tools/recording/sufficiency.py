@@ -50,8 +50,14 @@ def sufficiency_of(
     verdict = solved.verdict
     failed = verdict.status == "fail" and not verdict.use
     passes_near = verdict.status_of(NEAR) == "pass"
-    asked = [r for r in (*verdict.limits, *verdict.reasons) if r.status in ("fail", "not enough")]
-    enough = verdict.use and not any(not (passes_near and r.name == WORKSPACE) for r in asked)
+    asked = [
+        r
+        for r in (*verdict.limits, *verdict.reasons)
+        if r.status in ("fail", "not enough")
+    ]
+    enough = verdict.use and not any(
+        not (passes_near and r.name == WORKSPACE) for r in asked
+    )
     enough = enough and np.bincount(placements[-1].sockets)[:2].min() >= LEAST_SAMPLES
     size = solved.document.scale
     deviation = size.deviation or 0.0 if size else 0.0
@@ -60,11 +66,15 @@ def sufficiency_of(
     return Sufficiency(row.found, row.limit, bool(enough), sized, why)
 
 
-def rigid_fit(model: ExtendedModel, placements: Sequence[Placement]) -> Posterior | None:
+def rigid_fit(
+    model: ExtendedModel, placements: Sequence[Placement]
+) -> Posterior | None:
     """Return a fit of the geometry, the last placement first; None where it does not converge."""
     try:
         some = _whole(placements)
-        measured = [measure(placement, model.robot) for placement in (some[-1], *some[:-1])]
+        measured = [
+            measure(placement, model.robot) for placement in (some[-1], *some[:-1])
+        ]
         data = observe(RobotRecordings(model.robot, measured))
         return estimate(model, data).arm
     except (MukcaError, np.linalg.LinAlgError):
@@ -74,7 +84,9 @@ def rigid_fit(model: ExtendedModel, placements: Sequence[Placement]) -> Posterio
 def with_fit(advice: Advice, posterior: Posterior, samples: Sequence[Sample]) -> Advice:
     """Return advice with the errors, scale and distance of a fit to the samples."""
     order = sorted(range(len(samples)), key=lambda i: samples[i].socket)
-    errors = np.linalg.norm(posterior.residuals[: len(order)], axis=1)[np.argsort(order)]
+    errors = np.linalg.norm(posterior.residuals[: len(order)], axis=1)[
+        np.argsort(order)
+    ]
     return replace(
         advice,
         fitted=True,
@@ -90,4 +102,7 @@ def _whole(placements: Sequence[Placement]) -> list[Placement]:
     *parts, current = placements
     counts = [np.bincount(placement.sockets) for placement in parts]
     some = zip(parts, counts, strict=True)
-    return [*(p for p, n in some if np.count_nonzero(n) > 1 and not np.any(n == 1)), current]
+    return [
+        *(p for p, n in some if np.count_nonzero(n) > 1 and not np.any(n == 1)),
+        current,
+    ]

@@ -33,7 +33,9 @@ class ZeroSelector(PoseSelector):
         self._curved = False
         self._first = zero_covariance(calibration, sockets)
 
-    def alarms(self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS) -> tuple[Alarm, ...]:
+    def alarms(
+        self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS
+    ) -> tuple[Alarm, ...]:
         """Return none: zeros that are off would look like faults."""
         return ()
 
@@ -86,7 +88,9 @@ class ZeroSelector(PoseSelector):
         """Return the sockets of the samples to come: the rest in this one, then in the others."""
         counts = self._counts(samples)
         sockets = [k for k in range(self._sockets) if k != socket]
-        return list(chain(*([k] * (self._target - counts[k]) for k in (socket, *sockets))))
+        return list(
+            chain(*([k] * (self._target - counts[k]) for k in (socket, *sockets)))
+        )
 
     def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
         """Return nothing: the verdict comes at the end."""

@@ -37,7 +37,9 @@ def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, byte
     plots = plots_of(report)
     captions: list[figures.PlotCaption] = []
     for section, group in plots.items():
-        captions += [msgspec.structs.replace(plot.caption, section=section) for plot in group]
+        captions += [
+            msgspec.structs.replace(plot.caption, section=section) for plot in group
+        ]
     document = msgspec.structs.replace(report, plots=tuple(captions))
     return document, _files("report", document, report_page(document, plots))
 
@@ -73,14 +75,20 @@ def write_report(
     files = report_files(calibration)
     refuse_existing(folder, files, force=force)
     write_files(folder, files)
-    return {"report": str(folder / "report.html"), "figures": str(folder / "report.json")}
+    return {
+        "report": str(folder / "report.html"),
+        "figures": str(folder / "report.json"),
+    }
 
 
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 
 
 def render(
-    template: str, document: object, data: Mapping[str, object] | None = None, **values: object
+    template: str,
+    document: object,
+    data: Mapping[str, object] | None = None,
+    **values: object,
 ) -> str:
     """Return a page by its template; it also holds the document's figures, and data, as JSON."""
     embedded: dict[str, Markup] = {}
@@ -103,7 +111,9 @@ def figure_value(
         value = value[int(key)] if key.isdecimal() else getattr(value, key)
     text = "\N{EN DASH}" if value is None else fixed(scale * value, digits, sign)
     signed = f' data-sign="{sign}"' if sign else ""
-    marks = f'data-figure="{path}" data-scale="{scale:g}" data-digits="{digits}"{signed}'
+    marks = (
+        f'data-figure="{path}" data-scale="{scale:g}" data-digits="{digits}"{signed}'
+    )
     return Markup(f'<span {marks} class="figure">{text}</span>')  # noqa: S704  all of it our own
 
 
@@ -125,8 +135,12 @@ def answers_by_tolerance(report: ReportDocument) -> list[dict[str, object]]:
     called = [row.called for row in report.answers.use.rows]
     steps: list[dict[str, object]] = []
     for allowed in sorted(changes):
-        answers: list[Answer] = [figures.answer_at(row, allowed) for row in report.placements]
-        use = figures.use_text(called, answers, _NUMBER, report.verdict.stamp).split(_NUMBER, 1)
+        answers: list[Answer] = [
+            figures.answer_at(row, allowed) for row in report.placements
+        ]
+        use = figures.use_text(called, answers, _NUMBER, report.verdict.stamp).split(
+            _NUMBER, 1
+        )
         below = map_sentence(report, answers, _NUMBER).split(_NUMBER, 1)
         steps.append({"allowed": allowed, "answers": answers, "use": use, "map": below})
     return steps
@@ -146,7 +160,9 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
         judged=errors,
         role_name={"test": "held out", "train": "trained on"}.__getitem__,
         degrees=math.degrees(1),
-        settings=", ".join(f"{k} {v}" for k, v in settings if v not in (None, [], "", False)),
+        settings=", ".join(
+            f"{k} {v}" for k, v in settings if v not in (None, [], "", False)
+        ),
         display_of=display_of,
         notes=figures.session_notes(report.provenance.data_sha256),
         dots=dots,
@@ -159,7 +175,9 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
 def build_comparison(result: ComparisonDocument) -> dict[str, bytes]:
     """Return the files of a comparison of calibrations, with its plots, by name."""
     plots = comparison_plots(result)
-    result = msgspec.structs.replace(result, plots=tuple(plot.caption for plot in plots))
+    result = msgspec.structs.replace(
+        result, plots=tuple(plot.caption for plot in plots)
+    )
     html = render(
         "comparison.html.j2",
         result,

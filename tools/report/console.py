@@ -48,7 +48,9 @@ def show(console: Console, report: ReportDocument) -> None:
 
 def show_answer(console: Console, verdict: Verdict) -> None:
     """Print what the errors were and are, and whether to load the model."""
-    style = {"pass": "bold green", "fail": "bold red"}.get(verdict.status, "bold yellow")
+    style = {"pass": "bold green", "fail": "bold red"}.get(
+        verdict.status, "bold yellow"
+    )
     style = "bold green" if verdict.use else style
     by_lines = not console.is_terminal  # a program that reads lines finds each whole
     for words in verdict.answer:
@@ -58,10 +60,16 @@ def show_answer(console: Console, verdict: Verdict) -> None:
     console.print(title, soft_wrap=by_lines)
 
 
-def show_limits(console: Console, verdict: Verdict, limits: Limits, todo: Iterable[Step]) -> None:
+def show_limits(
+    console: Console, verdict: Verdict, limits: Limits, todo: Iterable[Step]
+) -> None:
     """Print the verdict limit by limit, what else bears on it, and the next step."""
     two = any(row.full is not None for row in verdict.limits)
-    lengths = ["URDF alone", "at most", "with corrected joints"] if two else ["found", "at most"]
+    lengths = (
+        ["URDF alone", "at most", "with corrected joints"]
+        if two
+        else ["found", "at most"]
+    )
     rows: list[list[str | Text]] = []
     for row in verdict.limits:
         status = Text(row.status, _STYLES.get(row.status, "yellow"))
@@ -91,12 +99,16 @@ def show_steps(console: Console, todo: Iterable[Step]) -> None:
 def _placements(console: Console, report: ReportDocument) -> Table:
     curves = console.is_terminal and (console.encoding or "").lower().startswith("utf")
     asked = report.task is not None
-    within = f"within {1e3 * report.tolerance:g} mm?" if asked else "serves tasks that allow"
+    within = (
+        f"within {1e3 * report.tolerance:g} mm?" if asked else "serves tasks that allow"
+    )
     heads = ["placement", "role", "MAE, mm", "95 %", "largest", within]
     heads += ["errors as recorded"] if curves else []
     top = max(1e-9, *(row.error("geometric") for row in report.samples))
     rows: list[list[str | Text]] = []
-    for i, (row, use) in enumerate(zip(report.placements, report.answers.use.rows, strict=True)):
+    for i, (row, use) in enumerate(
+        zip(report.placements, report.answers.use.rows, strict=True)
+    ):
         before = row.before.mean_absolute_error
         after = row.loaded.mean_absolute_error
         serves = use.answer if asked or use.least is None else mm(use.least)
@@ -108,7 +120,11 @@ def _placements(console: Console, report: ReportDocument) -> Table:
             f"{1e3 * row.quantiles.loaded.max:.2f}",
             Text(serves, _STYLES.get(serves, "")),
         ]
-        errors = [sample.error("geometric") for sample in report.samples if sample.placement == i]
+        errors = [
+            sample.error("geometric")
+            for sample in report.samples
+            if sample.placement == i
+        ]
         parts = np.array_split(errors, min(BARS, len(errors)))
         levels = (int(len(_BARS) * max(part) / top) for part in parts)
         bars = "".join(_BARS[min(level, len(_BARS) - 1)] for level in levels)

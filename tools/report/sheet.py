@@ -78,17 +78,31 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
         rows=_limits(report),
     )
     premises = [f"It rests on this: {premise.text}." for premise in report.rests_on]
-    answer = Section(title=f"Verdict: {verdict.title}", paragraphs=[*verdict.answer, *premises])
+    answer = Section(
+        title=f"Verdict: {verdict.title}", paragraphs=[*verdict.answer, *premises]
+    )
     versions = Section(
         title="Versions and SHA-256",
-        lead=", ".join(f"{name} {version}" for name, version in provenance.versions.items()),
-        small=_hashes([("model", provenance.model_sha256), *provenance.data_sha256.items()]),
+        lead=", ".join(
+            f"{name} {version}" for name, version in provenance.versions.items()
+        ),
+        small=_hashes(
+            [("model", provenance.model_sha256), *provenance.data_sha256.items()]
+        ),
     )
-    sections = (Section(rows=_facts(document, report)), errors, limits, answer, versions)
+    sections = (
+        Section(rows=_facts(document, report)),
+        errors,
+        limits,
+        answer,
+        versions,
+    )
     return Sheet(title=report.robot_name, created=provenance.created, sections=sections)
 
 
-def _facts(document: CalibrationDocument, report: ReportDocument) -> list[tuple[str, str]]:
+def _facts(
+    document: CalibrationDocument, report: ReportDocument
+) -> list[tuple[str, str]]:
     """Return what is known of the arm and of the recording, a title and a text each."""
     files = list(chain.from_iterable(data.files for data in document.data))
     notes = figures.session_notes(files)
@@ -120,7 +134,9 @@ def _rows(summary: RoleSummaries) -> list[list[str]]:
     if (refitted := held_out.ball_refitted) is not None:
         mean = refitted.mean_absolute_error
         rows.append(("nominal model, ball refitted", mean, None, refitted.max_error))
-    rows.append(("calibrated.urdf", held_out.loaded.mean_absolute_error, loaded.p95, loaded.max))
+    rows.append(
+        ("calibrated.urdf", held_out.loaded.mean_absolute_error, loaded.p95, loaded.max)
+    )
     return [
         [title, *(UNKNOWN if error is None else mm(error, 3) for error in errors)]
         for title, *errors in rows

@@ -22,7 +22,9 @@ def check_certificate(file: Path | None) -> None:
         )
 
 
-def certificate(document: CalibrationDocument, report: ReportDocument, kind: str) -> bytes:
+def certificate(
+    document: CalibrationDocument, report: ReportDocument, kind: str
+) -> bytes:
     """Return the sheet of a calibration as a file of a kind, ``.html`` or ``.pdf``.
 
     Raises:
@@ -30,7 +32,9 @@ def certificate(document: CalibrationDocument, report: ReportDocument, kind: str
     """
     sheet = sheet_of(document, report)
     if kind == ".html":
-        return render("certificate.html.j2", sheet, sheet=sheet).encode("utf-8", "replace")
+        return render("certificate.html.j2", sheet, sheet=sheet).encode(
+            "utf-8", "replace"
+        )
     try:
         return draw(sheet)
     except UnicodeEncodeError as error:

@@ -61,7 +61,9 @@ class _Page:
         """Return the PDF."""
         return bytes(self.pdf.output())
 
-    def font(self, scale: float = 1.0, style: str = "", family: str = "Helvetica") -> float:
+    def font(
+        self, scale: float = 1.0, style: str = "", family: str = "Helvetica"
+    ) -> float:
         """Choose letters; return the height of a line of them [mm]."""
         self.pdf.set_font(family, style, self.size * scale)
         return 1.25 * self.pdf.font_size
@@ -95,7 +97,11 @@ class _Page:
         height = self.font()
         self.pdf.set_draw_color(GREY)
         self.pdf.set_line_width(THIN)
-        columns = {"headings_style": self.heads()} if section.heads else {"col_widths": (1, 2)}
+        columns = (
+            {"headings_style": self.heads()}
+            if section.heads
+            else {"col_widths": (1, 2)}
+        )
         with self.pdf.table(
             align="L",
             text_align="L",

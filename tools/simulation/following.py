@@ -12,7 +12,14 @@ from ...drivers import Driver, match_joints
 from ...drivers.arms import Mock, Motion, arm_at
 from ...recorder.session import View
 from ...solver.robot import InverseKinematics, Robot, gravity_moments, nominal_balls
-from .practice import SEAT_NOISE, Session, fitted_session, seated, session_faults, with_faults
+from .practice import (
+    SEAT_NOISE,
+    Session,
+    fitted_session,
+    seated,
+    session_faults,
+    with_faults,
+)
 from .recordings import reachable_bases
 
 FOLLOW = "follow"
@@ -48,7 +55,9 @@ class FollowingHand:
         DriverError: No such recording, or of another arm; or a fault that does not exist.
     """
 
-    def __init__(self, address: str, robot: Robot, distance: float | None = None) -> None:
+    def __init__(
+        self, address: str, robot: Robot, distance: float | None = None
+    ) -> None:
         motion_address, self._faults = session_faults(address)
         arm = arm_at(motion_address)
         names = match_joints(robot.joint_names, len(arm.joint_names), "the recording")
@@ -78,7 +87,9 @@ class FollowingHand:
         self._rest_at(self._session.positions[0], first_socket, row=0)
         self._motion = LedMotion(self._poses, move=arm.motion.move)
         efforts = None if self._torques is None else self._efforts
-        self._arm = replace(arm, motion=self._motion, joint_names=names, efforts=efforts)
+        self._arm = replace(
+            arm, motion=self._motion, joint_names=names, efforts=efforts
+        )
         self.guided = True
         """False where no guide proposes poses: they are the recording's then, in its order."""
 
@@ -95,7 +106,9 @@ class FollowingHand:
         """Put the base elsewhere, within the arm's reach, for another placement."""
         (base,) = reachable_bases(self._truth, self._generator, 1, self._distance)
         self._sockets = np.array(base.sockets)
-        self._rows_led |= set(range(len(self._session.positions)))  # which lie at the old place
+        self._rows_led |= set(
+            range(len(self._session.positions))
+        )  # which lie at the old place
         self._lead(None, 0)
 
     def follow(self, view: View) -> None:
@@ -106,7 +119,9 @@ class FollowingHand:
         arrived = rest == len(self._motion.begun)
         if not arrived or view.alarm or view.question:
             return
-        captured = any(session.same(sample.position, pose) for sample in session.samples)
+        captured = any(
+            session.same(sample.position, pose) for sample in session.samples
+        )
         same = session.socket == self._labels[-1]
         done = session.turn_done or session.counts[session.socket] >= session.target
         if session.finished or (same and (done or not captured)):
@@ -124,7 +139,9 @@ class FollowingHand:
         else:
             self._rows_led.add(row)
             self._rest_at(self._session.positions[row], socket, row)
-        self._motion.begun.append(self._arm.now())  # after the pose: another thread reads both
+        self._motion.begun.append(
+            self._arm.now()
+        )  # after the pose: another thread reads both
 
     def _rest_at(self, q: np.ndarray, socket: int, row: int | None = None) -> None:
         """Add a configuration, maybe of a row of the recording, with its torques."""
@@ -175,7 +192,9 @@ class FollowingHand:
         return with_faults(session, self._faults)[count - 1]
 
 
-def following_hand(driver: str, robot: Robot, distance: float | None) -> FollowingHand | None:
+def following_hand(
+    driver: str, robot: Robot, distance: float | None
+) -> FollowingHand | None:
     """Return the hand that ``mock:PATH?follow`` asks for; None for other drivers.
 
     Raises:

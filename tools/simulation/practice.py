@@ -218,7 +218,11 @@ def session_faults(address: str) -> tuple[str, list[SessionFault]]:
     faults: list[SessionFault] = []
     for word in query.split("&"):
         try:
-            fault = SessionFault.parse(word.removeprefix("fault=")) if "fault=" in word else None
+            fault = (
+                SessionFault.parse(word.removeprefix("fault="))
+                if "fault=" in word
+                else None
+            )
         except ValueError as error:
             raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
         if fault is None:
@@ -241,7 +245,9 @@ def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
     arm = arm_at(motion_address)
     q = np.array(arm.motion.configurations)
     if q.shape[1] != len(robot.joint_names):
-        return lambda: Mock(motion_address, robot.joint_names)  # which says what is wrong
+        return lambda: Mock(
+            motion_address, robot.joint_names
+        )  # which says what is wrong
     led = with_faults(fitted_session(q, robot, arm.seed), faults)
     arm.motion = replace(arm.motion, configurations=led.tolist())
     return lambda: Mock(joint_names=robot.joint_names, arm=arm)
@@ -272,7 +278,9 @@ def demo_bases(distance: float = DEFAULT_DISTANCE) -> list[Base]:
         "left": (0.35, 0.4, 0.1),
         "right": (0.35, -0.4, 0.1),
     }
-    return [Base(name, np.array(place), along_y, distance) for name, place in places.items()]
+    return [
+        Base(name, np.array(place), along_y, distance) for name, place in places.items()
+    ]
 
 
 def simulate_hand(folder: Path, keys: Path, distance: float) -> None:

@@ -123,7 +123,12 @@ def simulate_recordings(
         SimulationError: The arm reaches too few places for the base.
     """
     sizes = dict.fromkeys(EXTENSIONS, 0.0)
-    settings: dict[str, Any] = {"placements": placements, **DEFAULTS, **sizes, **options}
+    settings: dict[str, Any] = {
+        "placements": placements,
+        **DEFAULTS,
+        **sizes,
+        **options,
+    }
     check_keywords("simulate_recordings", options, ["placements", *DEFAULTS, *sizes])
     for name, value in settings.items():
         lowest = LEAST.get(name, 0)
@@ -137,7 +142,9 @@ def simulate_recordings(
     deflection = _deflection(robot, arms, settings)
     how = Imperfection(settings["noise"], deflection)
     samples = settings["samples"]
-    recorded = [record(arm, base, hands, samples=samples, imperfection=how) for base in bases]
+    recorded = [
+        record(arm, base, hands, samples=samples, imperfection=how) for base in bases
+    ]
     return truth_of(robot, arm, deflection), recorded
 
 
@@ -159,7 +166,9 @@ def _deflection(
     return Deflection(tuple(drawn), tuple(drawn.values()))
 
 
-def _independent(effect: Effect, joints: int, generator: np.random.Generator) -> np.ndarray:
+def _independent(
+    effect: Effect, joints: int, generator: np.random.Generator
+) -> np.ndarray:
     """Return coefficients of size 1 that are drawn independently, shape (p,)."""
     count = len(effect.coefficient_names([""] * joints))
     draw = generator.random if effect.non_negative else generator.standard_normal
@@ -186,7 +195,9 @@ def record(
     seats = np.array(base.sockets)[sockets]
     readings = lead(arm, seats, generator, how, guide)
     names = arm.joint_names
-    return Placement.of_arrays(base.name, readings, sockets, names, distance=base.distance)
+    return Placement.of_arrays(
+        base.name, readings, sockets, names, distance=base.distance
+    )
 
 
 def lead(
@@ -232,7 +243,9 @@ def _seated(
     """Return joint positions that put the ball into its seat, though the joints tilt."""
     model = BallModel(arm, [])
     m = true.shape[1]
-    for _ in range(3):  # each step leaves some 1e-3 of the millimetre that tilts move the ball by
+    for _ in range(
+        3
+    ):  # each step leaves some 1e-3 of the millimetre that tilts move the ball by
         tilts = deflection.true_positions(true, *held)[:, m:]
         turned = np.hstack([true, tilts])
         linear = model.linearise(np.empty(0), turned)
@@ -265,13 +278,17 @@ def reachable_bases(
         base = Base(f"placement_{len(bases)}", centre, direction, distance)
         distances = [np.linalg.norm(centre - other.centre) for other in bases]
         if all(distance > 0.2 * reach for distance in distances):
-            with suppress(SimulationError):  # several ways lead there, as a person would see
+            with suppress(
+                SimulationError
+            ):  # several ways lead there, as a person would see
                 seats = np.repeat(base.sockets, 5, axis=0)
                 guide.reach(seats, generator, rounds=2)
                 bases.append(base)
         if len(bases) == count:
             return bases
-    raise SimulationError(f"{robot.name}: found {len(bases)} of {count} places for the base")
+    raise SimulationError(
+        f"{robot.name}: found {len(bases)} of {count} places for the base"
+    )
 
 
 def horizontal(angle: float) -> np.ndarray:

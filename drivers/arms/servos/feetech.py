@@ -17,7 +17,13 @@ HEADER = b"\xff\xff"
 EVERYBODY = 0xFE
 SYNC_READ = 0x82
 AROUND = 6  # bytes of an answer beside the registers
-ERRORS = {1: "voltage", 2: "angle sensor", 4: "too hot", 8: "over-current", 32: "overload"}
+ERRORS = {
+    1: "voltage",
+    2: "angle sensor",
+    4: "too hot",
+    8: "over-current",
+    32: "overload",
+}
 MODELS = {777: "STS3215", 2825: "STS3250", 11272: "SM8512BL"}
 
 

@@ -17,7 +17,14 @@ TICKS = 4096
 OPTIONS = ("arm", "ids", "signs", "zeros", "calibration")
 MIDDLE = TICKS // 2
 LEROBOT = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")
-INTERBOTIX = ("waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wrist_rotate")
+INTERBOTIX = (
+    "waist",
+    "shoulder",
+    "elbow",
+    "forearm_roll",
+    "wrist_angle",
+    "wrist_rotate",
+)
 
 
 @dataclass(frozen=True)
@@ -33,7 +40,9 @@ class ServoMap:
     """Homing offsets that the servos must have for these zeros to hold [ticks]."""
 
 
-def _map(joints: Sequence[str], ids: Sequence[int], degrees: Sequence[float] = ()) -> ServoMap:
+def _map(
+    joints: Sequence[str], ids: Sequence[int], degrees: Sequence[float] = ()
+) -> ServoMap:
     """Return a map by the middle of each servo, where the model's angle is so many degrees."""
     angles = degrees or (0.0,) * len(ids)
     zeros = tuple(MIDDLE - angle / 360 * TICKS for angle in angles)
@@ -54,11 +63,15 @@ DYNAMIXEL_ARMS = {
 ARMS = {**FEETECH_ARMS, **DYNAMIXEL_ARMS}
 
 
-def choose_map(options: Options, arms: dict[str, ServoMap], default: str | None) -> ServoMap:
+def choose_map(
+    options: Options, arms: dict[str, ServoMap], default: str | None
+) -> ServoMap:
     """Return the map that an address asks for, of a driver's arms; one by default, or by ids."""
     name = options.get("arm", default)
     if name is None and "ids" not in options:
-        raise Reason.BAD_ADDRESS(f"say which arm it is: ?arm= one of {', '.join(arms)}, or ?ids=..")
+        raise Reason.BAD_ADDRESS(
+            f"say which arm it is: ?arm= one of {', '.join(arms)}, or ?ids=.."
+        )
     if name is not None and name not in arms:
         raise options.wrong("arm", f"one of {', '.join(arms)}")
     servo_map = _by_ids(options) if "ids" in options else arms[name or ""]
@@ -84,7 +97,9 @@ def _zeros(options: Options, default: tuple[float, ...]) -> tuple[float, ...]:
     except ValueError:
         zeros = ()
     if len(zeros) != len(default) or not all(abs(zero) < 1e6 for zero in zeros):
-        raise options.wrong("zeros", f"a position in ticks for each joint ({len(default)})")
+        raise options.wrong(
+            "zeros", f"a position in ticks for each joint ({len(default)})"
+        )
     return zeros
 
 
@@ -143,17 +158,25 @@ def read_lerobot(path: Path) -> dict[str, MotorCalibration]:
     except OSError as error:
         raise MukcaError(f"{path}: {error.strerror or 'cannot be read'}") from None
     except ValueError as error:
-        raise MukcaError(f"{path}: not a calibration file of lerobot's: {error}") from None
+        raise MukcaError(
+            f"{path}: not a calibration file of lerobot's: {error}"
+        ) from None
     if not isinstance(content, dict) or not content:
-        raise MukcaError(f"{path}: not a calibration file of lerobot's: no motors by name")
+        raise MukcaError(
+            f"{path}: not a calibration file of lerobot's: no motors by name"
+        )
     motors = cast("dict[str, object]", content)
     return {name: _motor(path, name, motor) for name, motor in motors.items()}
 
 
 def _motor(path: Path, name: str, motor: object) -> MotorCalibration:
     values = cast("dict[str, int]", motor) if isinstance(motor, dict) else {}
-    if set(values) != set(KEYS) or any(type(value) is not int for value in values.values()):
-        raise MukcaError(f"{path}: motor {name!r} needs whole numbers for {', '.join(KEYS)} alone")
+    if set(values) != set(KEYS) or any(
+        type(value) is not int for value in values.values()
+    ):
+        raise MukcaError(
+            f"{path}: motor {name!r} needs whole numbers for {', '.join(KEYS)} alone"
+        )
     calibration = MotorCalibration(**values)
     if calibration.range_min >= calibration.range_max:
         raise MukcaError(f"{path}: motor {name!r}: range_min is not below range_max")

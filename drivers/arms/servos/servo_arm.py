@@ -17,7 +17,9 @@ from .joint_maps import OPTIONS, TICKS, ServoMap, choose_map
 BAUD = 1_000_000
 RATE = 100.0  # Hz
 FIRST_ANSWER_SECONDS = 1.0
-ANSWER_SECONDS = 0.1  # all servos answer within some 20 ms, even through a slow USB adapter
+ANSWER_SECONDS = (
+    0.1  # all servos answer within some 20 ms, even through a slow USB adapter
+)
 MOST_BYTES = 4096
 
 
@@ -113,7 +115,9 @@ class ServoArm(PolledDriver):
         port, _, query = address.partition("?")
         options = parse_options(query, ("baud", "rate", *OPTIONS))
         if not port:
-            raise Reason.BAD_ADDRESS("a serial port is missing, as in /dev/ttyACM0 or /dev/ttyUSB0")
+            raise Reason.BAD_ADDRESS(
+                "a serial port is missing, as in /dev/ttyACM0 or /dev/ttyUSB0"
+            )
         self._map = choose_map(options, self.make.arms, self.make.default)
         super().__init__(f"the servo bus on {port}")
         self._joint_names = match_joints(
@@ -138,7 +142,9 @@ class ServoArm(PolledDriver):
         answers = self._fresh.ask(lambda: self._read(register.address, register.size))
         troubles = list[str]()
         for joint, answer in zip(self._map.joints, answers, strict=True):
-            troubles += [f"{joint}: {trouble}" for trouble in self.make.troubles(answer.error)]
+            troubles += [
+                f"{joint}: {trouble}" for trouble in self.make.troubles(answer.error)
+            ]
         self.status = ", ".join(troubles)
         return answers
 
@@ -155,14 +161,18 @@ class ServoArm(PolledDriver):
                 continue
             came = self._line.read(MOST_BYTES, until - clock.now())
             if not came:
-                silent = ", ".join(str(servo) for servo in servos if servo not in answers)
+                silent = ", ".join(
+                    str(servo) for servo in servos if servo not in answers
+                )
                 raise ValueError(f"no whole answer of servo {silent}")
             received += came
         return [answers[servo] for servo in servos]
 
     def _angles(self, answers: Sequence[Answer]) -> tuple[float, ...]:
         angles: list[float] = []
-        for answer, sign, zero in zip(answers, self._map.signs, self._map.zeros, strict=True):
+        for answer, sign, zero in zip(
+            answers, self._map.signs, self._map.zeros, strict=True
+        ):
             ticks = self.make.position.decode(answer.data)
             if not self.make.least <= ticks <= self.make.most:
                 raise ValueError(
@@ -202,7 +212,9 @@ class ServoArm(PolledDriver):
     def _named(self, numbers: Sequence[int], reference: Sequence[int]) -> str:
         """Return the names of the joints whose numbers are not what is wanted."""
         rows = zip(self._map.joints, numbers, reference, strict=True)
-        return ", ".join(joint for joint, number, expected in rows if number != expected)
+        return ", ".join(
+            joint for joint, number, expected in rows if number != expected
+        )
 
     def _find(self, register: Register, test: Callable[[list[int]], bool]) -> list[int]:
         """Return a register of all joints; what is not right is believed when it comes twice."""
@@ -210,7 +222,10 @@ class ServoArm(PolledDriver):
         last: list[int] = []
         while True:
             try:
-                before, last = last, [register.decode(a.data) for a in self._ask(register)]
+                before, last = (
+                    last,
+                    [register.decode(a.data) for a in self._ask(register)],
+                )
                 if last == before or test(last):
                     return last
             except ValueError as error:

@@ -14,7 +14,13 @@ import math
 import time
 from collections.abc import Sequence
 
-from mukca.drivers import DriverError, JointState, Reason, ValidatingDriver, match_joints
+from mukca.drivers import (
+    DriverError,
+    JointState,
+    Reason,
+    ValidatingDriver,
+    match_joints,
+)
 from mukca.drivers.transport import TcpStream, parse_endpoint
 
 PORT = 5005

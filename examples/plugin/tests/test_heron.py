@@ -33,7 +33,9 @@ class TestHeron(DriverContract):
     @pytest.fixture
     def sent(self) -> Callable[[], list[JointState]]:
         """What the simulator sends to everyone who connects, from the first state on."""
-        return lambda: [decode_line(state_line(number), joints=4) for number in range(5000)]
+        return lambda: [
+            decode_line(state_line(number), joints=4) for number in range(5000)
+        ]
 
 
 def test_units() -> None:
@@ -45,7 +47,8 @@ def test_units() -> None:
 
 
 @pytest.mark.parametrize(
-    "line", [b"", b"STATE", b"STATE 1 0 1 2 3 4", b"STATE 1 0 1 2 3 4 0 0 0 x", b"\xff 1 2"]
+    "line",
+    [b"", b"STATE", b"STATE 1 0 1 2 3 4", b"STATE 1 0 1 2 3 4 0 0 0 x", b"\xff 1 2"],
 )
 def test_what_is_no_state(line: bytes) -> None:
     """A malformed line never becomes a joint angle."""
@@ -68,7 +71,13 @@ def answering(server: socket.socket, *lines: bytes) -> str:
 def test_gaps_and_malformed_lines_are_counted() -> None:
     """Numbers tell what was missed; the end of the connection is told."""
     not_a_number = b"STATE 3 0.015 0 0 0 0 0 0 0 nan\n"
-    lines = (b"HERON 4\n", state_line(1), b"STATE 2 garbled\n", not_a_number, state_line(5))
+    lines = (
+        b"HERON 4\n",
+        state_line(1),
+        b"STATE 2 garbled\n",
+        not_a_number,
+        state_line(5),
+    )
     server = socket.create_server(("127.0.0.1", 0))
     with server, Heron(answering(server, *lines)) as driver:
         driver.read(1)
@@ -81,6 +90,9 @@ def test_gaps_and_malformed_lines_are_counted() -> None:
 
 def test_what_is_no_heron_is_told() -> None:
     """A greeting of something else is PROTOCOL."""
-    with socket.create_server(("127.0.0.1", 0)) as server, pytest.raises(DriverError) as caught:
+    with (
+        socket.create_server(("127.0.0.1", 0)) as server,
+        pytest.raises(DriverError) as caught,
+    ):
         Heron(answering(server, b"SSH-2.0\n"))
     assert caught.value.reason is Reason.PROTOCOL

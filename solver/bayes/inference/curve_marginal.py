@@ -71,7 +71,9 @@ class CurveFit:
     @cached_property
     def scales(self) -> np.ndarray:
         """C_i, shape (N, 3, 3)."""
-        return sample_scales(self.state.noises, self.samples.sources, self.samples.slopes)
+        return sample_scales(
+            self.state.noises, self.samples.sources, self.samples.slopes
+        )
 
     @cached_property
     def parts_of_noise(self) -> tuple[np.ndarray, ...]:
@@ -94,7 +96,9 @@ class CurveFit:
         if not prior.amplitude:
             return ()
         S, n = samples.slopes, len(samples.readings)
-        of_angles = prior.amplitude**2 * np.stack(kernel(samples.distances, prior.length))
+        of_angles = prior.amplitude**2 * np.stack(
+            kernel(samples.distances, prior.length)
+        )
         across = of_angles[:, :, :, None] * np.ascontiguousarray(S.T)
         parts = (S @ across.reshape(2, n, -1, 3 * n)).reshape(2, 3 * n, 3, n)
         K, by_length = parts.swapaxes(2, 3).reshape(2, 3 * n, 3 * n)
@@ -215,7 +219,9 @@ def marginalised(fit: CurveFit) -> CurveFit:
         )
         if max(by_weights, by_scales, by_groups) < SETTLED:
             break
-        freedom = np.einsum("nij,nji->n", fit.projected_blocks, fit.scales) / fit.weights / 3
+        freedom = (
+            np.einsum("nij,nji->n", fit.projected_blocks, fit.scales) / fit.weights / 3
+        )
         noises = without_negligible(noises, samples.sources, samples.slopes)
         noises = with_tails(noises, samples.sources, fit.squares, freedom)
         state = replace(fit.state, groups=groups, noises=noises)

@@ -56,7 +56,9 @@ def _by_marginal(fit: CurveFit) -> np.ndarray:
     return covariance
 
 
-def with_curves(fit: CurveFit, remainder: GivenRest, covariance: np.ndarray) -> np.ndarray:
+def with_curves(
+    fit: CurveFit, remainder: GivenRest, covariance: np.ndarray
+) -> np.ndarray:
     """Return the covariance of y, then of all curves, by that of y, shape (d, d)."""
     gain = (remainder.gain + fit.shift)[:, : len(covariance)]
     across = gain @ covariance
@@ -64,7 +66,9 @@ def with_curves(fit: CurveFit, remainder: GivenRest, covariance: np.ndarray) -> 
     return np.block([[covariance, across.T], [across, of_curves]])
 
 
-def _normal_equations(fit: CurveFit, weighted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _normal_equations(
+    fit: CurveFit, weighted: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return F^T W F and F^T W [G, a] of the coefficients of all curves."""
     samples, size = fit.samples, len(fit.shift)
     (places, basis), m = samples.places, samples.readings.shape[1]

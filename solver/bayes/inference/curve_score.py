@@ -23,7 +23,9 @@ def promised_gain(flat: CurveFit) -> float:
     of each part of the noise. Beside the noise, K keeps 1 / (I^-1)_00 of it (Rao's test of scores).
     """
     V, p = flat.projection, flat.pulls
-    by_noise = [_times_blocks(V, blocks) for blocks in flat.parts_of_noise if blocks.any()]
+    by_noise = [
+        _times_blocks(V, blocks) for blocks in flat.parts_of_noise if blocks.any()
+    ]
     gains: list[float] = []
     for length in LENGTHS.tolist():
         K, _ = replace(flat, prior=CurvePrior(1.0, length)).curves

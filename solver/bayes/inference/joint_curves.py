@@ -57,7 +57,10 @@ def with_joint_curves(
     try:
         return _with_joint_curves(posterior, alternative, prior)
     except np.linalg.LinAlgError:  # of exact data, say, which leave no noise
-        return posterior, "not supported by the data (with them, the fit does not settle)"
+        return (
+            posterior,
+            "not supported by the data (with them, the fit does not settle)",
+        )
 
 
 def _with_joint_curves(
@@ -69,17 +72,26 @@ def _with_joint_curves(
     n = len(samples.sources)
     if prior is not None:
         rows = _random_rows(n, MOST_SAMPLES)
-        marginal = marginalised(CurveFit(state, samples.of(rows), prior, np.ones(len(rows))))
+        marginal = marginalised(
+            CurveFit(state, samples.of(rows), prior, np.ones(len(rows)))
+        )
         return _converged(posterior, rows, marginal, posterior.log_evidence), GIVEN
     marginal = None
     for count in (FIRST_SAMPLES, MOST_SAMPLES):
         rows = _random_rows(n, count)
-        flat = CurveFit(state, samples.of(rows), CurvePrior(0.0, LONGEST), np.ones(len(rows)))
+        flat = CurveFit(
+            state, samples.of(rows), CurvePrior(0.0, LONGEST), np.ones(len(rows))
+        )
         flat = marginalised(flat)
         if promised_gain(flat) < HINT:
-            return posterior, "not supported by the data (they would not raise the evidence)"
+            return (
+                posterior,
+                "not supported by the data (they would not raise the evidence)",
+            )
         state, first = flat.state, marginal or _initial_scales(flat)
-        begun = replace(flat, state=first.state, prior=first.prior, weights=flat.next_weights)
+        begun = replace(
+            flat, state=first.state, prior=first.prior, weights=flat.next_weights
+        )
         marginal = marginalised(begun)
         before, after = log_evidence(flat), log_evidence(marginal)
         gain = after - before
@@ -98,7 +110,9 @@ def _with_joint_curves(
         evidence_of_other = log_evidence(fit)
         if evidence_of_other + log_odds > after:
             start, marginal, after = other, fit, evidence_of_other
-    return _converged(start, rows, marginal, evidence_of_start + after), f"kept {evidence}"
+    return _converged(
+        start, rows, marginal, evidence_of_start + after
+    ), f"kept {evidence}"
 
 
 def _random_rows(count: int, size: int) -> np.ndarray:
@@ -174,7 +188,9 @@ def _posterior(
     flat, state, size = posterior.objective, marginal.state, posterior.model.size
     model = posterior.model.with_effects((*posterior.model.extensions, CURVE.name))
     process = CurvePrior(marginal.prior.amplitude, marginal.prior.length)
-    covariance = submatrix(joint, np.r_[:size, flat.size : len(joint), size : flat.size])
+    covariance = submatrix(
+        joint, np.r_[:size, flat.size : len(joint), size : flat.size]
+    )
     knots = size + np.arange(curves.size).reshape(curves.shape)
     groups = [
         replace(group, members=group.members + curves.size * (group.members >= size))
@@ -189,9 +205,13 @@ def _posterior(
         at_zero=np.insert(state.at_zero, size, np.zeros(curves.size, dtype=bool)),
         groups=tuple(groups),
     )
-    iterates = [np.insert(iterate, size, 0 * coefficients) for iterate in posterior.iterates]
+    iterates = [
+        np.insert(iterate, size, 0 * coefficients) for iterate in posterior.iterates
+    ]
     iterates.append(state.x)
-    return FitPosterior(state, posterior.around, marginal.weights, evidence, iterates, covariance)
+    return FitPosterior(
+        state, posterior.around, marginal.weights, evidence, iterates, covariance
+    )
 
 
 def _curve_group(
@@ -201,7 +221,9 @@ def _curve_group(
     effective = 0.0
     for column, joint in zip(knots.T, model.robot.actuated, strict=True):
         if joint.type != "prismatic":
-            effective += KNOTS - float(np.sum(prior.inverse * submatrix(covariance, column)))
+            effective += KNOTS - float(
+                np.sum(prior.inverse * submatrix(covariance, column))
+            )
     return PriorGroup(
         CURVE.name,
         CURVE.unit,

@@ -44,11 +44,17 @@ def expectation_propagation(
     for _ in range(SWEEPS):
         now = np.linalg.inv(P + np.diag(tau))
         centre, variance = now @ (h + nu), np.diag(now)
-        precision, pull = 1 / variance - tau, centre / variance - nu  # without its own factor
+        precision, pull = (
+            1 / variance - tau,
+            centre / variance - nu,
+        )  # without its own factor
         z = pull / np.sqrt(precision)
         hazard, excess, log_half = np.array([_half(value) for value in z.tolist()]).T
         target = precision / (1 - hazard * excess)  # 1 / variance with the bound
-        changes = target - precision - tau, target * excess / np.sqrt(precision) - pull - nu
+        changes = (
+            target - precision - tau,
+            target * excess / np.sqrt(precision) - pull - nu,
+        )
         tau, nu = tau + DAMPING * changes[0], nu + DAMPING * changes[1]
         if np.abs(changes).max() < SETTLED * (1 + np.abs([tau, nu]).max()):
             break
@@ -105,8 +111,12 @@ def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     hessian = information + prior
     covariance = inverse_of_free(hessian, free)
     change = -covariance @ slope
-    evidence = log_evidence_of_scales(state, state.objective.data.source_of) - state.value()
-    evidence -= 0.5 * float(slope @ change) + 0.5 * log_determinant(submatrix(hessian, free))
+    evidence = (
+        log_evidence_of_scales(state, state.objective.data.source_of) - state.value()
+    )
+    evidence -= 0.5 * float(slope @ change) + 0.5 * log_determinant(
+        submatrix(hessian, free)
+    )
     bounds, slope_of_bounds, log_share = factors_of_bounds(state, change, covariance)
     evidence += log_share
     mean = state
@@ -125,7 +135,9 @@ def posterior(state: State, iterates: list[np.ndarray]) -> FitPosterior:
     at_usual = replace(spread, mean=difference)
     mixture, groups = over_widths(state, state.padded + change, at_usual)
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
-    return FitPosterior(replace(mean, groups=groups), mixture, weights, evidence, iterates)
+    return FitPosterior(
+        replace(mean, groups=groups), mixture, weights, evidence, iterates
+    )
 
 
 def _of_data(state: State) -> np.ndarray:

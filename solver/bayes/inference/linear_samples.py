@@ -64,7 +64,9 @@ def samples_around(
 ) -> tuple[State, LinearSamples]:
     """Return a state at the joint positions that curves, (KNOTS, m), make of readings."""
     objective, positions = state.objective, readings.positions
-    turning = np.array([joint.type != "prismatic" for joint in objective.model.robot.actuated])
+    turning = np.array(
+        [joint.type != "prismatic" for joint in objective.model.robot.actuated]
+    )
     shifts = np.zeros(positions.shape)
     if curves is not None:
         shifts = curve_values(positions, curves.ravel())
@@ -83,7 +85,10 @@ def priors_of_rest(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return precision and slope of y by priors, known distances, and a share of the volume."""
     prior, (B, b) = state.prior_precision(widened=widened), state.constraints
-    return B.T @ B + prior, B.T @ b + prior @ state.offset + share * state.linear.by_volume
+    return (
+        B.T @ B + prior,
+        B.T @ b + prior @ state.offset + share * state.linear.by_volume,
+    )
 
 
 def posterior_of_rest(

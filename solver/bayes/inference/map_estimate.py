@@ -10,7 +10,12 @@ from ...data import Observations
 from ...paper import NotConverged
 from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
 from .laplace import posterior
-from .normal_equations import active_set_step, inverse_of_free, leverage, normal_equations
+from .normal_equations import (
+    active_set_step,
+    inverse_of_free,
+    leverage,
+    normal_equations,
+)
 from .objective import Objective
 from .posterior import FitPosterior
 from .state import State
@@ -97,7 +102,9 @@ def refit(
     Raises as :func:`estimate`.
     """
     movements = result.objective.movements if movements is None else movements
-    return estimate(model or result.model, result.data, start_from=result, movements=movements)
+    return estimate(
+        model or result.model, result.data, start_from=result, movements=movements
+    )
 
 
 def stepped(result: FitPosterior, data: Observations) -> State:
@@ -109,7 +116,9 @@ def stepped(result: FitPosterior, data: Observations) -> State:
     Raises:
         FrameError: Nothing ties a frame to the robot any more.
     """
-    state = start(_objective(result.model, data, result.objective.movements), True, result)
+    state = start(
+        _objective(result.model, data, result.objective.movements), True, result
+    )
     return moved(state, gauss_newton(state, np.zeros(len(state.x), dtype=bool)).change)
 
 
@@ -117,7 +126,9 @@ def _objective(
     model: ExtendedModel, data: Observations, movements: Sequence[Movement]
 ) -> Objective:
     """Return the objective, with the movements of placements that are among the data."""
-    return Objective(model, tuple(m for m in movements if m.placement in data.placements), data)
+    return Objective(
+        model, tuple(m for m in movements if m.placement in data.placements), data
+    )
 
 
 def gauss_newton(state: State, may_leave: np.ndarray) -> Step:

@@ -92,10 +92,15 @@ class Linearization:
     @cached_property
     def reach(self) -> np.ndarray:
         """Mean square of how far each unknown moves the ball per axis, shape (n,)."""
-        return np.einsum("nij,nij->j", self.by_unknowns, self.by_unknowns) / self.places.size
+        return (
+            np.einsum("nij,nij->j", self.by_unknowns, self.by_unknowns)
+            / self.places.size
+        )
 
 
-def linearise(objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]) -> Linearization:
+def linearise(
+    objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]
+) -> Linearization:
     """Return the samples and their derivatives at some unknowns."""
     model, data, size = objective.model, objective.data, objective.model.size
     q, torques, clocks = data.positions, data.torques, data.clocks
@@ -103,7 +108,11 @@ def linearise(objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]) -> 
     points, J[:, :, :size], by_joints = model.linearise(x[:size], q, torques, clocks)
     places = points.copy()
     for k, frame in enumerate(frames):
-        balls, turned, columns = data.measured_in == k, data.turned_in == k, objective.of_frame(k)
+        balls, turned, columns = (
+            data.measured_in == k,
+            data.turned_in == k,
+            objective.of_frame(k),
+        )
         places[balls] -= frame.apply(data.points[balls])
         J[balls, :, columns] = -frame.slopes(data.points[balls])
         if turned.any():

@@ -6,7 +6,14 @@ from functools import cached_property
 import numpy as np
 
 from ...data import WORLD, Pose
-from ..model import Noise, PriorGroup, block_matrix, sample_degrees, sample_scales, student_weights
+from ..model import (
+    Noise,
+    PriorGroup,
+    block_matrix,
+    sample_degrees,
+    sample_scales,
+    student_weights,
+)
 from .objective import Linearization, Objective
 
 FRAME_PRIOR_PRECISION = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
@@ -109,7 +116,9 @@ class State:
                 row[:, objective.of_frame(located.frame)] = -frame.slopes(place)[0]
                 place = frame.apply(place)
             slopes.append(row / located.deviation)
-            residuals.append((self.centres[located.socket] - place[0]) / located.deviation)
+            residuals.append(
+                (self.centres[located.socket] - place[0]) / located.deviation
+            )
         return np.concatenate(slopes), np.concatenate(residuals)
 
     @cached_property

@@ -40,7 +40,9 @@ class Step:
     """Slope of L along the change, per whole step."""
 
 
-def start(objective: Objective, joint_noise: bool, previous: FitPosterior | None = None) -> State:
+def start(
+    objective: Objective, joint_noise: bool, previous: FitPosterior | None = None
+) -> State:
     """Return the first state: the nominal robot, each socket at the median of its balls."""
     model, data = objective.model, objective.data
     x, at_zero = np.zeros(objective.x_size), np.zeros(objective.x_size, dtype=bool)
@@ -50,7 +52,9 @@ def start(objective: Objective, joint_noise: bool, previous: FitPosterior | None
             x[group.members] = group.mean
     if previous is not None:  # as far as that has them
         before = previous.arm
-        _, rows, rows_before = np.intersect1d(model.names, before.model.names, return_indices=True)
+        _, rows, rows_before = np.intersect1d(
+            model.names, before.model.names, return_indices=True
+        )
         x[rows] = before.x[rows_before]
         # what the samples never moved is at zero as well, and yet not held there
         at_zero[rows] = previous.state.bounded[rows_before] & (x[rows] == 0)
@@ -76,9 +80,13 @@ def start(objective: Objective, joint_noise: bool, previous: FitPosterior | None
     return replace(state, noises=tuple(noises))
 
 
-def _nominal_noise(errors: np.ndarray, by_joints: np.ndarray, *, joint_noise: bool) -> Noise:
+def _nominal_noise(
+    errors: np.ndarray, by_joints: np.ndarray, *, joint_noise: bool
+) -> Noise:
     """Return noise as large as the nominal robot's errors, shape (N, 3) [m]."""
-    typical = float(np.median(np.linalg.norm(errors, axis=1))) / 1.54  # the median of chi_3
+    typical = (
+        float(np.median(np.linalg.norm(errors, axis=1))) / 1.54
+    )  # the median of chi_3
     joint = typical / joint_reach(by_joints) if joint_noise else 0.0
     return Noise(max(typical, SMALLEST), joint)
 
@@ -120,7 +128,9 @@ def updated_groups(
         if group.learned and group.width and mask.any():
             members = group.members[mask]
             offset = x[members] - group.mean[mask]
-            new = group.updated(offset, covariance[members[:, None], members], mask, largest)
+            new = group.updated(
+                offset, covariance[members[:, None], members], mask, largest
+            )
             if counts(new):
                 change = max(change, abs(log(new.width / group.width)))
         groups.append(new)
@@ -150,7 +160,10 @@ def updated_noises(state: State, next_state: State, step: Step) -> tuple[Noise, 
 
 
 def with_tails(
-    noises: Sequence[Noise], sources: np.ndarray, squares: np.ndarray, freedom: np.ndarray
+    noises: Sequence[Noise],
+    sources: np.ndarray,
+    squares: np.ndarray,
+    freedom: np.ndarray,
 ) -> tuple[Noise, ...]:
     """Return the noises with tails by the squares of (A2), of which a fit left some shares."""
     squares = squares / freedom.clip(min=1 - MOST_HIDDEN)
@@ -164,9 +177,13 @@ def without_negligible(
     noises: Sequence[Noise], sources: np.ndarray, by_joints: np.ndarray
 ) -> tuple[Noise, ...]:
     """Return the noises without that of joints where it does hardly anything."""
-    effects = [noise.joint_effect(by_joints[sources == k]) for k, noise in enumerate(noises)]
+    effects = [
+        noise.joint_effect(by_joints[sources == k]) for k, noise in enumerate(noises)
+    ]
     pairs = zip(noises, effects, strict=True)
-    return tuple(replace(noise, joint=0.0) if e < NEGLIGIBLE else noise for noise, e in pairs)
+    return tuple(
+        replace(noise, joint=0.0) if e < NEGLIGIBLE else noise for noise, e in pairs
+    )
 
 
 def following_noise(
@@ -177,7 +194,8 @@ def following_noise(
     if not noise:
         return groups
     return tuple(
-        group.following(noise) if group.follows_noise and group.width else group for group in groups
+        group.following(noise) if group.follows_noise and group.width else group
+        for group in groups
     )
 
 

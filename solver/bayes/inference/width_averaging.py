@@ -103,7 +103,9 @@ class WidthMixture:
         variances = np.repeat(widths**2, sizes, axis=-1)
         return np.linalg.cholesky(C + variances[..., None] * np.eye(len(C)))
 
-    def posterior(self, x: np.ndarray, gaussian: Gaussian) -> tuple[Gaussian, np.ndarray]:
+    def posterior(
+        self, x: np.ndarray, gaussian: Gaussian
+    ) -> tuple[Gaussian, np.ndarray]:
         """Return the posterior of all unknowns, and the root mean square of each group's widths.
 
         With the root of the members' posterior at the usual widths L_0 Q s V^T, their information

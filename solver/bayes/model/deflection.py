@@ -8,7 +8,9 @@ import numpy as np
 from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect, Readings
 
 
-def design_matrix(effects: Sequence[Effect], readings: Readings) -> tuple[np.ndarray, np.ndarray]:
+def design_matrix(
+    effects: Sequence[Effect], readings: Readings
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the axes that the coefficients of some effects turn, and the turns per unit."""
     m = int(readings.q.shape[1])
     columns: np.ndarray = np.arange(m)
@@ -26,7 +28,9 @@ def deflected(
     """Return the true joint positions, followed by the tilts where there are any."""
     m = q.shape[1]
     onto = np.eye(3 * m if (turned >= m).any() else m)[turned]
-    true = ((turns * coefficients) @ onto).astype(np.result_type(turns, q))  # q may be symbols
+    true = ((turns * coefficients) @ onto).astype(
+        np.result_type(turns, q)
+    )  # q may be symbols
     true[:, :m] += q
     return true
 
@@ -63,7 +67,9 @@ class Deflection:
 
     def without(self, *names: str) -> "Deflection":
         """Return all effects but some."""
-        coefficients = {name: c for name, c in self.by_name.items() if name not in names}
+        coefficients = {
+            name: c for name, c in self.by_name.items() if name not in names
+        }
         return Deflection(tuple(coefficients), tuple(coefficients.values()))
 
     @property
@@ -95,7 +101,9 @@ class Deflection:
         """
         by_name = self.by_name
         effects = [effect for effect in self.effects if effect.shift is None]
-        coefficients = np.concatenate([np.zeros(0), *(by_name[e.name] for e in effects)])
+        coefficients = np.concatenate(
+            [np.zeros(0), *(by_name[e.name] for e in effects)]
+        )
         readings = Readings(q, moments, clocks)
         true = deflected(q, *design_matrix(effects, readings), coefficients)
         for effect in self.effects:

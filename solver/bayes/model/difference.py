@@ -24,7 +24,9 @@ def width_of(difference: Apart) -> float:
     return WIDTHS.get(difference.part, ZERO)
 
 
-def shifts_by(robot: Robot, q: np.ndarray, order: np.ndarray, difference: Apart) -> np.ndarray:
+def shifts_by(
+    robot: Robot, q: np.ndarray, order: np.ndarray, difference: Apart
+) -> np.ndarray:
     """Return by how much balls are predicted off for each unknown of a difference, (N, 3, k).
 
     Of the ball it is -R, the rotation of its link. Of a zero that reads o too much it is
@@ -63,7 +65,9 @@ class Difference(Movement):
         slopes = np.zeros((len(rows), 3, self.size))
         if rows.any():
             order = data.clocks[rows, 0]
-            slopes[rows] = shifts_by(self.robot, data.positions[rows], order, self.apart)
+            slopes[rows] = shifts_by(
+                self.robot, data.positions[rows], order, self.apart
+            )
         return slopes
 
     def prior(self, begin: int) -> PriorGroup:
@@ -76,9 +80,13 @@ class Difference(Movement):
 
 def differences_of(recordings: RobotRecordings) -> list[Movement]:
     """Return all that is otherwise in single placements of a robot."""
-    pairs = chain.from_iterable(product([m.name], m.apart) for m in recordings.measurements)
+    pairs = chain.from_iterable(
+        product([m.name], m.apart) for m in recordings.measurements
+    )
     return [
-        Difference(placement=name, kind="difference", robot=recordings.robot, apart=apart)
+        Difference(
+            placement=name, kind="difference", robot=recordings.robot, apart=apart
+        )
         for name, apart in pairs
     ]
 

@@ -46,12 +46,17 @@ class ExtendedModel:
     @cached_property
     def coefficients(self) -> tuple[list[str], ...]:
         """Names of each effect's coefficients."""
-        return tuple(effect.coefficient_names(self.robot.joint_names) for effect in self.effects)
+        return tuple(
+            effect.coefficient_names(self.robot.joint_names) for effect in self.effects
+        )
 
     @cached_property
     def names(self) -> list[str]:
         """Names of all unknowns."""
-        return [*(p.name for p in self.parameters), *chain.from_iterable(self.coefficients)]
+        return [
+            *(p.name for p in self.parameters),
+            *chain.from_iterable(self.coefficients),
+        ]
 
     @cached_property
     def units(self) -> list[str]:
@@ -79,7 +84,9 @@ class ExtendedModel:
 
     def with_effects(self, names: Collection[str]) -> "ExtendedModel":
         """Return the model with the effects of some names in place of its own."""
-        return replace(self, extensions=tuple(name for name in EFFECTS if name in names))
+        return replace(
+            self, extensions=tuple(name for name in EFFECTS if name in names)
+        )
 
     @property
     def without_curves(self) -> "ExtendedModel":
@@ -138,7 +145,9 @@ class ExtendedModel:
         by_joints = linear.by_joints[:, :, : q.shape[1]]
         for effect in self.effects:
             if effect.joint_noise is not None:
-                by_joints = by_joints * effect.joint_noise(torque[:, : q.shape[1]])[:, None]
+                by_joints = (
+                    by_joints * effect.joint_noise(torque[:, : q.shape[1]])[:, None]
+                )
         return linear.points, by_unknowns, by_joints
 
     def log_volume(self, x: np.ndarray, q: np.ndarray) -> tuple[float, np.ndarray]:
@@ -169,7 +178,9 @@ class ExtendedModel:
         model = self.without_curves
         points, slopes, _ = model.linearise(np.zeros(model.size), q, np.tile(0 * q, 3))
         cloud = points - points.mean(axis=0)
-        columns = [i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"]
+        columns = [
+            i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"
+        ]
         for effect, members in zip(model.effects, model.slices, strict=True):
             columns += range(members.start, members.stop) if effect.of_encoder else ()
         shifts = slopes[:, :, columns] - slopes[:, :, columns].mean(axis=0)
@@ -181,12 +192,16 @@ class ExtendedModel:
         return np.pad(by_scale, (0, self.size - model.size))
 
 
-def rare_in(coefficients: Mapping[str, Sequence[float]], joints: Sequence[str]) -> list[str]:
+def rare_in(
+    coefficients: Mapping[str, Sequence[float]], joints: Sequence[str]
+) -> list[str]:
     """Return the names of coefficients of rare effects that are not 0, by those of each effect."""
     names: list[str] = []
     for name, effect in EFFECTS.items():
         if effect.rare:
-            names += compress(effect.coefficient_names(joints), coefficients.get(name, ()))
+            names += compress(
+                effect.coefficient_names(joints), coefficients.get(name, ())
+            )
     return names
 
 

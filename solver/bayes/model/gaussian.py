@@ -51,7 +51,8 @@ class Gaussian:
         pairs = [*zip(parts, shares, strict=True)]
         mean = np.sum([share * part.mean for part, share in pairs], axis=0)
         roots = [
-            share**0.5 * np.column_stack([part.mean - mean, part.root]) for part, share in pairs
+            share**0.5 * np.column_stack([part.mean - mean, part.root])
+            for part, share in pairs
         ]
         return Gaussian(mean, np.concatenate(roots, axis=1))
 
@@ -61,7 +62,9 @@ class Gaussian:
         mean = np.concatenate([part.mean for part in parts])
         bounds = [*accumulate((len(part.mean) for part in parts), initial=0)]
         rows = map(slice, bounds, bounds[1:])
-        roots = [p.embedded(r, len(mean)).root for p, r in zip(parts, rows, strict=True)]
+        roots = [
+            p.embedded(r, len(mean)).root for p, r in zip(parts, rows, strict=True)
+        ]
         return Gaussian(mean, np.concatenate(roots, axis=1))
 
     @cached_property
@@ -119,4 +122,6 @@ def check(covariance: np.ndarray) -> None:
         np.linalg.cholesky(shifted)
     except np.linalg.LinAlgError:
         eigenvalue = np.linalg.eigvalsh(shifted)[0] - ROUNDING
-        raise AssertionError(f"a correlation matrix has the eigenvalue {eigenvalue:.3g}") from None
+        raise AssertionError(
+            f"a correlation matrix has the eigenvalue {eigenvalue:.3g}"
+        ) from None

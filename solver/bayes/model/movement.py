@@ -87,7 +87,8 @@ def movements_of(data: Observations, placement: str) -> list[Movement]:
             continue
         if clock == "time":
             movements += [
-                Movement(placement, "step", at=rank) for rank in _changes(t, data.sockets[rows])
+                Movement(placement, "step", at=rank)
+                for rank in _changes(t, data.sockets[rows])
             ]
             movements.append(Movement(placement, "drift"))
         movements.append(Movement(placement, "slow", clock, waves=waves))

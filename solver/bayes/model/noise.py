@@ -41,7 +41,10 @@ class Noise:
 
     def as_gaussian(self, by_joints: np.ndarray) -> np.ndarray:
         """Return C_i / k, the covariance of Gaussian noise of which a sample tells as much."""
-        return sample_scales([self], np.zeros(len(by_joints), int), by_joints) / self.information
+        return (
+            sample_scales([self], np.zeros(len(by_joints), int), by_joints)
+            / self.information
+        )
 
     def joint_effect(self, by_joints: np.ndarray) -> float:
         """Return how far the joints' noise moves the ball, relative to that in space."""
@@ -53,9 +56,13 @@ class Noise:
         s_x is kept from zero, since no ball sits without any play.
         """
         squares = np.array([self.space, self.joint])[: len(step)] ** 2
-        updated = np.clip(squares + step, squares / LARGEST_FACTOR, LARGEST_FACTOR * squares)
+        updated = np.clip(
+            squares + step, squares / LARGEST_FACTOR, LARGEST_FACTOR * squares
+        )
         s_x, s_q = np.append(np.sqrt(updated), 0.0)[:2].tolist()
-        return replace(self, space=max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), joint=s_q)
+        return replace(
+            self, space=max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), joint=s_q
+        )
 
 
 def joint_reach(by_joints: np.ndarray) -> float:
@@ -79,7 +86,9 @@ def sample_degrees(noises: Sequence[Noise], sources: np.ndarray) -> np.ndarray:
     return np.array([noise.nu for noise in noises])[sources]
 
 
-def student_weights(squares: np.ndarray, nu: float | np.ndarray, axes: int = 3) -> np.ndarray:
+def student_weights(
+    squares: np.ndarray, nu: float | np.ndarray, axes: int = 3
+) -> np.ndarray:
     """Return w = (nu + d) / (nu + e^T C^-1 e), the robust weights of errors with d axes (A2).
 
     A fit by Student's distribution is one of least squares with these weights, found in turn.

@@ -90,7 +90,9 @@ class PriorGroup:
     @property
     def mean(self) -> np.ndarray:
         """Prior mean of the members, shape (members,)."""
-        return np.zeros(len(self.members)) if self.expected is None else self.expected[0]
+        return (
+            np.zeros(len(self.members)) if self.expected is None else self.expected[0]
+        )
 
     def _variances(self, width: float) -> np.ndarray:
         variance = 0.0 if self.expected is None else self.expected[1] ** 2
@@ -115,10 +117,16 @@ class PriorGroup:
         """
         ones = np.ones(len(self.members))
         width = max(NOISE_DEVIATION * noise, SMALLEST_WIDTH)
-        return replace(self, width=width, common=width * ones, expected=(noise * ones, 0 * ones))
+        return replace(
+            self, width=width, common=width * ones, expected=(noise * ones, 0 * ones)
+        )
 
     def updated(
-        self, x: np.ndarray, covariance: np.ndarray, mask: np.ndarray, largest: float = np.inf
+        self,
+        x: np.ndarray,
+        covariance: np.ndarray,
+        mask: np.ndarray,
+        largest: float = np.inf,
     ) -> "PriorGroup":
         """Return the group with a width closer to what the evidence prefers (A4; MacKay 1992).
 
@@ -139,7 +147,9 @@ class PriorGroup:
         now = float(np.log(self.width))
         step = float(np.clip(self._step(now, target - now), -largest, largest))
         width = max(float(np.exp(now + step)), SMALLEST_WIDTH)
-        return replace(self, width=width, effective=effective, trail=(now, target - now))
+        return replace(
+            self, width=width, effective=effective, trail=(now, target - now)
+        )
 
     def _step(self, now: float, change: float) -> float:
         """Return by how much to change the logarithm of the width."""
@@ -158,7 +168,9 @@ def prior_covariance(
 
     It is made at the groups' widths, or ``widened`` by what these are uncertain by.
     """
-    blocks = [(g.members, g.covariance(g.deviation if widened else g.width)) for g in groups]
+    blocks = [
+        (g.members, g.covariance(g.deviation if widened else g.width)) for g in groups
+    ]
     return block_matrix(size, blocks)
 
 

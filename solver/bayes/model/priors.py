@@ -34,7 +34,8 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         for p in model.parameters
     ]
     lengths, angles, ball = (
-        np.flatnonzero(np.array(kinds) == kind) for kind in ("translation", "rotation", "ball")
+        np.flatnonzero(np.array(kinds) == kind)
+        for kind in ("translation", "rotation", "ball")
     )
     typical: dict[str, float] = {}
     for effect in model.effects:
@@ -46,7 +47,9 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
     geometry = [
         PriorGroup("translation", "m", lengths, widths["translation"], common=by_scale),
         PriorGroup("rotation", "rad", angles, widths["rotation"]),
-        PriorGroup("ball", "m, rad", ball, BALL_WIDTH, learned=False, expected=expected),
+        PriorGroup(
+            "ball", "m, rad", ball, BALL_WIDTH, learned=False, expected=expected
+        ),
     ]
     groups = [
         replace(group, typical=typical.get(group.name, 0.0))
@@ -66,7 +69,11 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
             group = replace(group, name=model.names[member])
             held = replace(group, width=SMALLEST_WIDTH, learned=False)
             groups.append(group if group.name in model.seen else held)
-    return tuple(groups) if model.given is None else _with_given(model, model.given, groups)
+    return (
+        tuple(groups)
+        if model.given is None
+        else _with_given(model, model.given, groups)
+    )
 
 
 def groups_at(
@@ -105,25 +112,37 @@ def _with_given(
 ) -> tuple[PriorGroup, ...]:
     """Return the groups, with what is given of some unknowns in place of their own priors."""
     marginal = prior.of(model.names)
-    members = np.array([model.names.index(name) for name in marginal.names], dtype=np.int64)
+    members = np.array(
+        [model.names.index(name) for name in marginal.names], dtype=np.int64
+    )
     remainder: list[PriorGroup] = []
     for group in groups:
         mask = ~np.isin(group.members, members)
         if mask.any():
             common = None if group.common is None else group.common[mask]
-            expected = group.expected and (group.expected[0][mask], group.expected[1][mask])
+            expected = group.expected and (
+                group.expected[0][mask],
+                group.expected[1][mask],
+            )
             free = group.members[mask]
-            remainder.append(replace(group, members=free, common=common, expected=expected))
+            remainder.append(
+                replace(group, members=free, common=common, expected=expected)
+            )
     if not len(members):
         return tuple(remainder)
     expected = marginal.mean, 0 * marginal.mean
     shape = marginal.covariance
-    given = PriorGroup("given", "", members, 1.0, learned=False, expected=expected, shape=shape)
+    given = PriorGroup(
+        "given", "", members, 1.0, learned=False, expected=expected, shape=shape
+    )
     return (*remainder, given)
 
 
 def _prior_of_effect(
-    effect: Effect, members: np.ndarray, shifts: np.ndarray, of_type: Expected | None = None
+    effect: Effect,
+    members: np.ndarray,
+    shifts: np.ndarray,
+    of_type: Expected | None = None,
 ) -> PriorGroup:
     """Return the prior of an effect's coefficients: as wide as they usually shift the samples."""
     width = effect.typical_shift / max(float(np.sqrt(np.mean(shifts**2))), 1e-6)

@@ -9,7 +9,7 @@ from .held_out_misfit import HeldOut as HeldOut
 from .held_out_misfit import misfit as misfit
 from .held_out_misfit import within as within
 from .identifiability import unobservable as unobservable
-from .identifiability import weakly_identifiable_directions as weakly_identifiable_directions
+from .identifiability import weak_directions as weak_directions
 from .improvement import Models as Models
 from .improvement import better_than_nominal as better_than_nominal
 from .joint_offsets import DECIDED as DECIDED

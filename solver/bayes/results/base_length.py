@@ -25,7 +25,9 @@ class SocketMean(NamedTuple):
     """Its covariance by the samples' noise, shape (3, 3) [m^2]."""
 
     @classmethod
-    def of(cls, posterior: Posterior, q: np.ndarray, moments: np.ndarray) -> "SocketMean":
+    def of(
+        cls, posterior: Posterior, q: np.ndarray, moments: np.ndarray
+    ) -> "SocketMean":
         """Return that of samples, whose noise counts as correlated."""
         points, J, by_joints = posterior.linearise(q, moments)
         of_samples = posterior.noise.as_gaussian(by_joints)

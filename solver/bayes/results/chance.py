@@ -67,7 +67,9 @@ class Estimate:
         """
         size = self.posterior.model.size
         free = [g for g in self.posterior.groups if g.width and g.length is None]
-        precision = block_matrix(size, ((g.members, g.precision(g.width)) for g in free))
+        precision = block_matrix(
+            size, ((g.members, g.precision(g.width)) for g in free)
+        )
         return self.spread[:, :size] @ precision, prior_covariance(free, size)
 
     @property

@@ -43,7 +43,9 @@ class Background(NamedTuple):
         """Return L_n^-1 A of columns A, shape (R, k), as (n, R, k)."""
         return self.scales[:, :, None] * (self.basis @ A)
 
-    def with_part(self, d: np.ndarray, squares: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    def with_part(
+        self, d: np.ndarray, squares: np.ndarray, sizes: np.ndarray
+    ) -> np.ndarray:
         """Return the logarithms of the evidence with a part of K, for each n and m^2 of sizes.
 
         With L_n^-1 K L_n^-T = W W^T, and V diag(d) V^T = W^T W, and b = V^T W^T z, a part adds

@@ -12,7 +12,14 @@ def frame_poses(posterior: FitPosterior) -> tuple[FramePose, ...]:
     data = posterior.data
     centres = posterior.state.centres
     poses = [
-        frame_pose(data, k, pose, posterior.frame_covariance(name), centres, data.points_in(name))
+        frame_pose(
+            data,
+            k,
+            pose,
+            posterior.frame_covariance(name),
+            centres,
+            data.points_in(name),
+        )
         for k, (name, pose) in enumerate(posterior.frames.items())
     ]
     if data.anchored:

@@ -44,7 +44,9 @@ class Use:
     variance: float
     """Mean square of what counts of the posterior's own errors, v_k of (A12) [m^2]."""
 
-    def form(self, ball: BallModel, values: np.ndarray, x: np.ndarray, L: np.ndarray) -> np.ndarray:
+    def form(
+        self, ball: BallModel, values: np.ndarray, x: np.ndarray, L: np.ndarray
+    ) -> np.ndarray:
         """Return F of the expected mean square [x, 1]^T F [x, 1] of what counts, (n + 1, n + 1).
 
         The geometry is linear about the values, where x is as given; it changes by L x.
@@ -102,7 +104,9 @@ def _uses(posterior: Posterior, load: Load) -> list[Use]:
     """Return the uses that count: samples, points and distances near them, distances anywhere."""
     robot = posterior.model.robot
     margin = AWAY * arm_length(robot)
-    nearby, places = poses_near(robot, posterior.data.positions, (PLACES, POSTURES), margin)
+    nearby, places = poses_near(
+        robot, posterior.data.positions, (PLACES, POSTURES), margin
+    )
     anywhere = workspace(robot, 2 * PAIRS)
 
     def point(errors: np.ndarray) -> np.ndarray:
@@ -205,7 +209,9 @@ def _lengths(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> Diffe
     return difference
 
 
-def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: Difference) -> Use:
+def _use(
+    posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: Difference
+) -> Use:
     """Return a use at poses at which the full model says where the ball is, and how surely.
 
     Its variance is the mean of s^T Sigma s, with s the derivatives of an error that counts by the
@@ -214,7 +220,9 @@ def _use(posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: D
     points, slopes, _ = posterior.linearise(q, torques)
     rows = difference(slopes)
     # of error curves, few poses at a time need few coefficients
-    parts = np.array_split(rows, PLACES if posterior.deflection.curves is not None else 1)
+    parts = np.array_split(
+        rows, PLACES if posterior.deflection.curves is not None else 1
+    )
     variances = [sum_of_variances(part, posterior.of_unknowns) for part in parts]
     variance = sum(variances) / max(len(rows), 1)
     return Use(q, points, difference, variance)

@@ -36,7 +36,9 @@ LEAST_SHARE = 1e-12
 """Smaller shares of the largest eigenvalue of a covariance are rounding."""
 
 
-def error_parts(posterior: Posterior, sockets: Sequence[SocketSamples]) -> ErrorParts | None:
+def error_parts(
+    posterior: Posterior, sockets: Sequence[SocketSamples]
+) -> ErrorParts | None:
     """Return the parts of the error at held-out sockets; None for too few samples.
 
     Their expected squares are n^2 tr Q^T C Q, tr Q^T J Sigma J^T Q, and m^2 times the sum of both
@@ -112,7 +114,9 @@ def _contrasts(counts: Sequence[int]) -> np.ndarray:
     return np.kron(block_diagonal(blocks), np.eye(3))
 
 
-def _roots(q: np.ndarray, moments: np.ndarray, by_joints: np.ndarray) -> Iterator[np.ndarray]:
+def _roots(
+    q: np.ndarray, moments: np.ndarray, by_joints: np.ndarray
+) -> Iterator[np.ndarray]:
     """Yield roots F of covariances F F^T of errors that a model may lack, shape (3 N, k).
 
     Of samples a and b these are exp(-|q_a - q_b|^2 / 2 l^2) along each axis alone; and with j_a

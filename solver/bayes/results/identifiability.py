@@ -37,7 +37,7 @@ class Change(NamedTuple):
     """Shape (geometry,), in some unit."""
 
 
-def weakly_identifiable_directions(posterior: Posterior) -> tuple[Direction, ...]:
+def weak_directions(posterior: Posterior) -> tuple[Direction, ...]:
     """Return what the data cannot tell, in words.
 
     First come directions that no ball can show in any chain of joints like this one; then those
@@ -79,7 +79,9 @@ def _without_turns_of_joints(changes: Sequence[Change], n: int) -> list[Change]:
     A turn of the base about joint 1 is one thing with joint 1's offset, which no ball shows.
     """
     Q = _basis([change for change in changes if change.text != BASE], n)
-    return [Change(text, _unit(outside(u, Q)) if text == BASE else u) for text, u in changes]
+    return [
+        Change(text, _unit(outside(u, Q)) if text == BASE else u) for text, u in changes
+    ]
 
 
 def _basis(changes: Sequence[Change], n: int) -> np.ndarray:

@@ -153,7 +153,9 @@ def _root(covariance: np.ndarray) -> np.ndarray:
     return deviation[:, None] * L
 
 
-def _evidence(posterior: Posterior, load: Load, measured: Measurement) -> Iterator[np.ndarray]:
+def _evidence(
+    posterior: Posterior, load: Load, measured: Measurement
+) -> Iterator[np.ndarray]:
     """Yield what a placement tells: the scatter in each socket, and its distance.
 
     They are rows [r, A] of variance 1, shape (R, 1 + size): errors, and their derivatives by the

@@ -38,7 +38,10 @@ def with_joint_offsets(posterior: Posterior) -> np.ndarray:
 
 
 def offsets_in_origins(
-    model: BallModel, parameters: Sequence[Parameter], values: np.ndarray, offsets: np.ndarray
+    model: BallModel,
+    parameters: Sequence[Parameter],
+    values: np.ndarray,
+    offsets: np.ndarray,
 ) -> np.ndarray:
     """Return geometric parameters with zeros of the joints put into them, shape (geometry,).
 

@@ -72,7 +72,11 @@ class PatternEvidence:
     """Evidence of patterns in errors y, shape (3 N,) [m], beside other changes J S J^T of them."""
 
     def __init__(
-        self, posterior: Posterior, rows: PatternRows, y: np.ndarray, changes: np.ndarray
+        self,
+        posterior: Posterior,
+        rows: PatternRows,
+        y: np.ndarray,
+        changes: np.ndarray,
     ) -> None:
         noise = posterior.noise
         normal = noise.as_gaussian(rows.by_joints)

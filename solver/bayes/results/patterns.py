@@ -45,7 +45,9 @@ def error_patterns(
     if posterior.noise.space < EXACT:
         return None
     parts = [(train, of_trained), (test, of_held_out)]
-    parts = [(placements, evidence_of) for placements, evidence_of in parts if placements]
+    parts = [
+        (placements, evidence_of) for placements, evidence_of in parts if placements
+    ]
     best: dict[str, ErrorPattern] = {}
     for placements, evidence_of in parts:
         rows = _rows(posterior, robot, load, placements)
@@ -144,7 +146,9 @@ def _quantities(robot: Robot, rows: PatternRows) -> dict[str, Quantity]:
         phases = angles[:, None] * k
         waves = np.hstack([np.sin(phases), np.cos(phases)])
         columns = rows_of(motion[:, :, None] * waves[:, None])
-        quantities[joint.name] = Quantity(angles, "rad", "along its motion", _unit(motion), columns)
+        quantities[joint.name] = Quantity(
+            angles, "rad", "along its motion", _unit(motion), columns
+        )
     middle = _middle(robot, rows.q)
     axes = _axes(middle)
     tilt_y = np.cross([0.0, 1.0, 0.0], rows.balls) * middle[:, [0]]
@@ -174,7 +178,11 @@ def _powers(axes: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _pattern(
-    rows: PatternRows, over: str, quantity: Quantity, evidence: PatternEvidence, tried: int
+    rows: PatternRows,
+    over: str,
+    quantity: Quantity,
+    evidence: PatternEvidence,
+    tried: int,
 ) -> ErrorPattern:
     """Return one pattern of those tried, with its running mean, the errors along its direction."""
     log_odds, field = evidence.of(quantity.columns)

@@ -74,7 +74,11 @@ def errors_near(
     """
     nearby = neighbourhoods(posterior.model.robot, recorded)
     deviations = [predicted_errors(posterior, load, q, exported) for q in nearby]
-    return max(deviations, key=lambda deviation: deviation.alone or deviation.median, default=None)
+    return max(
+        deviations,
+        key=lambda deviation: deviation.alone or deviation.median,
+        default=None,
+    )
 
 
 def neighbourhoods(robot: Robot, recorded: Sequence[np.ndarray]) -> list[np.ndarray]:

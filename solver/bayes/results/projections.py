@@ -29,7 +29,9 @@ def block_diagonal(blocks: Iterable[np.ndarray]) -> np.ndarray:
     shapes = np.array([part.shape for part in parts])
     ends = np.cumsum(shapes, axis=0)
     matrix = np.zeros(ends[-1])
-    for part, (row, column), (below, right) in zip(parts, ends - shapes, ends, strict=True):
+    for part, (row, column), (below, right) in zip(
+        parts, ends - shapes, ends, strict=True
+    ):
         matrix[row:below, column:right] = part
     return matrix
 
@@ -45,7 +47,10 @@ def evenly(count: int, most: int) -> np.ndarray:
 
 
 def bisected(
-    is_below: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray, rounds: int
+    is_below: Callable[[np.ndarray], np.ndarray],
+    low: np.ndarray,
+    high: np.ndarray,
+    rounds: int,
 ) -> np.ndarray:
     """Return the ends of intervals, shape (N,), of values that are below; halved in each round."""
     for _ in range(rounds):

@@ -67,7 +67,9 @@ def observability_index(posterior: Posterior) -> float:
     """
     model = posterior.model
     data = posterior.data
-    true = posterior.deflection.true_positions(data.positions, data.torques, data.clocks)
+    true = posterior.deflection.true_positions(
+        data.positions, data.torques, data.clocks
+    )
     linear = model.ball.linearise(posterior.values, true)
     prior = np.sqrt(np.diag(posterior.prior_covariance))
     scaled = linear.by_parameters * prior[: model.geometry]
@@ -118,7 +120,9 @@ def covariance_of(posterior: Posterior) -> np.ndarray:
     return posterior.of_unknowns
 
 
-def predicted_deviation(posterior: Posterior, by_socket: Sequence[SocketSamples]) -> float:
+def predicted_deviation(
+    posterior: Posterior, by_socket: Sequence[SocketSamples]
+) -> float:
     """Return how far samples should lie from their socket's mean, noise included, as rms [m].
 
     With J_i the derivatives of n samples, N_i their noise and Jm the mean of J_i, the squares of a

@@ -33,7 +33,9 @@ def samples_in_sockets(posterior: Posterior) -> WhitenedSamples:
     return WhitenedSamples(q, white[:, :, 0], white[:, :, 1:])
 
 
-def whitened(posterior: Posterior, by_joints: np.ndarray, columns: np.ndarray) -> np.ndarray:
+def whitened(
+    posterior: Posterior, by_joints: np.ndarray, columns: np.ndarray
+) -> np.ndarray:
     """Return L^-1 B of samples' columns B, shape (N, 3, k), by their derivatives by the joints."""
     L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
     return np.linalg.solve(L, columns)

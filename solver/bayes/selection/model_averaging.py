@@ -101,7 +101,9 @@ def _rows(objective: Objective, part: Objective) -> np.ndarray:
     """Return the places of all unknowns among those of models with more extensions."""
     place = {name: i for i, name in enumerate(objective.model.names)}
     rows = [place[name] for name in part.model.names]
-    return np.array([*rows, *range(objective.model.size, objective.size)], dtype=np.int64)
+    return np.array(
+        [*rows, *range(objective.model.size, objective.size)], dtype=np.int64
+    )
 
 
 def _places(result: FitPosterior, reference: FitPosterior) -> np.ndarray:
@@ -130,7 +132,9 @@ def held_out_errors(posterior: FitPosterior) -> np.ndarray:
             state = stepped(posterior, posterior.data.without(held_out))
         except FrameError:
             continue
-        errors[part::PARTS] = [_mean_error(posterior, state.x, name) for name in held_out]
+        errors[part::PARTS] = [
+            _mean_error(posterior, state.x, name) for name in held_out
+        ]
     return errors
 
 

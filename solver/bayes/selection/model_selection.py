@@ -83,13 +83,21 @@ def select_models(
     effects = _effects_of(robot, earlier, recordings.effects)
     base = extend(robot, parameters, (*first, *effects))
     model = replace(base, given=earlier, seen=recordings.effects)
-    geometric = estimate(model, data, joint_noise=JOINT_NOISE in stages, movements=differences)
-    names = [name for name in EXTENSIONS if name in stages and _required(name) <= {"", *first}]
+    geometric = estimate(
+        model, data, joint_noise=JOINT_NOISE in stages, movements=differences
+    )
+    names = [
+        name
+        for name in EXTENSIONS
+        if name in stages and _required(name) <= {"", *first}
+    ]
     scalar = [name for name in names if name != CURVE.extension]
     tryable = set(chain.from_iterable(EXTENSIONS[name] for name in names))
     of_type = dict[str, Expected]()
     if prior is not None and not isinstance(prior, GivenPrior):
-        of_type = {name: expected for name, expected in prior.items() if name in tryable}
+        of_type = {
+            name: expected for name, expected in prior.items() if name in tryable
+        }
     tried = _search(geometric, scalar, progress)
     movements, reported = movements_by_evidence(max(tried.models, key=_evidence))
     if any(line.kept for line in reported):  # all again beside these
@@ -98,10 +106,14 @@ def select_models(
     mean = result = choice.mean
     note = ""
     if CURVE.extension in stages:
-        result, note = with_joint_curves(mean, beside_curves(mean, tried.models), progress)
+        result, note = with_joint_curves(
+            mean, beside_curves(mean, tried.models), progress
+        )
     if result.active != mean.active:
         choice = _Choice([result], "; beside curves")
-    notes = [f"{stage}: {choice.note(stage, gain)}" for stage, gain in tried.gains.items()]
+    notes = [
+        f"{stage}: {choice.note(stage, gain)}" for stage, gain in tried.gains.items()
+    ]
     if of_type:
         share = choice.share(lambda fit: bool(fit.model.of_type))
         notes.append(f"type prior: counts by {100 * share:.0f} %")
@@ -120,7 +132,9 @@ def _required(extension: str) -> set[str]:
     return {EFFECTS[effect].requires for effect in EXTENSIONS[extension]}
 
 
-def _effects_of(robot: Robot, prior: GivenPrior | None, seen: Collection[str]) -> tuple[str, ...]:
+def _effects_of(
+    robot: Robot, prior: GivenPrior | None, seen: Collection[str]
+) -> tuple[str, ...]:
     """Return the effects but curves that a prior tells of, or that recordings show."""
     names = {*seen, *(prior.names if prior is not None else ())}
     joints = robot.joint_names
@@ -220,12 +234,16 @@ class _Choice:
     def note(self, extension: str, gain: float | None) -> str:
         """Return what became of an extension by which the evidence rose, in words."""
         effects = [EFFECTS[name] for name in EXTENSIONS[extension]]
-        if not self.models[0].data.torques.any() and any(e.shared_by_type for e in effects):
+        if not self.models[0].data.torques.any() and any(
+            e.shared_by_type for e in effects
+        ):
             return NO_MASSES
         if gain is None:
             return "not supported by the data (with it, the fit does not settle)"
         evidence = f"(log evidence {gain:+.1f})"
-        probability = self.share(lambda fit: bool({*EXTENSIONS[extension]} & {*fit.active}))
+        probability = self.share(
+            lambda fit: bool({*EXTENSIONS[extension]} & {*fit.active})
+        )
         if not probability:
             return f"not supported by the data {evidence}{self.reason}"
         if probability > 1 - LIKELY:
@@ -251,7 +269,9 @@ def _supported(models: list[FitPosterior]) -> _Choice:
                     models, after = candidates, before
             helps, spread = mean_fall(held_out_errors(geometric), after)
         except NotConverged:
-            return _Choice([geometric], "; the fit does not settle without each placement")
+            return _Choice(
+                [geometric], "; the fit does not settle without each placement"
+            )
         reason = (
             f"; where one placement is left out, all together lower errors by {1e3 * helps:.4f} "
             f"+- {1e3 * spread:.4f} mm"

@@ -62,20 +62,26 @@ def movements_by_evidence(
     return tuple(posterior.objective.movements), tuple(lines)
 
 
-def _best_of(posterior: FitPosterior, movements: Sequence[Movement]) -> tuple[FitPosterior, float]:
+def _best_of(
+    posterior: FitPosterior, movements: Sequence[Movement]
+) -> tuple[FitPosterior, float]:
     """Return the fit with the best further movement, or the same, and the evidence's rise by it.
 
     A step at one of many changes has to gain more, since it could be at any.
     """
     counts = Counter((movement.placement, movement.kind) for movement in movements)
     prices = [log(counts[movement.placement, movement.kind]) for movement in movements]
-    hints = [_rise(posterior, m) - price for m, price in zip(movements, prices, strict=True)]
+    hints = [
+        _rise(posterior, m) - price for m, price in zip(movements, prices, strict=True)
+    ]
     best, gain = posterior, -np.inf
     for hint, i in nlargest(CLOSELY, zip(hints, range(len(hints)), strict=True)):
         if hint < HINT:
             break
         with suppress(NotConverged):
-            with_it = refit(posterior, movements=(*posterior.objective.movements, movements[i]))
+            with_it = refit(
+                posterior, movements=(*posterior.objective.movements, movements[i])
+            )
             rise = with_it.log_evidence - posterior.log_evidence - prices[i]
             if rise > gain:
                 best, gain = with_it, rise
@@ -101,6 +107,10 @@ def _line(posterior: FitPosterior, gain: float) -> FoundMovement:
         rank = int(np.sum(data.time[data.rows_of(movement.placement)] < movement.at))
         follows = ", before its {first}"
     kept = gain >= KEPT
-    use = "; the fit takes it into account" if kept else ", too unsure to be taken into account"
+    use = (
+        "; the fit takes it into account"
+        if kept
+        else ", too unsure to be taken into account"
+    )
     text = f"{WORDS[movement.kind]} by {size:.2f} mm{follows} (log evidence {gain:+.1f}){use}"
     return FoundMovement(movement.placement, text, kept, rank)

@@ -33,9 +33,13 @@ def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Bl
 
     The axes are those of :func:`.link_axes`, so that how a URDF's frames are drawn does not count.
     """
-    joints = [joint for joint in scene.robot.joints if joint is not scene.robot.ball_joint]
+    joints = [
+        joint for joint in scene.robot.joints if joint is not scene.robot.ball_joint
+    ]
     of_joints = {joint.name: _directions(scene, joint, unit) for joint in joints}
-    of_joints = {name: directions for name, directions in of_joints.items() if directions.any()}
+    of_joints = {
+        name: directions for name, directions in of_joints.items() if directions.any()
+    }
     if not of_joints:
         return
     axes: list[Parameters] = []
@@ -47,13 +51,17 @@ def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Bl
                 of_axes.append(direction[:, None])
     yield Block(scene.all_samples, scene.by_geometry @ np.array(of_axes), axes, widths)
     columns = scene.by_geometry @ np.array([*of_joints.values()])
-    yield Block(scene.all_samples, columns, [{"joint": name} for name in of_joints], widths)
+    yield Block(
+        scene.all_samples, columns, [{"joint": name} for name in of_joints], widths
+    )
 
 
 def _directions(scene: Scene, joint: Joint, unit: str) -> np.ndarray:
     """Return the changes of the geometry by which a joint moves along three axes, shape (n, 3)."""
     i, parameters = scene.robot.joints.index(joint), scene.parameters
-    indices = [k for k, p in enumerate(parameters) if p.joint == joint.name and p.unit == unit]
+    indices = [
+        k for k, p in enumerate(parameters) if p.joint == joint.name and p.unit == unit
+    ]
     components = [parameters[k].index % 3 for k in indices]
     link = i if unit == "m" else i + 1
     directions = np.zeros((len(parameters), 3))
@@ -143,7 +151,9 @@ def offset(scene: Scene, parameters: Parameters, values: np.ndarray) -> Paramete
     return {"offset": -float(values[0])}
 
 
-def error(scene: Scene, parameters: Parameters, values: np.ndarray, unit: str) -> Parameters:
+def error(
+    scene: Scene, parameters: Parameters, values: np.ndarray, unit: str
+) -> Parameters:
     """Return which number of an origin in the URDF is wrong, and by how much [m], [rad].
 
     Where it is no single one, it is how far the joint is displaced, or turned, in all.
@@ -162,6 +172,10 @@ def error(scene: Scene, parameters: Parameters, values: np.ndarray, unit: str) -
     value = float(errors[largest])
     if float(np.linalg.norm(np.delete(errors, largest))) > SINGLE * abs(value):
         part = "place" if unit == "m" else "rotation"
-        return {"component": part, "error": float(np.linalg.norm(change)), "sense": "off"}
+        return {
+            "component": part,
+            "error": float(np.linalg.norm(change)),
+            "sense": "off",
+        }
     sense = "too large" if value > 0 else "too small"
     return {"component": COMPONENTS[first + largest], "error": value, "sense": sense}

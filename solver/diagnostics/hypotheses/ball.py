@@ -54,7 +54,9 @@ def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
 
 
 def loose_here(
-    scene: Scene, roots: np.ndarray | None = None, widths: tuple[float, ...] = LOOSE_HERE
+    scene: Scene,
+    roots: np.ndarray | None = None,
+    widths: tuple[float, ...] = LOOSE_HERE,
 ) -> Iterable[Block]:
     """Return blocks of placements that scatter more than the others, by each sample's root."""
     if roots is None:
@@ -80,14 +82,20 @@ def mixed_up(scene: Scene) -> Iterable[Block]:
         doubts = np.flatnonzero(doubtful[rows])
         if not len(doubts):
             continue
-        single = np.eye(rows.stop - rows.start, dtype=bool)[doubts if len(doubts) > 1 else []]
+        single = np.eye(rows.stop - rows.start, dtype=bool)[
+            doubts if len(doubts) > 1 else []
+        ]
         masks: np.ndarray = np.vstack([doubtful[rows], single])
-        names = [_mixed_up(scene, place, np.flatnonzero(mask), nearest) for mask in masks]
+        names = [
+            _mixed_up(scene, place, np.flatnonzero(mask), nearest) for mask in masks
+        ]
         columns = masks[:, :, None] * shifts[rows]
         yield of_samples(rows, columns[..., None], names, fixed=True)
 
 
-def _mixed_up(scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray) -> Parameters:
+def _mixed_up(
+    scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray
+) -> Parameters:
     """Return which rows of a placement lie in which socket."""
     first, last = scene.sample(place, int(rows[0])), scene.sample(place, int(rows[-1]))
     index = scene.places[place].start + rows[0]

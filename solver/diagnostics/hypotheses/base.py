@@ -35,7 +35,11 @@ SOURCES = {
 
 
 def changes(
-    scene: Scene, slopes: np.ndarray, widths: tuple[float, ...], *, throughout: bool = True
+    scene: Scene,
+    slopes: np.ndarray,
+    widths: tuple[float, ...],
+    *,
+    throughout: bool = True,
 ) -> Iterable[Block]:
     """Return blocks of what is off from some sample on by k unknowns: slopes of (N, 3, C, k)."""
     for place, rows in enumerate(scene.places):
@@ -114,13 +118,22 @@ def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parame
     if size > FAR and "point" not in parameters:
         seat = scene.labels.index((parameters["placement"], parameters["socket"]))
         in_seat = scene.sockets == seat
-        balls, after = scene.seats[in_seat], scene.numbers[in_seat] >= parameters["sample"]
-        if not after.all():  # in a socket that was entered after the move, none tells how far
-            size = float(np.linalg.norm(balls[after].mean(axis=0) - balls[~after].mean(axis=0)))
+        balls, after = (
+            scene.seats[in_seat],
+            scene.numbers[in_seat] >= parameters["sample"],
+        )
+        if (
+            not after.all()
+        ):  # in a socket that was entered after the move, none tells how far
+            size = float(
+                np.linalg.norm(balls[after].mean(axis=0) - balls[~after].mean(axis=0))
+            )
     return {"size": size}
 
 
-def _length_by_length(scene: Scene, *, on_base: bool) -> Iterator[tuple[int, Parameters]]:
+def _length_by_length(
+    scene: Scene, *, on_base: bool
+) -> Iterator[tuple[int, Parameters]]:
     """Yield the known distances of one kind: their row, and their names and lengths."""
     lengths = zip(scene.known, scene.expected.tolist(), strict=True)
     for row, (length, expected) in enumerate(lengths, scene.all_lengths.start):
@@ -133,7 +146,12 @@ def _length_by_length(scene: Scene, *, on_base: bool) -> Iterator[tuple[int, Par
 
 def _of_length(row: int, change: float, names: Parameters, **more: Any) -> Block:
     """Return the block of one known distance that is off by an unknown, or a known change."""
-    return Block(slice(row, row + 1), np.full((1, 1, 1), DISTANCE_WEIGHT * change), [names], **more)
+    return Block(
+        slice(row, row + 1),
+        np.full((1, 1, 1), DISTANCE_WEIGHT * change),
+        [names],
+        **more,
+    )
 
 
 def between(scene: Scene) -> Iterable[Block]:
@@ -190,5 +208,7 @@ def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameter
     if "frame" in parameters or not length:
         return {"share": value / max(1 - value, 0.1)}
     likely = length / max(1 + value, 0.1)
-    source = SOURCES[next(m for m in scene.measurements if m.has_distance).distance_source]
+    source = SOURCES[
+        next(m for m in scene.measurements if m.has_distance).distance_source
+    ]
     return {"share": value, "given": length, "likely": likely, "source": source}

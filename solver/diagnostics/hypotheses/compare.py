@@ -58,7 +58,9 @@ class Candidate:
         kind = self.kind.for_points() if self.of_points else self.kind
         advice = kind.advice.format(**p)
         if all(np.abs(m.positions).max() < TINY for m in self.scene.measurements):
-            advice += f"; or are the angles in another unit? none is beyond {TINY:g} rad"
+            advice += (
+                f"; or are the angles in another unit? none is beyond {TINY:g} rad"
+            )
         return Hypothesis(kind.name, probability, p, kind.text(p), advice, kind.tell)
 
     @property
@@ -92,7 +94,9 @@ class Candidate:
         """By how much it changes its rows of the residuals, beside its unknowns [m]."""
         return self.block.columns[0, :, self.block.unknowns :].sum(axis=1)
 
-    def as_cause(self, kind: Kind, parameters: Parameters, log_prior: float) -> "Candidate":
+    def as_cause(
+        self, kind: Kind, parameters: Parameters, log_prior: float
+    ) -> "Candidate":
         """Return what changed a scene that was fitted anew, by its evidence as sound recordings."""
         return replace(
             self,
@@ -124,7 +128,9 @@ class Comparison:
         self, scene: Scene, kinds: Sequence[Kind] = KINDS, share: float = INDEPENDENT
     ) -> None:
         self.scene = scene
-        self.evidence = LinearEvidence(scene.residuals, scene.nuisances, share, scene.whitening)
+        self.evidence = LinearEvidence(
+            scene.residuals, scene.nuisances, share, scene.whitening
+        )
         smallest = max(scene.noise / 4, 1e-6)
         count = int(math.log(LARGEST / smallest, HALVES)) + 2
         self._trials, self._base = self.evidence.trials(smallest, LARGEST, count)
@@ -140,7 +146,9 @@ class Comparison:
         usual = NoisePrior(1.5 * scene.noise, scene.noise_width, below=not scene.zeros)
         noise = usual if kind.noise is None else kind.noise(scene)
         prior = math.log(STEP * kind.prior / max(total, 1))
-        for trial, few in self._likeliest(blocks, noise, SEPARATE if kind.separate else REFINED):
+        for trial, few in self._likeliest(
+            blocks, noise, SEPARATE if kind.separate else REFINED
+        ):
             trials = trial * FACTORS
             ratios = self.evidence.log_ratios(few, trials)
             base = self.evidence.log_likelihood(trials) + noise.log_density(trials)

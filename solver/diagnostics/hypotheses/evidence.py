@@ -61,7 +61,9 @@ class LinearEvidence:
         noise = self.count * np.log(2 * np.pi * s2)
         return self._volume - 0.5 * (noise + spread + chi_square)
 
-    def trials(self, smallest: float, largest: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    def trials(
+        self, smallest: float, largest: float, count: int
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return noises to try, up to beyond the likeliest without further columns, and ln p(r)."""
         trials = np.geomspace(smallest, largest, count)
         base = self.log_likelihood(trials)
@@ -93,7 +95,9 @@ class LinearEvidence:
         covariance: np.ndarray = (axes / precision) @ axes.T
         return covariance @ g[0, 0], covariance
 
-    def _information(self, block: Block, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _information(
+        self, block: Block, sigma: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return A^T C^-1 A, shape (L, C, k, k), and A^T C^-1 r, (L, C, k), of L noises.
 
         With D = B V, whose columns are at right angles and have the lengths d,

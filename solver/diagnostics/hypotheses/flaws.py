@@ -49,9 +49,13 @@ class Flaw:
         match = _SIZE.search(text)
         words = re.split(r"[\s:]+|(?=@)", text[: match.start() if match else None])
         word, *names = [word for word in words if word] or [""]
-        kinds = FLAWS.get(word) or tuple(kind for kind in SIMULATED if kind.name == word)
+        kinds = FLAWS.get(word) or tuple(
+            kind for kind in SIMULATED if kind.name == word
+        )
         if not kinds:
-            raise FlawError(f"fault {text!r}: no fault is called {word!r}{_words_like(word)}")
+            raise FlawError(
+                f"fault {text!r}: no fault is called {word!r}{_words_like(word)}"
+            )
         unit = match[2] if match else None
         kinds_of_unit = tuple(kind for kind in kinds if unit in (None, kind.unit))
         size = _positive(match[1]) / UNITS[match[2]] if match else None
@@ -91,9 +95,16 @@ class Flaw:
             elif kind.noise is not None:
                 kinds.append(kind)
         if not kinds:
-            joints, placements = scene.robot.joint_names, [m.name for m in scene.measurements]
+            joints, placements = (
+                scene.robot.joint_names,
+                [m.name for m in scene.measurements],
+            )
             words = " ".join(self.names)
-            reason = f"these recordings can have none of {words!r}" if words else "none is possible"
+            reason = (
+                f"these recordings can have none of {words!r}"
+                if words
+                else "none is possible"
+            )
             raise FlawError(
                 f"fault {self.text!r}: {reason}; a size has its unit, as in 3{self.unit or 'mm'}; "
                 f"the joints are {', '.join(joints)}, the placements {', '.join(placements)}"

@@ -45,7 +45,9 @@ class Block:
     def only(self, candidates: Sequence[int]) -> "Block":
         """Return some of the candidates."""
         parameters = [self.parameters[i] for i in candidates]
-        return replace(self, columns=self.columns[list(candidates)], parameters=parameters)
+        return replace(
+            self, columns=self.columns[list(candidates)], parameters=parameters
+        )
 
 
 def of_samples(
@@ -185,7 +187,9 @@ class Kind:
             place = p.get("place", p["sample"] + 1)
             named |= {"first": sample_named(p), "nth": p.get("number") or place}
             since = f"throughout {p.get('placement')}, unlike elsewhere"
-            named["since"] = since if p.get("throughout") else f"from {named['first']} on"
+            named["since"] = (
+                since if p.get("throughout") else f"from {named['first']} on"
+            )
         return _Sentences().vformat(self.form, (), named)
 
 

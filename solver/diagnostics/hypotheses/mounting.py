@@ -26,8 +26,15 @@ PLACES = {"-z": "stands upright", "+z": "hangs from the ceiling"}
 
 def mounted(scene: Scene) -> Iterable[Block]:
     """Return blocks of other directions of gravity."""
-    weighed = scene.robot.bodies or any(m.efforts is not None for m in scene.measurements)
-    if scene.explained or not scene.is_elastic.any() or not weighed or not scene.torques.any():
+    weighed = scene.robot.bodies or any(
+        m.efforts is not None for m in scene.measurements
+    )
+    if (
+        scene.explained
+        or not scene.is_elastic.any()
+        or not weighed
+        or not scene.torques.any()
+    ):
         return
     said = np.array(scene.load.gravity)
     strength = float(np.linalg.norm(said))
@@ -81,10 +88,16 @@ def stands(parameters: Parameters) -> str:
     """Return in words how the arm is mounted."""
     pairs = zip(parameters["gravity"], "xyz", strict=True)
     axes = [f"{'-' if g < 0 else '+'}{axis}" for g, axis in pairs if round(g)]
-    how = PLACES.get(axes[0], "is mounted on a wall") if len(axes) == 1 else "is mounted on a slope"
+    how = (
+        PLACES.get(axes[0], "is mounted on a wall")
+        if len(axes) == 1
+        else "is mounted on a slope"
+    )
     return f"the arm {how}: gravity pulls along {' and '.join(axes)} of its base"
 
 
 def remounted(scene: Scene, parameters: Parameters) -> Scene:
     """Return the scene of an arm that is mounted so."""
-    return replace(scene, load=replace(scene.load, gravity=tuple(parameters["gravity"])))
+    return replace(
+        scene, load=replace(scene.load, gravity=tuple(parameters["gravity"]))
+    )

@@ -28,7 +28,10 @@ errors of samples are correlated."""
 def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
     """Return the widths of the priors of a geometry's parameters, shape (n,) [m, rad]."""
     return np.array(
-        [BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION for p in parameters]
+        [
+            BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION
+            for p in parameters
+        ]
     )
 
 

@@ -34,7 +34,12 @@ def copies(scene: Scene) -> Iterable[Block]:
         if twins.any(axis=1).mean() > COPIED:
             name, socket = scene.labels[later]
             of, of_socket = scene.labels[earlier]
-            names = {"placement": name, "socket": socket, "of": of, "of_socket": of_socket}
+            names = {
+                "placement": name,
+                "socket": socket,
+                "of": of,
+                "of_socket": of_socket,
+            }
             yield without_columns(names, CHANCE)
             return
 

@@ -133,7 +133,9 @@ def samples_of(measurements: Sequence[Measurement]) -> Samples:
     return Samples(q, seats_of(measurements)[1], _measured(measurements))
 
 
-def seats_of(measurements: Sequence[Measurement]) -> tuple[tuple[Seat, ...], np.ndarray]:
+def seats_of(
+    measurements: Sequence[Measurement],
+) -> tuple[tuple[Seat, ...], np.ndarray]:
     """Return all seats, frames last, and the index of each sample's seat, shape (N,)."""
     seats: list[Seat] = []
     for m in measurements:

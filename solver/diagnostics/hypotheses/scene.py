@@ -70,7 +70,11 @@ class Scene:
     def samples(self) -> Samples:
         """Joint positions, the seats of the balls, and what instruments measured."""
         recorded = samples_of(self.measurements)
-        return recorded if self.readings is None else replace(recorded, positions=self.readings)
+        return (
+            recorded
+            if self.readings is None
+            else replace(recorded, positions=self.readings)
+        )
 
     @property
     def q(self) -> np.ndarray:
@@ -293,7 +297,9 @@ class Scene:
 
     def left_of(self, residuals: np.ndarray) -> np.ndarray:
         """Return what a fit of the nuisance parameters leaves of residuals, shape (3 N + K,)."""
-        return residuals - self.nuisances @ _ridge(self.nuisances, residuals, self.noise)
+        return residuals - self.nuisances @ _ridge(
+            self.nuisances, residuals, self.noise
+        )
 
     @cached_property
     def remaining(self) -> np.ndarray:
@@ -339,7 +345,12 @@ class Scene:
         named = {"number": recorded.number, "place": recorded.place}
         if recorded.point is not None:
             named["point"] = rank + 1
-        return {**self.named(place), "socket": recorded.socket, "sample": number, **named}
+        return {
+            **self.named(place),
+            "socket": recorded.socket,
+            "sample": number,
+            **named,
+        }
 
 
 def _ridge(B: np.ndarray, r: np.ndarray, sigma: float) -> np.ndarray:

@@ -14,7 +14,9 @@ KINDS = (
     kind_of("one_socket", base.of_one_socket),
     kind_of("known", base.of_known),
     kind_of(
-        "length", partial(arm.of_origin, unit="m", widths=arm.LENGTHS), partial(arm.error, unit="m")
+        "length",
+        partial(arm.of_origin, unit="m", widths=arm.LENGTHS),
+        partial(arm.error, unit="m"),
     ),
     kind_of(
         "angle",
@@ -37,7 +39,12 @@ KINDS = (
     kind_of("ball_loose", noise=lambda _: NoisePrior(ball.LOOSE, 0.7)),
     kind_of("ball_loose_here", ball.loose_here),
     kind_of("socket", ball.mixed_up, sentence=ball.lie_elsewhere),
-    kind_of("mounting", mounting.mounted, sentence=mounting.stands, scene_after=mounting.remounted),
+    kind_of(
+        "mounting",
+        mounting.mounted,
+        sentence=mounting.stands,
+        scene_after=mounting.remounted,
+    ),
     kind_of("copies", recording.copies),
     kind_of("repeated", recording.repeated, separate=True),
     kind_of("quantised", recording.quantised, noise=recording.of_steps),

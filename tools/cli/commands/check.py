@@ -13,7 +13,11 @@ from ... import cli
 from .report import emit_with_page
 from .validate import ValidateOptions, run_validate
 
-_SOURCES = {"given": "as given", "recording": "by the recording", "default": "the default"}
+_SOURCES = {
+    "given": "as given",
+    "recording": "by the recording",
+    "default": "the default",
+}
 _OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros gravity"
 """Options that a calibration has of its own."""
 
@@ -54,40 +58,60 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     options.check_out()
     if options.calibration is not None:
         names = [field.name for field in fields(ValidateOptions)]
-        same = {name: getattr(options, name) for name in names if hasattr(options, name)}
+        same = {
+            name: getattr(options, name) for name in names if hasattr(options, name)
+        }
         return run_validate(ValidateOptions(**same), terminal)
     if not options.robot:
-        raise UsageError("--robot R: whose recordings? Or --calibration: what changed since it")
+        raise UsageError(
+            "--robot R: whose recordings? Or --calibration: what changed since it"
+        )
     robot = options.load_robot()
     settings = options.settings.validated()
-    placements_read = recorder.read_placements(*options.data, as_recorded=settings.as_recorded)
+    placements_read = recorder.read_placements(
+        *options.data, as_recorded=settings.as_recorded
+    )
     # as solve begins, all placements trained on
     problem = calibration.problems_of(robot, placements_read, (), settings)[""]
     placements = problem.measurements
     survey = problem.survey
     terminal.warn(*problem.warnings)
     findings, accuracy = _by_a_fit(problem, settings)
-    of_one = set(chain.from_iterable(inspection.diagnostics for inspection in survey.placements))
+    of_one = set(
+        chain.from_iterable(inspection.diagnostics for inspection in survey.placements)
+    )
     shared = [finding for finding in findings if finding not in of_one]
     broken = _are_broken(findings)
     predicted = None if accuracy is None else accuracy.distance_deviation
     scale = None if accuracy is None else accuracy.scale
     hint = diagnostics.next_placement(robot, survey)
-    lines = [*_seen(survey, shared), _amount(placements, predicted, broken=broken), hint]
+    lines = [
+        *_seen(survey, shared),
+        _amount(placements, predicted, broken=broken),
+        hint,
+    ]
     in_sockets = [m for m in placements if m.kind == "sockets" and m.has_distance]
     assumed = [m.distance for m in in_sockets if m.distance_source == "default"]
     readings = max((m.distance_readings for m in in_sockets), default=1)
     causes = survey.hypotheses
     tied = bool(settings.distances)
     recordings = assessment.Recordings(
-        placements, (), scale, assumed=assumed, readings=readings, tied=tied, causes=causes
+        placements,
+        (),
+        scale,
+        assumed=assumed,
+        readings=readings,
+        tied=tied,
+        causes=causes,
     )
     rows = assessment.recording_rows(findings, recordings)
     verdict = assessment.judge(rows, survey.hypotheses)
     answer = f"{verdict.title}: {verdict.text}"
     if verdict.status == "pass":
         remarks = assessment.plural(len(findings), "remark")
-        answer = f"Nothing bars a calibration; {remarks}." if findings else NOTHING_WRONG
+        answer = (
+            f"Nothing bars a calibration; {remarks}." if findings else NOTHING_WRONG
+        )
     lines.insert(0, answer)
     terminal.say(*lines)
     emit_with_page(
@@ -125,7 +149,9 @@ def _by_a_fit(
         return findings, None
     premises = settings.load, settings.distances, settings.deviation
     zeros = bool(settings.zeros)
-    accuracy = design.accuracy_by(problem.robot, problem.measurements, *premises, zeros=zeros)
+    accuracy = design.accuracy_by(
+        problem.robot, problem.measurements, *premises, zeros=zeros
+    )
     if accuracy is None or (accuracy.scale.deviation or 0.0) <= SIZE_LOST:
         return findings, accuracy
     judged = tuple(
@@ -139,14 +165,18 @@ def _row(inspection: "diagnostics.Inspection") -> dict[str, Any]:
     return {
         "name": inspection.measured.name,
         "samples": list(inspection.measured.counts),
-        "distance": inspection.measured.distance if inspection.measured.has_distance else None,
+        "distance": inspection.measured.distance
+        if inspection.measured.has_distance
+        else None,
         "distance_source": inspection.measured.distance_source,
         "floor": inspection.floor,
         "findings": [finding.as_dict() for finding in inspection.diagnostics],
     }
 
 
-def _seen(survey: "diagnostics.Survey", shared: "Sequence[results.Diagnostic]") -> list[str]:
+def _seen(
+    survey: "diagnostics.Survey", shared: "Sequence[results.Diagnostic]"
+) -> list[str]:
     lines = [f"{finding.level}: {finding}" for finding in shared]
     for inspection in survey.placements:
         measured = inspection.measured
@@ -170,7 +200,9 @@ def _amount(
 ) -> str:
     """Return the number of samples, and the accuracy of a calibration on them."""
     total = sum(sum(measured.counts) for measured in placements)
-    text = f"In all {total} samples in {assessment.plural(len(placements), 'placement')}"
+    text = (
+        f"In all {total} samples in {assessment.plural(len(placements), 'placement')}"
+    )
     if predicted is not None:
         return (
             f"{text}: calibrated on them, distances in the workspace would be known to "

@@ -38,7 +38,9 @@ class _PathOptions(PayloadOptions):
         "radians, as in 0,0,0.12,0,0,1.57 (default: the flange)",
         "TOOL",
     )
-    out: Path | None = option(None, "the CSV file to write (default: -, standard output)", "FILE")
+    out: Path | None = option(
+        None, "the CSV file to write (default: -, standard output)", "FILE"
+    )
     force: bool = option(False, "overwrite it", needs="out")
 
     def setup(self) -> "Setup":
@@ -47,12 +49,16 @@ class _PathOptions(PayloadOptions):
         if tool is not None and "," in tool:
             try:
                 tool = calibration.one_pose(
-                    calibration.pose_of_numbers([float(word) for word in tool.split(",")]),
+                    calibration.pose_of_numbers(
+                        [float(word) for word in tool.split(",")]
+                    ),
                     "pose",
                     ON_FLANGE,
                 )
             except ValueError:
-                raise UsageError(f"--tool {self.tool}: give x,y,z,roll,pitch,yaw") from None
+                raise UsageError(
+                    f"--tool {self.tool}: give x,y,z,roll,pitch,yaw"
+                ) from None
             except MukcaError as error:
                 raise UsageError(f"--tool {self.tool}: {error}") from None
         return {"tool": tool, "payload": self.carried}
@@ -60,12 +66,18 @@ class _PathOptions(PayloadOptions):
 
 class _CommandOptions(_PathOptions):
     calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    poses: Path = argument("poses or points, one a line; - for standard input", "POSES.csv")
+    poses: Path = argument(
+        "poses or points, one a line; - for standard input", "POSES.csv"
+    )
     start: Sequence[float] | None = option(
-        None, "joint positions before the first pose (default: any that reach it)", "RAD"
+        None,
+        "joint positions before the first pose (default: any that reach it)",
+        "RAD",
     )
     prefer: Sequence[float] | None = option(
-        None, "posture to stay near where a pose leaves a choice (default: the start)", "RAD"
+        None,
+        "posture to stay near where a pose leaves a choice (default: the start)",
+        "RAD",
     )
 
 
@@ -89,7 +101,9 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
                 path = calibrated.command_path(poses, start, prefer, **setup)
                 if before is not None:
                     step = np.stack([before, path.positions[0]])
-                    if find_jumps(step, calibrated.kinematics(**setup).flange, not points):
+                    if find_jumps(
+                        step, calibrated.kinematics(**setup).flange, not points
+                    ):
                         path = replace(path, jumps=(0, *path.jumps))
                 result = path.checked()
             write(*result)
@@ -100,7 +114,10 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
 
 
 def streamed(
-    file: Path, joint_names: Sequence[str], forms: Sequence[Sequence[str]], terminal: Terminal
+    file: Path,
+    joint_names: Sequence[str],
+    forms: Sequence[Sequence[str]],
+    terminal: Terminal,
 ) -> "Iterator[tuple[np.ndarray, list[str]]]":
     """Yield the rows of a file; those of standard input, which is called -, one by one."""
     import numpy as np
@@ -134,7 +151,9 @@ def _typed(
         except RecordingError as error:
             if not count:
                 raise
-            raise UsageError(f"{where}: {count} numbers are needed: {line.strip()!r}") from error
+            raise UsageError(
+                f"{where}: {count} numbers are needed: {line.strip()!r}"
+            ) from error
         count = len(rows.numbers[0])
         yield where, rows
 
@@ -221,7 +240,9 @@ def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
     setup = options.setup()
     header = (*FORMS[1], *DEVIATIONS) if options.deviation else FORMS[1]
     with written(options, terminal, header, options.joints) as write:
-        for q, wheres in streamed(options.joints, calibrated.robot.joint_names, ((),), terminal):
+        for q, wheres in streamed(
+            options.joints, calibrated.robot.joint_names, ((),), terminal
+        ):
             with located(wheres, terminal):
                 T = calibrated.flange(q, **setup)
                 columns = [T[:, :3, 3], calibration.quaternion_of(T[:, :3, :3])]

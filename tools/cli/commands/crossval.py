@@ -23,7 +23,8 @@ class _CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
         0, "fit N times to samples drawn anew, for the spread of the errors", "N"
     )
     settings: SolveOptions = cli.part(
-        SolveOptions, "method distance known distance_deviation zeros type_prior payload gravity"
+        SolveOptions,
+        "method distance known distance_deviation zeros type_prior payload gravity",
     )
 
 
@@ -32,13 +33,17 @@ def run_crossval(options: _CrossvalOptions, terminal: cli.Terminal) -> int:
     robot = options.load_robot()
     settings = options.settings.validated()
     if options.bootstrap == 1 or options.bootstrap < 0:
-        raise UsageError(f"--bootstrap {options.bootstrap}: a spread needs 2 fits or more")
+        raise UsageError(
+            f"--bootstrap {options.bootstrap}: a spread needs 2 fits or more"
+        )
     placements, premises = cli.measured_of(options.data, robot, settings)
     if len(placements) < 2:
         raise UsageError("crossval needs two placements or more; there is one")
     survey = diagnostics.inspect_all(robot, placements, **premises)
     terminal.warn(*map(str, survey.diagnostics))
-    problem = calibration.CalibrationProblem(robot, placements, settings.load, options=settings)
+    problem = calibration.CalibrationProblem(
+        robot, placements, settings.load, options=settings
+    )
     fit = partial(calibration.run_job, problem)
     work = calibration.jobs(len(placements), options.bootstrap)
     with terminal.progress(len(work)) as progress:
@@ -48,7 +53,11 @@ def run_crossval(options: _CrossvalOptions, terminal: cli.Terminal) -> int:
     result: dict[str, Any] = {"robot": options.robot, "method": settings.method}
     result |= summary([m.name for m in placements], work, metrics)
     result["apart"] = apart(problem, work, fits)
-    faulty = [inspection.measured.name for inspection in survey.placements if not inspection.sound]
+    faulty = [
+        inspection.measured.name
+        for inspection in survey.placements
+        if not inspection.sound
+    ]
     result["advice"] = advice(result, faulty)
     show(result, terminal)
     terminal.emit(result)
@@ -61,14 +70,18 @@ def summary(
     metrics: "list[list[results.PlacementErrors] | None]",
 ) -> dict[str, Any]:
     """Errors with each placement left out, matrix, and spread; None where a fit did not settle."""
-    rows_by_kind: dict[str, list[list[results.PlacementErrors] | None]] = defaultdict(list)
+    rows_by_kind: dict[str, list[list[results.PlacementErrors] | None]] = defaultdict(
+        list
+    )
     for job, row in zip(work, metrics, strict=True):
         rows_by_kind[job.kind].append(row)
     errors = [row[i] if row else None for i, row in enumerate(rows_by_kind["left_out"])]
     left_out: list[dict[str, Any]] = []
     for name, row in zip(names, errors, strict=True):
         figures = _figures(row and row.calibrated)
-        left_out.append({"name": name, **figures, "loaded": _figures(row and row.loaded)})
+        left_out.append(
+            {"name": name, **figures, "loaded": _figures(row and row.loaded)}
+        )
     settled = [row for row in errors if row is not None]
     loaded = _mean([row.loaded for row in settled])
     matrix = [row and _means(row) for row in rows_by_kind["alone"]]
@@ -81,7 +94,9 @@ def summary(
     if len(drawn) > 1:
         spreads = map(stdev, zip(*drawn, strict=True))
         pairs = zip(names, spreads, strict=True)
-        result["bootstrap"] = [{"name": n, "standard_deviation": spread} for n, spread in pairs]
+        result["bootstrap"] = [
+            {"name": n, "standard_deviation": spread} for n, spread in pairs
+        ]
     return result
 
 
@@ -112,7 +127,9 @@ def apart(
             first = posteriors.get(a)
             second = posteriors.get(b)
             if first is not None and second is not None:
-                row[name] = calibration.Comparison(first, second, problem.load).at(measured)
+                row[name] = calibration.Comparison(first, second, problem.load).at(
+                    measured
+                )
         rows.append(row)
     return rows
 
@@ -159,7 +176,9 @@ def advice(result: Mapping[str, Any], faulty: Sequence[str]) -> str:
 
 def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
     """Print the errors left out, and the matrix, in mm; and the advice."""
-    spreads = {row["name"]: row["standard_deviation"] for row in result.get("bootstrap", [])}
+    spreads = {
+        row["name"]: row["standard_deviation"] for row in result.get("bootstrap", [])
+    }
     heads = ["placement", *calibration.HEADS[2:], "MAE of the URDF alone"]
     heads += ["MAE over bootstrap fits to all"] if spreads else []
     rows: list[list[str]] = []
@@ -172,7 +191,9 @@ def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:
             spread = spreads.get(row["name"])
             cells.append("" if spread is None else f"+- {millimetres(spread)}")
         rows.append(cells)
-    terminal.tabulate("errors in mm of each placement, trained on all others", heads, rows)
+    terminal.tabulate(
+        "errors in mm of each placement, trained on all others", heads, rows
+    )
     names = result["cross_placement"]["names"]
     nothing = [None] * len(names)
     rows = []

@@ -24,7 +24,9 @@ LIST = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
 class _EmulateOptions(Options):
     controller: str = argument("the controller to play", choices=sorted(EMULATORS))
     version: str | None = option(None, "version of the protocol or the controller", "V")
-    address: str = option("", "address to listen at (default: the real ports on loopback)")
+    address: str = option(
+        "", "address to listen at (default: the real ports on loopback)"
+    )
     recording: Path | None = option(None, "move through a placement, then rest", "DIR")
     hold: float = option(1.0, "seconds to rest at each pose", "S", between=NOT_NEGATIVE)
     move: float = option(1.0, "seconds to move to the next pose", "S", between=POSITIVE)

@@ -17,7 +17,9 @@ LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.item
 
 
 class _ExportOptions(PayloadOptions, JsonOption):
-    calibration: Path = argument("calibration.json or arms.json, or its folder", "CALIBRATION")
+    calibration: Path = argument(
+        "calibration.json or arms.json, or its folder", "CALIBRATION"
+    )
     to: str = option(..., "one of the formats below", "FORMAT", choices=FORMATS)
     out: Path = option(..., "file to write", "FILE")
     flange: str | None = option(
@@ -66,11 +68,18 @@ def run_export(options: _ExportOptions, terminal: Terminal) -> int:
         )
     with suppress(MukcaError):  # not every file that can be exported can be judged
         if loaded.verdict.status == "fail" and not loaded.verdict.use:
-            terminal.warn(f"{options.calibration}: {loaded.verdict.title}: do not use it yet")
+            terminal.warn(
+                f"{options.calibration}: {loaded.verdict.title}: do not use it yet"
+            )
     names = ("serial_number", "force", "like", "joints", "servos", "flange")
     settings = {name: getattr(options, name) for name in names}
     exported = export.export(
-        loaded, options.to, options.out, **settings, tools=tools, payload=options.carried
+        loaded,
+        options.to,
+        options.out,
+        **settings,
+        tools=tools,
+        payload=options.carried,
     )
     wrote = (f"Wrote {file}" for file in exported.outputs.values())
     terminal.say(*map(str, exported.losses), *exported.lines, *wrote)

@@ -13,7 +13,9 @@ from ... import cli, extract
 from ...recording import joints_of
 
 NOT_ENOUGH = 3
-NO_RESTS = "No rest was seen: the arm must stand still for two windows of {:.2g} s (--window)."
+NO_RESTS = (
+    "No rest was seen: the arm must stand still for two windows of {:.2g} s (--window)."
+)
 NO_SAMPLES = (
     "No rest is a sample, so there is nothing to write: 4 and more of one socket lie together; "
     "--assign front:0=1-30 says which rests were samples."
@@ -50,7 +52,9 @@ class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
         "U",
     )
     efforts: bool = cli.option(False, "(bags) also read efforts, which must be in N m")
-    window: float = cli.option(WINDOW, "seconds that a sample averages", "S", between=cli.WINDOWS)
+    window: float = cli.option(
+        WINDOW, "seconds that a sample averages", "S", between=cli.WINDOWS
+    )
     still: float | None = cli.option(
         None,
         "an arm whose standard deviation over the window is larger is not still (default: {}, "
@@ -83,7 +87,9 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
         still = max(STILL, log.resolution) if options.still is None else options.still
         step(f"looking for rests in {len(log.stamps)} states")
         stretches: list[extract.Stretch] = []
-        rests = extract.find_rests(log, joints, window=window, still=still, unsound=stretches)
+        rests = extract.find_rests(
+            log, joints, window=window, still=still, unsound=stretches
+        )
     lost = [stretch for stretch in stretches if stretch.lasts]
     terminal.say(*log.notes)
     terminal.warn(*(_left_out(stretch, float(log.stamps[0])) for stretch in lost))
@@ -96,15 +102,21 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     outputs: dict[str, str] = {}
     if options.out is not None and folders:
         session = {"extracted_from": str(options.log), "window": window, "still": still}
-        outputs = _write(options.out, folders, _metadata(robot, options.distance, session))
+        outputs = _write(
+            options.out, folders, _metadata(robot, options.distance, session)
+        )
         picture = extract.rests_picture(log, robot.joint_names, rests)
-        outputs["picture"] = str(write_files(options.out, {"rests.svg": picture})["rests.svg"])
+        outputs["picture"] = str(
+            write_files(options.out, {"rests.svg": picture})["rests.svg"]
+        )
     if not rests:
         terminal.say(NO_RESTS.format(window))
     elif not folders:
         terminal.say(NO_SAMPLES)
     elif not outputs:
-        terminal.say("Nothing was written; --out DIR writes a folder for each placement.")
+        terminal.say(
+            "Nothing was written; --out DIR writes a folder for each placement."
+        )
     terminal.say(*(f"Wrote {path}" for path in outputs.values()))
     if outputs:
         terminal.say(
@@ -113,7 +125,14 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
         )
     rows = [_row(pause) for pause in rests]
     left_out = [{"begin": s.begin, "end": s.end, "why": s.why} for s in lost]
-    terminal.emit({"robot": options.robot, "rests": rows, "outputs": outputs, "left_out": left_out})
+    terminal.emit(
+        {
+            "robot": options.robot,
+            "rests": rows,
+            "outputs": outputs,
+            "left_out": left_out,
+        }
+    )
     if not folders:
         return NOT_ENOUGH
     return 1 if lost else 0
@@ -152,7 +171,14 @@ def _left_out(stretch: "extract.Stretch", start: float) -> str:
 
 
 def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:
-    heads = ("rest", "from s", "for s", "ball by the nominal model, mm", "spread mrad", "sample of")
+    heads = (
+        "rest",
+        "from s",
+        "for s",
+        "ball by the nominal model, mm",
+        "spread mrad",
+        "sample of",
+    )
     rows = [
         (
             str(number),

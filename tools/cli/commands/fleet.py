@@ -21,7 +21,9 @@ HEADS = ("arm", "last session", "before", "now", "verdict")
 class _FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.DetailsOptions):
     folder: Path = cli.argument("folder with a folder for each arm", "DIR")
     out: Path = cli.option(..., "folder to write to", "DIR")
-    calibration: SolveOptions = cli.part(SolveOptions, "method distance repeatability_mm")
+    calibration: SolveOptions = cli.part(
+        SolveOptions, "method distance repeatability_mm"
+    )
 
 
 def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
@@ -64,7 +66,9 @@ def answer(result: "fleet.FleetDocument") -> list[str]:
     rows = [HEADS, *(fleet.line_of(arm) for arm in arms[:MOST_ROWS])]
     lines = [f"{fleet.summary_of(result)}."]
     for name, session, before, now, verdict in rows:
-        cells = f"{name[-NAME:]:{NAME}} {session[-SESSION:]:{SESSION}} {before:>9} {now:>9}"
+        cells = (
+            f"{name[-NAME:]:{NAME}} {session[-SESSION:]:{SESSION}} {before:>9} {now:>9}"
+        )
         lines.append(f"{cells}  {verdict}")
     if len(arms) > MOST_ROWS:
         lines.append(f"and {plural(len(arms) - MOST_ROWS, 'more arm')}")

@@ -47,7 +47,8 @@ class Verb(NamedTuple):
 VERBS: dict[str, Verb] = {
     name: Verb(line, text, module or name.replace("-", "_"), tuple(often.split()))
     for name, module, line, often, text in re.findall(
-        r"(?ms)^# ([\w-]+)(?: in (\w+))?: (.*?)\n(?:often: (.*?)\n)?(.*?)(?=^# |\Z)", _PAGES
+        r"(?ms)^# ([\w-]+)(?: in (\w+))?: (.*?)\n(?:often: (.*?)\n)?(.*?)(?=^# |\Z)",
+        _PAGES,
     )
 }
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EBADF, errno.EDQUOT)
@@ -120,7 +121,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if error.filename is not None or error.errno not in UNWRITABLE:
             raise
         _write_nowhere()
-        sys.stderr.write(f"mukca {verb}: what it says cannot be written: {error.strerror}\n")
+        sys.stderr.write(
+            f"mukca {verb}: what it says cannot be written: {error.strerror}\n"
+        )
         return 1
 
 
@@ -183,11 +186,17 @@ def _verbs_by_group() -> str:
     """Return the verbs, a line each, below what people do."""
     lines: list[str] = []
     for group, verbs in GROUPS.items():
-        lines += [f"{group}:", *(f"  {verb:12} {VERBS[verb].line}" for verb in verbs.split()), ""]
+        lines += [
+            f"{group}:",
+            *(f"  {verb:12} {VERBS[verb].line}" for verb in verbs.split()),
+            "",
+        ]
     return "\n".join([*lines, "mukca VERB --help shows a verb's options and examples."])
 
 
-def build_parser(verb: str | None, words: Sequence[str] = ()) -> argparse.ArgumentParser:
+def build_parser(
+    verb: str | None, words: Sequence[str] = ()
+) -> argparse.ArgumentParser:
     """Return the parser; only the given verb's own options are filled in."""
     parser = _Parser(
         prog="mukca",
@@ -214,7 +223,9 @@ def build_parser(verb: str | None, words: Sequence[str] = ()) -> argparse.Argume
         )
         sub.typed = words
         if name == verb:
-            parser.names = sub.names = _fill(sub, name, everything="--help-all" in words)
+            parser.names = sub.names = _fill(
+                sub, name, everything="--help-all" in words
+            )
             parser.lists_them = sub.lists_them = f"mukca {name} --help-all"
     return parser
 

@@ -21,7 +21,10 @@ class _PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
     placements: int = option(3, "predict up to so many placements", "N", between=(1, 8))
     samples: int = option(12, "samples in each socket", "K", between=(3, 100))
     distance: Sequence[float] = option(
-        (0.1, 0.15, 0.05), "distance of the base's sockets, in metres", "M", between=(0.01, 1)
+        (0.1, 0.15, 0.05),
+        "distance of the base's sockets, in metres",
+        "M",
+        between=(0.01, 1),
     )
     turn: float | None = option(
         None,
@@ -37,10 +40,16 @@ def run_plan(options: _PlanOptions, terminal: Terminal) -> int:
     """Show the table, and write the picture."""
     if options.out:
         if options.out.suffix.lower() != ".svg":
-            raise UsageError(f"--out {options.out}: the picture is an SVG; end its name in .svg")
-        results.refuse_existing(options.out.parent, [options.out.name], force=options.force)
+            raise UsageError(
+                f"--out {options.out}: the picture is an SVG; end its name in .svg"
+            )
+        results.refuse_existing(
+            options.out.parent, [options.out.name], force=options.force
+        )
     robot = options.load_robot()
-    work = partial(design.plan, robot, placements=options.placements, samples=options.samples)
+    work = partial(
+        design.plan, robot, placements=options.placements, samples=options.samples
+    )
     plans: list[design.Plan] = []
     for turn in [None] if options.turn is None else [None, options.turn]:
         with terminal.progress(len(options.distance)) as progress:
@@ -51,7 +60,9 @@ def run_plan(options: _PlanOptions, terminal: Terminal) -> int:
             )
     _show(plans, options, terminal)
     if options.out:
-        results.write_files(options.out.parent, {options.out.name: _picture(robot.name, plans[0])})
+        results.write_files(
+            options.out.parent, {options.out.name: _picture(robot.name, plans[0])}
+        )
         terminal.say(f"Picture: {options.out}")
     advice = design.curve_advice(robot)
     if advice:
@@ -88,9 +99,14 @@ def _picture(robot: str, planned: "design.Plan") -> bytes:
     return panel.file(_STYLE)
 
 
-def _show(plans: "list[design.Plan]", options: _PlanOptions, terminal: Terminal) -> None:
+def _show(
+    plans: "list[design.Plan]", options: _PlanOptions, terminal: Terminal
+) -> None:
     counts = range(1, options.placements + 1)
-    heads = ["sockets apart", *(assessment.plural(count, "placement") for count in counts)]
+    heads = [
+        "sockets apart",
+        *(assessment.plural(count, "placement") for count in counts),
+    ]
     rows: list[list[str]] = []
     for row in plans:
         cells = [f"{1e3 * error:.2f}" for error in row.predicted]
@@ -101,17 +117,28 @@ def _show(plans: "list[design.Plan]", options: _PlanOptions, terminal: Terminal)
     terminal.tabulate(title, heads, rows)
     first, *_ = places = plans[0].places
     moves = [design.in_words(*pair) for pair in itertools.pairwise(places)]
-    texts = ["x {:+.2f} y {:+.2f} z {:+.2f} m in the frame of the robot's base".format(*first)]
+    texts = [
+        "x {:+.2f} y {:+.2f} z {:+.2f} m in the frame of the robot's base".format(
+            *first
+        )
+    ]
     terminal.say(f"Placements, in this order: {', then '.join([*texts, *moves])}.")
 
 
 class _BaseOptions(Options, group="socket base"):
     sockets: int = option(2, "number of sockets: 2, or 3 in a triangle", "N")
     distance: float = option(0.1, "distance of the sockets' centres, in metres", "M")
-    height_mm: float = option(30.0, "height of the sockets' centres above the table", "MM")
-    clearance_mm: float = option(0.5, "gap between ball and seat, beside the pads", "MM")
+    height_mm: float = option(
+        30.0, "height of the sockets' centres above the table", "MM"
+    )
+    clearance_mm: float = option(
+        0.5, "gap between ball and seat, beside the pads", "MM"
+    )
     anchor: str | None = option(
-        None, "add a clip for the base plate of this arm", choices=printables.ARMS, needs="plate_mm"
+        None,
+        "add a clip for the base plate of this arm",
+        choices=printables.ARMS,
+        needs="plate_mm",
     )
     plate_mm: tuple[float, float] | None = option(
         None,
@@ -194,7 +221,9 @@ def run_print_parts(options: _PrintPartsOptions, terminal: Terminal) -> int:
             printables.encode(suffix, part, options.author)
             for part, suffix in product(parts, kinds)
         ]
-    write_files(options.out, dict(zip(names, (*contents, *tables.values()), strict=True)))
+    write_files(
+        options.out, dict(zip(names, (*contents, *tables.values()), strict=True))
+    )
     suffixes = ", ".join(f".{suffix}" for suffix in options.format)
     for part in parts:
         size = " x ".join(f"{1000 * edge:.0f}" for edge in part.facts["size"])
@@ -234,11 +263,15 @@ def _balls(options: _PrintPartsOptions) -> Mapping[str, printables.BallPart]:
         mounts["gripper"] = printables.grip(*options.grip_mm)
     if "none" in (names := options.mount or ()) and (mounts or len(names) > 1):
         raise printables.PrintableError("--mount none stands alone")
-    mounts = {name: printables.find_mount(name) for name in names if name != "none"} | mounts
+    mounts = {
+        name: printables.find_mount(name) for name in names if name != "none"
+    } | mounts
     if options.mount is None:
         mounts = mounts or dict(printables.MOUNTS)
     if options.reach_mm is not None and len(mounts) != 1:
-        raise printables.PrintableError("--reach-mm goes with one mount: name it with --mount")
+        raise printables.PrintableError(
+            "--reach-mm goes with one mount: name it with --mount"
+        )
     sizes: dict[str, Any] = {
         "ball": options.ball_diameter_mm,
         "neck": options.neck_mm,

@@ -32,7 +32,9 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         terminal.say_at_once("loading ...")
         robot = options.load_robot()
         metadata = options.metadata(robot)
-        asked = metadata.distance is None and metadata.sockets > 1 and not options.scripted
+        asked = (
+            metadata.distance is None and metadata.sockets > 1 and not options.scripted
+        )
         if asked:
             metadata = recording.with_distance(metadata, terminal)
         calibrated = options.calibration and calibration.load_calibration(
@@ -43,11 +45,15 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
             raise UsageError(
                 f"--calibration {options.calibration}: of another robot, whose joints are {names}"
             )
-        outcome, start = _recorded(recording.SessionStart(options, metadata, robot, terminal))
+        outcome, start = _recorded(
+            recording.SessionStart(options, metadata, robot, terminal)
+        )
         options = start.options
     try:
         if asked and outcome.signal is None:
-            metadata = recording.with_second_reading(start.metadata, options.out, terminal)
+            metadata = recording.with_second_reading(
+                start.metadata, options.out, terminal
+            )
             start = replace(start, metadata=metadata)
         _say_outcome(outcome, start)
         sys.stdout.flush()
@@ -80,7 +86,9 @@ def _recorded(
     """Record one placement after the other; return the last, and how it began."""
     parts: list[recorder.Placement] = []
     robot = start.robot
-    hand = simulation.following_hand(start.options.driver, robot, start.metadata.distance)
+    hand = simulation.following_hand(
+        start.options.driver, robot, start.metadata.distance
+    )
     with recording.page_of(start.options) as page:
         start = replace(start, page=page, hand=hand)
         while True:
@@ -89,11 +97,14 @@ def _recorded(
             again = outcome.session.distance
             if again is not None:
                 start = replace(
-                    start, metadata=replace(start.metadata, distance=again, measured=True)
+                    start,
+                    metadata=replace(start.metadata, distance=again, measured=True),
                 )
             live = outcome.session.live
             distance = start.metadata.distance or recorder.DEFAULT_DISTANCE
-            placement = recorder.Placement(options.out.name, live, robot.joint_names, distance)
+            placement = recorder.Placement(
+                options.out.name, live, robot.joint_names, distance
+            )
             if options.scripted and not (options.no_guide or options.quick):
                 for alarm in recording.SessionAlarms(robot)([*parts, placement]):
                     start.terminal.say(f"! {alarm.words}: {alarm.text}")
@@ -105,7 +116,9 @@ def _recorded(
             start = replace(
                 start,
                 options=replace(options, out=next_folder(options.out)),
-                metadata=replace(start.metadata, readings_changed=outcome.readings_changed),
+                metadata=replace(
+                    start.metadata, readings_changed=outcome.readings_changed
+                ),
                 samples=outcome.moved,
             )
 
@@ -133,16 +146,22 @@ def _interruptible() -> Generator[None, None, None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _say_outcome(outcome: "recorder_terminal.Outcome", start: "recording.SessionStart") -> None:
+def _say_outcome(
+    outcome: "recorder_terminal.Outcome", start: "recording.SessionStart"
+) -> None:
     options = start.options
     metadata = start.metadata
     terminal = start.terminal
     session = outcome.session
-    counts = ", ".join(f"{count} in socket {k}" for k, count in enumerate(session.counts))
+    counts = ", ".join(
+        f"{count} in socket {k}" for k, count in enumerate(session.counts)
+    )
     taken_back = f" ({len(session.withdrawn)} taken back)" if session.withdrawn else ""
     terminal.say(f"{options.out / 'samples.csv'}: {counts}{taken_back}")
     if metadata.distance is None and metadata.sockets > 1:
-        set_it = shlex.join(["mukca", "info", str(options.out), "--set-distance", "METRES"])
+        set_it = shlex.join(
+            ["mukca", "info", str(options.out), "--set-distance", "METRES"]
+        )
         terminal.say(
             "Nobody has said how far apart the sockets are; none is written, solve takes 50 mm "
             f"and gives no PASS. Measure it: {set_it}"
@@ -155,13 +174,17 @@ def _say_outcome(outcome: "recorder_terminal.Outcome", start: "recording.Session
         terminal.say(*_next_steps(outcome, start))
 
 
-def _next_steps(outcome: "recorder_terminal.Outcome", start: "recording.SessionStart") -> list[str]:
+def _next_steps(
+    outcome: "recorder_terminal.Outcome", start: "recording.SessionStart"
+) -> list[str]:
     """Return the commands to go on with, as they can be typed in the same folder."""
     options = start.options
     metadata = start.metadata
     earlier = recording.recorded_beside(options.out, start.robot)
     folders = [str(placement.files[0].parent) for placement in earlier]
-    settings = replace(options, distance=metadata.distance if metadata.measured else None)
+    settings = replace(
+        options, distance=metadata.distance if metadata.measured else None
+    )
 
     def given(*names: str) -> list[str]:
         return figures.as_options({name: getattr(settings, name) for name in names})

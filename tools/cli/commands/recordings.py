@@ -60,29 +60,40 @@ def _describe(folder: Path) -> dict[str, Any]:
     if content and not content.live:
         nothing = dict.fromkeys(("lowest", "highest", "largest_spread"))
         joints = list(content.joint_names)
-        return facts | nothing | {"samples": {}, "joints": joints, "efforts": False, "remarks": []}
+        return (
+            facts
+            | nothing
+            | {"samples": {}, "joints": joints, "efforts": False, "remarks": []}
+        )
     placement = recorder.read_placement(folder)
     positions = placement.positions
     sockets = placement.sockets.tolist()
     unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))
     spreads = [sample.spread for sample in placement.samples if sample.spread]
-    lowest, highest, turned = _ranges(positions, _listed(facts["metadata"].get("units")))
+    lowest, highest, turned = _ranges(
+        positions, _listed(facts["metadata"].get("units"))
+    )
     return facts | {
         "name": placement.name,
         "files": [str(file) for file in placement.files],
-        "samples": {str(socket): sockets.count(socket) for socket in sorted(set(sockets))},
+        "samples": {
+            str(socket): sockets.count(socket) for socket in sorted(set(sockets))
+        },
         "kind": placement.kind,
         "joints": list(placement.joint_names or unnamed),
         "lowest": lowest,
         "highest": highest,
-        "largest_spread": [max(column) for column in zip(*spreads, strict=True)] or None,
+        "largest_spread": [max(column) for column in zip(*spreads, strict=True)]
+        or None,
         "efforts": placement.efforts is not None,
         "distance": placement.distance,
         "remarks": [*placement.distinct().remarks, *turned],
     }
 
 
-def _ranges(positions: np.ndarray, units: list[Any]) -> tuple[list[float], list[float], list[str]]:
+def _ranges(
+    positions: np.ndarray, units: list[Any]
+) -> tuple[list[float], list[float], list[str]]:
     """Return the least and the largest position of each joint, and a remark on whole turns."""
     rounds: list[int] = []
     ends: list[tuple[float, float]] = []
@@ -102,7 +113,9 @@ def _ranges(positions: np.ndarray, units: list[Any]) -> tuple[list[float], list[
 
 def _show(facts: dict[str, Any], terminal: Terminal) -> None:
     metadata = facts["metadata"]
-    counts = ", ".join(f"{count} in socket {socket}" for socket, count in facts["samples"].items())
+    counts = ", ".join(
+        f"{count} in socket {socket}" for socket, count in facts["samples"].items()
+    )
     if facts.get("kind") == "points":
         counts = f"{facts['samples']['0']} points that an instrument measured"
     taken_back = f" ({facts['taken_back']} taken back)" if facts["taken_back"] else ""
@@ -110,10 +123,16 @@ def _show(facts: dict[str, Any], terminal: Terminal) -> None:
         f"{facts['name']}: {counts or 'no sample'}{taken_back}",
         f"  robot      {metadata.get('robot', 'not known')}",
         f"  distance   {_length(facts['distance'])} between sockets 0 and 1",
-        *(f"  changed    {_told(change)}" for change in _listed(metadata.get("changes"))),
+        *(
+            f"  changed    {_told(change)}"
+            for change in _listed(metadata.get("changes"))
+        ),
         f"  efforts    {'recorded' if facts['efforts'] else 'none'}",
         *(f"  {line}" for line in _joint_lines(facts)),
-        *(f"  session    {_told(session)}" for session in _listed(metadata.get("sessions"))),
+        *(
+            f"  session    {_told(session)}"
+            for session in _listed(metadata.get("sessions"))
+        ),
     )
     terminal.warn(*facts["remarks"])
 
@@ -144,7 +163,9 @@ def _told(row: Any) -> str:
     if "distance" not in facts:
         return ", ".join(f"{key} {value}" for key, value in facts.items())
     changes = _listed(facts["distance"])
-    changed = _change(*changes) if len(changes) == 2 else ", ".join(map(_length, changes))
+    changed = (
+        _change(*changes) if len(changes) == 2 else ", ".join(map(_length, changes))
+    )
     return f"distance {changed}, {facts.get('time', 'at an unknown time')}"
 
 
@@ -157,14 +178,21 @@ def _joint_lines(facts: dict[str, Any]) -> list[str]:
     units_shown = units if len(units) == count else [""] * count
     spreads = facts["largest_spread"] or [None] * count
     rows = zip(
-        facts["joints"], units_shown, facts["lowest"], facts["highest"], spreads, strict=True
+        facts["joints"],
+        units_shown,
+        facts["lowest"],
+        facts["highest"],
+        spreads,
+        strict=True,
     )
     width = max(map(len, facts["joints"]))
     lines: list[str] = []
     for name, unit, lowest, highest, spread in rows:
         scale, sign = (1e3, " mm") if unit == "m" else (math.degrees(1), "°")
         line = f"{name:<{width}}  {scale * lowest:8.1f}{sign} to {scale * highest:7.1f}{sign}"
-        lines.append(line + (f"  spread up to {scale * spread:.4f}{sign}" if spread else ""))
+        lines.append(
+            line + (f"  spread up to {scale * spread:.4f}{sign}" if spread else "")
+        )
     return lines
 
 
@@ -184,7 +212,11 @@ def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
     table = read_table(file)
     headed = [c for c in table.columns if c.name and not table.is_text(c.index)]
     numbers = dict(
-        zip([c.name for c in headed], np.transpose(table.numbers(headed, gaps=True)), strict=True)
+        zip(
+            [c.name for c in headed],
+            np.transpose(table.numbers(headed, gaps=True)),
+            strict=True,
+        )
     )
     units = {column.name: column.unit for column in headed}
     found: dict[str, np.ndarray] = {}
@@ -197,9 +229,13 @@ def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
             raise UsageError(f"--columns {words!r}: write {EXAMPLE}; there are {names}")
         parts = _expanded(spec[2])
         if not parts:
-            raise UsageError(f"--columns {words!r}: no columns; count upwards, as in joint_1..6")
+            raise UsageError(
+                f"--columns {words!r}: no columns; count upwards, as in joint_1..6"
+            )
         where = f"{file}: --columns {words!r}"
-        values = np.stack([_sum(part, numbers, units, unit, where) for part in parts], axis=1)
+        values = np.stack(
+            [_sum(part, numbers, units, unit, where) for part in parts], axis=1
+        )
         if (gaps := np.argwhere(np.isnan(values))).size:
             row, column = gaps[0].tolist()
             raise UsageError(f"{table.where(row)}: {parts[column]} is no finite number")
@@ -207,7 +243,9 @@ def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
         joints = parts if spec[1] == "q" else joints
     measured = set(_PLACE) <= set(found)
     if "q" not in found or not (measured or "socket" in found):
-        raise UsageError(f"--columns: q is needed, and socket, or x, y and z; as in {EXAMPLE}")
+        raise UsageError(
+            f"--columns: q is needed, and socket, or x, y and z; as in {EXAMPLE}"
+        )
     sockets = found["socket"][:, 0] if "socket" in found else np.zeros(len(table.rows))
     placement = Placement.of_arrays(
         file.stem, found["q"], sockets, joints, efforts=found.get("effort")
@@ -215,7 +253,9 @@ def placement_of_table(file: Path, columns: Sequence[str]) -> Placement:
     if measured:
         points = np.hstack([found[axis] for axis in _PLACE]).tolist()
         samples = zip(placement.samples, points, strict=True)
-        with_points = tuple(replace(sample, point=(x, y, z)) for sample, (x, y, z) in samples)
+        with_points = tuple(
+            replace(sample, point=(x, y, z)) for sample, (x, y, z) in samples
+        )
         placement = replace(placement, samples=with_points)
     return replace(placement, files=(file,))
 
@@ -225,7 +265,9 @@ def point_files(placement: Placement) -> dict[str, bytes]:
     lines = [",".join([*(placement.joint_names or ()), *_PLACE])]
     for sample in placement.samples:
         if sample.point is None:
-            raise UsageError(f"{placement.name}: no instrument measured it; give --to samples")
+            raise UsageError(
+                f"{placement.name}: no instrument measured it; give --to samples"
+            )
         lines.append(",".join(map(repr, [*sample.position, *sample.point])))
     return {"points.csv": ("\n".join(lines) + "\n").encode()}
 
@@ -249,25 +291,38 @@ def _sum(
 ) -> np.ndarray:
     """Return a sum of columns, in radians or metres by the header's units, else by the one said."""
     name = "|".join(map(re.escape, sorted(numbers, key=len, reverse=True)))
-    if not re.fullmatch(rf"\s*-?\s*(?:{name})(?:\s*[+-]\s*(?:{name}))*\s*", words) or not numbers:
+    if (
+        not re.fullmatch(rf"\s*-?\s*(?:{name})(?:\s*[+-]\s*(?:{name}))*\s*", words)
+        or not numbers
+    ):
         names = ", ".join(numbers) or "no names"
         raise UsageError(f"{where}: no column {words!r}; there are {names}")
     total = np.zeros(len(next(iter(numbers.values()))))
     for sign, part in re.findall(rf"(-?)\s*({name})", words):
         if unit and units[part] not in ("", unit):
-            raise UsageError(f"{where}: the header says {units[part]!r} of {part}, not {unit!r}")
+            raise UsageError(
+                f"{where}: the header says {units[part]!r} of {part}, not {unit!r}"
+            )
         size = 1.0 if units[part] else _SIZES.get(unit or "", 1.0)
         total += (-size if sign else size) * numbers[part]
     return total
 
 
-FORMS = {"samples": recorder.sample_files, "holes": recorder.hole_files, "points": point_files}
+FORMS = {
+    "samples": recorder.sample_files,
+    "holes": recorder.hole_files,
+    "points": point_files,
+}
 
 
 class _ConvertOptions(Options):
-    path: Path = argument("a placement, or a folder of them; with --columns a table", "PATH")
+    path: Path = argument(
+        "a placement, or a folder of them; with --columns a table", "PATH"
+    )
     to: str = option(
-        ..., "samples.csv; hole_0.csv and hole_1.csv; or points.csv of an instrument", choices=FORMS
+        ...,
+        "samples.csv; hole_0.csv and hole_1.csv; or points.csv of an instrument",
+        choices=FORMS,
     )
     columns: Sequence[str] = option(
         (),
@@ -293,24 +348,37 @@ def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
     else:
         folders = recorder.find_placements([options.path])
         placements = {folder: recorder.read_placement(folder) for folder in folders}
-    outs = {f: options.out if f == options.path else options.out / f.name for f in placements}
+    outs = {
+        f: options.out if f == options.path else options.out / f.name
+        for f in placements
+    }
     for folder, out in outs.items():
         if out.resolve() == folder.resolve():
             raise OutputError(f"{out}: is what is read; choose another --out")
     for (folder, placement), out in zip(placements.items(), outs.values(), strict=True):
         terminal.warn(*placement.remarks)
-        with_distance = replace(placement, distance=placement.distance or options.distance)
+        with_distance = replace(
+            placement, distance=placement.distance or options.distance
+        )
         files = FORMS[options.to](with_distance)
-        metadata = {} if options.columns else recorder.read_metadata(folder / recorder.METADATA)
+        metadata = (
+            {}
+            if options.columns
+            else recorder.read_metadata(folder / recorder.METADATA)
+        )
         if metadata:
             metadata["distance"] = with_distance.distance
             files[recorder.METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
         for file in [*out.glob("hole_*.csv"), *out.glob("samples.csv")]:
             if file.name not in files:
-                raise OutputError(f"{file}: another recording is there; choose another --out")
+                raise OutputError(
+                    f"{file}: another recording is there; choose another --out"
+                )
         terminal.say(*(f"Wrote {file}" for file in write_files(out, files).values()))
         if options.to == "holes" and placement.efforts is not None:
-            terminal.warn(f"{folder}: this form has no place for efforts; they are left out")
+            terminal.warn(
+                f"{folder}: this form has no place for efforts; they are left out"
+            )
         if options.to == "holes" and any(b < a for a, b in pairwise(placement.sockets)):
             lost = "this form loses the order of recording, by which a base that moved is seen"
             terminal.warn(f"{folder}: {lost}")

@@ -28,13 +28,19 @@ def _limit(text: str) -> Any:
 
 
 class _ReportOptions(cli.OutputOptions):
-    calibration: Path = cli.argument("calibration.json or arms.json, or its folder", "CALIBRATION")
-    repeatability_mm: float | None = _limit("the arm's repeatability, from its data sheet")
+    calibration: Path = cli.argument(
+        "calibration.json or arms.json, or its folder", "CALIBRATION"
+    )
+    repeatability_mm: float | None = _limit(
+        "the arm's repeatability, from its data sheet"
+    )
     limit_mae_mm: float | None = _limit("mean absolute error at held-out placements")
     limit_distance_mm: float | None = _limit(
         "error of the sockets' distance there, mean of absolute values"
     )
-    limit_between_mm: float | None = _limit("error of distances between placements, likewise")
+    limit_between_mm: float | None = _limit(
+        "error of distances between placements, likewise"
+    )
     known: Sequence[str] = cli.option(
         (),
         "distances between sockets of different placements, measured from outside, in metres: "
@@ -54,7 +60,9 @@ class _ReportOptions(cli.OutputOptions):
         "FILE.pdf|.html",
         group="output",
     )
-    out: Path | None = cli.option(None, "folder to write to (default: beside CALIBRATION)", "DIR")
+    out: Path | None = cli.option(
+        None, "folder to write to (default: beside CALIBRATION)", "DIR"
+    )
     force: bool = cli.option(False, "overwrite another report in DIR")
     open: bool = cli.option(False, "show it in the web browser", group="output")
     json: bool = cli.option(False, "print report.json, SI units")
@@ -114,10 +122,14 @@ def write_report(folder: Path, contents: Mapping[str, bytes], *, force: bool) ->
     return bool(new)
 
 
-def new_files(folder: Path, contents: Mapping[str, bytes], *, force: bool) -> dict[str, bytes]:
+def new_files(
+    folder: Path, contents: Mapping[str, bytes], *, force: bool
+) -> dict[str, bytes]:
     """Return the files that are not there yet; an OutputError if others of their names are."""
     existing = {
-        name: (folder / name).read_bytes() for name in contents if (folder / name).is_file()
+        name: (folder / name).read_bytes()
+        for name in contents
+        if (folder / name).is_file()
     }
     new = {name: data for name, data in contents.items() if existing.get(name) != data}
     results.refuse_existing(folder, new, force=force)
@@ -134,7 +146,9 @@ def emit_with_page(
     """Write the page of a verb to its --out, in the terminal's words, and emit its result."""
     written = dict(outputs or {})
     if options.out is not None:
-        title = f"mukca {type(options).__name__.strip('_').removesuffix('Options').lower()}"
+        title = (
+            f"mukca {type(options).__name__.strip('_').removesuffix('Options').lower()}"
+        )
         values = {"title": title, "lines": lines, "result": result}
         html = report.render("found.html.j2", values, found=values)
         write_report(options.out, {"report.html": html.encode()}, force=options.force)
@@ -155,11 +169,15 @@ def open_page(file: Path, terminal: cli.Terminal) -> None:
     screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
     screen = sys.platform != "linux" or any(os.environ.get(name) for name in screens)
     if not (screen and webbrowser.open(file.resolve().as_uri())):
-        terminal.say(f"No browser here; copy {file.resolve()} to a computer that has one.")
+        terminal.say(
+            f"No browser here; copy {file.resolve()} to a computer that has one."
+        )
 
 
 class _CompareOptions(cli.OutputOptions):
-    calibrations: Sequence[Path] = cli.argument("calibration.json, or its folder", "CALIBRATION")
+    calibrations: Sequence[Path] = cli.argument(
+        "calibration.json, or its folder", "CALIBRATION"
+    )
     data: Sequence[Path] = cli.option((), "placements to compare on", "DATA")
     distance: float | None = cli.option(
         None,
@@ -168,23 +186,32 @@ class _CompareOptions(cli.OutputOptions):
         needs="data",
     )
     out: Path | None = cli.option(None, "write compare.html and .json here", "DIR")
-    open: bool = cli.option(False, "show the page in the web browser", group="output", needs="out")
+    open: bool = cli.option(
+        False, "show the page in the web browser", group="output", needs="out"
+    )
 
 
 def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:
     """Compare, show the tables, and write the page."""
     options.check_out()
-    contenders = figures.contenders_of([cli.one_arm(file) for file in options.calibrations])
+    contenders = figures.contenders_of(
+        [cli.one_arm(file) for file in options.calibrations]
+    )
     if options.data:
         robot = next(iter(contenders.values())).robot
         placements = recorder.read_placements(*options.data)
-        data = [measure(placement, robot, options.distance, sockets=1) for placement in placements]
+        data = [
+            measure(placement, robot, options.distance, sockets=1)
+            for placement in placements
+        ]
     else:
         data = figures.shared_data(contenders.values())
     result = figures.compare(contenders, data)
     show_comparison(terminal, result)
     if options.out is not None:
-        written = write_files(options.out, report.build_comparison(result))["compare.html"]
+        written = write_files(options.out, report.build_comparison(result))[
+            "compare.html"
+        ]
         terminal.say(f"Wrote {written}")
         if options.open:
             open_page(written, terminal)
@@ -192,16 +219,28 @@ def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:
     return 0
 
 
-def show_comparison(terminal: cli.Terminal, result: "figures.ComparisonDocument") -> None:
+def show_comparison(
+    terminal: cli.Terminal, result: "figures.ComparisonDocument"
+) -> None:
     """Print the errors of every model at every placement, and the comparison in words."""
     names = short_names([row.name for row in result.placements])
     rows: list[list[str]] = []
     for name, row in zip(names, result.placements, strict=True):
-        errors = ((millimetres(m.mean_absolute_error), m.trained_on) for m in row.models)
-        rows.append(
-            [name, *(f"{error}{'*' if is_trained else ' '}" for error, is_trained in errors)]
+        errors = (
+            (millimetres(m.mean_absolute_error), m.trained_on) for m in row.models
         )
-    means = [model.summary and model.summary.mean_absolute_error for model in result.models]
+        rows.append(
+            [
+                name,
+                *(
+                    f"{error}{'*' if is_trained else ' '}"
+                    for error, is_trained in errors
+                ),
+            ]
+        )
+    means = [
+        model.summary and model.summary.mean_absolute_error for model in result.models
+    ]
     head = f"= mean of {len(result.fair)} held out by all"
     rows.append([head, *(f"{millimetres(mean)} " for mean in means)])
     heads = ["placement", *(model.name for model in result.models)]
@@ -221,18 +260,29 @@ def table_of_placements(errors: "calibration.Errors") -> list[str]:
     for name, row in zip(names, errors, strict=True):
         if row in worst:
             samples = "+".join(map(str, row.samples))
-            lines.append(_line(name[-LONGEST:], roles[row.role], samples, _cells(row, two=two)))
+            lines.append(
+                _line(name[-LONGEST:], roles[row.role], samples, _cells(row, two=two))
+            )
     if len(errors) > MOST_ROWS:
-        lines.append(f"  and {plural(len(errors) - MOST_ROWS, 'placement')} with smaller errors")
-    for role, summary in (("train", errors.summary.train), ("test", errors.summary.test)):
+        lines.append(
+            f"  and {plural(len(errors) - MOST_ROWS, 'placement')} with smaller errors"
+        )
+    for role, summary in (
+        ("train", errors.summary.train),
+        ("test", errors.summary.test),
+    ):
         if summary is not None:
             removed = f"{-100 * summary.removed_when_loaded:+.1f} %"
-            lines.append(_line("= mean", roles[role], removed, _cells(summary, two=two)))
+            lines.append(
+                _line("= mean", roles[role], removed, _cells(summary, two=two))
+            )
     return lines
 
 
 def _line(name: str, role: str, samples: str, cells: Sequence[str]) -> str:
-    return f"{name:{LONGEST}} {role:10} {samples:>8}  " + "  ".join(f"{c:>6}" for c in cells)
+    return f"{name:{LONGEST}} {role:10} {samples:>8}  " + "  ".join(
+        f"{c:>6}" for c in cells
+    )
 
 
 def _cells(row: results.PlacementErrors | results.Summary, *, two: bool) -> list[str]:

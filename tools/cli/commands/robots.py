@@ -11,7 +11,9 @@ from ....solver import assessment
 from ....solver import robot as models
 from .. import JsonOption, Terminal, option
 
-KNOWN: dict[str, dict[str, Any]] = json.loads(Path(__file__).with_name("robots.json").read_bytes())
+KNOWN: dict[str, dict[str, Any]] = json.loads(
+    Path(__file__).with_name("robots.json").read_bytes()
+)
 """Driver of each robot; and how far its ball comes from its second joint, about [m]."""
 
 
@@ -37,7 +39,9 @@ def run_robots(options: _RobotsListOptions, terminal: Terminal) -> int:
             lines = [licences or "no licence noted; the figures and names are from:"]
             lines += [f"  {source}" for source in one["sources"]]
         heads = [one["name"], *[""] * len(lines[1:])]
-        terminal.say(*(f"{h:{width}}  {line}" for h, line in zip(heads, lines, strict=True)))
+        terminal.say(
+            *(f"{h:{width}}  {line}" for h, line in zip(heads, lines, strict=True))
+        )
     return 0
 
 
@@ -50,7 +54,9 @@ def describe(name: str) -> dict[str, Any]:
     arm = assessment.ARMS.get(name)
     return {
         "name": name,
-        "title": title.partition(" with a ball")[0].partition(" with its")[0].rstrip(","),
+        "title": title.partition(" with a ball")[0]
+        .partition(" with its")[0]
+        .rstrip(","),
         "joints": len(robot.actuated),
         "reach": KNOWN[name]["reach"],
         "driver": KNOWN[name]["driver"],
@@ -67,7 +73,10 @@ def run_drivers(options: JsonOption, terminal: Terminal) -> int:
     terminal.warn(*(info.broken for info in drivers if info.broken))
     terminal.emit({"drivers": [_as_json(info) for info in drivers]})
     width = max(len(info.name) for info in drivers)
-    lines = (f"{one.name:{width}}  {one.arms} ({one.source}); {_state(one)}" for one in drivers)
+    lines = (
+        f"{one.name:{width}}  {one.arms} ({one.source}); {_state(one)}"
+        for one in drivers
+    )
     terminal.say(*lines if not options.json else ())
     return 0
 
@@ -89,7 +98,11 @@ def _state(info: DriverInfo) -> str:
 def _as_json(info: DriverInfo) -> dict[str, object]:
     keys = ("name", "arms", "needs", "missing", "source")
     optional = [
-        {"module": module, "address": address, "installed": find_spec(module) is not None}
+        {
+            "module": module,
+            "address": address,
+            "installed": find_spec(module) is not None,
+        }
         for module, address in info.optional
     ]
     plain = {key: getattr(info, key) for key in keys}

@@ -29,7 +29,9 @@ class _ExperimentOptions(JsonOption):
     arm: int | None = option(
         None, "number of the simulated arm (default: the demo's)", "SEED", between=SEEDS
     )
-    seed: int = option(0, "seed of recordings, teaching and starts (default: 0)", between=SEEDS)
+    seed: int = option(
+        0, "seed of recordings, teaching and starts (default: 0)", between=SEEDS
+    )
     out: Path | None = option(
         None,
         "try the nominal model too (with --model nominal, the calibrated one), and write a "
@@ -43,7 +45,9 @@ class InsertionOptions(_ExperimentOptions):
     """Options of ``mukca simulate insertion``."""
 
     experiment: ClassVar = "insertion"
-    line: ClassVar = "put a peg into a hole from other postures than that in which it was taught"
+    line: ClassVar = (
+        "put a peg into a hole from other postures than that in which it was taught"
+    )
     hole_mm: float = option(
         10.4, "diameter of the hole; the peg has 10 mm", "MM", between=(10.1, 40)
     )
@@ -60,10 +64,14 @@ class DrawingOptions(_ExperimentOptions):
     """Options of ``mukca simulate drawing``."""
 
     experiment: ClassVar = "drawing"
-    line: ClassVar = "retrace a drawing from other postures than that in which it was shown"
+    line: ClassVar = (
+        "retrace a drawing from other postures than that in which it was shown"
+    )
     hole_mm: ClassVar = None
     cross: ClassVar = 0
-    trials: int = option(6, "number of lines that must hold together", "N", between=(2, 10_000))
+    trials: int = option(
+        6, "number of lines that must hold together", "N", between=(2, 10_000)
+    )
 
 
 Experiment = InsertionOptions | DrawingOptions
@@ -82,14 +90,18 @@ def run_simulate(options: Experiment, terminal: Terminal) -> int:
     nominal, arm = simulation.demo_arm(seed, keep_size=False)
     settings = experiments.Settings(options.trials, options.seed, hole, options.cross)
     with terminal.progress(settings.count * len(words)) as progress:
-        urdfs = [experiments.model_urdf(word, nominal, arm, options.seed) for word in words]
+        urdfs = [
+            experiments.model_urdf(word, nominal, arm, options.seed) for word in words
+        ]
         models = [
             experiments.run_experiment(settings, arm, word, urdf, progress)
             for word, urdf in zip(words, urdfs, strict=True)
         ]
     *other, asked = (model.results for model in models)
     for results in (*other, asked):
-        terminal.say(*(f"{results.model}, {line}" for line in _lines(results, options.hole_mm)))
+        terminal.say(
+            *(f"{results.model}, {line}" for line in _lines(results, options.hole_mm))
+        )
     result = experiments.SimulationDocument.filled(
         asked,
         experiment=options.experiment,
@@ -134,13 +146,17 @@ def _write(
 
     pictures: dict[str, bytes] = {}
     try:
-        pictures = dict(zip((PICTURE, ANIMATION), experiments.film(models), strict=True))
+        pictures = dict(
+            zip((PICTURE, ANIMATION), experiments.film(models), strict=True)
+        )
     except ImportError as error:
         terminal.warn(f"no pictures: {_missing(error)}")
     except MukcaError as error:
         terminal.warn(str(error))
     names = [REPORT, RESULT, *pictures]
-    result = replace(result, outputs={name.split(".")[0]: str(folder / name) for name in names})
+    result = replace(
+        result, outputs={name.split(".")[0]: str(folder / name) for name in names}
+    )
     html = report.simulation_page(result, pictures).encode()
     write_files(folder, {REPORT: html, RESULT: encode(result) + b"\n", **pictures})
     terminal.say(f"Report: {folder / REPORT}")
@@ -201,13 +217,30 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
     brief = Terminal(json=terminal.json, brief=True)
     for name in names:
         driver = f"mock:{out / 'hand' / name}?follow&rate=100&speed={SPEED}&move=0.6"
-        words = ["record", "--robot", "panda", "--driver", driver, "--distance", str(DISTANCE)]
+        words = [
+            "record",
+            "--robot",
+            "panda",
+            "--driver",
+            driver,
+            "--distance",
+            str(DISTANCE),
+        ]
         words += ["--out", str(recordings / name), "--keys", str(out / KEYS)]
         status = _typed(words, brief)
         if status != 0:
             return status
     front, *held_out = (str(recordings / name) for name in names)
-    words = ["solve", front, "--robot", "panda", "--test", *held_out, "--out", str(calibrated)]
+    words = [
+        "solve",
+        front,
+        "--robot",
+        "panda",
+        "--test",
+        *held_out,
+        "--out",
+        str(calibrated),
+    ]
     status = _typed([*words, "--force"] if options.force else words, terminal)
     if status == 0:
         document = str(calibrated / "calibration.json")
@@ -240,9 +273,13 @@ def _remove_simulated(folder: Path) -> None:
         file = folder / recorder.METADATA
         recorder.read_metadata(file)  # a damaged file is told by its name
         sessions = recorder.read_sessions(file)
-        simulated = [str(session.get("driver")).startswith("mock:") for session in sessions]
+        simulated = [
+            str(session.get("driver")).startswith("mock:") for session in sessions
+        ]
         if not simulated or not all(simulated):
-            raise OutputError(f"{folder}: holds a recording of a real arm; choose another --out")
+            raise OutputError(
+                f"{folder}: holds a recording of a real arm; choose another --out"
+            )
     for name in (recorder.SAMPLES, recorder.METADATA):
         (folder / name).unlink(missing_ok=True)
 

@@ -8,7 +8,15 @@ from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
 from ... import report
 from ...report import figures
-from .. import DetailsOptions, RobotsOptions, Terminal, argument, option, part, split_by_robot
+from .. import (
+    DetailsOptions,
+    RobotsOptions,
+    Terminal,
+    argument,
+    option,
+    part,
+    split_by_robot,
+)
 from .report import show_errors
 from .solve_details import show_details
 
@@ -43,7 +51,9 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     refusals = list(filter(None, (one.refusal() for one in robots.values())))
     outputs: dict[str, str] = {}
     if options.out and not refusals:
-        outputs = found.save(options.out, force=options.force, pages=report.report_files)
+        outputs = found.save(
+            options.out, force=options.force, pages=report.report_files
+        )
     for name, one in robots.items():
         saved = one.saved_in(options.out / name) if options.out and outputs else one
         result = saved.assessment
@@ -69,7 +79,9 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     if isinstance(found, Mapping):
         terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": said})
     else:
-        terminal.emit({**found.result.as_dict(), "outputs": outputs, "verdict": said[""]})
+        terminal.emit(
+            {**found.result.as_dict(), "outputs": outputs, "verdict": said[""]}
+        )
     return assessment.worst(verdict.exit_status for verdict in verdicts.values())
 
 
@@ -113,7 +125,9 @@ def _read(
     folders = {folder.resolve() for folder in recorder.find_placements(training)}
     train = list[recorder.Placement]()
     test = list[recorder.Placement]()
-    for placement in recorder.read_placements(*training, *tested, as_recorded=as_recorded):
+    for placement in recorder.read_placements(
+        *training, *tested, as_recorded=as_recorded
+    ):
         is_trained = placement.path is not None and placement.path.resolve() in folders
         (train if is_trained else test).append(placement)
     return (train, test) if train else (recorder.read_placements(*training), test)
@@ -124,12 +138,13 @@ def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
     if "arms" in outputs:
         summary = (
-            f"{outputs['urdf']}, all robots in one URDF" if "urdf" in outputs else outputs["arms"]
+            f"{outputs['urdf']}, all robots in one URDF"
+            if "urdf" in outputs
+            else outputs["arms"]
         )
         return [f"Wrote {summary}, and a folder for each robot."]
-    files = (
-        f"Wrote {outputs['report']} to read; beside it calibration.json, report.json for scripts"
-    )
+    page = outputs["report"]
+    files = f"Wrote {page} to read; beside it calibration.json, report.json for scripts"
     if not usable:
         return [f"{files}, and calibrated.urdf: do not load it, see above."]
     return [

@@ -21,13 +21,18 @@ def show_details(terminal: Terminal, calibrated: "calibration.Calibration") -> N
     terminal.say(*_remarks(calibrated.document))
 
 
-def _show_parameters(rows: "Sequence[results.ParameterValue]", terminal: Terminal) -> None:
+def _show_parameters(
+    rows: "Sequence[results.ParameterValue]", terminal: Terminal
+) -> None:
     """Show the changes of the joint origins in mm and mrad, one line a joint."""
     from ....solver.robot import COMPONENTS
 
     changes = {(row.joint, row.component): f"{1e3 * row.change:+.3f}" for row in rows}
     joints = dict.fromkeys(row.joint for row in rows)
-    cells = [[joint, *(changes.get((joint, c), "fixed") for c in COMPONENTS)] for joint in joints]
+    cells = [
+        [joint, *(changes.get((joint, c), "fixed") for c in COMPONENTS)]
+        for joint in joints
+    ]
     title = "change of the joint origins, in mm and mrad"
     terminal.tabulate(title, ("joint", *COMPONENTS), cells, no_wrap=True)
 
@@ -43,7 +48,9 @@ def _remarks(result: "results.CalibrationDocument") -> list[str]:
     if result.uncertainty is not None:
         distance = result.uncertainty.distance_deviation
         of_urdf = (
-            "" if distance.alone is None else f"; the URDF alone {1e3 * distance.alone:.2f} mm"
+            ""
+            if distance.alone is None
+            else f"; the URDF alone {1e3 * distance.alone:.2f} mm"
         )
         lines.append(
             f"Predicted error of distances in the workspace, 1 sigma: median "

@@ -68,7 +68,9 @@ def run_stream(options: _StreamOptions, terminal: Terminal) -> int:
 class _Monitor:
     """Reader of states, up to a count or a time [s], where one is given."""
 
-    def __init__(self, driver: Reconnecting, count: int | None, seconds: float | None) -> None:
+    def __init__(
+        self, driver: Reconnecting, count: int | None, seconds: float | None
+    ) -> None:
         self._driver = driver
         self._left = math.inf if count is None else count
         self._end = math.inf if seconds is None else clock.now() + seconds
@@ -153,7 +155,11 @@ class _Monitor:
             f"drops {self._driver.drops}"
         )
         trouble = self._driver.trouble or (f"silent for {age:.1f} s" if age > 1 else "")
-        return [part for part in (figures, self._driver.status, trouble or self._doubt) if part]
+        return [
+            part
+            for part in (figures, self._driver.status, trouble or self._doubt)
+            if part
+        ]
 
     @property
     def _doubt(self) -> str | None:
@@ -172,7 +178,9 @@ class _Monitor:
                 effort = f"{state.effort[index]:.2f}" if state.effort else ""
                 cells = [f"{math.degrees(angle):.3f}", f"{angle:.5f}", effort]
             rows.append([name, *(f"{cell:>10}" for cell in cells)])
-        lines = list(chain.from_iterable(textwrap.wrap(part, width) for part in self._figures()))
+        lines = list(
+            chain.from_iterable(textwrap.wrap(part, width) for part in self._figures())
+        )
         return Group(table("", ("joint", "deg", "rad", "N m"), rows), *map(Text, lines))
 
 

@@ -21,7 +21,9 @@ BELOW = 5
 
 class _ToolOptions(DetailsOptions):
     calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    data: Sequence[Path] = argument("placements, or CSV files of joint positions", "DATA")
+    data: Sequence[Path] = argument(
+        "placements, or CSV files of joint positions", "DATA"
+    )
     name: str = option("tool", "name of the tool's link", "LINK")
     axis: Sequence[Path] = option(
         (),
@@ -88,7 +90,9 @@ def finish(
     if options.out is not None:
         outputs = result.save(options.out, force=options.force)
     else:
-        terminal.say("Nothing was written; add --out DIR for a calibration and a URDF with it.")
+        terminal.say(
+            "Nothing was written; add --out DIR for a calibration and a URDF with it."
+        )
     emit_with_page(options, terminal, result.text, result.as_dict(), outputs)
 
 
@@ -124,7 +128,8 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
 
 class _RezeroOptions(DetailsOptions):
     calibration: Path = argument(
-        "calibration.json, or its folder; of one never calibrated its name or URDF", "CALIBRATION"
+        "calibration.json, or its folder; of one never calibrated its name or URDF",
+        "CALIBRATION",
     )
     data: Sequence[Path] = argument("placements recorded since", "DATA")
     joint: Sequence[str] = option(
@@ -136,8 +141,12 @@ class _RezeroOptions(DetailsOptions):
         "enough then, and the first joint is told, too",
         "PLACEMENT",
     )
-    ball_moved: bool = option(False, "say that the ball was taken off since the calibration")
-    distance: float | None = option(None, "distance of the sockets' centres in metres", "M")
+    ball_moved: bool = option(
+        False, "say that the ball was taken off since the calibration"
+    )
+    distance: float | None = option(
+        None, "distance of the sockets' centres in metres", "M"
+    )
 
 
 def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
@@ -153,9 +162,13 @@ def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
     )
     finish(zeros, options, terminal)
     if options.out is not None and zeros.changed:
-        terminal.say("Set the zeros in the robot instead, or load these: one of both, never both.")
+        terminal.say(
+            "Set the zeros in the robot instead, or load these: one of both, never both."
+        )
     identified = {joint.joint: joint.told for joint in zeros.joints}
-    complete = all(identified[joint] for joint in options.joint) and any(identified.values())
+    complete = all(identified[joint] for joint in options.joint) and any(
+        identified.values()
+    )
     return 0 if complete and zeros.decided and not zeros.other else 3
 
 
@@ -174,7 +187,8 @@ _MARKERS = "5X5_100"
 class _HandeyeOptions(DetailsOptions):
     calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
     data: Sequence[Path] = argument(
-        "CSV files of joints and poses, or folders of images with joints.csv", "POSES.csv"
+        "CSV files of joints and poses, or folders of images with joints.csv",
+        "POSES.csv",
     )
     camera: "partial.Camera" = option(..., "the camera is on the arm, or beside it")
     name: str = option("camera", "name of the camera's link", "LINK")
@@ -208,16 +222,30 @@ class _HandeyeOptions(DetailsOptions):
 def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
     """Print the camera's pose, and write the calibration with its link."""
     options.check_out()
-    of_images = (options.board, options.dictionary, options.intrinsics) != (_BOARD, _MARKERS, "")
-    if of_images and not any((path / extract.JOINTS).is_file() for path in options.data):
-        raise UsageError("--board, --dictionary and --intrinsics are for folders of images")
+    of_images = (options.board, options.dictionary, options.intrinsics) != (
+        _BOARD,
+        _MARKERS,
+        "",
+    )
+    if of_images and not any(
+        (path / extract.JOINTS).is_file() for path in options.data
+    ):
+        raise UsageError(
+            "--board, --dictionary and --intrinsics are for folders of images"
+        )
     calibrated = calibration.load_calibration(one_arm(options.calibration))
-    start = numbers(options.near, "--near", (len(calibrated.robot.joint_names),)) or None
+    start = (
+        numbers(options.near, "--near", (len(calibrated.robot.joint_names),)) or None
+    )
     doubt = JOINT_POSITION.doubt(start or ())
     if doubt:
         raise UsageError(f"--near {options.near}: {doubt}")
-    views = list(chain.from_iterable(_views(path, options, calibrated) for path in options.data))
-    views = [extract.joints_of(calibrated, view, start, options.camera) for view in views]
+    views = list(
+        chain.from_iterable(_views(path, options, calibrated) for path in options.data)
+    )
+    views = [
+        extract.joints_of(calibrated, view, start, options.camera) for view in views
+    ]
     limit = _limit(options.limit_mm)
     pose = partial.handeye(calibrated, views, options.camera, options.name, limit=limit)
     finish(pose, options, terminal)
@@ -235,9 +263,15 @@ def _views(
     if not (path / extract.JOINTS).is_file():
         return recorder.read_placements(path)
     columns, rows, square, marker = options.board
-    board = extract.Board(int(columns), int(rows), square / 1e3, marker / 1e3, options.dictionary)
+    board = extract.Board(
+        int(columns), int(rows), square / 1e3, marker / 1e3, options.dictionary
+    )
     camera = numbers(options.intrinsics, "--intrinsics", (4, 8, 9))
-    return [extract.turned_alike(calibrated, extract.read_images(path, board, camera), board)]
+    return [
+        extract.turned_alike(
+            calibrated, extract.read_images(path, board, camera), board
+        )
+    ]
 
 
 def numbers(words: str, flag: str, counts: Sequence[int]) -> list[float]:

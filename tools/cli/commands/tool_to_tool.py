@@ -35,7 +35,9 @@ def compare_tools(
     """
     arms = calibration.load_calibration(file)
     if not isinstance(arms, MultiRobotCalibration):
-        raise UsageError(f"{file}: --tool-to-tool needs arms that were calibrated together")
+        raise UsageError(
+            f"{file}: --tool-to-tool needs arms that were calibrated together"
+        )
     by_robot, _, _ = cli.split_by_robot(paths, (), arms)
     by_robot = {name: folders for name, folders in by_robot.items() if folders}
     held_out = _held_out(arms, _measured(arms, by_robot, settings), terminal)
@@ -61,22 +63,33 @@ def _measured(
 ) -> dict[str, list[data.Measurement]]:
     """Return the placements of each arm, checked; an error says whether arms look swapped."""
     try:
-        measured = {name: _of_arm(arms, name, by_robot[name], settings) for name in by_robot}
+        measured = {
+            name: _of_arm(arms, name, by_robot[name], settings) for name in by_robot
+        }
     except MukcaError as error:
         for names in combinations(by_robot, 2):
             if _exchanged(arms, by_robot, names, settings):
-                raise UsageError(f"{error}. {_swapped_words(by_robot, names)}") from None
+                raise UsageError(
+                    f"{error}. {_swapped_words(by_robot, names)}"
+                ) from None
         raise
     data.check_distinct(list(chain.from_iterable(measured.values())))
     return measured
 
 
 def _of_arm(
-    arms: MultiRobotCalibration, name: str, paths: Sequence[Path], settings: SolveOptions
+    arms: MultiRobotCalibration,
+    name: str,
+    paths: Sequence[Path],
+    settings: SolveOptions,
 ) -> list[data.Measurement]:
     arm = arms[name]
-    placements = settings.payloads.carried_by(cli.read_data(paths, settings), others=True)
-    measured = [data.measure(p, arm.robot, settings.distance, sockets=1) for p in placements]
+    placements = settings.payloads.carried_by(
+        cli.read_data(paths, settings), others=True
+    )
+    measured = [
+        data.measure(p, arm.robot, settings.distance, sockets=1) for p in placements
+    ]
     return [arm.as_read_now(m) for m in measured]
 
 
@@ -133,7 +146,11 @@ def lines_of(rows: Sequence[ToolToTool], limit: float | None) -> list[str]:
     worst = max(rows, key=lambda row: row.loaded.p95)
     between = f"95 % of the distances from tool to tool are right within {mm(worst.loaded.p95)}"
     status = status_of(rows, limit)
-    answer = f"{between}." if limit is None else f"{status.upper()}: {between} (limit {mm(limit)})."
+    answer = (
+        f"{between}."
+        if limit is None
+        else f"{status.upper()}: {between} (limit {mm(limit)})."
+    )
     heads = "mean error, 95 % below, largest [mm]"
     lines = [answer, f"{'tool to tool':24} {'model':18} {heads:>32}"]
     for row in rows:
@@ -144,16 +161,22 @@ def lines_of(rows: Sequence[ToolToTool], limit: float | None) -> list[str]:
     for row in rows:
         counts = zip(row.samples, row.robots, strict=True)
         samples = " and ".join(f"{plural(n, 'sample')} of {name}" for n, name in counts)
-        lines.append(f"From {samples}, held out at the same places: {row.pairs} distances.")
+        lines.append(
+            f"From {samples}, held out at the same places: {row.pairs} distances."
+        )
     return lines
 
 
 def _line(names: str, model: str, spread: Spread) -> str:
-    numbers = "".join(f"{1e3 * error:11.3f}" for error in (spread.mean, spread.p95, spread.max))
+    numbers = "".join(
+        f"{1e3 * error:11.3f}" for error in (spread.mean, spread.p95, spread.max)
+    )
     return f"{names:24} {model:18}{numbers}"
 
 
-def document_of(rows: Sequence[ToolToTool], limit: float | None) -> Mapping[str, object]:
+def document_of(
+    rows: Sequence[ToolToTool], limit: float | None
+) -> Mapping[str, object]:
     """Return the figures for scripts [m]."""
     return {
         "tool_to_tool": [row.as_dict() for row in rows],

@@ -18,10 +18,14 @@ MOST_PLACEMENTS = 3
 class ValidateOptions(cli.OutputOptions):
     """Options of ``mukca validate``, which ``mukca check --calibration`` has, too."""
 
-    calibration: Path = cli.argument("calibration.json or arms.json, or its folder", "CALIBRATION")
+    calibration: Path = cli.argument(
+        "calibration.json or arms.json, or its folder", "CALIBRATION"
+    )
     data: Sequence[Path] = cli.argument("placements", "DATA")
     stood: str = cli.option(
-        "", "placement of the calibration whose base still stands where it stood", "PLACEMENT"
+        "",
+        "placement of the calibration whose base still stands where it stood",
+        "PLACEMENT",
     )
     tool_to_tool: bool = cli.option(
         False,
@@ -37,7 +41,8 @@ class ValidateOptions(cli.OutputOptions):
         needs="tool_to_tool",
     )
     settings: SolveOptions = cli.part(
-        SolveOptions, "distance payload repeatability_mm flange_poses as_recorded leave_out"
+        SolveOptions,
+        "distance payload repeatability_mm flange_poses as_recorded leave_out",
     )
 
 
@@ -46,7 +51,9 @@ def run_validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     if not options.tool_to_tool:
         return _validate(options, terminal)
     options.check_out()
-    rows, hints = compare_tools(options.calibration, options.data, options.settings, terminal)
+    rows, hints = compare_tools(
+        options.calibration, options.data, options.settings, terminal
+    )
     limit = metres(options.limit_mm)
     lines = [*lines_of(rows, limit), *hints]
     terminal.say(*lines)
@@ -62,12 +69,16 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     document = calibrated.document
     robot = calibrated.robot
     settings = options.settings
-    placements = settings.payloads.carried_by(cli.read_data(options.data, settings), others=True)
+    placements = settings.payloads.carried_by(
+        cli.read_data(options.data, settings), others=True
+    )
     load = calibrated.load
     settings = replace(settings, payload=load.payload, gravity=load.gravity)
     for placement in placements:
         m = data.measure(placement, robot, settings.distance, sockets=1)
-        beyond = results.beyond_words(document.curves, robot.joint_names, m.positions, m.name)
+        beyond = results.beyond_words(
+            document.curves, robot.joint_names, m.positions, m.name
+        )
         terminal.warn(*beyond)
     allowed = metres(settings.validated().repeatability_mm)
     judge = partial_of(partial.what_changed, calibrated, repeatability=allowed)
@@ -75,7 +86,9 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     if validity.verdict.status != "pass" and not settings.as_recorded:
         mending, done = calibration.placements_set_right(robot, placements, settings)
         terminal.warn(*map(str, done))
-        validity = judge(mending, options.stood, settings.distance) if done else validity
+        validity = (
+            judge(mending, options.stood, settings.distance) if done else validity
+        )
     terminal.warn(*validity.warnings)
     errors = validity.errors
     lines = [*validity.odds, *validity.not_shown]

@@ -85,7 +85,10 @@ def _rows(result: WhatIf) -> list[tuple[str, str]]:
     if result.unit:
         rows += [
             ("its size", _size(result, result.size)),
-            ("size in the recordings", _size(result, result.size_observed, result.deviation)),
+            (
+                "size in the recordings",
+                _size(result, result.size_observed, result.deviation),
+            ),
         ]
     if result.pattern:
         rows += [

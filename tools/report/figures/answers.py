@@ -79,7 +79,9 @@ def answers_of(
 ) -> types.Answers:
     """Return the answers to a user's three questions."""
     return types.Answers(
-        use=_use_answer(result), next=_next_answer(result), data=_data_answer(result, samples)
+        use=_use_answer(result),
+        next=_next_answer(result),
+        data=_data_answer(result, samples),
     )
 
 
@@ -92,7 +94,9 @@ def _data_answer(
     farthest = sorted(samples, key=lambda sample: -sample.error())[:5]
     worst = [_worst(sample, placements[sample.placement]) for sample in farthest]
     measured = [placement.measured for placement in result.predictions.placements]
-    in_sockets = [measurement for measurement in measured if measurement.kind == "sockets"]
+    in_sockets = [
+        measurement for measurement in measured if measurement.kind == "sockets"
+    ]
     floors = diagnostics.fitted_alone(result.predictions.robot, in_sockets)
     rows = zip(names, placements, strict=True)
     floor_by_name = {name: floors[row.name] for name, row in rows if row.name in floors}
@@ -106,8 +110,14 @@ def _data_answer(
         "data",
         checked=checks is not None,
         levels=[check.level for check in checks or ()],
-        drifts=[row.text for row in reasons if "drift" in row.name and row.status in _DRIFTS],
-        trained=[names[i] for i in placements_with_errors(result) if placements[i].role == "train"],
+        drifts=[
+            row.text for row in reasons if "drift" in row.name and row.status in _DRIFTS
+        ],
+        trained=[
+            names[i]
+            for i in placements_with_errors(result)
+            if placements[i].role == "train"
+        ],
         floors=residuals,
         repeatability=repeatability,
         unsound=[name for name, floor in floor_by_name.items() if floor > limit],
@@ -120,7 +130,8 @@ def _data_answer(
         far=FAR,
     )
     fits = [
-        types.LoneFit(name=name, mean_absolute_error=floor) for name, floor in floor_by_name.items()
+        types.LoneFit(name=name, mean_absolute_error=floor)
+        for name, floor in floor_by_name.items()
     ]
     return types.DataAnswer(text=words, worst=tuple(worst), floors=tuple(fits))
 
@@ -142,14 +153,24 @@ def _worst(
 def _use_answer(result: assessment.Assessment) -> types.UseAnswer:
     """Return the answer whether the task may be done, placement by placement."""
     uncertainty = result.predictions.document.uncertainty
-    answers: list[Answer] = [answer_at(row, result.tolerance) for row in result.placements]
+    answers: list[Answer] = [
+        answer_at(row, result.tolerance) for row in result.placements
+    ]
     rows: list[types.UseAtPlacement] = []
-    for name, row, answer in zip(result.predictions.names, result.placements, answers, strict=True):
+    for name, row, answer in zip(
+        result.predictions.names, result.placements, answers, strict=True
+    ):
         y = row.position[1]  # the name may be given from the other side
-        side = "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
+        side = (
+            "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
+        )
         where = area(row.position, brief=True)
         use = types.UseAtPlacement(
-            name=name, called=name + side, where=where, answer=answer, least=least_allowed(row)
+            name=name,
+            called=name + side,
+            where=where,
+            answer=answer,
+            least=least_allowed(row),
         )
         rows.append(use)
     limits = {row.name: row.found for row in result.verdict.limits}
@@ -165,7 +186,10 @@ def _use_answer(result: assessment.Assessment) -> types.UseAnswer:
         meaning=text(_TEXTS, "meaning", repeatability=result.limits.repeatability),
         alone=text(_TEXTS, "alone", judged=result.summary.judged[1]) or None,
         between=text(
-            _TEXTS, "between", found=limits.get("between_placements"), uncertainty=uncertainty
+            _TEXTS,
+            "between",
+            found=limits.get("between_placements"),
+            uncertainty=uncertainty,
         ),
         cannot_see=(uncertainty.cannot_see if uncertainty else ()) or _CANNOT_SEE,
     )
@@ -193,11 +217,15 @@ def least_allowed(row: assessment.PlacementReport) -> float | None:
     return max(mostly_allowed(row), row.quantiles.loaded.max)
 
 
-def use_text(called: Sequence[str], answers: Sequence[Answer], allowed: str, status: str) -> str:
+def use_text(
+    called: Sequence[str], answers: Sequence[Answer], allowed: str, status: str
+) -> str:
     """Return the answer in words, from the placements' names and the answer at each."""
     pairs = list(zip(called, answers, strict=True))
     words: tuple[Answer, ...] = ("yes", "mostly", "no")
-    names_by_word = {word: [name for name, answer in pairs if answer == word] for word in words}
+    names_by_word = {
+        word: [name for name, answer in pairs if answer == word] for word in words
+    }
     return text(_TEXTS, "use", at=names_by_word, allowed=allowed, status=status)
 
 
@@ -212,7 +240,8 @@ def _next_answer(result: assessment.Assessment) -> types.NextAnswer:
     joints = [
         joint.name
         for i, joint in enumerate(result.coverage.joints)
-        if joint.unit == "rad" and any(s.high[i] - s.low[i] < HARDLY_MOVED for s in sockets)
+        if joint.unit == "rad"
+        and any(s.high[i] - s.low[i] < HARDLY_MOVED for s in sockets)
     ]
     advised = advice.text if advice else ""
     farthest = None if advised else farthest_held_out(result)
@@ -229,7 +258,9 @@ def _next_answer(result: assessment.Assessment) -> types.NextAnswer:
         gap=float(np.linalg.norm(positions - place, axis=1).min()),
         joints=joints,
     )
-    return types.NextAnswer(text=words, train_on=train_on, place=place, joints=tuple(joints))
+    return types.NextAnswer(
+        text=words, train_on=train_on, place=place, joints=tuple(joints)
+    )
 
 
 def placements_with_errors(result: assessment.Assessment) -> list[int]:

@@ -40,16 +40,24 @@ def link_meshes(model: Model, robot: Robot) -> tuple[types.LinkMesh, ...]:
 
     for name in ("yourdfpy", "trimesh"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    frames = {robot.base: 0, **{joint.child: i + 1 for i, joint in enumerate(robot.joints)}}
+    frames = {
+        robot.base: 0,
+        **{joint.child: i + 1 for i, joint in enumerate(robot.joints)},
+    }
     shapes: dict[int, list[Any]] = {}
     try:
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        with (
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(io.StringIO()),
+        ):
             urdf: Any = yourdfpy.URDF.load(  # pyright: ignore[reportUnknownMemberType]
                 io.BytesIO(text.encode()), filename_handler=find, load_meshes=True
             )
         for frame, mesh in _shapes(urdf, frames):
             shapes.setdefault(frame, []).append(mesh)
-    except Exception as error:  # a drawing is not worth a report; whatever a mesh reader raises
+    except (
+        Exception
+    ) as error:  # a drawing is not worth a report; whatever a mesh reader raises
         logging.getLogger(__name__).info("no meshes: %s", error)
         return ()
     util: Any = trimesh.util
@@ -66,10 +74,13 @@ def _finder(folder: Path) -> Callable[[str], str]:
         candidates = [folder / path]
         if scheme not in ("", "file"):
             candidates = [
-                up / part for up, part in product(folder.resolve().parents, (path, inside))
+                up / part
+                for up, part in product(folder.resolve().parents, (path, inside))
             ]
             candidates.append(folder / inside)
-        files = (f for f in candidates if f.is_file() and f.stat().st_size <= LARGEST_FILE)
+        files = (
+            f for f in candidates if f.is_file() and f.stat().st_size <= LARGEST_FILE
+        )
         return str(next(files, ""))
 
     return find
@@ -100,13 +111,17 @@ def _link_mesh(frame: int, mesh: Any) -> types.LinkMesh:
     while len(thin.faces) > FACES and cells >= 2:
         grid = np.floor((mesh.vertices - mesh.bounds[0]) * (cells / mesh.extents.max()))
         _, cell = np.unique(grid, axis=0, return_inverse=True)
-        means = np.stack([np.bincount(cell.ravel(), v) for v in mesh.vertices.T], axis=1)
+        means = np.stack(
+            [np.bincount(cell.ravel(), v) for v in mesh.vertices.T], axis=1
+        )
         means /= np.bincount(cell.ravel())[:, None]
         thin = trimesh.Trimesh(means, cell.ravel()[mesh.faces], process=False)
         thin.update_faces(thin.nondegenerate_faces() & thin.unique_faces())
         cells = cells * 3 // 4
     vertices = np.round(thin.vertices, 4).tolist()
-    return types.LinkMesh(frame=frame, vertices=vertices, faces=thin.faces[:FACES].tolist())
+    return types.LinkMesh(
+        frame=frame, vertices=vertices, faces=thin.faces[:FACES].tolist()
+    )
 
 
 CONFIGURATIONS = 400
@@ -125,9 +140,13 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
         np.arange(len(placements)), [len(placement.samples) for placement in placements]
     )
     q = np.concatenate([m.positions for m in measured])
-    true = np.concatenate([calibration.true_positions(m.positions, m.efforts) for m in measured])
+    true = np.concatenate(
+        [calibration.true_positions(m.positions, m.efforts) for m in measured]
+    )
     points = [placement.points for placement in placements]
-    distances = np.linalg.norm(np.concatenate([p.nominal - p.calibrated for p in points]), axis=1)
+    distances = np.linalg.norm(
+        np.concatenate([p.nominal - p.calibrated for p in points]), axis=1
+    )
     rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
     nominal = link_poses(robot.joints, q[rows])
     origins = calibration.model.origins(calibration.values)
@@ -160,7 +179,9 @@ def report_figures(assessment_of_fit: assessment.Assessment) -> types.ReportDocu
     predictions = assessment_of_fit.predictions
     document = assessment_of_fit.predictions.document
     assessed = {
-        name: value for name, value in vars(assessment_of_fit).items() if name != "predictions"
+        name: value
+        for name, value in vars(assessment_of_fit).items()
+        if name != "predictions"
     }
     samples = assessment.sample_errors(predictions)
     return types.ReportDocument.filled(
@@ -171,7 +192,9 @@ def report_figures(assessment_of_fit: assessment.Assessment) -> types.ReportDocu
         samples=samples,
         cross_placement=cross_placement(predictions),
         distance_text=assessment.distance_text(document.placements),
-        provenance=types.ReportProvenance.filled(document.provenance, settings=document.settings),
+        provenance=types.ReportProvenance.filled(
+            document.provenance, settings=document.settings
+        ),
         command=solve_command(document),
         rests_on=assessment_of_fit.verdict.rests_on,
         todo=tuple(steps(assessment_of_fit)),
@@ -184,7 +207,9 @@ def report_figures(assessment_of_fit: assessment.Assessment) -> types.ReportDocu
 def cross_placement(predictions: assessment.Predictions) -> types.CrossPlacement | None:
     """Return the errors everywhere by models trained on each placement alone; None for only one."""
     placements = predictions.placements
-    weight = assessment.setting(predictions.document, predictions.source, "regularization")
+    weight = assessment.setting(
+        predictions.document, predictions.source, "regularization"
+    )
     if len(placements) < 2:
         return None
     # By Eq. (5), some 10 ms each, with the joint origins that the calibration itself had free.
@@ -209,5 +234,7 @@ def _row(problem: Problem, trained_on: Measurement) -> tuple[float, ...] | None:
         x = solve(replace(problem, training=(trained_on,))).x
     except MukcaError:
         return None
-    metrics = [evaluate(problem.model.points(x, m.positions), m) for m in problem.training]
+    metrics = [
+        evaluate(problem.model.points(x, m.positions), m) for m in problem.training
+    ]
     return tuple(errors.mean_absolute_error for errors in metrics)

@@ -7,10 +7,30 @@ from pathlib import Path
 import numpy as np
 
 from ....errors import MukcaError
-from ....solver.assessment import Quantiles, apart_words, measurements_of, mm, plural, quantiles
+from ....solver.assessment import (
+    Quantiles,
+    apart_words,
+    measurements_of,
+    mm,
+    plural,
+    quantiles,
+)
 from ....solver.calibration import Calibration, differences
-from ....solver.data import Measurement, Metrics, evaluate, kabsch, mean_metrics, targets
-from ....solver.results import Apart, CurveAgreement, Document, agreement, agreement_words
+from ....solver.data import (
+    Measurement,
+    Metrics,
+    evaluate,
+    kabsch,
+    mean_metrics,
+    targets,
+)
+from ....solver.results import (
+    Apart,
+    CurveAgreement,
+    Document,
+    agreement,
+    agreement_words,
+)
 from .types import Displacement, PlotCaption
 
 COMPARISON = "mukca-comparison-1"
@@ -153,7 +173,9 @@ def _at_placement(
         )
         for k, p in enumerate(points)
     )
-    return ComparedPlacement(name=measured.name, samples=tuple(measured.counts), models=models)
+    return ComparedPlacement(
+        name=measured.name, samples=tuple(measured.counts), models=models
+    )
 
 
 def compare(
@@ -173,9 +195,16 @@ def compare(
     for row, m in zip(points, data, strict=True):
         lengths = [np.linalg.norm(p - targets(p, m), axis=1) for p in row]
         errors.append(lengths)
-        trained_on = [False, *(contender.was_trained_on(m) for contender in contestants)]
+        trained_on = [
+            False,
+            *(contender.was_trained_on(m) for contender in contestants),
+        ]
         placements.append(_at_placement(m, row, lengths, trained_on))
-    fair = [i for i, row in enumerate(placements) if not any(m.trained_on for m in row.models)]
+    fair = [
+        i
+        for i, row in enumerate(placements)
+        if not any(m.trained_on for m in row.models)
+    ]
 
     def model(k: int, name: str) -> ComparedModel:
         summary = None
@@ -193,7 +222,9 @@ def compare(
         workspace: Apart | None = None
         by_chance: tuple[Apart | None, ...] = (None,) * len(data)
         if a:
-            workspace, by_chance = differences(contestants[a - 1], contestants[b - 1], data)
+            workspace, by_chance = differences(
+                contestants[a - 1], contestants[b - 1], data
+            )
         balls = [np.concatenate([row[k] for row in points]) for k in (a, b)]
         return ComparedPair(
             a=a,
@@ -257,7 +288,11 @@ def comparison_title(result: ComparisonDocument) -> str:
 
 def comparison_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
     """Return in words which of two models is better, where, and by how much beyond the noise."""
-    words = [_errors_sentence(result, pair), _chance_sentence(pair), agreement_words(pair.curves)]
+    words = [
+        _errors_sentence(result, pair),
+        _chance_sentence(pair),
+        agreement_words(pair.curves),
+    ]
     return " ".join(filter(None, words))
 
 
@@ -265,7 +300,10 @@ def _chance_sentence(pair: ComparedPair) -> str:
     """Return how far two calibrations are apart, and whether chance alone explains it."""
     if pair.workspace is None:
         return ""
-    everything = [pair.workspace, *(chance for chance in pair.by_chance if chance is not None)]
+    everything = [
+        pair.workspace,
+        *(chance for chance in pair.by_chance if chance is not None),
+    ]
     odds = len(everything) * min(chance.probability for chance in everything)
     beyond = sum(chance.beyond_chance for chance in everything[1:])
     text = f"beyond chance at {beyond} of {plural(len(everything) - 1, 'placement')}"
@@ -284,7 +322,9 @@ def _errors_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
     noise = f"noise \N{PLUS-MINUS SIGN}{mm(summary.noise, 3)}, 95 %"
     if not summary.beyond_noise:
         gap = mm(abs(summary.mean), 3)
-        return f"{b} and {a} differ by {gap} {where}, which is within the noise ({noise})."
+        return (
+            f"{b} and {a} differ by {gap} {where}, which is within the noise ({noise})."
+        )
     better, worse = (b, a) if summary.mean < 0 else (a, b)
     rows = [pair.placements[i] for i in result.fair]
     wins = sum(row.beyond_noise and row.mean * summary.mean > 0 for row in rows)

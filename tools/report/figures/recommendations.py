@@ -64,7 +64,9 @@ def _steps(result: Assessment) -> Iterator[Step]:
         name = placements[best].name
         short = whole_name(result.predictions.names[best])
         text = f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained on"
-        yield _forecast(document, name, text, solve_command(document, moves={name: "train"}))
+        yield _forecast(
+            document, name, text, solve_command(document, moves={name: "train"})
+        )
     yield from _corrected_joints(result)
     if all(row.kind == "points" for row in placements):
         if result.limits.repeatability is None:
@@ -78,7 +80,9 @@ def _steps(result: Assessment) -> Iterator[Step]:
         return
     if result.limits.repeatability is None and held_out and verdict.use:
         yield _repeatability(document)
-    text = f"Record another placement far from the others, all varied, {SAMPLES_ADVISED}"
+    text = (
+        f"Record another placement far from the others, all varied, {SAMPLES_ADVISED}"
+    )
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
     text += ", and train on it too" if held_out else ", and hold it out by solve --test"
@@ -89,7 +93,11 @@ def _corrected_joints(result: Assessment) -> Iterator[Step]:
     """Yield the step to correct joint positions, where the full model keeps all limits."""
     verdict = result.verdict
     missed = [row for row in verdict.limits if row.status in ("fail", "not enough")]
-    if not verdict.use or not missed or any(row.full_status != "pass" for row in missed):
+    if (
+        not verdict.use
+        or not missed
+        or any(row.full_status != "pass" for row in missed)
+    ):
         return
     first = missed[0]
     before = cast("float", first.found)
@@ -98,7 +106,9 @@ def _corrected_joints(result: Assessment) -> Iterator[Step]:
     words = f"{first.title}: {mm(after, 3)} in place of {mm(before, 3)}"
     file = result.predictions.document.outputs.get("calibration")
     folder = "DIR" if file is None else str(Path(file).parent)
-    command = shlex.join(["mukca", "command", folder, "poses.csv", "--out", "joints.csv"])
+    command = shlex.join(
+        ["mukca", "command", folder, "poses.csv", "--out", "joints.csv"]
+    )
     yield Step(text, command, words, before, after)
 
 
@@ -106,7 +116,9 @@ def _repeatability(document: CalibrationDocument) -> Step:
     """Return the step that says how well the arm repeats, without which there are no limits."""
     text = "Say how well the arm repeats, from its data sheet"
     command_line = solve_command(document, settings_given={"repeatability_mm": "MM"})
-    return Step(text, command_line, "limits to hold the errors against, not a smaller error")
+    return Step(
+        text, command_line, "limits to hold the errors against, not a smaller error"
+    )
 
 
 def _measure(
@@ -133,7 +145,9 @@ def _measure(
     yield Step(text, command, words, before, after)
 
 
-def _forecast(document: CalibrationDocument, name: str | None, text: str, command: str) -> Step:
+def _forecast(
+    document: CalibrationDocument, name: str | None, text: str, command: str
+) -> Step:
     """Return a step with what the posterior forecasts of it, where it does."""
     rows = () if document.outlook is None else document.outlook.forecasts
     forecasts = {row.placement: row.distance_deviation for row in rows}
@@ -174,8 +188,12 @@ def _leave_out(result: Assessment) -> Iterator[Step]:
         before = held_out(training)
         after = held_out(remaining)
         text = f"Leave out {joined([result.predictions.names[i] for i in bad])}"
-        command = solve_command(predictions.document, moves=dict.fromkeys(sorted(faulty)))
-        words = f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}"
+        command = solve_command(
+            predictions.document, moves=dict.fromkeys(sorted(faulty))
+        )
+        words = (
+            f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}"
+        )
         yield Step(text, command, words, before, after)
 
 
@@ -187,7 +205,13 @@ _CHAIN = (*_LINKS, "ball")
 def record_command(document: CalibrationDocument) -> str:
     """Return the command that records another placement, as the last one was recorded."""
     driver, distance = _recorded(Path(document.data[0].folder) / METADATA)
-    words = ["mukca", "record", *_one_robot(document), "--driver", driver or "NAME:ADDRESS"]
+    words = [
+        "mukca",
+        "record",
+        *_one_robot(document),
+        "--driver",
+        driver or "NAME:ADDRESS",
+    ]
     words += as_options({"distance": _distance(document) or distance})
     if document.arms is not None:
         words += ["--robot-name", document.arm_name]
@@ -198,7 +222,9 @@ def _folder_beside(document: CalibrationDocument) -> Path:
     """Return a folder for another placement, beside the recordings and of another name."""
     folders = [Path(row.folder) for row in document.data if row.files]
     first = folders[0] if folders else Path("recordings", "first")
-    parent = first.parent if first.name else Path("..")  # of "." the parent is "." itself
+    parent = (
+        first.parent if first.name else Path("..")
+    )  # of "." the parent is "." itself
     names = {folder.resolve().name for folder in folders}
     tries = ("another", *(f"another-{number}" for number in range(2, len(names) + 3)))
     return parent / next(name for name in tries if name not in names)
@@ -232,12 +258,19 @@ def solve_command(
     arms = () if document.arms is None else document.arms.arms
 
     def folders(role: Role) -> list[str]:
-        rows = [(row.folder, roles.get(whole_name(row.name), row.role)) for row in document.data]
+        rows = [
+            (row.folder, roles.get(whole_name(row.name), row.role))
+            for row in document.data
+        ]
         own = list(dict.fromkeys(folder for folder, now in rows if now == role))
         if not arms:
             return own
-        folders_by_arm = {arm.name: getattr(arm, role) for arm in arms} | {document.arm_name: own}
-        return [f"{name}:{path}" for name, paths in folders_by_arm.items() for path in paths]
+        folders_by_arm = {arm.name: getattr(arm, role) for arm in arms} | {
+            document.arm_name: own
+        }
+        return [
+            f"{name}:{path}" for name, paths in folders_by_arm.items() for path in paths
+        ]
 
     robots = ["--robot", document.robot]
     if arms:
@@ -271,8 +304,12 @@ def _unlike_defaults(method: str, settings: Mapping[str, Any]) -> dict[str, Any]
     """Return the settings that differ from the defaults of a method, and the method itself."""
     default = SolveOptions()
     defaults = replace(default, method=cast("Any", method)).validated().as_dict()
-    differences = {key: value for key, value in settings.items() if value != defaults.get(key)}
-    return differences if method == default.method else {"method": method, **differences}
+    differences = {
+        key: value for key, value in settings.items() if value != defaults.get(key)
+    }
+    return (
+        differences if method == default.method else {"method": method, **differences}
+    )
 
 
 def as_options(settings: Mapping[str, Any]) -> list[str]:
@@ -281,7 +318,9 @@ def as_options(settings: Mapping[str, Any]) -> list[str]:
     for key, value in settings.items():
         if value in (None, [], (), False) or (key, value) == ("tip", BALL_LINK):
             continue
-        values = cast("list[Any]", value) if isinstance(value, list | tuple) else [value]
+        values = (
+            cast("list[Any]", value) if isinstance(value, list | tuple) else [value]
+        )
         option = f"--{key.replace('_', '-')}"
         if value is True:
             words.append(option)

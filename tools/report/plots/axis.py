@@ -38,7 +38,11 @@ class Axis:
 
     @classmethod
     def from_zero(
-        cls, values: Iterable[float | None], label: str, factor: float = 1.0, room: float = 1.05
+        cls,
+        values: Iterable[float | None],
+        label: str,
+        factor: float = 1.0,
+        room: float = 1.05,
     ) -> "Axis":
         """Return an axis from zero, with some room beyond the largest value."""
         largest = max(1e-9, *(value or 0.0 for value in values))
@@ -46,10 +50,16 @@ class Axis:
 
     @classmethod
     def logarithmic(
-        cls, values: Iterable[float | None], label: str, factor: float = 1.0, room: float = 1.5
+        cls,
+        values: Iterable[float | None],
+        label: str,
+        factor: float = 1.0,
+        room: float = 1.5,
     ) -> "Axis":
         """Return an axis with room beside the values above zero; round 1 where there are none."""
-        positive = [value for value in values if value and value > 1e-9] or [1.0 / factor]
+        positive = [value for value in values if value and value > 1e-9] or [
+            1.0 / factor
+        ]
         return cls(min(positive) / room, max(positive) * room, label, factor, log=True)
 
     def fraction(self, value: float) -> float:
@@ -73,10 +83,18 @@ class Axis:
         low = self.factor * self.low
         high = self.factor * self.high
         if self.log:
-            decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+            decades = range(
+                math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1
+            )
             digits = (1,) if high > 100 * low else (1, 2, 5)
-            round_numbers = [digit * 10.0**decade for decade, digit in product(decades, digits)]
-            numbers = [n for n in round_numbers if low <= n * (1 + 1e-9) and n <= high * (1 + 1e-9)]
+            round_numbers = [
+                digit * 10.0**decade for decade, digit in product(decades, digits)
+            ]
+            numbers = [
+                n
+                for n in round_numbers
+                if low <= n * (1 + 1e-9) and n <= high * (1 + 1e-9)
+            ]
         else:
             step = nice_above((high - low) / 5)
             first = math.ceil(low / step - 1e-9)

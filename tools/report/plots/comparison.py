@@ -47,11 +47,20 @@ def _errors(result: ComparisonDocument) -> Plot:
     errors = [row.mean_absolute_error for row in rows]
     axis = Axis.logarithmic(errors, "MAE, mm", MM, 1.4)
     title = "error at each placement"
-    panel = _by_model(result, title, axis, lambda model: model.mean_absolute_error, ".3f")
+    panel = _by_model(
+        result, title, axis, lambda model: model.mean_absolute_error, ".3f"
+    )
     models = result.models
-    judged = [(row.summary.mean_absolute_error, row.name) for row in models if row.summary]
+    judged = [
+        (row.summary.mean_absolute_error, row.name) for row in models if row.summary
+    ]
     return plot(
-        "errors", panel, layout="half", ranked=sorted(judged), models=models, colours=COLOURS
+        "errors",
+        panel,
+        layout="half",
+        ranked=sorted(judged),
+        models=models,
+        colours=COLOURS,
     )
 
 
@@ -101,7 +110,9 @@ def simulation_plot(result: SimulationDocument) -> Plot:
     if result.drawing is not None:
         return plot("lines", *map(_lines, models))
     clearance = ((result.hole or PEG) - PEG) / 2
-    return plot("misses", *(_misses(k, model, clearance) for k, model in enumerate(models)))
+    return plot(
+        "misses", *(_misses(k, model, clearance) for k, model in enumerate(models))
+    )
 
 
 def _misses(k: int, model: ModelTrials, clearance: float) -> Panel:
@@ -114,7 +125,9 @@ def _misses(k: int, model: ModelTrials, clearance: float) -> Panel:
     panel.dot(0, 0, "threshold", size=panel.x(clearance) - panel.x(0))
     for trial in insertions:
         x, y = trial.miss[:2]
-        hint = f"{MM * x:+.2f}, {MM * y:+.2f} mm; {'in' if trial.inserted else 'not in'}"
+        hint = (
+            f"{MM * x:+.2f}, {MM * y:+.2f} mm; {'in' if trial.inserted else 'not in'}"
+        )
         panel.dot(x, y, _mark(k, hollow=not trial.inserted), hint, 4)
     return panel
 

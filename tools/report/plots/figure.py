@@ -29,7 +29,11 @@ def element(name: str, *children: str, **attributes: object) -> Markup:
     """
     words = ""
     for key, value in attributes.items():
-        text = f"{value:.2f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
+        text = (
+            f"{value:.2f}".rstrip("0").rstrip(".")
+            if isinstance(value, float)
+            else str(value)
+        )
         words += f' {key.rstrip("_").replace("_", "-")}="{escape(text)}"'
     inner = "".join(map(escape, children))
     return Markup(f"<{name}{words}>{inner}</{name}>")  # noqa: S704  values are escaped above
@@ -84,7 +88,9 @@ class Panel:
         """Return the vertical place of a value."""
         return self.bottom - (self.bottom - self.top) * self.y_axis.fraction(value)
 
-    def add(self, name: str, hint: str = "", words: str = "", /, **attributes: object) -> None:
+    def add(
+        self, name: str, hint: str = "", words: str = "", /, **attributes: object
+    ) -> None:
         """Add an SVG element in the panel's own units; the hint shows under the mouse."""
         title = element("title", hint) if hint else ""
         self.parts.append(element(name, title, words, **attributes))
@@ -103,7 +109,9 @@ class Panel:
         self.text(4, TOP - 2, self.y_axis.label, "tick")
         return self
 
-    def rule(self, class_: str, *, x: float | None = None, y: float | None = None) -> None:
+    def rule(
+        self, class_: str, *, x: float | None = None, y: float | None = None
+    ) -> None:
         """Draw a line from top to bottom at an x, or from left to right at a y."""
         x1 = self.left if x is None else self.x(x)
         x2 = self.right if x is None else x1
@@ -112,7 +120,12 @@ class Panel:
         self.add("line", x1=x1, x2=x2, y1=y1, y2=y2, class_=class_)
 
     def threshold(
-        self, words: str, *, x: float | None = None, y: float | None = None, below: bool = False
+        self,
+        words: str,
+        *,
+        x: float | None = None,
+        y: float | None = None,
+        below: bool = False,
     ) -> None:
         """Draw the dashed line of a limit, where there is one and it is within the axis.
 
@@ -138,7 +151,9 @@ class Panel:
             self.threshold("", x=-x)
             self.threshold(words, x=x)
 
-    def text(self, x: float, y: float, words: str, class_: str, **attributes: object) -> None:
+    def text(
+        self, x: float, y: float, words: str, class_: str, **attributes: object
+    ) -> None:
         """Write words at a place in the panel's own units."""
         if words:
             self.add("text", "", words, x=x, y=y, class_=class_, **attributes)
@@ -157,16 +172,22 @@ class Panel:
     def _path(self, points: Iterable[Sequence[float]]) -> str:
         return " ".join(f"{self.x(a):.1f},{self.y(b):.1f}" for a, b in points)
 
-    def dot(self, x: float, y: float, class_: str, hint: str = "", size: float = 3) -> None:
+    def dot(
+        self, x: float, y: float, class_: str, hint: str = "", size: float = 3
+    ) -> None:
         """Draw a dot at a value; its size is in the panel's own units."""
         self.add("circle", hint, cx=self.x(x), cy=self.y(y), r=size, class_=class_)
 
-    def square(self, x: float, y: float, side: float, hint: str = "", **looks: object) -> None:
+    def square(
+        self, x: float, y: float, side: float, hint: str = "", **looks: object
+    ) -> None:
         """Draw a square round a place, all in the panel's own units."""
         half = side / 2
         self.add("rect", hint, x=x - half, y=y - half, width=side, height=side, **looks)
 
-    def bars(self, lows: ArrayLike, highs: ArrayLike, class_: str, thick: float = 2) -> None:
+    def bars(
+        self, lows: ArrayLike, highs: ArrayLike, class_: str, thick: float = 2
+    ) -> None:
         """Draw a bar in each named row, unless it has no length or an end is NaN."""
         for i, (low, high) in enumerate(np.broadcast(lows, highs)):
             if abs(high - low) > 0:
@@ -186,7 +207,9 @@ class Panel:
         for i, value in enumerate(values):
             if value is not None:
                 class_ = classes if isinstance(classes, str) else classes[i]
-                hint = f"{self.names[i]}, {words}: {self.x_axis.factor * value:{form}} mm"
+                hint = (
+                    f"{self.names[i]}, {words}: {self.x_axis.factor * value:{form}} mm"
+                )
                 self.dot(value, i, class_, hint, size)
 
 
@@ -199,7 +222,9 @@ def from_above(points: ArrayLike) -> np.ndarray:
     return np.asarray(points)[:, 1::-1] * (-1, 1)
 
 
-def to_scale(title: str, points: np.ndarray, labels: tuple[str, str], *, room: float) -> Panel:
+def to_scale(
+    title: str, points: np.ndarray, labels: tuple[str, str], *, room: float
+) -> Panel:
     """Return a panel with lines, both axes to one scale, with room round points, shape (N, 2)."""
     left, bottom = (points.min(axis=0) - room).tolist()
     right, top = (points.max(axis=0) + room).tolist()
@@ -226,7 +251,9 @@ def named_rows(
     letters = max(map(len, names), default=0)
     margin = min(24 + 6.6 * min(letters, LONGEST), 150)
     height = TOP + BOTTOM + pitch * count
-    panel = Panel(title, x, Axis(count - 0.5, -0.5), width=width, height=height, margin=margin)
+    panel = Panel(
+        title, x, Axis(count - 0.5, -0.5), width=width, height=height, margin=margin
+    )
     panel.names = names
     if not without_axis:
         panel.grid(horizontal=False)
@@ -247,7 +274,10 @@ def named_rows(
     return panel
 
 
-LOADED: tuple[tuple[ModelName, str], ...] = (("nominal", "nominal"), ("geometric", "calibrated"))
+LOADED: tuple[tuple[ModelName, str], ...] = (
+    ("nominal", "nominal"),
+    ("geometric", "calibrated"),
+)
 """Models before and after, as they are loaded, and their marks."""
 COLOURS = 6
 """Marks ``model-0``, ... that the style sheet has; more models or arms take them again."""

@@ -48,7 +48,9 @@ def history(report: ReportDocument) -> Plot | None:
     )
 
 
-def _curves_panel(term: str, curves: Mapping[str, Curve], repeatability: float | None) -> Panel:
+def _curves_panel(
+    term: str, curves: Mapping[str, Curve], repeatability: float | None
+) -> Panel:
     """Return the curves of a term, and the arm's repeatability [m] where it is known."""
     values = [value for curve in curves.values() for _, value in curve]
     last = max(curves["train"][-1][0], 1)
@@ -60,7 +62,9 @@ def _curves_panel(term: str, curves: Mapping[str, Curve], repeatability: float |
         panel.line(curve, f"curve {role}")
         size = 3.0 if len(curve) < 12 else 1.5
         for iteration, value in curve:
-            panel.dot(iteration, value, f"curve-dot {role}", f"{MM * value:.4f} mm", size)
+            panel.dot(
+                iteration, value, f"curve-dot {role}", f"{MM * value:.4f} mm", size
+            )
     if repeatability:
         ratios = [curve[-1][1] / repeatability for curve in curves.values()]
         nearest = min(ratios, key=lambda ratio: abs(math.log(ratio)))
@@ -145,13 +149,19 @@ def known_distances(report: ReportDocument) -> Plot | None:
         layout="half",
         report=report,
         means=[float(np.mean(np.abs(lengths))) for lengths in errors.values()],
-        worst=max(zip(errors["calibrated"], names, strict=True), key=lambda row: abs(row[0])),
+        worst=max(
+            zip(errors["calibrated"], names, strict=True), key=lambda row: abs(row[0])
+        ),
     )
 
 
 def predicted_and_found(report: ReportDocument) -> Plot | None:
     """The spread predicted at each placement beside the one found there."""
-    rows = [row for row in report.placements if row.predicted_deviation and row.found_deviation]
+    rows = [
+        row
+        for row in report.placements
+        if row.predicted_deviation and row.found_deviation
+    ]
     if not rows:
         return None
     names = short_names([row.name for row in rows])

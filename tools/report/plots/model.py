@@ -37,19 +37,25 @@ def parameters(report: ReportDocument) -> Plot:
     """Changes by the calibration, as bars, with standard deviations where there are any."""
     changes = [(row, row.change) for row in report.parameters]
     # the coefficients of effects that are switched off are zero for certain
-    active = [row for row in report.coefficients or () if row.value or row.standard_deviation]
+    active = [
+        row for row in report.coefficients or () if row.value or row.standard_deviation
+    ]
     changes += [(row, row.value) for row in active]
     bars_by_axis: dict[tuple[str, str, float], list[_Bar]] = {}
     for row, change in changes:
         display = display_of(row.name, row.unit)
-        deviation = display.factor * (row.standard_deviation or 0.0)  # 0 where it is not known
+        deviation = display.factor * (
+            row.standard_deviation or 0.0
+        )  # 0 where it is not known
         bar = _Bar(row.name, display, display.factor * change, deviation)
         axis = display.heading, display.unit, display.per_mm
         bars_by_axis.setdefault(axis, []).append(bar)
     panels = list(bars_by_axis.values())
     determined = [bar for bar in chain(*panels) if bar.standard_deviation]
     repeatability = report.limits.repeatability
-    usual_words = dict.fromkeys(effect.display.usual_words for effect in EFFECTS.values())
+    usual_words = dict.fromkeys(
+        effect.display.usual_words for effect in EFFECTS.values()
+    )
     return plot(
         "parameters",
         *(_bars_panel(bars, MM * (repeatability or 0.0)) for bars in panels),
@@ -83,7 +89,9 @@ def _bars_panel(bars: Sequence[_Bar], repeatability: float) -> Panel:
     deviations = np.array([bar.standard_deviation for bar in bars])
     sizes = np.abs(changes)
     # Deviations of what no ball can show are far larger than any change; they are cut off.
-    axis = Axis.around_zero(sizes + np.minimum(deviations, sizes.max()), unit, smallest=1e-6)
+    axis = Axis.around_zero(
+        sizes + np.minimum(deviations, sizes.max()), unit, smallest=1e-6
+    )
     names = [bar.label for bar in bars]
     panel = named_rows(f"{display.heading}, {unit}", names, axis, pitch=15)
     panel.rule("zero", x=0)
@@ -98,7 +106,9 @@ def coverage(report: ReportDocument) -> Plot:
     covered = report.coverage
     panels: list[Panel] = []
     for unit, factor, unit_name in (("rad", _DEGREES, "degrees"), ("m", MM, "mm")):
-        joints_of_unit = [i for i, joint in enumerate(covered.joints) if joint.unit == unit]
+        joints_of_unit = [
+            i for i, joint in enumerate(covered.joints) if joint.unit == unit
+        ]
         if joints_of_unit:
             panels.append(_positions(covered, joints_of_unit, factor, unit_name))
             panels.append(_spans(covered, joints_of_unit, factor, unit_name))
@@ -107,14 +117,20 @@ def coverage(report: ReportDocument) -> Plot:
     for i, joint in enumerate(covered.joints):
         for s, place in zip(covered.sockets, places, strict=True):
             if joint.unit == "rad":
-                spans.append((_DEGREES * (s.high[i] - s.low[i]), joint.name, s.socket, place))
+                spans.append(
+                    (_DEGREES * (s.high[i] - s.low[i]), joint.name, s.socket, place)
+                )
     return plot("coverage", *panels, spans=spans, limit=HARDLY_MOVED * _DEGREES)
 
 
-def _positions(covered: Coverage, joint_rows: Sequence[int], factor: float, unit: str) -> Panel:
+def _positions(
+    covered: Coverage, joint_rows: Sequence[int], factor: float, unit: str
+) -> Panel:
     """Return a tick for each position, and the joints' limits."""
     rows = [covered.joints[i] for i in joint_rows]
-    limits = np.array([(row.lower, row.upper) for row in rows], dtype=float)  # NaN: no limit
+    limits = np.array(
+        [(row.lower, row.upper) for row in rows], dtype=float
+    )  # NaN: no limit
     ends = np.array([(s.low, s.high) for s in covered.sockets])[:, :, joint_rows]
     every_end = np.concatenate([limits.ravel(), ends.ravel()])
     low = float(np.nanmin(every_end))
@@ -134,12 +150,18 @@ def _positions(covered: Coverage, joint_rows: Sequence[int], factor: float, unit
     return panel
 
 
-def _spans(covered: Coverage, joint_rows: Sequence[int], factor: float, unit: str) -> Panel:
+def _spans(
+    covered: Coverage, joint_rows: Sequence[int], factor: float, unit: str
+) -> Panel:
     """Return a dot for each joint and socket, and the least that a joint should turn."""
     names = [covered.joints[i].name for i in joint_rows]
-    spans = np.array([np.subtract(s.high, s.low) for s in covered.sockets])[:, joint_rows]
+    spans = np.array([np.subtract(s.high, s.low) for s in covered.sockets])[
+        :, joint_rows
+    ]
     axis = Axis.from_zero(spans.ravel(), unit, factor)
-    panel = named_rows(f"how far it moved in each socket, {unit}", names, axis, pitch=34)
+    panel = named_rows(
+        f"how far it moved in each socket, {unit}", names, axis, pitch=34
+    )
     for k, spans_of_joint in enumerate(spans.T.tolist()):
         for s, span in zip(covered.sockets, spans_of_joint, strict=True):
             hint = f"{s.placement}, socket {s.socket}: {factor * span:.0f} {unit}"
@@ -221,7 +243,9 @@ def error_curves(report: ReportDocument) -> Plot | None:
         *panels,
         layout="half",
         report=report,
-        largest=max((ANGLES.factor * max(map(abs, row.values)), row.joint) for row in curves),
+        largest=max(
+            (ANGLES.factor * max(map(abs, row.values)), row.joint) for row in curves
+        ),
         blank=blank,
     )
 
@@ -234,9 +258,13 @@ def _angles(covered: Coverage, joint: str) -> np.ndarray:
     return (angles + 180) % 360 - 180
 
 
-def _panel(curve: JointCurve, y: Axis, angles: np.ndarray, repeatability: float | None) -> Panel:
+def _panel(
+    curve: JointCurve, y: Axis, angles: np.ndarray, repeatability: float | None
+) -> Panel:
     """Return an error curve over a turn, and the angles of the samples [degrees]."""
-    panel = Panel(f"{curve.joint}, mrad", Axis(-180, 180, "degrees"), y, height=170).grid()
+    panel = Panel(
+        f"{curve.joint}, mrad", Axis(-180, 180, "degrees"), y, height=170
+    ).grid()
     count = len(curve.values)
     grid = 360 / count * (np.arange(count) - count // 2)
     values = np.roll(curve.values, count // 2)
@@ -247,6 +275,8 @@ def _panel(curve: JointCurve, y: Axis, angles: np.ndarray, repeatability: float 
         panel.threshold("", y=-repeatability)
         panel.threshold("", y=repeatability)
     panel.line(np.column_stack([grid, values]).tolist(), "change")
-    marks = "".join(f"M{panel.x(angle):.1f} {panel.bottom - 5:.1f}v5" for angle in angles)
+    marks = "".join(
+        f"M{panel.x(angle):.1f} {panel.bottom - 5:.1f}v5" for angle in angles
+    )
     panel.add("path", d=marks, class_="tick-train")
     return panel

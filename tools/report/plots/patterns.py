@@ -9,7 +9,11 @@ from ..figures import ReportDocument
 from .axis import MM, Axis
 from .figure import Panel, Plot, plot
 
-_UNITS = {"rad": (math.degrees(1), "degrees"), "m": (MM, "mm"), "": (100.0, "% of a placement")}
+_UNITS = {
+    "rad": (math.degrees(1), "degrees"),
+    "m": (MM, "mm"),
+    "": (100.0, "% of a placement"),
+}
 
 
 def patterns(report: ReportDocument) -> Plot | None:
@@ -34,7 +38,9 @@ def _panel(row: ErrorPattern, y: Axis) -> Panel:
     factor, unit = _UNITS[row.unit]
     low = row.grid[0]
     x = Axis(low, max(row.grid[-1], low + 1e-6 / factor), unit, factor)
-    panel = Panel(f"{row.over}: {row.along}", x, y, width=248, height=190, margin=44).grid()
+    panel = Panel(
+        f"{row.over}: {row.along}", x, y, width=248, height=190, margin=44
+    ).grid()
     band = np.array(row.band)
     panel.area(row.grid, -band, band, "deviation-area")
     panel.rule("zero", y=0)

@@ -9,10 +9,21 @@ from ....solver.assessment import SampleErrors, area, nice_above
 from ....solver.results import ModelName, Role
 from ..figures import FAR, Answer, ReportDocument, text
 from .axis import MM, Axis
-from .figure import FROM_ABOVE, LOADED, Panel, Plot, from_above, named_rows, plot, to_scale
+from .figure import (
+    FROM_ABOVE,
+    LOADED,
+    Panel,
+    Plot,
+    from_above,
+    named_rows,
+    plot,
+    to_scale,
+)
 
 
-def _lengths(report: ReportDocument, model: ModelName, role: Role | None = None) -> np.ndarray:
+def _lengths(
+    report: ReportDocument, model: ModelName, role: Role | None = None
+) -> np.ndarray:
     """Return the error of each sample [m], of one role or of all, shape (N,)."""
     roles = [row.role for row in report.placements]
     rows = [row for row in report.samples if role in (None, roles[row.placement])]
@@ -69,7 +80,9 @@ def errors_in_2d(report: ReportDocument) -> Plot:
     )
 
 
-def _plane(report: ReportDocument, model: ModelName, axes: str, half: float, title: str) -> Panel:
+def _plane(
+    report: ReportDocument, model: ModelName, axes: str, half: float, title: str
+) -> Panel:
     """Return the samples along two axes, up to half the panel's width [m]."""
     scales = [Axis(-half, half, f"{axis}, mm", MM, ticks=(0.0, half)) for axis in axes]
     panel = Panel(title, *scales, width=248, height=276, margin=44).grid()
@@ -119,7 +132,9 @@ def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel
         deviations = np.array([row.calibrated for row in rows if row.socket == socket])
         if first:
             panel.rule("divide", x=first + 0.5)
-        panel.text(panel.x(first + 0.5) + 6, panel.bottom + 15, f"socket {socket}", "tick")
+        panel.text(
+            panel.x(first + 0.5) + 6, panel.bottom + 15, f"socket {socket}", "tick"
+        )
         panel.line(enumerate(_running_centre(deviations), first + 1), "running")
         first += len(deviations)
     for k, row in enumerate(rows, 1):
@@ -132,7 +147,9 @@ def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel
 def _running_centre(deviations: np.ndarray) -> list[float]:
     """Return the length of the mean deviation of the samples round each one."""
     half = WINDOW // 2
-    windows = [deviations[max(0, k - half) : k + half + 1] for k in range(len(deviations))]
+    windows = [
+        deviations[max(0, k - half) : k + half + 1] for k in range(len(deviations))
+    ]
     means = [window.mean(axis=0) for window in windows]
     return np.linalg.norm(means, axis=1).tolist()
 
@@ -186,7 +203,9 @@ def table_map(report: ReportDocument) -> Plot:
         y = panel.y(ahead)
         word = use.answer.split(" ")[0] if asked or use.least is None else "unasked"
         mark = {"class_": f"answer {word}", "data_placement": i}
-        panel.add("circle", f"{use.name}: {area(row.position)}", cx=x, cy=y, r=10, **mark)
+        panel.add(
+            "circle", f"{use.name}: {area(row.position)}", cx=x, cy=y, r=10, **mark
+        )
         panel.text(x, y + 4, str(i + 1), "number middle light")
     allowed = f"{MM * report.tolerance:g}" if asked else None
     return plot(
@@ -199,7 +218,9 @@ def table_map(report: ReportDocument) -> Plot:
     )
 
 
-def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str | None) -> str:
+def map_sentence(
+    report: ReportDocument, answers: Sequence[Answer], allowed: str | None
+) -> str:
     """Return at how many places the task can be done, with the error that it allows in words.
 
     Where nobody said what it allows, the largest error stands in its place.
@@ -213,7 +234,9 @@ def map_sentence(report: ReportDocument, answers: Sequence[Answer], allowed: str
         total=sum(row.role == role for row in report.placements),
         allowed=allowed,
         proven=answers.count("yes"),
-        largest=max((use.least for use in report.answers.use.rows if use.least), default=0.0),
+        largest=max(
+            (use.least for use in report.answers.use.rows if use.least), default=0.0
+        ),
         low=min(heights),
         high=max(heights),
     )
@@ -224,8 +247,12 @@ def shares(report: ReportDocument) -> Plot:
     role, _ = report.summary.judged
     words = "held-out" if role == "test" else "trained-on"
     errors = {mark: np.sort(_lengths(report, model, role)) for model, mark in LOADED}
-    x = Axis.logarithmic([report.task, *np.concatenate(list(errors.values()))], "error, mm", MM)
-    panel = Panel(f"{words} samples within an error", x, Axis(0, 100, "% of samples")).grid()
+    x = Axis.logarithmic(
+        [report.task, *np.concatenate(list(errors.values()))], "error, mm", MM
+    )
+    panel = Panel(
+        f"{words} samples within an error", x, Axis(0, 100, "% of samples")
+    ).grid()
     for mark, lengths in errors.items():
         percents = np.linspace(0, 100, len(lengths) + 1)
         ends = [x.low, *lengths, x.high]

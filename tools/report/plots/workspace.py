@@ -93,7 +93,11 @@ def arms_together(report: ReportDocument) -> Plot | None:
     factor = max(1.0, nice_above(ENLARGED * size / largest / 2)) if largest else 1.0
     x, y, z = np.eye(3)
     views = (
-        ("from above", (-y, x), (f"m to {first}'s right", f"m ahead of {first}'s base")),
+        (
+            "from above",
+            (-y, x),
+            (f"m to {first}'s right", f"m ahead of {first}'s base"),
+        ),
         ("from the side", (x, z), (f"m ahead of {first}'s base", "m above it")),
     )
     panels: list[Panel] = []
@@ -114,7 +118,11 @@ def _frames(arms: ArmsDocument) -> list[_Frame]:
     tables = [(frame.name, frame) for frame in known if frame.name != "base"]
     frames = [_Frame(arms.robots[0], IDENTITY, np.zeros(3))]
     for name, base in (*bases, *tables):
-        if base.xyz is not None and base.rpy is not None and base.xyz_deviation is not None:
+        if (
+            base.xyz is not None
+            and base.rpy is not None
+            and base.xyz_deviation is not None
+        ):
             pose = Pose.of(Origin(base.xyz, base.rpy))
             frames.append(_Frame(name, pose, np.array(base.xyz_deviation)))
     return frames
@@ -155,7 +163,10 @@ def arm_in_3d(report: ReportDocument) -> Plot:
     arm = report.arm
     count = len(arm.placements)
     factor = arm.exaggeration
-    factors = [(k, f"{k:g} x" if k != 1 else "true") for k in sorted({1.0, factor, 10 * factor})]
+    factors = [
+        (k, f"{k:g} x" if k != 1 else "true")
+        for k in sorted({1.0, factor, 10 * factor})
+    ]
     return plot(
         "arm-3d",
         layout="scenes one",

@@ -25,10 +25,14 @@ class TrueJointStates(Node):
 
     def __init__(self) -> None:
         super().__init__("true_joint_states")
-        file = self.declare_parameter("calibration", "").get_parameter_value().string_value
+        file = (
+            self.declare_parameter("calibration", "").get_parameter_value().string_value
+        )
         self.arm = mukca.load_calibration(file)
         self.publisher = self.create_publisher(JointState, "joint_states_true", 10)
-        self.flange_poses = self.create_publisher(PoseWithCovarianceStamped, "flange_pose", 10)
+        self.flange_poses = self.create_publisher(
+            PoseWithCovarianceStamped, "flange_pose", 10
+        )
         self.create_subscription(JointState, "joint_states", self.correct, 10)
 
     def correct(self, message: JointState) -> None:
@@ -39,7 +43,11 @@ class TrueJointStates(Node):
         places = [message.name.index(name) for name in names]
         read = [message.position[i] for i in places]
         try:
-            there = self.arm.virtual_positions if len(names) > 5 else self.arm.true_positions
+            there = (
+                self.arm.virtual_positions
+                if len(names) > 5
+                else self.arm.true_positions
+            )
             positions = there(read)
         except mukca.MukcaError as error:
             self.get_logger().warning(str(error), throttle_duration_sec=1.0)

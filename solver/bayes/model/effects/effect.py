@@ -141,7 +141,10 @@ class Effect:
 
     def coefficient_names(self, joints: Sequence[str]) -> list[str]:
         """Names of the coefficients, in the order of :meth:`turns`."""
-        return [f"{joint}.{suffix}" for suffix, joint in product(self.axes, joints[self.columns])]
+        return [
+            f"{joint}.{suffix}"
+            for suffix, joint in product(self.axes, joints[self.columns])
+        ]
 
     def turns(self, readings: Readings) -> Array:
         """Return the turn of its joints' axes per unit of each coefficient, shape (N, p) [rad]."""

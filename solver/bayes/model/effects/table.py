@@ -24,7 +24,10 @@ def add_effect(effect: Effect) -> None:
     EXTENSIONS.clear()
     for each in EFFECTS.values():
         if each.extension:
-            EXTENSIONS[each.extension] = (*EXTENSIONS.get(each.extension, ()), each.name)
+            EXTENSIONS[each.extension] = (
+                *EXTENSIONS.get(each.extension, ()),
+                each.name,
+            )
 
 
 for _effect in (JOINT_OFFSET, GAIN, COMPLIANCE, TILT, BACKLASH, *HARMONICS, CURVE):
@@ -39,5 +42,7 @@ def effects_of(*, zeros: bool) -> tuple[str, ...]:
 def effect_named(name: str) -> Effect | None:
     """Return the effect of a coefficient or a prior's group by its name; None for the geometry."""
     key = name.rpartition(".")[2]
-    effects = (effect for effect in EFFECTS.values() if key in (effect.name, *effect.axes))
+    effects = (
+        effect for effect in EFFECTS.values() if key in (effect.name, *effect.axes)
+    )
     return next(effects, None)
