@@ -1,16 +1,16 @@
 """The full model of a calibrated arm as people use it: where it stands, and what to command."""
 
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import ON_FLANGE
 from ..data import Load
-from ..results import CalibratedRobot
+from ..results import CalibratedRobot, Payload
 from ..robot import Goal, Robot, check_controller, pose_on_flange, ur_controller
 from .joint_path import JointPath, along, check_nearby, find_jumps, not_reached
 from .options import check_keywords
@@ -54,7 +54,19 @@ class FullModel:
         self._into_base = np.linalg.inv(base)
         self.base_in: Callable[[str, ArrayLike | None], np.ndarray] | None = None
         """Pose of the base in a frame; of robots that were calibrated together."""
-        self._loaded = lru_cache(maxsize=8)(calibrated.carrying)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Go to other processes without what can be computed again."""
+        return {
+            name: value
+            for name, value in vars(self).items()
+            if not isinstance(getattr(type(self), name, None), cached_property)
+        }
+
+    @cached_property
+    def _loaded(self) -> Callable[[Payload | None], CalibratedRobot]:
+        """The robot by the payload that it carries."""
+        return lru_cache(maxsize=8)(self.calibrated.carrying)
 
     @property
     def robot(self) -> Robot:

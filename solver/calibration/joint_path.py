@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from operator import attrgetter
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +35,11 @@ class CommandError(MukcaError):
         """Distance [m] and angle [rad] that are left there, shape (2,)."""
         self.joint = joint
         """The joint that stands at its limit there; empty for none."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Go to other processes, of which those of a pool wait for good otherwise."""
+        nearest = Solutions(self.positions[None], self.left[None], np.zeros(1, int))
+        return CommandError, (*self.args, nearest, 0, self.joint)
 
 
 @dataclass(frozen=True, repr=False)

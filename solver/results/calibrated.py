@@ -1,7 +1,7 @@
 """A calibrated robot: where its ball truly is, and the URDF that says so."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, lru_cache, partial
 from itertools import compress
 from pathlib import Path
@@ -64,6 +64,10 @@ class CalibratedRobot:
     reads a URDF alone, shape (n,) [m, rad]. None: nothing is to be corrected, so :attr:`values`."""
     rotation_numbers: RotationNumbers = "vector"
     """Kind of the parameters of a joint's rotation."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Go to other processes without what was compiled here."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @cached_property
     def model(self) -> BallModel:
