@@ -66,7 +66,7 @@ def _shared_variance(
     axes = axes[:, left]
     errors = axes.T @ u.T.ravel() / eigenvalues[left]
     V = axes.reshape(3, len(u), -1)
-    inner = np.einsum("ani,lnm,amj->lij", V, kernels, V, optimize=True)
+    inner = np.sum(V.swapaxes(1, 2) @ (kernels[:, None] @ V), axis=1)
     k, turns = np.linalg.eigh(inner)
     squares = (errors @ turns) ** 2
     variances = 1 - SHARES + SHARES * k.clip(min=0.0)[:, None]
