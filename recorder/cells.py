@@ -11,7 +11,11 @@ from ..errors import read_bytes
 from .files import RecordingError
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*([eE][+-]?\d+)?")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _DECIMAL_COMMAS = re.compile(r"[+-]?\d+,\d+(\s+[+-]?\d+,\d+)+")
+_SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+"""First bytes of XLSX, ODS or an archive, and of XLS."""
+_MINUS = "\N{MINUS SIGN}"
 MOST_COLUMNS = 10_000
 """Number of columns that no table exceeds."""
 LONGEST_LINE = 1_000_000
@@ -26,7 +30,7 @@ _TIME = re.compile(
 def read_text(file: Path) -> str:
     """Return the text of a file: UTF-8, UTF-16 with its mark, or one byte a letter."""
     content = table_bytes(file)
-    if content[:4] == b"PK\x03\x04":
+    if content.startswith(_SPREADSHEETS):
         raise RecordingError(
             f"{file}: a spreadsheet or archive, not text; save it as CSV"
         )
@@ -37,7 +41,7 @@ def read_text(file: Path) -> str:
         text = content.decode("latin-1")
     if re.search(r"[\0-\b\x0e-\x1f\x7f-\x9f\ufeff\ufffe\uffff]", text):
         raise RecordingError(f"{file}: not a text file of comma-separated numbers")
-    return text
+    return text.replace(_MINUS, "-")
 
 
 def table_bytes(file: Path) -> bytes:
@@ -131,9 +135,18 @@ def records_of(text: str) -> list[tuple[int, list[str]]]:
         skipinitialspace=delimiter != "\t",
     )
     records = [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
-    return (
-        records if delimiter is None else [(i, _with_points(row)) for i, row in records]
-    )
+    quoted = delimiter is None and '"' in text
+    if delimiter is None and not (quoted and _have_decimal_commas(records)):
+        return records
+    return [(i, _with_points(row)) for i, row in records]
+
+
+def _have_decimal_commas(records: Sequence[tuple[int, Sequence[str]]]) -> bool:
+    """Return whether all fractions have decimal commas, and not thousands as in 1,000."""
+    cells = [cell.strip() for _, row in records for cell in row]
+    with_point = [cell for cell in cells if "." in cell and number_of(cell) is not None]
+    with_comma = [cell for cell in cells if _DECIMAL_COMMA.fullmatch(cell)]
+    return not with_point and not all(map(_THOUSANDS.fullmatch, with_comma))
 
 
 def _with_points(cells: Sequence[str]) -> list[str]:

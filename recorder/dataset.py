@@ -14,10 +14,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
+from ..errors import reason_of
 from .cells import table_bytes
 from .files import EmptyRecordingError, RecordingError
 from .metadata import METADATA, read_keys
-from .placement import SOCKETS, Placement
+from .placement import LAST_SOCKET, SOCKETS, Placement
 from .placement_names import distinctly_named, placement_name
 from .points import POINTS, POSES, read_points
 from .samples import SAMPLES, Sample, capture_line, header_line, read_samples
@@ -37,23 +38,32 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
     A folder of placements stands for all of them, by name.
 
     Raises:
-        RecordingError: A path that does not exist, is no folder, or holds no placement.
+        RecordingError: A path that does not exist, is no folder, cannot be read, or holds no
+            placement.
     """
     folders: list[Path] = []
     for path in paths:
-        if path.name in _FILES and path.is_file():
-            folders.append(path.parent)
-        elif not path.is_dir():
-            raise RecordingError(f"{path}: {_no_folder(path)}")
-        elif is_placement(path):
-            folders.append(path)
-        elif inside := placements_in(path):
-            folders += inside
-        else:
+        try:
+            folders += _placements_at(path)
+        except OSError as error:
             raise RecordingError(
-                f"{path}: no recording in this folder; expected {SAMPLES}, or hole_0.csv and "
-                f"hole_1.csv, or {POINTS}, or {POSES}, or folders that hold them"
-            )
+                f"{path}: cannot be read: {reason_of(error)}"
+            ) from None
+    return folders
+
+
+def _placements_at(path: Path) -> list[Path]:
+    """Return the folders of the placements that a path stands for."""
+    if path.name in _FILES and path.is_file():
+        return [path.parent]
+    if not path.is_dir():
+        raise RecordingError(f"{path}: {_no_folder(path)}")
+    folders = [path] if is_placement(path) else placements_in(path)
+    if not folders:
+        raise RecordingError(
+            f"{path}: no recording in this folder; expected {SAMPLES}, or hole_0.csv and "
+            f"hole_1.csv, or {POINTS}, or {POSES}, or folders that hold them"
+        )
     return folders
 
 
@@ -177,6 +187,10 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
     tables: list[tuple[int, Table]] = []
     skipped: list[EmptyRecordingError] = []
     for socket, file in holes:
+        if socket > LAST_SOCKET:
+            raise RecordingError(
+                f"{file}: sockets have numbers from 0 to {LAST_SOCKET}"
+            )
         _require_samples(file)
         try:
             tables.append((socket, read_table(file)))
@@ -190,6 +204,10 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         raise RecordingError(
             f"{first.file}:1: no column holds joint positions in rad, deg, m or mm; the header "
             f"is {','.join(first.header):.150}"
+        )
+    if not joints:
+        raise RecordingError(
+            f"{first.where(0)}: no column holds numbers; write 0.1 and separate by commas"
         )
     for table in others:
         if table.header != first.header or table.units != first.units:

@@ -119,7 +119,8 @@ def read_keys(file: Path) -> PlacementKeys:
 
     Raises:
         RecordingError: The file is no JSON object, the distance is not a positive number, the
-            payload is no mass, or a name has other characters than letters, digits, and ``. _ -``.
+            payload is no mass, readings have no distance, or a name has other characters than
+            letters, digits, and ``. _ -``.
     """
     metadata = read_metadata(file)
     distance = metadata.get("distance")
@@ -143,10 +144,19 @@ def read_keys(file: Path) -> PlacementKeys:
                 f"{file}: {key} {name!r} is no name: letters, digits, and . _ -"
             )
     measured = distance is not None and metadata.get("distance_measured") is True
-    entries = [
-        entry.get("distance") for entry in _entries(metadata, "readings") if entry
+    entries: list[Any] = [
+        cast("dict[str, Any]", entry).get("distance")
+        if isinstance(entry, dict)
+        else entry
+        for entry in _entries(metadata, "readings")
     ]
-    readings = list(filter(_is_length, entries)) or ([distance] if measured else [])
+    readings = list(filter(_is_length, entries))
+    if readings and distance is None:
+        raise RecordingError(
+            f"{file}: readings without the distance that they are of; add it, as in "
+            f'"distance": {readings[-1]}'
+        )
+    readings = readings or ([distance] if measured else [])
     return PlacementKeys(
         distance=None if distance is None else float(distance),
         # mukca record once wrote the default like a measured distance.

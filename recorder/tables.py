@@ -165,6 +165,7 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
     records = named_states(records) or records
     first, *others = records
     units: tuple[str, ...] = ()
+    _require_header(text, file, first, others)
     below = [row for _, row in others[:_LOOKED_AT]]
     header = _header(file, *first, below, set(names))
     if header:
@@ -183,6 +184,23 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
         words = f"{','.join(header):.40} are taken for names, not for a sample"
         notes.append(f"{file}:{first[0]}: {words}")
     return Table(file, header, lines, cells, units, tuple(notes))
+
+
+def _require_header(
+    text: str,
+    file: Path,
+    first: tuple[int, list[str]],
+    others: Sequence[tuple[int, list[str]]],
+) -> None:
+    """Refuse a first line of words that are not as many as the cells of each line below it."""
+    line, words = first
+    widths = {len(_trimmed(cells, len(words))) for _, cells in others}
+    if len(widths) == 1 and len(words) not in widths and not _has_number(words):
+        title = text.splitlines()[line - 1].strip()
+        raise RecordingError(
+            f"{file}:{line}: {title!r:.60} is no header of the lines below it, which have another "
+            "number of columns; name each column, or begin the line with #"
+        )
 
 
 def _header(
@@ -241,14 +259,20 @@ def _fitting(
     file: Path, line: int, cells: Sequence[str], width: int
 ) -> tuple[str, ...]:
     """Return the cells of a row, which must be as many as are expected."""
-    while len(cells) > width and not cells[-1].strip():
-        cells = cells[:-1]
+    cells = _trimmed(cells, width)
     if len(cells) != width:
         raise RecordingError(
             f"{file}:{line}: {len(cells)} columns where {width} are expected; separate them all "
             "by commas"
         )
     return tuple(cells)
+
+
+def _trimmed(cells: Sequence[str], width: int) -> Sequence[str]:
+    """Return the cells of a row without empty ones beyond a width."""
+    while len(cells) > width and not cells[-1].strip():
+        cells = cells[:-1]
+    return cells
 
 
 def _no_number(cell: str, index: int) -> str:

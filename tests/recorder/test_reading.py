@@ -158,6 +158,13 @@ def test_a_placement_json_is_read_and_may_say_more(tmp_path):
     assert (placement.distance, placement.place, placement.frame) == (0.1, "wall", None)
 
 
+def test_readings_of_a_placement_json_may_be_plain_numbers(tmp_path):
+    folder = holes(tmp_path, "1,2,3\n")
+    text = '{"distance": 0.05, "readings": [0.05, {"distance": 0.0501}, "0.2"]}'
+    (folder / "placement.json").write_text(text)
+    assert read(folder).readings == (0.05, 0.0501)
+
+
 def test_placements_are_read_by_path_or_by_the_folder_that_holds_them(tmp_path):
     for name in ("right", "left"):
         (tmp_path / name).mkdir()
@@ -179,9 +186,23 @@ def test_paths_without_a_placement_are_told_in_one_line(tmp_path):
         (("/nowhere",), "/nowhere: no such folder"),
         ((file,), "not a folder"),
         ((tmp_path,), "no recording in this folder"),
+        ((tmp_path / ("long" * 100),), "cannot be read: File name too long"),
     ):
         with pytest.raises(mukca.MukcaError, match=told):
             mukca.read_placements(*paths)
+
+
+def test_sockets_are_numbered_0_to_999(tmp_path):
+    (tmp_path / "hole_99999999999999999999.csv").write_text("1,2,3\n")
+    with pytest.raises(mukca.MukcaError, match=r"hole_9+\.csv: sockets have numbers from 0 to 999"):
+        mukca.read_placements(tmp_path)
+
+
+@pytest.mark.parametrize("content", [b"PK\3\4...", b"\xd0\xcf\x11\xe0..."])
+def test_a_spreadsheet_is_told_to_be_saved_as_text(tmp_path, content):
+    (tmp_path / "hole_0.csv").write_bytes(content)
+    with pytest.raises(mukca.MukcaError, match=r"a spreadsheet or archive.*save it as CSV"):
+        mukca.read_placements(tmp_path)
 
 
 @by_table("lines", "told")
