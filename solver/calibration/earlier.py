@@ -11,11 +11,18 @@ from typing import Any
 import numpy as np
 
 from .. import results
-from ..bayes.inference import FitPosterior, Posterior, restored_covariance
+from ..bayes.inference import (
+    FitPosterior,
+    Posterior,
+    restored_covariance,
+    with_average_width,
+)
 from ..bayes.model import (
+    ExtendedModel,
     GivenPrior,
     Noise,
     Prior,
+    PriorGroup,
     extend,
     groups_at,
     rare_in,
@@ -24,6 +31,7 @@ from ..bayes.model import (
 from ..data import (
     SOURCE_KINDS,
     Measurement,
+    Observations,
     Pose,
     RobotRecordings,
     as_point,
@@ -178,14 +186,13 @@ def _stored(
     rows = list(chain.from_iterable(part.by_socket for part in training))
     weights = [sample.weight for sample in rows]
     weights += [sample.orientation_weight for sample in rows if sample.orientation]
-    widths = {group.name: group.width for group in document.groups or ()}
     posterior = Posterior(
         model,
         data,
         x,
         np.reshape(stored.centres, (-1, 3)),
         covariance,
-        groups_at(model, data, widths),
+        _stored_groups(document, model, data),
         {
             kind: Noise(*stored.noises[kind])
             for kind in SOURCE_KINDS
@@ -202,6 +209,19 @@ def _stored(
     poses = tuple(Pose.of(origins[name]) for name in data.frames)
     restored = restored_covariance(posterior, data, poses, _scales(document))
     return replace(posterior, covariance=restored)
+
+
+def _stored_groups(
+    document: results.CalibrationDocument, model: ExtendedModel, data: Observations
+) -> tuple[PriorGroup, ...]:
+    """Return the priors beside which a stored covariance stands."""
+    stored = {group.name: group for group in document.groups or ()}
+    widths = {name: group.width for name, group in stored.items()}
+    groups: list[PriorGroup] = []
+    for group in groups_at(model, data, widths):
+        decided = replace(group, effective=stored[group.name].effective)
+        groups.append(with_average_width(decided))
+    return tuple(groups)
 
 
 def _scales(document: results.CalibrationDocument) -> tuple[float, float]:

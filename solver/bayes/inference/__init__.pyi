@@ -9,3 +9,4 @@ from .objective import linearise as linearise
 from .posterior import FitPosterior as FitPosterior
 from .posterior import Posterior as Posterior
 from .state import FRAME_PRIOR_PRECISION as FRAME_PRIOR_PRECISION
+from .width_averaging import with_average_width as with_average_width

@@ -37,6 +37,17 @@ def usual_width(group: PriorGroup) -> float:
     return group.typical or GEOMETRY_WIDTHS[group.name]
 
 
+def with_average_width(group: PriorGroup) -> PriorGroup:
+    """Return a group of a stored posterior, with a width over which it may have been averaged.
+
+    A file has the found width alone, which may have fallen to nothing while the average did not.
+    The usual one, where that is larger, leaves the prior no narrower than the posterior.
+    """
+    if not has_uncertain_width(group):
+        return group
+    return replace(group, average_width=max(group.width, usual_width(group)))
+
+
 def at_usual_widths(state: State) -> State:
     """Return the state with usual widths in the place of those that are uncertain."""
     groups = tuple(

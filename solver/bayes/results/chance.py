@@ -63,14 +63,15 @@ class Estimate:
     def by_prior(self) -> tuple[np.ndarray, np.ndarray]:
         """D M and P of the model's unknowns, shapes (3 N, size) and (size, size).
 
-        Error curves count as if data alone told of them.
+        P is at the widths over which Sigma was averaged: beside a found one, which may be nothing,
+        Sigma P^-1 is no share. Error curves count as if data alone told of them.
         """
         size = self.posterior.model.size
-        free = [g for g in self.posterior.groups if g.width and g.length is None]
-        precision = block_matrix(
-            size, ((g.members, g.precision(g.width)) for g in free)
-        )
-        return self.spread[:, :size] @ precision, prior_covariance(free, size)
+        groups = [g for g in self.posterior.groups if g.width and g.length is None]
+        P = prior_covariance(groups, size, widened=True)
+        precisions = [(g.members, g.precision(g.deviation)) for g in groups]
+        shares = self.spread[:, :size] @ block_matrix(size, precisions)
+        return shares, P
 
     @property
     def recorded(self) -> list[tuple[float, ...]]:

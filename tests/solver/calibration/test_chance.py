@@ -59,6 +59,20 @@ def test_shared_samples_and_the_base_s_length_are_no_chance(sessions):
     assert more.chance < 0.8 * none.chance and not more.beyond_chance
 
 
+def test_chance_is_as_large_as_the_noise_for_arms_that_are_exactly_nominal():
+    robot, generator = mukca.load_robot("ur5e"), np.random.default_rng(3)
+    bases = reachable_bases(robot, generator, 2)
+    first, second = (
+        mukca.calibrate(robot, [record(robot, base, generator, samples=15, noise=1e-4)], **RIGID)
+        for base in bases
+    )
+    fitted = first.posterior.groups
+    assert any(group.width < 1e-6 for group in fitted if group.name in ("translation", "rotation"))
+    workspace, _ = differences(first, second, [])
+    assert 0.3 < workspace.value / workspace.chance < 3
+    assert workspace.probability > 0.05
+
+
 def test_the_paper_s_method_has_no_chance(sessions):
     robot, same, _ = sessions
     one = mukca.calibrate(robot, same[:1], method="paper")
