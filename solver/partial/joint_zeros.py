@@ -9,14 +9,16 @@ import numpy as np
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
-from ..data import measure
+from ..data import Measurement, measure
 from ..results import refuse_existing, write_files
 from ..robot import Robot
-from .prior import prior_of
+from .prior import ANGLE, LENGTH, TOLERANCES, prior_of
 from .sockets import new_samples, require_samples, similar_postures, socket_task
 from .system import System
+from .task import Task
 from .updated import updated, urdf_with_zeros
-from .zeros import SURE, TICK, JointZero, another_arm, find_zeros
+from .zero_posterior import SURE, find_zeros
+from .zeros import TICK, JointZero
 
 EVEN = 0.5
 """Probability of no change below which some zero may have changed."""
@@ -118,27 +120,33 @@ class Zeros:
         if not (
             self.decided or self.unchanged or any(zero.changed for zero in self.joints)
         ):
-            return (
-                f"No zeros explain it: {_still_off(self.system)}",
-                *self.untold,
-                *notes,
-            )
-        none = (
-            [] if self.changed else [f"No zero changed ({100 * self.unchanged:.0f} %)."]
-        )
+            off = f"No zeros explain it: {_still_off(self.system)}"
+            return (off, *self.untold, *notes)
+        return (*zeros, *self._none, *evidence, *self.untold, *notes)
+
+    @property
+    def _none(self) -> tuple[str, ...]:
+        """A sentence where no zero is named; none where one is, and that suffices."""
+        unchanged = self.unchanged or 0.0
         if not self.decided:
-            may = "changed" if self.unchanged < 1 - SURE else "may have changed"
-            none = [
-                f"Some zero {may}, and it cannot be told which: record more samples."
-            ]
-        return (*zeros, *none, *evidence, *self.untold, *notes)
+            may = "changed" if unchanged < 1 - SURE else "may have changed"
+            advice = "" if self.other else ": record more samples"
+            return (f"Some zero {may}, and it cannot be told which{advice}.",)
+        if self.changed:
+            return ()
+        if self.other:
+            return ("No zero is shown to have changed.",)
+        return (f"No zero changed ({100 * unchanged:.0f} %).",)
 
     @property
     def _evidence(self) -> str:
-        summed = ", ".join(
-            f"{z.joint} {100 * z.changed:.0f} %" for z in self.joints if z.told
+        """The probabilities that zeros changed, in words."""
+        probabilities = ", ".join(
+            f"{zero.joint} {100 * zero.changed:.0f} %"
+            for zero in self.joints
+            if zero.told
         )
-        return f"Changed, by the evidence: {summed}."
+        return f"Changed, by the evidence: {probabilities}."
 
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
@@ -198,37 +206,55 @@ def rezero(
         for p in as_list(data)
     ]
     measured, new, remarks = new_samples(arm, measured)
-    if similar_postures(measured):
-        remarks.append(
-            "The postures are alike and tell little: move all joints between samples."
-        )
-    task = socket_task(prior, measured, stood)
-    task = replace(
-        task, rows=replace(task.rows, warnings=(*task.rows.warnings, *remarks))
-    )
+    task = _remarked(socket_task(prior, measured, stood), measured, remarks)
     if ball_moved:
         task = task.freeing(dict.fromkeys(prior.ball, BALL_ELSEWHERE))
     require_samples(task, len(joints) or len(names))
-    system, unchanged, zeros = find_zeros(
-        task, [names.index(joint) for joint in joints]
-    )
-    limit = OTHER_MODEL
-    if isinstance(arm, Calibration):
-        changed = any(zero.offset for zero in zeros)
-        limit = OTHER_ARM * prior.noise.space if changed else ANOTHER
-    if _off(system) > limit:
-        raise UsageError(_still_off(system))
+    factors = TOLERANCES if isinstance(arm, Robot) else {1.0: 1.0}
+    posterior = find_zeros(task, [names.index(joint) for joint in joints], factors)
+    system, zeros = posterior.system, posterior.joints
+    _refuse_far(arm, system, changed=any(zero.offset for zero in zeros))
     if not new:
         zeros = tuple(replace(zero, changed=0.0, offset=0.0) for zero in zeros)
-        unchanged = None
     asked = joints or names
-    questions = [zero for zero in zeros if not zero.told and zero.joint in asked]
-    untold = [_how_to_identify(prior.robot, zero, stood) for zero in questions]
-    hint = another_arm(system) if isinstance(arm, Robot) else ()
-    noise = system.state.noise.place
+    blind = [joint for joint in posterior.blind if joint in asked]
+    untold = [_how_to_identify(prior.robot, joint, stood) for joint in blind]
+    inexact = posterior.factor > 1
+    if inexact:
+        untold += _errors_of_model(posterior.factor)
     return Zeros(
-        arm, zeros, unchanged, noise, (*untold, *hint), system, new, bool(hint)
+        arm,
+        zeros,
+        posterior.unchanged if new else None,
+        system.state.noise.place,
+        tuple(untold),
+        system,
+        new,
+        other=inexact,
     )
+
+
+def _remarked(task: Task, data: Sequence[Measurement], remarks: Sequence[str]) -> Task:
+    """Return a task with remarks on its samples, and that on postures which are alike."""
+    warnings = [*task.rows.warnings, *remarks]
+    if similar_postures(data):
+        warnings.append(
+            "The postures are alike and tell little: move all joints between samples."
+        )
+    return replace(task, rows=replace(task.rows, warnings=tuple(warnings)))
+
+
+def _refuse_far(arm: Calibration | Robot, system: System, *, changed: bool) -> None:
+    """Refuse samples that zeros leave farther off than this arm's can be.
+
+    Raises:
+        UsageError: They are.
+    """
+    limit = OTHER_MODEL
+    if isinstance(arm, Calibration):
+        limit = OTHER_ARM * system.task.prior.noise.space if changed else ANOTHER
+    if _off(system) > limit:
+        raise UsageError(_still_off(system))
 
 
 def _off(system: System) -> float:
@@ -246,13 +272,27 @@ def _still_off(system: System) -> str:
     )
 
 
-def _how_to_identify(robot: Robot, zero: JointZero, stood: str) -> str:
+def _errors_of_model(factor: float) -> tuple[str, ...]:
+    """Return that a nominal model's own errors look like changed zeros, and what would help.
+
+    They are as large as a factor on the tolerances of its parts says.
+    """
+    length, angle = 1e3 * factor * LENGTH, 1e3 * factor * ANGLE
+    return (
+        "The nominal model's own errors cannot be told from changed zeros, so deviations contain "
+        f"them: its lengths are off by some {length:.2g} mm and its angles by {angle:.2g} mrad.",
+        "Calibrate the arm first by mukca solve, which finds its zeros, too. Then give mukca "
+        "rezero the calibration in place of the model.",
+    )
+
+
+def _how_to_identify(robot: Robot, joint: str, stood: str) -> str:
     """Return a sentence on a zero that is not identifiable, and samples that would help."""
     why, way = "", "Record more postures, in which it moves the ball differently"
-    if zero.joint == robot.joint_names[0] and not stood:
+    if joint == robot.joint_names[0] and not stood:
         why = ", because the base's place is free"
         way = "Leave a base where it stood, and name it by --stood"
-    elif zero.joint == robot.joint_names[-1]:
+    elif joint == robot.joint_names[-1]:
         why = ", because the ball lies on its axis or its own place is free"
         way = "Put a ball beside the axis"
-    return f"These samples cannot tell the zero of {zero.joint}{why}. {way}."
+    return f"These samples cannot tell the zero of {joint}{why}. {way}."

@@ -1,7 +1,7 @@
 """The prior of an arm in a partial fit: the posterior of its calibration."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -23,6 +23,8 @@ from ..robot import (
 
 LENGTH, ANGLE = 2e-4, 7e-4
 """Tolerances of the lengths [m] and angles [rad] of an arm as made, standard deviations."""
+TOLERANCES = {1.0: 0.5, 3.0: 0.25, 10.0: 0.125, 30.0: 0.125}
+"""Factors on them, for arms that are less exact, and the prior probability of each."""
 UNKNOWN_BALL = 0.1
 """Standard deviation of the ball's place on a nominal arm [m]."""
 NOMINAL_NOISE = Noise(1e-4, 1e-3)
@@ -87,6 +89,12 @@ class ArmPrior:
     def zeros(self) -> np.ndarray:
         """Index of the unknown of each joint's zero, shape (m,)."""
         return np.arange(self.model.size)[self.model.slices[0]]
+
+    def tolerating(self, factor: float) -> "ArmPrior":
+        """Return the prior of an arm whose parts are less exact by a factor, but for the ball."""
+        factors = np.full(len(self.mean), factor)
+        factors[self.ball] = 1.0
+        return replace(self, covariance=self.covariance * np.outer(factors, factors))
 
     def tip(self, x: np.ndarray) -> np.ndarray:
         """Return the ball's, or a tool's, place on the flange by the unknowns x, shape (3,) [m]."""

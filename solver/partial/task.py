@@ -155,6 +155,10 @@ class Task:
             self, prior=replace(self.prior, covariance=0 * self.prior.covariance)
         )
 
+    def tolerating(self, factor: float) -> "Task":
+        """Return the same of an arm whose parts are less exact by a factor."""
+        return replace(self, prior=self.prior.tolerating(factor))
+
     def freeing(self, widths: Mapping[int, float]) -> "Task":
         """Return the same with more that is free."""
         return replace(self, free={**self.free, **widths})

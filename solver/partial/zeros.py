@@ -1,23 +1,17 @@
-"""Joints whose zeros changed, by the evidence of each set of them; or another arm."""
+"""A joint's zero that changed, or another arm."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..bayes.model import probabilities
-from .evidence import Explanation, geometry_changes, linear_about, log_evidences
+from .evidence import geometry_changes
 from .fit import fit
 from .prior import ZERO
 from .system import System
 from .task import Task
 
-WIDTHS = (2e-3, 2e-2, ZERO)
-"""Typical changes of a joint's zero [rad], [m]."""
-MOST_TOGETHER = 128
-"""Sets of joints that are compared at most; the smaller sets come first."""
 ZERO_CHANGED = 0.02
 """Prior probability that a joint's zero changed, where several may have."""
 TICK = 2 * math.pi / 4096
@@ -27,8 +21,6 @@ ANOTHER, LESS = math.log(1000), 0.5
 leaves, from which samples are taken for another arm's."""
 UNIDENTIFIABLE = 1e-2
 """Standard deviation beyond which a zero is not identifiable [rad], [m]."""
-SURE = 0.9
-"""Probability from which a joint's zero changed."""
 
 
 @dataclass(frozen=True)
@@ -80,44 +72,6 @@ def fit_with_zeros(task: Task, joints: Sequence[int] | np.ndarray) -> System:
     return fit(task.freeing(dict.fromkeys(zeros, ZERO)))
 
 
-def find_zeros(
-    task: Task, joints: Sequence[int]
-) -> tuple[System, float | None, tuple[JointZero, ...]]:
-    """Return the fit with free zeros of the named joints, or of those that the evidence names.
-
-    Then the probability that none changed, None for joints that were named; and all joints' zeros.
-    """
-    names, zeros = task.prior.robot.joint_names, task.prior.zeros
-    if joints:
-        probability = np.isin(np.arange(len(names)), joints) * 1.0
-        unchanged = None
-        system = fit_with_zeros(task, joints)
-        deviations = zero_deviations(replace(system, task=task))
-    else:
-        about, converged = linear_about(task, dict.fromkeys(zeros, ZERO))
-        deviations = zero_deviations(about)
-        sets = _sets_of_zeros(
-            task, np.flatnonzero(deviations < UNIDENTIFIABLE).tolist()
-        )
-        shares = np.zeros(len(sets))
-        if converged:
-            shares = probabilities(log_evidences(about, sets))
-        probability = np.zeros(len(names))
-        for share, explanation in zip(shares, sets, strict=True):
-            probability[[*explanation.joints]] += share
-        unchanged = float(sum(shares[: len(WIDTHS)]))  # those of the empty set
-        system = fit_with_zeros(task, np.flatnonzero(probability > SURE))
-    offsets = np.zeros(len(names))
-    changed = np.flatnonzero(probability > SURE)
-    if len(changed):
-        unknowns = zeros[changed]
-        deviations[changed] = np.sqrt(np.diag(system.posterior_covariance(unknowns)))
-        shifts = system.shift[unknowns]
-        offsets[changed] = np.where(deviations[changed] < UNIDENTIFIABLE, shifts, 0)
-    columns = probability.tolist(), offsets.tolist(), deviations.tolist()
-    return system, unchanged, tuple(map(JointZero, names, *columns))
-
-
 def zero_deviations(system: System) -> np.ndarray:
     """Return the standard deviation of each joint's zero, if it alone may have changed."""
     A = system.slopes[:, system.task.prior.zeros]
@@ -125,25 +79,6 @@ def zero_deviations(system: System) -> np.ndarray:
     weighted = np.linalg.solve(C, A)
     information: np.ndarray = np.sum(A * weighted, axis=0)
     return 1 / np.sqrt(information + ZERO**-2)
-
-
-def _sets_of_zeros(task: Task, joints: Sequence[int]) -> list[Explanation]:
-    """Return the hypotheses that the zeros of a set of joints changed, the empty set first."""
-    sets: list[tuple[int, ...]] = []
-    for size in range(len(joints) + 1):
-        sets += combinations(joints, size)
-        if len(sets) > MOST_TOGETHER:
-            break
-    explanations: list[Explanation] = []
-    for subset in sets:
-        prior = ZERO_CHANGED ** len(subset) * (1 - ZERO_CHANGED) ** (
-            len(joints) - len(subset)
-        )
-        zeros = task.prior.zeros[[*subset]]
-        for width in WIDTHS:
-            widths = dict.fromkeys(zeros, width)
-            explanations.append(Explanation("", prior / len(WIDTHS), widths, subset))
-    return explanations
 
 
 def another_arm(system: System) -> tuple[str, ...]:

@@ -102,6 +102,51 @@ def test_zeros_of_a_servo_arm_that_was_never_calibrated():
     assert found.urdf() != robot.text.data
 
 
+def nominal(name, seed, rotation, offsets, samples=8):
+    """Return a nominal robot, and samples of an arm that is off by so much, zeros lost beside."""
+    robot = mukca.load_robot(name)
+    errors = {"translation": 0.4 * rotation, "rotation": rotation}
+    _, (recorded,) = mukca.simulate_recordings(robot, 1, seed=seed, samples=samples, **errors)
+    q = recorded.positions
+    for joint, offset in offsets.items():
+        q[:, joint] -= offset
+    return robot, mukca.Placement.of_arrays("since", q, recorded.sockets, distance=0.05)
+
+
+@pytest.mark.parametrize(("name", "seed"), [("panda", 4), ("panda", 5), ("ur5e", 0), ("xarm6", 1)])
+def test_a_model_that_is_off_shows_no_zeros_and_is_not_made_worse(name, seed):
+    """Its lengths and angles explain the samples as well; the zeros' deviations say so."""
+    robot, since = nominal(name, seed, 5e-3, {})
+    found = mukca.rezero(robot, since)
+    assert found.other and not found.changed
+    assert max(zero.changed for zero in found.joints) < 0.5
+    assert all(zero.standard_deviation > 4e-3 for zero in found.joints)
+    assert any("nominal model's own errors cannot be told from" in line for line in found.text)
+    assert not any("record more samples" in line for line in found.text)
+    named = mukca.rezero(robot, since, [robot.joint_names[3]]).joints[3]
+    assert abs(named.offset) < 3 * named.standard_deviation
+
+
+@pytest.mark.parametrize("rotation", [3e-4, 1.5e-3])
+def test_a_lost_zero_far_beyond_the_errors_of_a_model_is_named(rotation):
+    offsets = {1: -0.05, 2: 0.03}
+    found = mukca.rezero(*nominal("panda", 4, rotation, offsets))
+    assert [zero.joint for zero in found.changed] == ["panda_joint2", "panda_joint3"]
+    for zero, offset in zip(found.changed, offsets.values(), strict=True):
+        assert abs(zero.offset - offset) < 3 * zero.standard_deviation < 1.2e-2
+    assert found.other == (rotation > 1e-3)
+
+
+def test_the_tour_of_a_model_that_is_off_ends_with_what_would_work(tmp_path, command):
+    _, since = nominal("panda", 4, 5e-3, {}, samples=24)
+    write_samples(tmp_path / "front", since)
+    words = ("rezero", "panda", tmp_path / "front", "--distance", "0.05")
+    status, out, _ = command(*words, "--out", tmp_path / "new")
+    assert status == 3 and "No zero is shown" in out and "first by mukca solve" in out
+    arm, model = mukca.load_robot(tmp_path / "new" / "calibrated.urdf"), mukca.load_robot("panda")
+    assert arm.origins == pytest.approx(model.origins, abs=1e-12)
+
+
 def test_the_command_says_and_writes_what_was_found(simulated, cal, tmp_path, command, refused):
     write_samples(tmp_path / "since", simulated.read({3: 5e-3}))
     words = ("rezero", cal, tmp_path / "since")
