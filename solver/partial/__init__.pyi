@@ -2,7 +2,7 @@
 from .camera_pose import Camera as Camera
 from .camera_pose import CameraPose as CameraPose
 from .camera_pose import handeye as handeye
-from .joint_zeros import Zeros as Zeros
+from .found_zeros import Zeros as Zeros
 from .joint_zeros import rezero as rezero
 from .prior import identifiable_zeros as identifiable_zeros
 from .prior import zero_covariance as zero_covariance

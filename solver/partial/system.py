@@ -133,6 +133,11 @@ class System:
         residuals = self.errors + self.slopes @ self.change
         return residuals[: N * d].reshape(N, d)
 
+    @property
+    def rms_error(self) -> float:
+        """Root mean square of the residuals, axis by axis [m]."""
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
     def outliers(self, noun: str) -> dict[int, str]:
         """Return the outliers among the samples, and where each stands, or its number."""
         wheres = self.task.rows.wheres
