@@ -2,6 +2,10 @@
 
 import json
 import re
+import signal
+import subprocess
+import sys
+import time
 from shutil import copytree
 
 import numpy as np
@@ -71,3 +75,19 @@ def test_the_demo_never_removes_a_recording_of_a_real_arm(demo, tmp_path, capsys
     assert (left / "samples.csv").read_bytes() == (
         demo / "recordings/left/samples.csv"
     ).read_bytes()
+
+
+@pytest.mark.waits
+def test_a_computer_that_is_busy_elsewhere_is_no_fault_of_the_demo_arm(tmp_path):
+    words = [sys.executable, "-m", "mukca", "demo", "--out", "demo"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    with subprocess.Popen(words, cwd=tmp_path, **pipes) as demo:
+        lines = [demo.stdout.readline() for _ in range(3)]  # until its first session begins
+        for _ in range(4):
+            time.sleep(0.2)
+            demo.send_signal(signal.SIGSTOP)
+            time.sleep(0.6)  # longer than any pause of a stream that is alive
+            demo.send_signal(signal.SIGCONT)
+        lines.append(demo.stdout.readline())
+        demo.kill()
+    assert lines[1].startswith("$ mukca record") and "30 in socket 1" in lines[3], lines

@@ -19,3 +19,4 @@ from .recordings import simulate_recordings as simulate_recordings
 from .recordings import truth_of as truth_of
 from .simulated_arms import Imperfection as Imperfection
 from .simulated_arms import perturb as perturb
+from .simulated_time import SimulatedTime as SimulatedTime

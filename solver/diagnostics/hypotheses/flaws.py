@@ -17,8 +17,10 @@ FLAWS: dict[str, tuple[Kind, ...]] = {
     for word in sorted({kind.fault or kind.name for kind in SIMULATED})
 }
 """Kinds of explanations by the word of their flaw."""
-_SIZE = re.compile(r"([\d.]+)\s*(mm|deg|%)\s*$")
-_NUMBER = re.compile(r"[\d.]+")
+_SIZE = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))\s*(mm|deg|%)\s*$")
+_NUMBER = re.compile(r"[-+]?[\d.]+")
+_OTHER_SIZE = re.compile(r"[\s:][-+]?[\d.]+\s*(?:[uµμc]?m|in|°|degrees|[um]?rad)\s*$")
+"""A size in a unit that none is told in."""
 _SAMPLE = re.compile(r"@(\d+)(?:\+\d+)?$")
 
 
@@ -58,11 +60,10 @@ class Flaw:
             )
         unit = match[2] if match else None
         kinds_of_unit = tuple(kind for kind in kinds if unit in (None, kind.unit))
-        size = _positive(match[1]) / UNITS[match[2]] if match else None
-        if size == 0 or not kinds_of_unit or any(map(_NUMBER.fullmatch, names)):
-            example = f"{word} 3{kinds[0].unit}" if kinds[0].unit else word
-            form = "KIND [NAME] [@SAMPLE] [SIZE]"
-            raise FlawError(f"fault {text!r}: expected {form}, as in {example!r}")
+        size = float(match[1]) / UNITS[match[2]] if match else None
+        is_wrong = _OTHER_SIZE.search(text) or any(map(_NUMBER.fullmatch, names))
+        if is_wrong or not kinds_of_unit or (size is not None and size <= 0):
+            raise FlawError(f"fault {text!r}: {_size_expected(word, kinds[0].unit)}")
         marks = [_SAMPLE.match(name) for name in names]
         samples = [int(mark[1]) for mark in marks if mark]
         others = tuple(name for name in names if not _SAMPLE.match(name))
@@ -106,8 +107,8 @@ class Flaw:
                 else "none is possible"
             )
             raise FlawError(
-                f"fault {self.text!r}: {reason}; a size has its unit, as in 3{self.unit or 'mm'}; "
-                f"the joints are {', '.join(joints)}, the placements {', '.join(placements)}"
+                f"fault {self.text!r}: {reason}; the joints are {', '.join(joints)}, "
+                f"the placements {', '.join(placements)}"
             )
         return tuple(kinds)
 
@@ -126,9 +127,11 @@ class Flaw:
         return self.sample is None or is_first
 
 
-def _positive(text: str) -> float:
-    """Return a number; 0 where it is none."""
-    return float(text) if text.count(".") < 2 and text != "." else 0.0
+def _size_expected(word: str, unit: str | None) -> str:
+    """Return in words how a flaw's size is told, by its unit; without one it has none."""
+    if not unit:
+        return f"{word!r} has no size"
+    return f"the size of {word!r} is above 0 and in {unit}, as in '{word} 3{unit}'"
 
 
 def _words_like(word: str) -> str:

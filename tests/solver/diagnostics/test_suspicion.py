@@ -9,7 +9,7 @@ from cases import by_table
 
 from mukca.recorder import Placement, sample_files
 from mukca.solver.data import measure
-from mukca.solver.diagnostics import FLAWS, Flaw, what_if
+from mukca.solver.diagnostics import FLAWS, Flaw, FlawError, what_if
 from mukca.solver.results import write_files
 from mukca.solver.robot import BallModel
 from mukca.tools.cli import main
@@ -75,12 +75,27 @@ def test_the_verb_answers_first_and_tells_the_words(spoilt, capsys, tmp_path):
     assert main([*words, "--fault", "bent 4mm", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["answer"] == "no"
     for fault, said in [
-        ("drift 3kg", "these recordings can have none of '3kg'; a size has its unit, as in 3mm"),
+        ("drift 3kg", "these recordings can have none of '3kg'; the joints are"),
         ("sagg 3mm", "did you mean sag?; the words are"),
-        ("sag 3deg", "as in 'sag 3mm'"),
         ("base nowhere 3mm", "the joints are panda_joint1"),
     ]:
         assert main([*words, "--fault", fault]) == 2
         assert said in capsys.readouterr().err
     assert main([*words, "--fault", "length 2mm", "--zeros"]) == 2
     assert "leave out --zeros" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "size", ["3mrad", "0.1 rad", "1mm", "3°", "5 cm", "3um", "2", "0deg", "-3deg", "1..2deg"]
+)
+def test_a_size_of_another_unit_is_told_in_which_it_should_be(size):
+    for fault in (f"zero {size}", f"zero panda_joint4 {size}"):
+        with pytest.raises(FlawError) as refused:
+            Flaw.parse(fault)
+        told = "the size of 'zero' is above 0 and in deg, as in 'zero 3deg'"
+        assert str(refused.value) == f"fault {fault!r}: {told}"
+
+
+def test_a_fault_without_a_size_is_told_so():
+    with pytest.raises(FlawError, match="fault 'socket 3mm': 'socket' has no size"):
+        Flaw.parse("socket 3mm")

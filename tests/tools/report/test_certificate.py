@@ -59,6 +59,19 @@ def test_a_sheet_that_is_there_is_refused_before_anything_is_written(refused, ca
     assert not out.exists()
 
 
+def test_a_report_of_other_options_stays_where_only_the_sheet_is_wanted(run, document, written):
+    calibration = written(document)
+    page, sheet = calibration.parent / "report.html", calibration.parent / "sheet.html"
+    run(calibration)
+    other = page.read_bytes()
+    status, out, err = run(calibration, "--certificate", sheet, "--limit-mae-mm", "0.7")
+    assert status in (0, 1, 3) and not err
+    assert f"{page} is of other options and stays as it is" in out and f"Wrote {sheet}" in out
+    assert page.read_bytes() == other and "0.700 mm" in sheet.read_text()
+    run(calibration, "--certificate", sheet, "--limit-mae-mm", "0.7", "--force")
+    assert page.read_bytes() != other
+
+
 def texts(pdf):
     """The words that a PDF shows, in their order."""
     streams = re.findall(rb"stream\r?\n(.*?)\r?\nendstream", pdf, re.S)

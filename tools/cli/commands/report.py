@@ -19,6 +19,7 @@ LONGEST = 26
 """Letters of a placement's name there."""
 
 
+PAGE = "report.html"
 _LIMITS = "limits (default: by the arm's repeatability)"
 
 
@@ -95,18 +96,30 @@ def _report(options: _ReportOptions, terminal: cli.Terminal) -> int:
         signed[sheet.name] = content
         new_files(sheet.parent, signed, force=options.force)
     folder = options.calibration.parent if options.out is None else options.out
-    new = write_report(folder, files, force=options.force)
+    written = _report_written(options, folder, files)
     report.show(terminal.console, document_of_report)
-    file = folder / "report.html"
-    words = "and report.json beside it, the same figures for scripts"
-    terminal.say(f"Wrote {file}, {words}" if new else f"{file} is up to date, {words}")
+    terminal.say(written)
     if sheet is not None:
         write_report(sheet.parent, signed, force=options.force)
         terminal.say(f"Wrote {sheet}, to print on one A4 page and to sign")
     if options.open:
-        open_page(file, terminal)
+        open_page(folder / PAGE, terminal)
     terminal.emit(document_of_report)
     return document_of_report.verdict.exit_status
+
+
+def _report_written(
+    options: _ReportOptions, folder: Path, files: Mapping[str, bytes]
+) -> str:
+    """Write a report's files, and say so; where only a sheet is wanted, another report stays."""
+    file = folder / PAGE
+    only_sheet = options.certificate is not None and options.out is None
+    overwrites = file.exists() and bool(_changed(folder, files))
+    if only_sheet and overwrites and not (options.force or options.open):
+        return f"{file} is of other options and stays as it is; --force overwrites it"
+    new = write_report(folder, files, force=options.force)
+    words = "and report.json beside it, the same figures for scripts"
+    return f"Wrote {file}, {words}" if new else f"{file} is up to date, {words}"
 
 
 def metres(length: float | None) -> float | None:
@@ -126,14 +139,23 @@ def new_files(
     folder: Path, contents: Mapping[str, bytes], *, force: bool
 ) -> dict[str, bytes]:
     """Return the files that are not there yet; an OutputError if others of their names are."""
-    existing = {
-        name: (folder / name).read_bytes()
-        for name in contents
-        if (folder / name).is_file()
-    }
-    new = {name: data for name, data in contents.items() if existing.get(name) != data}
+    new = _changed(folder, contents)
     results.refuse_existing(folder, new, force=force)
     return new
+
+
+def _changed(folder: Path, contents: Mapping[str, bytes]) -> dict[str, bytes]:
+    """Return the files of which a folder has none of the same content."""
+    existing: dict[str, bytes] = {}
+    for name in contents:
+        file = folder / name
+        if file.is_file():
+            existing[name] = file.read_bytes()
+    return {
+        name: content
+        for name, content in contents.items()
+        if existing.get(name) != content
+    }
 
 
 def emit_with_page(
