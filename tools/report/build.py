@@ -183,6 +183,7 @@ def build_comparison(result: ComparisonDocument) -> dict[str, bytes]:
         result,
         result=result,
         sentences=[figures.comparison_sentence(result, pair) for pair in result.pairs],
+        remarks=figures.model_remarks(result),
         plots=plots,
         names=short_names([row.name for row in result.placements]),
     )

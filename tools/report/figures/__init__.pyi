@@ -15,6 +15,7 @@ from .model_comparison import compare as compare
 from .model_comparison import comparison_sentence as comparison_sentence
 from .model_comparison import comparison_title as comparison_title
 from .model_comparison import contenders_of as contenders_of
+from .model_comparison import model_remarks as model_remarks
 from .model_comparison import shared_data as shared_data
 from .notes import NOTED as NOTED
 from .notes import session_notes as session_notes

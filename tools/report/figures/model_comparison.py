@@ -10,6 +10,7 @@ from ....errors import MukcaError
 from ....solver.assessment import (
     Quantiles,
     apart_words,
+    joined,
     measurements_of,
     mm,
     plural,
@@ -59,6 +60,8 @@ class ComparedModel(Document):
     name: str
     summary: ErrorsOverall | None
     """None where every placement was trained on by some model."""
+    corrected_joints: bool = False
+    """True where its errors are those with corrected joint positions, below those of its URDF."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +123,7 @@ class ComparisonDocument(Document):
     pairs: tuple[ComparedPair, ...]
     """Each model less each one before it in the list."""
     ball_refitted: bool
-    """True where the nominal model's ball was fitted to what the first calibration had."""
+    """True where the nominal model's ball was fitted to what the first calibration was."""
     plots: tuple[PlotCaption, ...] | None = None
     """Only where a page was written."""
 
@@ -215,7 +218,8 @@ def compare(
                 mean_absolute_error=mean.mean_absolute_error,
                 distance_error=mean.distance_error,
             )
-        return ComparedModel(name=name, summary=summary)
+        corrected = models[k].exported is not None
+        return ComparedModel(name=name, summary=summary, corrected_joints=corrected)
 
     def pair(a: int, b: int) -> ComparedPair:
         rows = tuple(_beyond_noise(row[b] - row[a]) for row in errors)
@@ -282,8 +286,19 @@ def _beyond(mean: float, noise: float) -> Difference:
 
 def comparison_title(result: ComparisonDocument) -> str:
     """Return the title of the errors by placement."""
-    refitted = "nominal: its ball refitted; " if result.ball_refitted else ""
-    return f"MAE in mm; {refitted}* trained on"
+    return "; ".join(["MAE in mm", *model_remarks(result), "* trained on"])
+
+
+def model_remarks(result: ComparisonDocument) -> list[str]:
+    """Return what the models are, where their names do not say it."""
+    remarks: list[str] = []
+    if result.ball_refitted:
+        first = result.models[1].name
+        remarks.append(f"{NOMINAL}: its ball refitted to what {first} was trained on")
+    corrected = [model.name for model in result.models if model.corrected_joints]
+    if corrected:
+        remarks.append(f"{joined(corrected)}: with corrected joint positions")
+    return remarks
 
 
 def comparison_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
@@ -319,16 +334,20 @@ def _errors_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
         return f"{b} against {a}: every placement was trained on by one of the models, so no word."
     count = plural(len(result.fair), "placement")
     where = f"over {count} that none was trained on"
-    noise = f"noise \N{PLUS-MINUS SIGN}{mm(summary.noise, 3)}, 95 %"
-    if not summary.beyond_noise:
-        gap = mm(abs(summary.mean), 3)
-        return (
-            f"{b} and {a} differ by {gap} {where}, which is within the noise ({noise})."
-        )
-    better, worse = (b, a) if summary.mean < 0 else (a, b)
+    half_width = f"\N{PLUS-MINUS SIGN}{mm(summary.noise, 3)}, 95 %"
     rows = [pair.placements[i] for i in result.fair]
+    better, worse = (b, a) if summary.mean < 0 else (a, b)
     wins = sum(row.beyond_noise and row.mean * summary.mean > 0 for row in rows)
-    return (
-        f"{better} is better than {worse} by {mm(abs(summary.mean), 3)} {where}, beyond the "
-        f"noise ({noise}) on the whole and at {wins} of them."
-    )
+    gap = mm(abs(summary.mean), 3)
+    lead = f"{better} is better than {worse} by {gap} {where}, beyond the noise"
+    if summary.beyond_noise:
+        return f"{lead} (noise {half_width}) on the whole and at {wins} of them."
+    if wins == len(rows):
+        return (
+            f"{lead} at each of them; they are too few, or too unlike, to say so of other places "
+            f"({half_width})."
+        )
+    either = f"{b} and {a} differ by {gap} {where}, which is within"
+    if any(row.beyond_noise for row in rows):
+        return f"{either} the spread between placements ({half_width})."
+    return f"{either} the noise (noise {half_width})."
