@@ -74,7 +74,8 @@ def conclude(
     first = [*contradiction, *doubts, *held_back]
     untold = contradiction or [row for row in doubts if row.name in UNTOLD]
     stated = None if untold else better
-    lines = _answer(stated, first, scope, use=use, certain=bool(is_better))
+    unshown = [row for row in rows if row.doubt]
+    lines = _answer(stated, first, unshown, scope, use=use, certain=bool(is_better))
     if better and untold:
         lines = [CONTRADICTED, *lines]
     verdict = verdict_of(rows, causes, status, kind, scope)
@@ -128,6 +129,7 @@ def _title(stamp: str, scope: Scope | None, rests_on: Sequence[Premise]) -> str:
 def _answer(
     better: Better | None,
     first: Sequence[LimitResult],
+    unshown: Sequence[LimitResult],
     scope: Scope | None,
     *,
     use: bool,
@@ -141,14 +143,28 @@ def _answer(
         words = f"{_NOT} {sentence(first[0].text)}"
     elif first:
         words += f" {sentence(first[0].text)}"
-    elif scope == "recorded_places":
-        words += " It is within its limits near the recorded places, not yet in all the workspace."
-    elif scope == "workspace":
-        words += " It is within all limits."
+    elif scope is not None:
+        words += f" {_limits_kept(unshown, scope)}"
     corrected = None if better is None else better.corrected_probability
     if not use and not certain and corrected is not None and corrected >= SURE:
         words += f" With corrected joint positions it is better ({percent(corrected)})."
     return [*([] if better is None else [figures_in_words(better)]), words]
+
+
+def _limits_kept(unshown: Sequence[LimitResult], scope: Scope) -> str:
+    """Return which limits are kept; ``unshown`` are those whose figures leave a doubt of it."""
+    near = scope == "recorded_places"
+    kept = "all limits"
+    if near:
+        kept = "its limits near the recorded places"
+    words = f"It is within {kept}"
+    if any(row.is_above for row in unshown):
+        words = "It misses no limit by more than its deviation"
+    elif unshown:
+        words += " as measured"
+    if near:
+        words += ", not yet in all the workspace"
+    return "; ".join([words, *(f"its {row.doubt}" for row in unshown)]) + "."
 
 
 def figures_in_words(better: Better) -> str:

@@ -207,8 +207,9 @@ def _length_row(
     if corrected is not None:
         text += f" (with corrected joint positions {mm(corrected, 3)})"
     status: Status = "fail" if reached > limit.value + deviation else "pass"
-    if reached > limit.value and deviation > limit.value:
-        status, text = "not enough", f"{text}: record more samples in each socket"
+    if deviation > limit.value:
+        status = "not enough"
+        text += ": record more samples in each socket, or hold out more placements"
     row = limit_row(
         name,
         status,

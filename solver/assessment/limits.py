@@ -3,24 +3,23 @@
 For the distance of two sockets, which are means of many samples, once; where gears have play twice.
 """
 
-import json
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.resources import files as resources
-from pathlib import Path
 from typing import Literal
 
 from msgspec.structs import replace
 
 from ..data import KnownDistance
 from ..diagnostics import LARGEST_PREDICTED
-from ..results import CalibrationDocument, Document, Model, misfit
-from ..robot import Robot, shipped_robots
+from ..results import CalibrationDocument, Document, misfit
+from .formatting import mm
+from .repeatability import ARMS, RESOLUTION, Arm, known_arm
 
 Status = Literal["pass", "warning", "fail", "not enough", "not evaluated"]
 """``warning``: look at it; ``not enough``: too little was recorded to say."""
+BAND = 1.96
+"""Half the width of a 95 % interval, in standard deviations."""
 
 
 class Limit(Document):
@@ -61,6 +60,28 @@ class LimitResult(Document):
     text: str
     reason: str
     """Origin of the limit, or what is missing."""
+
+    @property
+    def is_above(self) -> bool:
+        """True where the value is above the limit, though maybe by less than its deviation."""
+        if self.found is None or self.limit is None:
+            return False
+        return self.found > self.limit
+
+    @property
+    def doubt(self) -> str:
+        """Why a limit that counts as kept is not shown to be kept, in words; empty where it is.
+
+        Shown is what the whole 95 % interval of the value keeps: value + 1.96 deviations.
+        """
+        if self.status != "pass" or self.found is None or self.limit is None:
+            return ""
+        if self.is_above:
+            return f"{self.title} is {mm(self.found, 3)}, above {mm(self.limit, 3)}"
+        upper = self.found + BAND * (self.deviation or 0.0)
+        if upper > self.limit:
+            return f"{self.title} may be {mm(upper, 3)} (95 %)"
+        return ""
 
 
 WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
@@ -127,56 +148,6 @@ def with_full(row: LimitResult, corrected: float | None, beyond: Status) -> Limi
     return replace(
         row, full=corrected, full_status="pass" if corrected <= row.limit else beyond
     )
-
-
-@dataclass(frozen=True)
-class Arm:
-    """An arm's repeatability: the error with which it comes back to where it was."""
-
-    repeatability: float
-    """[m]."""
-    source: str
-
-
-_SHIPPED = resources("mukca.solver.robot") / "shipped" / "repeatability.json"
-ARMS: dict[str, Arm] = {}
-"""The shipped robots of which a figure is known."""
-for _row in json.loads(_SHIPPED.read_bytes()):
-    ARMS.update(
-        dict.fromkeys(_row["arms"], Arm(float(_row["repeatability"]), _row["source"]))
-    )
-RESOLUTION = 1e-4
-"""The smallest error that a ball in a printed socket can show, however good the arm is [m]."""
-
-
-def known_arm(model: Robot | Model) -> str | None:
-    """Return the shipped robot that a model's names stand for, if exactly one of ARMS does."""
-    for name in (model.name, Path(model.source).stem):
-        letters = _plain(name)
-        # no longer number either: a ur30 is no ur3
-        matches = [
-            r for r in shipped_robots() if re.search(f"{_plain(r)}(?![0-9])", letters)
-        ]
-        longest = [
-            r
-            for r in matches
-            if not any(r != match and r in match for match in matches)
-        ]
-        if len(longest) == 1:
-            return longest[0] if longest[0] in ARMS else None
-    return None
-
-
-def repeatability_of(robot: Robot, repeatability: float | None) -> float | None:
-    """Return the repeatability of a robot [m], as given [mm] or known of it; None for neither."""
-    if repeatability is not None:
-        return repeatability / 1e3
-    name = known_arm(robot)
-    return None if name is None else ARMS[name].repeatability
-
-
-def _plain(name: str) -> str:
-    return "".join(filter(str.isalnum, name.lower()))
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,13 @@
 """Rows of a verdict, by what they are made of."""
 
+from dataclasses import replace
+
 import pytest
 from altered import with_errors
 
-from mukca.solver.assessment import Options, limits_of, rows_since, worst
+from mukca.solver.assessment import Options, limit_row, limits_of, rows_since, worst
+from mukca.solver.assessment.conclusion import conclude
+from mukca.solver.assessment.held_out import error_rows
 from mukca.solver.assessment.scale_check import scale_row
 from mukca.solver.data import measure
 from mukca.solver.results import Diagnostic, Hypothesis, Scale
@@ -38,3 +42,37 @@ def test_a_few_samples_break_no_limit_where_the_evidence_tells(simulated, told, 
     data = [measure(since, calibrated.robot)]
     rows, _ = rows_since(calibrated, large, data, limits, zeros=False, compared=told)
     assert [row.status for row in rows[:2]] == [status] * 2
+
+
+def kept(error, deviation):
+    """A row of a limit of 0.1 mm that counts as kept, by an error and its deviation [mm]."""
+    given = 1e-3 * error, 1e-4
+    return limit_row("distance_error", "pass", "", *given, deviation=1e-3 * deviation)
+
+
+@pytest.mark.parametrize(
+    ("error", "deviation", "words"),
+    [
+        (0.05, 0.02, ""),
+        (0.078, 0.046, "held-out distance error may be 0.168 mm (95 %)"),
+        (0.105, 0.01, "held-out distance error is 0.105 mm, above 0.100 mm"),
+    ],
+)
+def test_a_pass_says_which_limits_are_not_shown_to_be_kept(simulated, error, deviation, words):
+    better, row = simulated.calibration.document.better, kept(error, deviation)
+    verdict = conclude([row], better, None)
+    assert words in row.doubt and bool(words) == bool(row.doubt)
+    assert verdict.status == "pass" and words in verdict.answer[-1]
+    assert verdict.answer[-1].count("; its ") == bool(words)
+    assert ("misses no limit by more than" in verdict.answer[-1]) == row.is_above
+
+
+def test_a_deviation_larger_than_its_limit_tells_nothing(simulated):
+    """Neither that the limit is kept, nor that it is missed."""
+    summary = simulated.calibration.document.summary
+    limits = limits_of(simulated.calibration.document, "since", Options(distance_error=1e-4))
+    deviations = {"distance_error": 1.1e-4}
+    for error in (5e-5, 1.5e-4):
+        metrics = replace(summary.train.loaded, distance_error=error)
+        row = error_rows(metrics, None, limits, "", deviations=deviations)[1]
+        assert row.status == "not enough" and "or hold out more placements" in row.text

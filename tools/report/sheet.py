@@ -5,15 +5,13 @@ from dataclasses import dataclass
 from itertools import chain
 
 from ...errors import MukcaError
-from ...solver.assessment import RoleSummaries, mm, plural
+from ...solver.assessment import BAND, RoleSummaries, Verdict, mm, plural
 from ...solver.results import CalibrationDocument
 from . import figures
 from .figures import ReportDocument
 
 BLANK = "_" * 24
 """What nobody noted is filled in by hand."""
-BAND = 1.96
-"""Half the width of a 95 % interval, in standard deviations."""
 UNKNOWN = "\N{EN DASH}"
 """For what the calibration's file does not keep."""
 MOST_HASHES = 12
@@ -76,6 +74,7 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
         title="Limits",
         heads=("on", "measured, 95 % interval", "at most", ""),
         rows=_limits(report),
+        paragraphs=_doubts(verdict),
     )
     premises = [f"It rests on this: {premise.text}." for premise in report.rests_on]
     answer = Section(
@@ -151,5 +150,17 @@ def _limits(report: ReportDocument) -> list[list[str]]:
         if row.found is not None and row.deviation is not None:
             measured += f" \N{PLUS-MINUS SIGN}{mm(BAND * row.deviation, 3)}"
         agreed = "none" if row.limit is None else mm(row.limit, 3)
-        rows.append([row.title, measured, agreed, row.status])
+        status = row.status
+        if row.doubt:
+            status = "not decided" if row.is_above else f"{status}, as measured"
+        rows.append([row.title, measured, agreed, status])
     return rows
+
+
+def _doubts(verdict: Verdict) -> list[str]:
+    """Return why limits are not shown to be kept, where the verdict's answer does not say it."""
+    if verdict.status == "pass":
+        return []
+    return [
+        f"Not shown to be kept: {row.doubt}." for row in verdict.limits if row.doubt
+    ]
