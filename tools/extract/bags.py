@@ -131,8 +131,9 @@ def _state(message: Any, joints: Sequence[str], time: int) -> _State | None:
     """Return the state of a message; None if it has not all joints, or values are no numbers."""
     names = list(message.name)
     position = np.asarray(message.position, dtype=float)
-    whole = len(position) == len(names) and np.isfinite(position).all()
-    if not whole or not set(joints) <= set(names):
+    if len(position) != len(names) or not np.isfinite(position).all():
+        return None
+    if not set(joints) <= set(names):
         return None
     order = [names.index(joint) for joint in joints]
     stamp = message.header.stamp
@@ -270,8 +271,8 @@ def _radians(
         raise ExtractError(f"{question.path}: values beyond 100; say --units degrees")
     # A value is one of 100 parts of half a motor's range.
     by_joint = [motors[name] for name in names]
-    half = [(motor.range_max - motor.range_min) / 2 for motor in by_joint]
-    sign = [-1 if motor.drive_mode else 1 for motor in by_joint]
-    scale = np.array(sign) * half * TICK / 100
+    ranges = [motor.range_max - motor.range_min for motor in by_joint]
+    signs = [-1 if motor.drive_mode else 1 for motor in by_joint]
+    scale = np.array(signs) * ranges / 2 * TICK / 100
     inside = np.all(np.abs(values) < 100 - 1e-6, axis=1)
     return values * scale, known & inside

@@ -117,20 +117,20 @@ def _camera_of(
     objects, points = zip(*views, strict=True)
     rms, matrix, distortion, *_ = cv.calibrateCamera(objects, points, size, None, None)
     focal_and_centre = matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
-    values = [*focal_and_centre, *distortion.ravel()[:5]]
-    numbers = ",".join(f"{value:.6g}" for value in values)
-    remark = (
-        f"--intrinsics {numbers}: by {len(views)} images, {rms:.2f} pixels off (rms)"
-    )
-    return matrix, distortion, remark
+    first_five = distortion.ravel()[:5]
+    words = [f"{value:.6g}" for value in (*focal_and_centre, *first_five)]
+    fit = f"by {len(views)} images, {rms:.2f} pixels off (rms)"
+    return matrix, distortion, f"--intrinsics {','.join(words)}: {fit}"
 
 
 def _images(folder: Path, table: Table) -> list[Path]:
     """Return the image of each row: by a column with its name, else in the order of numbers."""
-    images = {f.name: f for f in folder.iterdir() if f.suffix.lower() in IMAGES}
+    files = [file for file in folder.iterdir() if file.suffix.lower() in IMAGES]
+    images = {file.name: file for file in files}
     for column in table.columns:
         cells = [row[column.index].strip() for row in table.rows]
-        names = [cell.replace("\\", "/").rpartition("/")[2] for cell in cells]
+        paths = [cell.replace("\\", "/") for cell in cells]
+        names = [path.rpartition("/")[2] for path in paths]
         if set(names) <= set(images):
             return [images[name] for name in names]
     if len(images) != len(table.rows):
@@ -143,11 +143,8 @@ def _images(folder: Path, table: Table) -> list[Path]:
 
 def _by_number(name: str) -> list[tuple[int, str]]:
     """Return what puts 2.png before 10.png."""
-    return [
-        (int(p), "") if p.isdecimal() else (-1, p)
-        for p in re.split(r"(\d+)", name)
-        if p
-    ]
+    parts = filter(None, re.split(r"(\d+)", name))
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
 
 
 def _corners(
@@ -196,22 +193,28 @@ def _plain_finder(cv: Any, board: Board) -> Finder:
             f"--board {board.columns} {board.rows}: a plain chessboard needs 4 columns and rows"
         )
     rows, columns = np.mgrid[1 : board.rows, 1 : board.columns]
-    corners = np.stack([columns, rows, 0 * rows], axis=-1) * board.square
-    objects = corners.reshape(-1, 1, 3).astype(np.float32)
+    grid = np.stack([columns, rows, 0 * rows], axis=-1)
+    places = board.square * grid.reshape(-1, 1, 3)
+    objects = places.astype(np.float32)
     odd = (board.columns + board.rows) % 2 == 1
 
     def find(picture: Any) -> tuple[Any, Any] | None:
         success, pixels = cv.findChessboardCornersSB(picture, size)
         if not success:
             return None
-        cells = pixels.reshape(size[1], size[0], 2)
-        u, v = cells[:2, :2].mean(axis=(0, 1)).astype(int)
-        first = picture[v, u]
-        u, v = cells[-2:, -2:].mean(axis=(0, 1)).astype(int)
-        turned = odd and first > picture[v, u]
+        corners = pixels.reshape(size[1], size[0], 2)
+        first = _brightness(picture, corners[:2, :2])
+        last = _brightness(picture, corners[-2:, -2:])
+        turned = odd and first > last
         return objects, pixels[::-1] if turned else pixels
 
     return find
+
+
+def _brightness(picture: Any, corners: Any) -> int:
+    """Return the brightness of a square in its middle, by its corners, shape (2, 2, 2)."""
+    u, v = corners.mean(axis=(0, 1)).astype(int)
+    return picture[v, u]
 
 
 def _seen_instead(cv: Any, files: Sequence[Path]) -> str:

@@ -96,12 +96,13 @@ def _stamps(table: Table, column: Column) -> np.ndarray:
     dates = [seconds_of(cell) for cell in cells]
     if dates and None not in dates:
         return np.array(dates, dtype=float)
-    stamps = np.array(table.numbers([replace(column, unit="")]))[:, 0]
+    without_unit = replace(column, unit="")
+    stamps = np.array(table.numbers([without_unit]))[:, 0]
+    if column.unit:
+        return stamps * _SECONDS.get(column.unit, 1.0)
     largest = float(np.abs(stamps).max(initial=0.0))
-    counted = next(
-        (unit for limit, unit in _SINCE_1970.items() if largest > limit), 1.0
-    )
-    return stamps * _SECONDS.get(column.unit, 1.0 if column.unit else counted)
+    units = (unit for limit, unit in _SINCE_1970.items() if largest > limit)
+    return stamps * next(units, 1.0)
 
 
 def _in_radians(

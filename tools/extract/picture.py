@@ -34,11 +34,11 @@ def rests_picture(log: Log, names: Sequence[str], rests: Sequence[Rest]) -> byte
     sample. Parts of the log, such as episodes, stand one behind the other.
     """
     times = log.stamps - log.stamps[0]
-    for i in (
-        np.flatnonzero(np.diff(log.parts)) + 1
-    ):  # a second passes between two parts
+    begins = np.flatnonzero(np.diff(log.parts)) + 1
+    for i in begins:  # a second passes between two parts
         times[i:] += times[i - 1] + 1.0 - times[i]
-    axis = Axis(0, max(float(times[-1]), 1e-9), "s")
+    duration = max(float(times[-1]), 1e-9)
+    axis = Axis(0, duration, "s")
     panel = named_rows("rests of the arm", names, axis, pitch=48, width=1200)
     for number, pause in enumerate(rests, start=1):
         _band(panel, number, pause, float(times[pause.last]))
@@ -49,10 +49,13 @@ def rests_picture(log: Log, names: Sequence[str], rests: Sequence[Rest]) -> byte
 
 def _band(panel: Panel, number: int, pause: Rest, end: float) -> None:
     """Draw a rest that ends at some time [s]."""
-    x = panel.x(end - (pause.end - pause.begin))
+    begin = end - (pause.end - pause.begin)
+    x = panel.x(begin)
     width = max(2.0, panel.x(end) - x)
     height = panel.bottom - panel.top
-    colour = "none" if pause.placement is None else f"socket-{pause.socket % SOCKETS}"
+    colour = "none"
+    if pause.placement is not None:
+        colour = f"socket-{pause.socket % SOCKETS}"
     panel.add("rect", x=x, y=panel.top, width=width, height=height, class_=colour)
     panel.text(x, panel.top - 6, str(number), colour)
 
@@ -60,13 +63,14 @@ def _band(panel: Panel, number: int, pause: Rest, end: float) -> None:
 def _curve(panel: Panel, lane: int, times: np.ndarray, positions: np.ndarray) -> None:
     """Draw a joint's positions over the times, both (N,), over the height of its lane."""
     extent = max(np.ptp(positions), 1e-9)
-    heights = lane + 0.42 - 0.84 * (positions - positions.min()) / extent
+    shares = (positions - positions.min()) / extent
+    heights = lane + 0.42 - 0.84 * shares
     count = min(COLUMNS, len(times))
-    blocks = zip(
-        np.array_split(times, count), np.array_split(heights, count), strict=True
-    )
+    moments = np.array_split(times, count)
+    columns = np.array_split(heights, count)
     points: list[tuple[float, float]] = []
-    for moments, values in blocks:
-        begin = float(moments[0])
-        points += [(begin, float(values.max())), (begin, float(values.min()))]
+    for moment, column in zip(moments, columns, strict=True):
+        begin = float(moment[0])
+        points.append((begin, float(column.max())))
+        points.append((begin, float(column.min())))
     panel.line(points, "curve")

@@ -66,9 +66,11 @@ class Session:
         """Return ln L, by the scales of the best posture."""
         if self.fit is None:
             return 0.0
-        pulls = np.array([self.fit.distances, self.fit.angles]) / scales[:, None]
+        errors = np.array([self.fit.distances, self.fit.angles])
+        pulls = errors / scales[:, None]
         logarithms = np.log1p(pulls**2 / FREEDOM)
-        return float(-(FREEDOM + 3) / 2 * np.sum(logarithms))
+        power = (FREEDOM + 3) / 2
+        return float(-power * np.sum(logarithms))
 
     def mostly(self, session: "Session") -> bool:
         """Return whether most views stand in another session as they do in this one."""
@@ -118,7 +120,8 @@ class FlangePoses:
         solutions: list[np.ndarray] = []
         for i, sample in enumerate(self.views.samples):
             rows = slice(i * STARTS, (i + 1) * STARTS)
-            distinct = _distinct(search.positions[rows][reached[rows]], self.turning)
+            ends = search.positions[rows]
+            distinct = _distinct(ends[reached[rows]], self.turning)
             if not distinct:
                 where = sample.where or f"view {i}"
                 raise UsageError(
@@ -130,10 +133,12 @@ class FlangePoses:
     def _session(self, q: np.ndarray) -> Session:
         """Return a posture, beside the one that was told and by what the views leave."""
         robot = self.calibration.robot
-        reference = np.zeros(q.shape[1]) if self.near is None else self.near
+        reference = np.zeros(q.shape[1])
+        if self.near is not None:
+            reference = self.near
         away = around(q - reference, self.turning)
         on_turn = reference + away
-        within = (on_turn >= robot.lower) & (on_turn <= robot.upper)
+        within = (robot.lower <= on_turn) & (on_turn <= robot.upper)
         positions = np.where(within, on_turn, q)
         if self.near is None:
             return Session(positions, 0.0, 0.0, self._fit(q))
@@ -143,17 +148,18 @@ class FlangePoses:
 
     def _fit(self, q: np.ndarray) -> HandEye | None:
         """Return camera and board by the calibrated arm, and what they leave of the views."""
-        samples = self.views.samples
-        if self.camera is None or any(
-            s.orientation is None or s.point is None for s in samples
-        ):
+        if self.camera is None:
             return None
-        numbers = [(*(s.point or ()), *(s.orientation or ())) for s in samples]
-        B = pose_of_numbers(numbers)
+        rows: list[tuple[float, ...]] = []
+        for sample in self.views.samples:
+            if sample.orientation is None or sample.point is None:
+                return None
+            rows.append((*sample.point, *sample.orientation))
+        B = pose_of_numbers(rows)
         M = np.linalg.inv(B) if self.camera == "on-arm" else B
         F = self.calibration.flange(q)
+        R, p = F[:, :3, :3], F[:, :3, 3]
         try:
-            R, p = F[:, :3, :3], F[:, :3, 3]
             return hand_eye(R, p, M[:, :3, :3], M[:, :3, 3])
         except FrameError:
             return None
@@ -166,7 +172,8 @@ def names_flange_poses(views: Placement) -> bool:
 
 def flange_poses(views: Placement) -> np.ndarray:
     """Return the flange's poses in the columns of views, shape (N, 4, 4)."""
-    order = [(views.joint_names or ()).index(name) for name in COLUMNS]
+    names = views.joint_names or ()
+    order = [names.index(name) for name in COLUMNS]
     return pose_of_numbers(views.positions[:, order])
 
 
@@ -269,8 +276,10 @@ def _postures(solutions: list[np.ndarray], turning: list[bool]) -> list[np.ndarr
     q = np.concatenate(solutions)
     differences = around(q[:, None] - q, turning)
     distances: np.ndarray = np.linalg.norm(differences, axis=2)
+    roots = np.flatnonzero(view == np.argmax(counts))
     postures: list[np.ndarray] = []
-    for root in np.flatnonzero(view == np.argmax(counts)).tolist():
-        nodes = [root, *(node for node, _ in spanning_tree(distances, root, view))]
+    for root in roots.tolist():
+        edges = spanning_tree(distances, root, view)
+        nodes = [root, *(node for node, _ in edges)]
         postures.append(q[sorted(nodes)])
     return _distinct(postures, turning)

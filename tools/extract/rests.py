@@ -115,15 +115,19 @@ def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:
     """Return the states but those at the beginning of a part in which the arm was already fast."""
     # The speed before the first state is not known, so the next one would look like a jump.
     turning = [not joint.prismatic for joint in joints]
-    steps = np.abs(around(np.diff(log.positions, axis=0), turning))
+    differences = np.diff(log.positions, axis=0)
+    steps = np.abs(around(differences, turning))
+    largest = steps.max(axis=1, initial=0.0)
     ends = np.diff(log.parts) != 0
-    slow = (steps.max(axis=1, initial=0.0) < JUMP / 2) & ~ends
+    slow = (largest < JUMP / 2) & ~ends
+    slow_of_state = np.append(slow, False)
+    states = np.arange(len(log.parts))
     begins = np.flatnonzero(ends) + 1
-    kept: list[int] = []
-    for part in np.split(np.arange(len(log.parts)), begins):
-        first_slow = np.append(slow, False)[part].argmax()  # 0 where none is
-        kept += part[first_slow:].tolist()
-    return kept
+    slow_states: list[int] = []
+    for part in np.split(states, begins):
+        first_slow = slow_of_state[part].argmax()  # 0 where none is
+        slow_states += part[first_slow:].tolist()
+    return slow_states
 
 
 def _joined(first: Rest, second: Rest) -> Rest:
@@ -147,10 +151,11 @@ def propose_samples(
     """Return rests with placements and sockets by the nominal model and the distance [m]."""
     if not rests:
         return []
-    positions = np.array([pause.pose.position for pause in rests])
-    balls = nominal_balls(robot, positions)
-    pairs = zip(rests, balls.tolist(), strict=True)
-    proposed = [replace(pause, ball=tuple(ball)) for pause, ball in pairs]
+    positions = [pause.pose.position for pause in rests]
+    balls = nominal_balls(robot, np.array(positions))
+    proposed: list[Rest] = []
+    for pause, ball in zip(rests, balls.tolist(), strict=True):
+        proposed.append(replace(pause, ball=tuple(ball)))
     groups = _together(balls, TOGETHER * distance)
     sockets = [group for group in groups if len(group) >= LEAST]
     for number, pair in enumerate(_pairs(sockets, balls, distance), start=1):
@@ -163,10 +168,13 @@ def propose_samples(
 
 def _together(points: np.ndarray, within: float) -> list[list[int]]:
     """Return groups of points, each within a distance of another one of its group."""
-    distances = np.linalg.norm(points[:, None] - points, axis=2)
-    joined = distances <= within
-    while (wider := joined.astype(np.float32) @ joined > 0).sum() > joined.sum():
-        joined = wider
+    offsets = points[:, None] - points
+    joined = np.linalg.norm(offsets, axis=2) <= within
+    count = 0
+    while count < joined.sum():
+        count = joined.sum()
+        ways = joined.astype(np.float32) @ joined
+        joined = ways > 0
     firsts = np.unique(joined.argmax(axis=1))
     return [np.flatnonzero(joined[i]).tolist() for i in firsts]
 
@@ -176,17 +184,22 @@ def _pairs(
 ) -> list[list[list[int]]]:
     """Return the sockets of each base, the earlier first; the bases in order of time."""
     centres = [np.median(balls[group], axis=0) for group in groups]
-    pairs = combinations(range(len(groups)), 2)
+    sockets = range(len(groups))
     mismatch: dict[tuple[int, int], float] = {}
-    for i, j in pairs:
+    for i, j in combinations(sockets, 2):
         length = float(np.linalg.norm(centres[i] - centres[j]))
         mismatch[i, j] = abs(length - distance)
     partner: dict[int, int] = {}
-    for i, j in sorted(mismatch, key=lambda pair: mismatch[pair]):
-        if mismatch[i, j] <= APART * distance and not {i, j} & partner.keys():
-            partner[i] = j
-            partner[j] = i
-    bases = {tuple(sorted({i, partner.get(i, i)})) for i in range(len(groups))}
+    for pair in sorted(mismatch, key=mismatch.__getitem__):
+        if mismatch[pair] > APART * distance:
+            break
+        if partner.keys().isdisjoint(pair):
+            i, j = pair
+            partner[i], partner[j] = j, i
+    bases: set[tuple[int, ...]] = set()
+    for i in sockets:
+        base = {i, partner.get(i, i)}
+        bases.add(tuple(sorted(base)))
     return [[groups[i] for i in base] for base in sorted(bases)]
 
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...recorder import Placement
+from ...recorder import Placement, Sample
 from ...solver.calibration import Calibration, quaternion_of
 from ...solver.data import rotation_matrices
 from .boards import PLAIN, Board
@@ -36,7 +36,8 @@ def turned_alike(calibration: Calibration, views: Placement, board: Board) -> Pl
     turns = _alike(board)
     if board.dictionary != PLAIN or len(turns) == 1:
         return views
-    B = rotation_matrices(np.array([sample.orientation for sample in views.samples]))
+    orientations = [sample.orientation for sample in views.samples]
+    B = rotation_matrices(np.array(orientations))
     Z = np.array([np.linalg.matrix_power(QUARTER, k) for k in turns])
     F = _flanges(calibration, views)
     numbers = _turns_of_views(F, B, Z)
@@ -49,16 +50,16 @@ def turned_alike(calibration: Calibration, views: Placement, board: Board) -> Pl
     places += np.einsum("nij,nj->ni", B, shifts)
     quaternions = quaternion_of(B @ Z_of_view)
     rows = zip(views.samples, places.tolist(), quaternions.tolist(), strict=True)
-    samples = tuple(
-        replace(sample, point=tuple(place), orientation=tuple(quaternion), turn=())
-        for sample, place, quaternion in rows
-    )
+    samples: list[Sample] = []
+    for sample, p, quaternion in rows:
+        pose = {"point": tuple(p), "orientation": tuple(quaternion)}
+        samples.append(replace(sample, **pose, turn=()))
     where = views.files[0].parent if views.files else views.name
     remark = (
         f"{where}: the board looks alike after a turn of {360 // len(turns)} deg; it was found "
         f"turned in {np.count_nonzero(numbers)} of {len(samples)} views, which were turned back"
     )
-    return replace(views, samples=samples, remarks=(*views.remarks, remark))
+    return replace(views, samples=tuple(samples), remarks=(*views.remarks, remark))
 
 
 def _alike(board: Board) -> list[int]:
@@ -80,15 +81,17 @@ def _flanges(calibration: Calibration, views: Placement) -> np.ndarray:
 
 def _turns_of_views(F: np.ndarray, B: np.ndarray, Z: np.ndarray) -> np.ndarray:
     """Return the number of the turn that puts each board as in the first view, shape (N,)."""
-    expected = _angles(np.einsum("iba,jba->ij", F, F))
-    by_turn = _angles(np.einsum("iba,jbc,kca->kij", B, B, Z))
-    errors = np.abs(by_turn - expected)
+    N = len(F)
+    traces_of_flange = np.einsum("iba,jba->ij", F, F)
+    between_boards = np.einsum("iba,jbc->ijac", B, B)
+    traces_by_turn = np.einsum("ijac,kca->kij", between_boards, Z)
+    errors = np.abs(_angles(traces_by_turn) - _angles(traces_of_flange))
     best = errors.argmin(axis=0)
-    surest, next_best = np.sort(errors, axis=0)[:2]
-    views = np.arange(len(F))
-    numbers = np.zeros(len(F), dtype=int)
-    for j, i in spanning_tree(surest - next_best, 0, views):
-        numbers[j] = (numbers[i] + best[i, j]) % len(Z)
+    least, second = np.sort(errors, axis=0)[:2]
+    numbers = np.zeros(N, dtype=int)
+    for j, i in spanning_tree(least - second, 0, np.arange(N)):
+        turn = numbers[i] + best[i, j]
+        numbers[j] = turn % len(Z)
     return numbers
 
 
