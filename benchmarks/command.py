@@ -68,9 +68,8 @@ def measure(model: FullModel, q: np.ndarray) -> list[str]:
     regular = np.linalg.svd(model.jacobian(q), compute_uv=False)[:, -1] > 0.01
     solver: PoseSolver = model.calibrated.solver("pose")
     for off in STARTS:
-        solver.solve(
-            targets, starts(model, q, off)
-        )  # what it computes with is made now
+        # What it computes with is made now.
+        solver.solve(targets, starts(model, q, off))
     words: list[str] = []
     for off in STARTS:
         near = starts(model, q, off)

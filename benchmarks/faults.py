@@ -311,9 +311,8 @@ def main() -> None:
     for name in CONTROLLERS:
         if not arguments.names or name.startswith(tuple(arguments.names)):
             for fault in FAULTS:
-                line = (
-                    CONTROLLERS[name][1] == "" and fault == "restarted"
-                )  # its name changes
+                # Its name changes.
+                line = CONTROLLERS[name][1] == "" and fault == "restarted"
                 if not line:
                     print(strike(name, fault), flush=True)
     if arguments.disks:

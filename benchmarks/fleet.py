@@ -126,9 +126,8 @@ class Race:
             Client(cluster, set_as_default=False) as client,
         ):
             workers = Workers(cluster=cluster.scheduler_address)
-            workers.map(
-                self.work, self.arms[:count]
-            )  # so that all is loaded there, too
+            # This loads everything there, too.
+            workers.map(self.work, self.arms[:count])
             start = time.perf_counter() - begin - plain * count / len(self.arms)
             seconds, cpu = self.run(workers)
             self.overhead(f"{count} Dask workers", seconds, cpu, plain, start)

@@ -67,9 +67,8 @@ def models_of(arm: int) -> dict[str, bytes]:
             write_holes(placement, recordings / placement.name)
         words = ["solve", str(recordings), "--robot", "panda", "--out", str(out)]
         with contextlib.redirect_stdout(io.StringIO()) as said:
-            mukca(
-                words
-            )  # such arms differ in size by more than real ones, so the verdict is FAIL
+            # Such arms differ in size by more than real ones, so the verdict is FAIL.
+            mukca(words)
         if not (out / "calibrated.urdf").exists():
             raise SystemExit(
                 f"arm {arm}: mukca {' '.join(words)} failed: {said.getvalue()}"

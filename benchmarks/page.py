@@ -107,9 +107,8 @@ def command(name: str, folders: Mapping[str, Path]) -> str:
         [sys.executable, str(ROOT / "benchmarks" / words[0]), *words[1:]],
         check=True, capture_output=True, text=True,
     )  # fmt: skip
-    begin = {"trust": "kind ", "costs": "| "}.get(
-        name, ""
-    )  # the table; no case by itself
+    # The table; no case by itself.
+    begin = {"trust": "kind ", "costs": "| "}.get(name, "")
     return done.stdout[done.stdout.find(begin) :].rstrip()
 
 

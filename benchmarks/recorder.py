@@ -60,9 +60,8 @@ class Terminal:
         while True:
             data = os.read(self.master, 65536)
             self.size += len(data)
-            self.frames += data.count(
-                b"last state"
-            )  # this line changes in every drawing
+            # This line changes in every drawing.
+            self.frames += data.count(b"last state")
             self.tail = (self.tail + data)[-200_000:]
 
     def last(self, pattern: str) -> str:

@@ -39,18 +39,20 @@ STREAMS = {
     "damiao": ("damiao", ()),
 }
 RATES = {"franka": 1000.0, "kuka": 200.0, "ur": 500.0, "xarm": 250.0}
+# Clocks start here.
 CLOCKS = {
     "franka": 0.0,
     "kuka": 1_700_000_000.0,
     "ur": 0.0,
     "xarm": 5.0,
-}  # where clocks start
+}
 POLLED = {"feetech": "?rate=300", "dynamixel": "?rate=200", "damiao": "?rate=100"}
 """What is asked of the driver: as fast as such a bus of servos is at 1 Mbaud."""
+# CAN without hardware.
 BUS = (
     "--address",
     "udp_multicast/239.74.163.2?port=43198&hop_limit=0",
-)  # CAN without hardware
+)
 
 
 def main() -> None:
@@ -101,9 +103,8 @@ def measure(
         emulator.terminate()
         emulator.wait(30)
     sent = sent_times(journal)
-    if (
-        name in POLLED
-    ):  # what came is what was sent last; the first state was read before
+    # What came is what was sent last; the first state was read before.
+    if name in POLLED:
         known, moments = list(sent), list(sent.values())
         numbers = [known[bisect(moments, arrival) - 1] for arrival, _ in arrivals]
         count = len(sent) - 1

@@ -244,9 +244,8 @@ def _poses(found: Posterior, arm: CalibratedRobot, truth: Truth) -> list[float]:
     turns = rotation_vectors(at[:, :3, :3] @ exact[:, :3, :3].swapaxes(1, 2))
     errors = np.hstack([(at - exact)[:, :3, 3], turns])
     squares = np.einsum("ni,nij,nj->n", errors, np.linalg.inv(covariances), errors)
-    beyond = np.exp(-squares / 2) * (
-        1 + squares / 2 + squares**2 / 8
-    )  # chi-square of 6
+    # Chi-square of 6.
+    beyond = np.exp(-squares / 2) * (1 + squares / 2 + squares**2 / 8)
     return [NormalDist().inv_cdf(1 - p / 2) for p in beyond.clip(1e-12, 1).tolist()]
 
 

@@ -507,9 +507,8 @@ def world(i: int) -> World:
         arm, placements = mukca.simulate_recordings(robot, count, seed=seed, **how)
         if all((np.ptp(p.positions, axis=0) >= TRAVEL).all() for p in placements):
             break
-    error = (
-        CALIPER_DEVIATION * generator.normal()
-    )  # of one base, whose distance was read once
+    # There is one base, whose distance was read once.
+    error = CALIPER_DEVIATION * generator.normal()
     placements = [replace(p, distance=DISTANCE + error) for p in placements]
     return World(
         robot, arm.ball, placements, generator, {"repeatability_mm": None, **given}

@@ -13,9 +13,8 @@ from typing import Protocol, TypeVar
 STOP_SECONDS = 1.5
 """A thread that waits for a robot is left alone after so long [s]."""
 ALPHA = 0.05
-BETA = ALPHA**2 / (
-    2 - ALPHA
-)  # the usual choice for a given ALPHA (Benedict and Bordner, 1962)
+# The usual choice for a given ALPHA (Benedict and Bordner, 1962).
+BETA = ALPHA**2 / (2 - ALPHA)
 GREATEST_ERROR = (
     0.05  # s: a state that is later than this came after a pause; begin anew
 )
@@ -50,9 +49,8 @@ def wait(sources: Sequence[_Source], seconds: float) -> list[_Source]:
     """
     try:
         return select.select(sources, [], [], seconds)[0]
-    except (
-        ValueError
-    ):  # a closed source, or a descriptor beyond 1023, which select cannot take
+    # A closed source, or a descriptor beyond 1023, which select cannot take.
+    except ValueError:
         with selectors.DefaultSelector() as selector:
             keys = [
                 selector.register(source, selectors.EVENT_READ) for source in sources

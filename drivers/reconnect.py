@@ -102,9 +102,8 @@ class Reconnecting(Driver):
     def _ordered(self, state: JointState) -> JointState:
         """Return a state with its joints in the model's order."""
         driver_order = tuple(range(len(state.position)))
-        if self._order == driver_order or len(self._order) != len(
-            driver_order
-        ):  # refused later
+        # Another number of joints is refused later.
+        if self._order == driver_order or len(self._order) != len(driver_order):
             return state
         position = tuple(state.position[i] for i in self._order)
         effort = state.effort and tuple(state.effort[i] for i in self._order)

@@ -16,16 +16,14 @@ import mukca
 robot = mukca.load_robot("panda")
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else "recordings")
 
-if (
-    not folder.exists()
-):  # nothing was recorded yet: a simulated arm shows what the files look like
+# Nothing was recorded yet: a simulated arm shows what the files look like.
+if not folder.exists():
     _, placements = mukca.simulate_recordings(robot, 3, samples=12)
     for placement in placements:
         (folder / placement.name).mkdir(parents=True)
         for socket in (0, 1):
-            q = placement.positions[
-                placement.sockets == socket
-            ]  # (samples, joints) [rad]
+            # Shape (samples, joints) [rad].
+            q = placement.positions[placement.sockets == socket]
             np.savetxt(folder / placement.name / f"hole_{socket}.csv", q, delimiter=",")
 
 # Fit to the first placement; the others, which the fit does not see, say whether it worked.

@@ -48,9 +48,8 @@ def _coordinate(words: Words) -> tuple[Words, str]:
     if joined in MATRIX:
         return words[:-2], joined
     before, last = words[:-1], (words or ("",))[-1]
-    if (
-        words[-3:-1] == ("tcp", "pose") and last in "012345"
-    ):  # as Universal Robots number it
+    # Universal Robots number it so.
+    if words[-3:-1] == ("tcp", "pose") and last in "012345":
         return before, (*AXES, *VECTOR)[int(last)]
     if last in ("tx", "ty", "tz"):
         return before, last[1:]

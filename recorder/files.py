@@ -80,9 +80,8 @@ def lock_file(descriptor: int) -> None:
     if sys.platform == "win32":
         import msvcrt
 
-        os.lseek(
-            descriptor, _BEYOND, os.SEEK_SET
-        )  # what is locked there, nobody else can read
+        # What is locked there, nobody else can read.
+        os.lseek(descriptor, _BEYOND, os.SEEK_SET)
         try:
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
         except PermissionError as error:

@@ -116,9 +116,8 @@ class StreamLog:
 
 def _pack(rows: Block) -> bytes:
     steps = np.diff(rows, axis=0, prepend=0)
-    zigzag = (steps << 1) ^ (
-        steps >> 63
-    )  # so that small steps to either side have small numbers
+    # So that small steps to either side have small numbers.
+    zigzag = (steps << 1) ^ (steps >> 63)
     numbers = zigzag.T.astype("<i8", order="C")
     by_weight = numbers.view(np.uint8).reshape(rows.size, 8).T
     head = struct.pack("<I", len(rows))

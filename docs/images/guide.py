@@ -63,9 +63,8 @@ def main() -> None:
     draw(console, session, words, q)
     file = Path(__file__).with_suffix(".svg")
     drawn = console.export_svg(title="mukca record")
-    drawn = re.sub(
-        r"@font-face \{.*?\}\s*", "", drawn, flags=re.DOTALL
-    )  # nothing from elsewhere
+    # Nothing from elsewhere.
+    drawn = re.sub(r"@font-face \{.*?\}\s*", "", drawn, flags=re.DOTALL)
     file.write_text(drawn, encoding="utf-8")
 
 

@@ -17,11 +17,12 @@ JOINTS = 7
 EVERYBODY = 0x7FF
 ANSWERS = 0x10  # above a motor's number
 REFRESH, QUERY, PMAX_REGISTER = 0xCC, 0x33, 0x15
+# Answers to one who reads, writes or saves a motor's registers.
 REGISTERS = (
     QUERY,
     0x55,
     0xAA,
-)  # answers to one who reads, writes or saves a motor's registers
+)
 PMAX = 12.5  # rad
 COUNTS = 65535
 ENABLED = 1

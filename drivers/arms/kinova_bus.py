@@ -110,9 +110,8 @@ class IsoTpLink:
     def __init__(self, bus: CanBus, transmit: int, receive: int) -> None:
         import isotp
 
-        logging.getLogger("isotp").addHandler(
-            logging.NullHandler()
-        )  # else it is on the screen
+        # Else its warnings are on the screen.
+        logging.getLogger("isotp").addHandler(logging.NullHandler())
         self._bus = bus
         self.close = bus.close
         address = isotp.Address(

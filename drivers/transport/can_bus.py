@@ -66,9 +66,8 @@ class CanBus:
         """Return the next frame with a wanted 11-bit identifier and data; None if time is up."""
         with lost(f"CAN bus {self._address}", can.CanError, ValueError):
             while True:
-                frame = self._bus.recv(
-                    0
-                )  # python-can would wait by the wall's time, which is set
+                # python-can would wait by the wall's time, which is set.
+                frame = self._bus.recv(0)
                 if frame is not None:
                     odd = (
                         frame.is_extended_id

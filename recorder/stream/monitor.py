@@ -197,9 +197,8 @@ class StreamMonitor(StationarityDetector):
             return
         was_frozen = self._frozen_stream.frozen
         self._frozen_stream.feed(before, state)
-        if (
-            was_frozen and not self._frozen_stream.frozen
-        ):  # the arm may have moved on meanwhile
+        # The arm may have moved on meanwhile.
+        if was_frozen and not self._frozen_stream.frozen:
             self.restart()
             return
         elapsed = state.stamp - before.stamp

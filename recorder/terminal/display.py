@@ -62,9 +62,8 @@ class Screen:
             columns, rows = os.get_terminal_size(self._descriptor)
         except OSError:
             raise HangUp from None
-        return ConsoleDimensions(
-            columns or 80, rows or 24
-        )  # a serial line does not know its size
+        # A serial line does not know its size.
+        return ConsoleDimensions(columns or 80, rows or 24)
 
     def _write(self, text: str) -> None:
         data = text.encode(self._console.encoding, errors="replace")

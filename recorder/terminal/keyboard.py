@@ -163,9 +163,8 @@ class Signals:
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> "Signals":
-        self._reader, self._writer = (
-            socket.socketpair()
-        )  # what Windows can wait on, too
+        # Windows can wait on sockets, too.
+        self._reader, self._writer = socket.socketpair()
         self._reader.setblocking(False)
         self._writer.setblocking(False)
         self._wakeup = signal.set_wakeup_fd(

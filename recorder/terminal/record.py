@@ -113,9 +113,8 @@ class Recorder:
 
     def run(self) -> Outcome:
         """Record until the operator finishes, a signal comes, or the terminal is gone."""
-        with (
-            Signals() as signals
-        ):  # first, so that no signal leaves the terminal as it is now
+        # Signals come first, so that none leaves the terminal as it is now.
+        with Signals() as signals:
             received: int | None = None
             try:
                 with self.display, self.keyboard or nullcontext():
@@ -189,9 +188,8 @@ class Recorder:
         withdrawn = self._actions.session.withdrawn
         self._handler.press(key)
         if self.hands_free and self._actions.session.withdrawn != withdrawn:
-            self._rejected = (
-                self.monitor.rest
-            )  # a sample just taken back is not captured again
+            # A sample just taken back is not captured again.
+            self._rejected = self.monitor.rest
 
     def _capture(self) -> None:
         """Capture because a key says so."""

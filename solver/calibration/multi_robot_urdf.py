@@ -41,9 +41,8 @@ class Placed:
 def joined_urdf(robots: Sequence[Placed], folder: Path | None = None) -> bytes:
     """Return one URDF with all robots, in which meshes are found from a folder."""
     first = robots[0].robot
-    tips = {
-        arm.robot.tip for arm in robots
-    }  # different chains, and not one model several times
+    # Different chains, and not one model several times.
+    tips = {arm.robot.tip for arm in robots}
     if all(arm.robot.source == first.source for arm in robots) and len(tips) == len(
         robots
     ):

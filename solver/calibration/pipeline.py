@@ -79,9 +79,8 @@ def calibrate(
     check_keywords("calibrate", options, signature(calibrate).parameters)
     settings = SolveOptions(**options).validated()
     problems = problems_of(robot, train, test, settings)
-    if not isinstance(
-        robot, Mapping
-    ):  # a known distance follows a placement that was split
+    # A known distance follows a placement that was split.
+    if not isinstance(robot, Mapping):
         settings = replace(settings, known=problems[""].options.known)
     bases: dict[str, list[str]] = {"train": [], "test": []}
     for role, measured in chain(*(problem.placements for problem in problems.values())):

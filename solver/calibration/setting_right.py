@@ -77,9 +77,8 @@ def mended(
         of_training = actions - {"follow"} if options.zeros else actions
         inspections = survey.placements[: len(training)]
         training, done = inspector.set_right(training, actions=of_training)
-        if (
-            not done
-        ):  # too few to tell by themselves: where a base moved, all tell together
+        # Too few to tell by themselves: where a base moved, all tell together.
+        if not done:
             training, done = by_findings(training, inspections, LEAST, of_training)
         held_out, done_held_out = inspector.set_right(
             held_out, training, LEAST_HELD_OUT, actions
@@ -252,9 +251,8 @@ def by_findings(
     for corrections_here in corrections:
         allowed = [c for c in corrections_here if c.action in actions]
         steps = [c for c in allowed if c.action != "follow"]
-        corrections_here[:] = (
-            steps or allowed
-        )  # a drift of what remains is looked for afterwards
+        # A drift of what remains is looked for afterwards.
+        corrections_here[:] = steps or allowed
     return corrected(placements, corrections, least)
 
 

@@ -136,9 +136,8 @@ class Observations(Places):
 
     def points_in(self, frame: str) -> int:
         """Return how many balls were measured in a frame."""
-        names = np.array(
-            (*self.frames, "")
-        )  # the last is no frame, which has the index -1
+        # The last is no frame; its index is -1.
+        names = np.array((*self.frames, ""))
         return int(np.sum(names[self.measured_in] == frame))
 
     def rows_of(self, placement: str) -> np.ndarray:

@@ -82,9 +82,8 @@ class ColumnHypothesis:
     @property
     def name(self) -> str:
         """Name of the explanation: an ``order`` is a swap of more than two."""
-        first, joints = next(
-            iter(self.mistakes.items())
-        )  # sign before swap before zero
+        # Sign before swap before zero.
+        first, joints = next(iter(self.mistakes.items()))
         return "order" if first == "swap" and len(joints) > 2 else first
 
     @property

@@ -263,9 +263,8 @@ def _by_mender(advice: str, given: Given) -> str:
 def _is_garbage(finding: Candidate) -> bool:
     """Tell whether a finding's placement, fitted alone, leaves a centimetre: held out, too."""
     scene = finding.scene
-    floors = zip(
-        scene.measurements, scene.floors, strict=False
-    )  # none beside a cause of all
+    # Beside a cause of all there is none.
+    floors = zip(scene.measurements, scene.floors, strict=False)
     name = finding.parameters.get("placement")
     return any(floor > GARBAGE for m, floor in floors if m.name == name)
 

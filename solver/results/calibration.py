@@ -258,9 +258,8 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
         text = scan(model.nominal_urdf.encode(), "nominal_urdf")
         text.source = model.source
         robot = parse_robot(text, base=model.base, tip=model.tip)
-        if (
-            document.rotation_numbers == "rpy"
-        ):  # older files have the tilts of the frames' axes
+        # Older files have the tilts of the frames' axes.
+        if document.rotation_numbers == "rpy":
             joints = tuple(replace(joint, tilt_axes=None) for joint in robot.joints)
             robot = replace(robot, joints=joints)
     except MukcaError as error:

@@ -265,9 +265,8 @@ def _log_volume(of_frames: list[Motion], of_q: list[Motion], p: Any) -> tuple[An
     shifted = ca.cross(g, turns)
     slopes: list[Any] = []
     for motion in (*of_frames, *of_q):
-        n = sum(
-            link.joint < motion.joint for link in chain
-        )  # how many of them are before it
+        # That many of them are before it.
+        n = sum(link.joint < motion.joint for link in chain)
         n = next((i for i, link in enumerate(chain, 1) if link is motion), n)
         of_turn = motion.turn.T @ ca.sum2(turned[:, n:])
         of_shift = motion.shift(p).T @ ca.sum2(shifted[:, :n])

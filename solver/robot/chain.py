@@ -207,9 +207,8 @@ def _joint(text: UrdfText, name: str) -> Joint:
             "it continuous, or fixed if it cannot move"
         )
     axis = (1.0, 0.0, 0.0)
-    if (
-        kind != "fixed"
-    ):  # a joint that does not move has no axis, whatever is written there
+    # A joint that does not move has no axis, whatever is written there.
+    if kind != "fixed":
         along = numbers(written.read("axis", "xyz", "1 0 0"), where, "axis", 3)
         length = float(np.linalg.norm(along))
         if not 1e-9 <= length < math.inf:

@@ -281,8 +281,7 @@ def _turn(R: Any, target: Any) -> tuple[Any, Any]:
     """Return the rotation vector from one rotation to another, and its length [rad]."""
     E = target @ R.T
     sines = ca.inv_skew(E)  # of its antisymmetric part
-    sine = ca.sqrt(
-        ca.dot(sines, sines) + 1e-32
-    )  # of a turn of pi the axis is lost, not the angle
+    # Of a turn of pi the axis is lost, not the angle.
+    sine = ca.sqrt(ca.dot(sines, sines) + 1e-32)
     angle = ca.atan2(sine, (ca.trace(E) - 1) / 2)
     return sines * (angle / sine), angle

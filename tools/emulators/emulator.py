@@ -24,9 +24,8 @@ class Journal:
 
     def __init__(self, path: Path | None) -> None:
         try:
-            self._stream = (
-                path.open("w", 1, encoding="utf-8") if path else None
-            )  # line by line
+            # It is written line by line.
+            self._stream = path.open("w", 1, encoding="utf-8") if path else None
         except OSError as error:
             raise MukcaError(f"{path}: cannot be written: {error.strerror}") from None
 
@@ -137,9 +136,8 @@ class Emulator(ABC):
 
     def dispatch(self, readable: Sequence[int]) -> None:
         """Call back for the file descriptors that can be read."""
-        for file in reversed(
-            readable
-        ):  # clients that leave come before clients that join
+        # Clients that leave come before clients that join.
+        for file in reversed(readable):
             if file in self.watched:
                 self.watched[file]()
 

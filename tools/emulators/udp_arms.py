@@ -85,9 +85,8 @@ class FrankaEmulator(DatagramEmulator):
             99 if self.faults.is_active("version", self.moment) else int(self.version)
         )
         self._reply(0, identifier, struct.pack("<BH", version != offered, offered))
-        for client in (
-            self._tcp.clients if version == offered else ()
-        ):  # it may have left
+        # The client may have left.
+        for client in self._tcp.clients if version == offered else ():
             self.arm.connect()
             host, *_ = client.getpeername()
             self._target = (host, port)
@@ -180,9 +179,8 @@ def encode_message(
     joints = len(state.position)
     zeros = (0.0,) * joints
     q = doubles(state.position)
-    torques = doubles(
-        [-torque for torque in state.effort or zeros]
-    )  # an iiwa's other sign
+    # An iiwa's other sign.
+    torques = doubles([-torque for torque in state.effort or zeros])
     monitor = nested(1, q) + nested(2, torques)
     if version.startswith("1."):
         monitor += nested(3, q)

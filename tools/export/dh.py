@@ -120,9 +120,8 @@ def _step(to_line: np.ndarray) -> Row:
 
 
 def _hayati(point: np.ndarray, line: np.ndarray) -> Row:
-    x, y, _ = (
-        point - point[2] / line[2] * line
-    )  # where the line pierces the plane z = 0
+    # The line pierces the plane z = 0 here.
+    x, y, _ = point - point[2] / line[2] * line
     sign = -1.0 if x < 0 else 1.0
     a = sign * math.hypot(x, y)
     theta = math.atan2(sign * y, sign * x)

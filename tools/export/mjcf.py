@@ -93,9 +93,8 @@ def _joints(request: Request) -> MjcfJoints:
         raise ExportError(
             "mujoco is not installed; install the extra: pip install 'mukca[simulation]'"
         ) from None
-    if (
-        request.like is None or not request.like.is_file()
-    ):  # MuJoCo would warn, and leave a log
+    # MuJoCo would warn, and leave a log.
+    if request.like is None or not request.like.is_file():
         raise ExportError(f"--like {request.like}: no such file")
     try:
         model = mujoco.MjModel.from_xml_path(str(request.like))
@@ -142,9 +141,8 @@ def _joints(request: Request) -> MjcfJoints:
 def _matched(model: Any, request: Request) -> list[int]:
     """Return the model's joints by the arm's names, or by order where it names none of them."""
     model_joints = request.calibration.robot.joint_names
-    single = [
-        j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)
-    ]  # slide, hinge
+    # Types 2 and 3 are slide and hinge.
+    single = [j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)]
     names = {j: model.joint(j).name for j in single}
     joints_given = request.options.get("joints")
     if joints_given is not None:

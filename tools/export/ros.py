@@ -90,9 +90,8 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
     fits = first is not None and complete and moving <= set(keys)
     if first is not None and fits and first.parent.endswith(vendor.root):
         return keys
-    if (
-        first is None or not fits or request.format == "xarm"
-    ):  # joint1 .. are many makers' names
+    # joint1 .. are many makers' names.
+    if first is None or not fits or request.format == "xarm":
         raise ExportError(
             f"--to {request.format}: {robot.name} does not have the joints of {vendor.makes}, "
             f"{', '.join(vendor.keys)} from a link {vendor.root}; --to xacro works for any arm"

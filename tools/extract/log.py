@@ -80,9 +80,8 @@ def in_parts(
     Within a part the states are put in order of time, each moment once.
     """
     times = np.asarray(stamps, dtype=float)
-    last = np.flatnonzero(
-        np.diff(times) < -SET_BACK
-    )  # states before the clock was set back
+    # These are the last states before the clock was set back.
+    last = np.flatnonzero(np.diff(times) < -SET_BACK)
     remarks = [
         f"{times[i] - times[0]:.1f} s after the first state the stamps went back by "
         f"{times[i] - times[i + 1]:.1f} s; what follows is a part of its own"

@@ -21,10 +21,11 @@ from .solid import (
 
 BRIDGE = 80.0  # longest: near its base an arm shows less of its joints
 FINGER, THICK = 30.0, 4.0  # length and thickness of a finger
+# Between plate and finger, and by how much its bump bends the finger outwards.
 GAP, GRIP = (
     0.3,
     0.4,
-)  # between plate and finger, and by how much its bump bends the finger outwards
+)
 SLICE, BAR = 3.0, 10.0  # thickness and depth of the fit test
 DEVIATION = 0.5
 """Standard deviation of the sockets' coordinates: of measuring the plate, and of printing."""

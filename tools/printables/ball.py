@@ -161,9 +161,8 @@ class BallPart:
 
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""
-        centre = (
-            self.throat / 2 - self.slope * self._start
-        )  # the cone's radius, carried on
+        # The cone's radius, carried on.
+        centre = self.throat / 2 - self.slope * self._start
         top = self.height - 0.5 * self._start
         neck = frustum(
             top - self.mount.top + 1,

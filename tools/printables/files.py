@@ -18,9 +18,8 @@ MARGIN, STEP = 28.0, 8.0  # around a view, and between two dimensions
 def encode(suffix: str, part: Part, author: str = "mukca") -> bytes:
     """Return a part's file in one of FORMATS; a 3MF file names its author."""
     match suffix:
-        case (
-            "stl"
-        ):  # binary; its unit, which the format does not state, is the millimetre
+        # Binary; its unit, which the format does not state, is the millimetre.
+        case "stl":
             return (
                 b"mukca, millimetres".ljust(80) + part.mesh.export(file_type="stl")[80:]
             )

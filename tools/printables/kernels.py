@@ -124,11 +124,12 @@ def _shape(solid: Solid) -> Shape:
             return _occ("BRepPrimAPI_MakeCylinder")(low, height).Shape()
         case "frustum", height, low, high:
             return _occ("BRepPrimAPI_MakeCone")(low, high, height).Shape()
+        # What runs anticlockwise, less what runs clockwise.
         case (
             "prism",
             height,
             *outlines,
-        ):  # what runs anticlockwise, less what runs clockwise
+        ):
             bodies = [_extruded(o, height) for o in outlines if signed_area(o) > 0]
             holes = [_extruded(o, height) for o in outlines if signed_area(o) < 0]
             return _boolean("Cut", [_boolean("Fuse", bodies), *holes])

@@ -148,9 +148,8 @@ def ball_part(name: str, ball: BallPart) -> Part:
     circles = [ball.mount.holes] if ball.mount.holes else []
     levels = [(ball.mount.origin, ball.height)]
     part = _checked(name, ball.solid(), facts, BALL, levels=levels, circles=circles)
-    middle = ball.in_frame(
-        float(part.mesh.center_mass[2])
-    )  # of its mass, full of plastic
+    # This is the centre of its mass, full of plastic.
+    middle = ball.in_frame(float(part.mesh.center_mass[2]))
     return replace(part, facts={**part.facts, "centre_of_mass": _metres(middle)})
 
 

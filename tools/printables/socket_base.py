@@ -83,9 +83,8 @@ class SocketBase:
     def _check_distance(self) -> None:
         asked = f"{self.sockets} sockets {self.distance / 1000:g} m apart"
         nearest = 2 * self.post + JAWS
-        if (
-            self.sockets == 3
-        ):  # screws stand beside the posts, the readings between two of them
+        # Screws stand beside the posts, the readings between two of them.
+        if self.sockets == 3:
             nearest = max(nearest + 3.0, 46.0)
         if not math.isfinite(self.distance) or self.distance < nearest:
             raise PrintableError(

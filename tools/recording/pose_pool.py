@@ -65,9 +65,8 @@ class PosePool:
         """Return new poses with the ball in a socket, shape (N, m); none before its first."""
         centre = self.centre(samples, socket)
         if centre is None:
-            self._poses.pop(
-                socket, None
-            )  # where samples lay that were taken back tells nothing
+            # Where samples lay that were taken back tells nothing.
+            self._poses.pop(socket, None)
             return np.zeros((0, len(self.model.robot.actuated)))
         if socket not in self._poses:
             poses = self.reach.poses(centre, CANDIDATES)

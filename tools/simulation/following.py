@@ -106,9 +106,8 @@ class FollowingHand:
         """Put the base elsewhere, within the arm's reach, for another placement."""
         (base,) = reachable_bases(self._truth, self._generator, 1, self._distance)
         self._sockets = np.array(base.sockets)
-        self._rows_led |= set(
-            range(len(self._session.positions))
-        )  # which lie at the old place
+        # These lie at the old place.
+        self._rows_led |= set(range(len(self._session.positions)))
         self._lead(None, 0)
 
     def follow(self, view: View) -> None:
@@ -139,9 +138,8 @@ class FollowingHand:
         else:
             self._rows_led.add(row)
             self._rest_at(self._session.positions[row], socket, row)
-        self._motion.begun.append(
-            self._arm.now()
-        )  # after the pose: another thread reads both
+        # After the pose: another thread reads both.
+        self._motion.begun.append(self._arm.now())
 
     def _rest_at(self, q: np.ndarray, socket: int, row: int | None = None) -> None:
         """Add a configuration, maybe of a row of the recording, with its torques."""

@@ -245,9 +245,8 @@ def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
     arm = arm_at(motion_address)
     q = np.array(arm.motion.configurations)
     if q.shape[1] != len(robot.joint_names):
-        return lambda: Mock(
-            motion_address, robot.joint_names
-        )  # which says what is wrong
+        # The mock says what is wrong.
+        return lambda: Mock(motion_address, robot.joint_names)
     led = with_faults(fitted_session(q, robot, arm.seed), faults)
     arm.motion = replace(arm.motion, configurations=led.tolist())
     return lambda: Mock(joint_names=robot.joint_names, arm=arm)

@@ -243,9 +243,8 @@ def _seated(
     """Return joint positions that put the ball into its seat, though the joints tilt."""
     model = BallModel(arm, [])
     m = true.shape[1]
-    for _ in range(
-        3
-    ):  # each step leaves some 1e-3 of the millimetre that tilts move the ball by
+    # Each step leaves some 1e-3 of the millimetre that tilts move the ball by.
+    for _ in range(3):
         tilts = deflection.true_positions(true, *held)[:, m:]
         turned = np.hstack([true, tilts])
         linear = model.linearise(np.empty(0), turned)
@@ -278,9 +277,8 @@ def reachable_bases(
         base = Base(f"placement_{len(bases)}", centre, direction, distance)
         distances = [np.linalg.norm(centre - other.centre) for other in bases]
         if all(distance > 0.2 * reach for distance in distances):
-            with suppress(
-                SimulationError
-            ):  # several ways lead there, as a person would see
+            # Several ways lead there, as a person would see.
+            with suppress(SimulationError):
                 seats = np.repeat(base.sockets, 5, axis=0)
                 guide.reach(seats, generator, rounds=2)
                 bases.append(base)

@@ -44,10 +44,11 @@ def expectation_propagation(
     for _ in range(SWEEPS):
         now = np.linalg.inv(P + np.diag(tau))
         centre, variance = now @ (h + nu), np.diag(now)
+        # The others are without its own factor.
         precision, pull = (
             1 / variance - tau,
             centre / variance - nu,
-        )  # without its own factor
+        )
         z = pull / np.sqrt(precision)
         hazard, excess, log_half = np.array([_half(value) for value in z.tolist()]).T
         target = precision / (1 - hazard * excess)  # 1 / variance with the bound

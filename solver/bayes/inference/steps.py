@@ -84,9 +84,8 @@ def _nominal_noise(
     errors: np.ndarray, by_joints: np.ndarray, *, joint_noise: bool
 ) -> Noise:
     """Return noise as large as the nominal robot's errors, shape (N, 3) [m]."""
-    typical = (
-        float(np.median(np.linalg.norm(errors, axis=1))) / 1.54
-    )  # the median of chi_3
+    # The median of chi_3.
+    typical = float(np.median(np.linalg.norm(errors, axis=1))) / 1.54
     joint = typical / joint_reach(by_joints) if joint_noise else 0.0
     return Noise(max(typical, SMALLEST), joint)
 

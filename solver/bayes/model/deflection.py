@@ -28,9 +28,8 @@ def deflected(
     """Return the true joint positions, followed by the tilts where there are any."""
     m = q.shape[1]
     onto = np.eye(3 * m if (turned >= m).any() else m)[turned]
-    true = ((turns * coefficients) @ onto).astype(
-        np.result_type(turns, q)
-    )  # q may be symbols
+    # q may be symbols.
+    true = ((turns * coefficients) @ onto).astype(np.result_type(turns, q))
     true[:, :m] += q
     return true
 

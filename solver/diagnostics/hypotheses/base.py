@@ -122,9 +122,8 @@ def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parame
             scene.seats[in_seat],
             scene.numbers[in_seat] >= parameters["sample"],
         )
-        if (
-            not after.all()
-        ):  # in a socket that was entered after the move, none tells how far
+        # In a socket that was entered after the move, none tells how far.
+        if not after.all():
             size = float(
                 np.linalg.norm(balls[after].mean(axis=0) - balls[~after].mean(axis=0))
             )

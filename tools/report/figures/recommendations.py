@@ -222,9 +222,8 @@ def _folder_beside(document: CalibrationDocument) -> Path:
     """Return a folder for another placement, beside the recordings and of another name."""
     folders = [Path(row.folder) for row in document.data if row.files]
     first = folders[0] if folders else Path("recordings", "first")
-    parent = (
-        first.parent if first.name else Path("..")
-    )  # of "." the parent is "." itself
+    # The parent of "." is "." itself.
+    parent = first.parent if first.name else Path("..")
     names = {folder.resolve().name for folder in folders}
     tries = ("another", *(f"another-{number}" for number in range(2, len(names) + 3)))
     return parent / next(name for name in tries if name not in names)

@@ -44,9 +44,8 @@ def parameters(report: ReportDocument) -> Plot:
     bars_by_axis: dict[tuple[str, str, float], list[_Bar]] = {}
     for row, change in changes:
         display = display_of(row.name, row.unit)
-        deviation = display.factor * (
-            row.standard_deviation or 0.0
-        )  # 0 where it is not known
+        # 0 where it is not known.
+        deviation = display.factor * (row.standard_deviation or 0.0)
         bar = _Bar(row.name, display, display.factor * change, deviation)
         axis = display.heading, display.unit, display.per_mm
         bars_by_axis.setdefault(axis, []).append(bar)
@@ -128,9 +127,8 @@ def _positions(
 ) -> Panel:
     """Return a tick for each position, and the joints' limits."""
     rows = [covered.joints[i] for i in joint_rows]
-    limits = np.array(
-        [(row.lower, row.upper) for row in rows], dtype=float
-    )  # NaN: no limit
+    # NaN: no limit.
+    limits = np.array([(row.lower, row.upper) for row in rows], dtype=float)
     ends = np.array([(s.low, s.high) for s in covered.sockets])[:, :, joint_rows]
     every_end = np.concatenate([limits.ravel(), ends.ravel()])
     low = float(np.nanmin(every_end))

@@ -37,9 +37,8 @@ BACKLASH = Effect(
     unit="rad",
     axes={"play": OWN},
     derivatives=_derivatives,
-    typical_shift=math.radians(
-        0.3
-    ),  # of a servo, until the noise of its joints shows it
+    # That is the play of a servo, until the noise of its joints shows it.
+    typical_shift=math.radians(0.3),
     learned=False,
     joint_noise=_joint_noise,
     random=_random,

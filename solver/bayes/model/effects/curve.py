@@ -32,9 +32,8 @@ def curve_values(q: "np.ndarray", coefficients: "np.ndarray") -> "np.ndarray":
 
     m = q.shape[1]
     table = coefficients.reshape(KNOTS, m)
-    if (
-        q.dtype == object
-    ):  # symbols choose no entries of a table, so all splines are summed
+    # Symbols choose no entries of a table, so all splines are summed.
+    if q.dtype == object:
         import casadi as ca
 
         places = ca.repmat(ca.vertcat(*q.ravel()) / SPACING, 1, KNOTS)
