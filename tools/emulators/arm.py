@@ -39,6 +39,7 @@ def emulated_arm(
 def _recorded(
     folder: Path, joints: int
 ) -> tuple[list[list[float]], list[list[float]] | None]:
+    """Return the poses of a recording, and its efforts where it has them."""
     placement = read_placement(folder)
     poses: list[list[float]] = placement.positions.tolist()
     if len(poses[0]) != joints:
@@ -49,6 +50,7 @@ def _recorded(
 
 
 def _invented(joints: int) -> tuple[list[list[float]], list[list[float]]]:
+    """Return random poses near one that reaches forwards, and their efforts."""
     source = random.Random(joints)  # noqa: S311 - poses, no secret
     middle = [ELBOW if joint % 2 else 0.0 for joint in range(joints)]
     poses = list[list[float]]()

@@ -27,9 +27,8 @@ TABLES = read_json(Path(__file__).with_name("servos.json"))
 
 def versions(table: dict[str, Any]) -> dict[str, Version]:
     """Return the versions of a table's arms, by name."""
-    return {
-        name: Version(len(arm["joints"]), 1000.0) for name, arm in table["arms"].items()
-    }
+    arms: dict[str, Any] = table["arms"]
+    return {name: Version(len(arm["joints"]), 1000.0) for name, arm in arms.items()}
 
 
 class ServoEmulator(Emulator):
@@ -118,8 +117,8 @@ class ServoEmulator(Emulator):
         if not first <= address < first + count:
             return {}
         position = self.next_state(self.moment).position
-        pairs = zip(self._joints, position, strict=True)
-        return {servo: round(STEPS / 2 + q * STEPS / TURN) for servo, q in pairs}
+        steps = [round(STEPS / 2 + q * STEPS / TURN) for q in position]
+        return dict(zip(self._joints, steps, strict=True))
 
     def _memory(self, servo: int, steps: dict[int, int]) -> bytes:
         """Return a servo's registers."""
@@ -148,7 +147,8 @@ class DynamixelEmulator(ServoEmulator):
         return int.from_bytes(received[5:7], "little") + 7
 
     def _request(self, packet: bytes) -> Request | None:
-        if crc16(packet[:-2]) != int.from_bytes(packet[-2:], "little"):
+        checksum = int.from_bytes(packet[-2:], "little")
+        if crc16(packet[:-2]) != checksum:
             return None
         parameters = packet[8:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
         first, count = struct.unpack("<HH", parameters[:4].ljust(4, b"\0"))
@@ -165,9 +165,8 @@ class DynamixelEmulator(ServoEmulator):
         content = bytes([0x55, self.errors.get(servo, 0)]) + data
         content = content.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
         length = len(content) + 2
-        packet = (
-            bytes([*self.TABLE["head"], servo, *length.to_bytes(2, "little")]) + content
-        )
+        head = bytes([*self.TABLE["head"], servo])
+        packet = head + length.to_bytes(2, "little") + content
         return packet + crc16(packet).to_bytes(2, "little")
 
 

@@ -67,10 +67,8 @@ class UrEmulator(Emulator):
     def _answer(self, kind: int, payload: bytes) -> None:
         match chr(kind):
             case "V":
-                known = payload == b"\0\2" and not self.faults.is_active(
-                    "version", self.moment
-                )
-                answer = bytes([known])
+                other_version = self.faults.is_active("version", self.moment)
+                answer = bytes([payload == b"\0\2" and not other_version])
             case "v":
                 major, minor = map(int, self.version.split("."))
                 answer = struct.pack(">4I", major, minor, 0, 0)
@@ -86,10 +84,10 @@ class UrEmulator(Emulator):
 
     def _set_up(self, payload: bytes) -> bytes:
         """Take note of the outputs that are asked for; return their types."""
-        if (
-            len(payload) < 8
-            or not (frequency := struct.unpack_from(">d", payload)[0]) >= 1e-3
-        ):
+        frequency = 0.0
+        if len(payload) >= 8:
+            (frequency,) = struct.unpack_from(">d", payload)
+        if not frequency >= 1e-3:  # nor NaN
             raise ValueError("outputs at no rate")
         self._every = max(1, round(self.arm.rate / frequency))
         names = payload[8:].decode().rstrip(",").split(",")

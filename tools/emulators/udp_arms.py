@@ -7,6 +7,7 @@ FCI is field by field as libfranka's header, proven against libfranka 0.9.2 (ver
 import struct
 from abc import abstractmethod
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -41,10 +42,10 @@ class DatagramEmulator(Emulator):
         datagram = self._datagram(state, moment)
         self.emit(self._udp.send, datagram, moment, self._target)
         if self.faults.is_active("stranger", moment):
-            shifted = JointState(
-                0, tuple(q + 0.1 for q in state.position), state.effort
-            )
-            self._stranger.send(self._datagram(shifted, moment), self._target)
+            position = tuple(q + 0.1 for q in state.position)
+            shifted = replace(state, position=position)
+            datagram = self._datagram(shifted, moment)
+            self._stranger.send(datagram, self._target)
 
     @cached_property
     def _stranger(self) -> UdpPort:
@@ -81,12 +82,14 @@ class FrankaEmulator(DatagramEmulator):
             self._reply(command, identifier, b"\0" + FRANKA["model"].encode())
 
     def _connect(self, identifier: int, version: int, port: int) -> None:
-        offered = (
-            99 if self.faults.is_active("version", self.moment) else int(self.version)
-        )
-        self._reply(0, identifier, struct.pack("<BH", version != offered, offered))
-        # The client may have left.
-        for client in self._tcp.clients if version == offered else ():
+        offered = int(self.version)
+        if self.faults.is_active("version", self.moment):
+            offered = 99
+        refused = version != offered
+        self._reply(0, identifier, struct.pack("<BH", refused, offered))
+        if refused:
+            return
+        for client in self._tcp.clients:  # none, where it has left
             self.arm.connect()
             host, *_ = client.getpeername()
             self._target = (host, port)
