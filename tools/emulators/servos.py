@@ -28,7 +28,8 @@ TABLES = read_json(Path(__file__).with_name("servos.json"))
 def versions(table: dict[str, Any]) -> dict[str, Version]:
     """Return the versions of a table's arms, by name."""
     arms: dict[str, Any] = table["arms"]
-    return {name: Version(len(arm["joints"]), 1000.0) for name, arm in arms.items()}
+    joints = {name: len(arm["joints"]) for name, arm in arms.items()}
+    return {name: Version(count, 1000.0) for name, count in joints.items()}
 
 
 class ServoEmulator(Emulator):
@@ -122,7 +123,8 @@ class ServoEmulator(Emulator):
 
     def _memory(self, servo: int, steps: dict[int, int]) -> bytes:
         """Return a servo's registers."""
-        turned = self.turned.get(servo, steps.get(servo, STEPS // 2))
+        of_joint = steps.get(servo, STEPS // 2)
+        turned = self.turned.get(servo, of_joint)
         values = {
             "firmware": self.TABLE["firmware"],
             "model": self.model,
@@ -151,7 +153,8 @@ class DynamixelEmulator(ServoEmulator):
         if crc16(packet[:-2]) != checksum:
             return None
         parameters = packet[8:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
-        first, count = struct.unpack("<HH", parameters[:4].ljust(4, b"\0"))
+        registers = parameters[:4].ljust(4, b"\0")
+        first, count = struct.unpack("<HH", registers)
         return packet[4], packet[7], first, count, parameters[4:]
 
     def _pong(self) -> bytes:
@@ -162,7 +165,8 @@ class DynamixelEmulator(ServoEmulator):
         return steps % (1 << 32)  # two's complement
 
     def _status(self, servo: int, data: bytes) -> bytes:
-        content = bytes([0x55, self.errors.get(servo, 0)]) + data
+        error = self.errors.get(servo, 0)
+        content = bytes([0x55, error]) + data
         content = content.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
         length = len(content) + 2
         head = bytes([*self.TABLE["head"], servo])
@@ -182,12 +186,14 @@ class FeetechEmulator(ServoEmulator):
     def _request(self, packet: bytes) -> Request | None:
         if sum(packet[2:]) & 0xFF != 0xFF:
             return None
-        first, count = packet[5:-1][:2].ljust(2, b"\0")
+        parameters = packet[5:-1]
+        first, count = parameters[:2].ljust(2, b"\0")
         return packet[2], packet[4], first, count, packet[7:-1]
 
     def _position(self, steps: int) -> int:
         return abs(steps) | (0x8000 if steps < 0 else 0)
 
     def _status(self, servo: int, data: bytes) -> bytes:
-        body = [servo, len(data) + 2, self.errors.get(servo, 0), *data]
+        error = self.errors.get(servo, 0)
+        body = [servo, len(data) + 2, error, *data]
         return bytes([0xFF, 0xFF, *body, 0xFF - sum(body) % 256])

@@ -90,7 +90,8 @@ class UrEmulator(Emulator):
         if not frequency >= 1e-3:  # nor NaN
             raise ValueError("outputs at no rate")
         self._every = max(1, round(self.arm.rate / frequency))
-        names = payload[8:].decode().rstrip(",").split(",")
+        text = payload[8:].decode().rstrip(",")
+        names = text.split(",")
         types = [OUTPUTS.get(name, ("NOT_FOUND",))[0] for name in names]
         self._names = [] if "NOT_FOUND" in types else names
         number = bytes([bool(self._names)])

@@ -191,10 +191,11 @@ def encode_message(
     monitor += nested(5, doubles(zeros))
     seconds, remainder = divmod(nanoseconds, 1_000_000_000)
     monitor += nested(15, numbers({1: START_OF_CLOCK + seconds, 2: remainder}))
-    robot = (
-        numbers({1: joints, 2: 0}) + joints * numbers({5: 2}) + numbers({6: 0, 7: 0})
-    )
-    interpolator = numbers({10: 0, 11: 0}) + b"\x61" + struct.pack("<d", 1.0)
+    robot = numbers({1: joints, 2: 0})
+    robot += joints * numbers({5: 2})
+    robot += numbers({6: 0, 7: 0})
+    override = b"\x61" + struct.pack("<d", 1.0)
+    interpolator = numbers({10: 0, 11: 0}) + override
     body = nested(1, numbers(dict(enumerate(header, 1))))
     body += nested(2, robot)
     body += nested(3, monitor)

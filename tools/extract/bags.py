@@ -39,7 +39,9 @@ def read_bag(question: Question) -> Log:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise ExtractError("bags need rosbags: pip install 'mukca[bags]'") from None
-    files = question.path.glob("*") if question.path.is_dir() else [question.path]
+    files = [question.path]
+    if question.path.is_dir():
+        files = [*question.path.glob("*")]
     for file in files:
         if not file.is_dir():
             require_file(file, largest=None)
@@ -71,7 +73,8 @@ def _states(reader: Any, question: Question) -> Log:
         message = reader.deserialize(raw, connection.msgtype)
         messages.setdefault(connection.topic, []).append((message, time))
     topics = {topic: _of_topic(some, question) for topic, some in messages.items()}
-    best = max(topics, key=lambda topic: len(topics[topic][0]), default="")
+    counts = {topic: len(states) for topic, (states, _) in topics.items()}
+    best = max(counts, key=counts.__getitem__, default="")
     states, notes = topics.pop(best, ([], []))
     if not states:
         names = _names_in(chain.from_iterable(messages.values()))
@@ -241,7 +244,8 @@ def _table(question: Question) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
                 f"{file}: not a whole table of states: {words}"
             ) from None
         parts.append((states, *times))
-    states, stamps, episodes = map(np.concatenate, zip(*parts, strict=True))
+    columns = zip(*parts, strict=True)
+    states, stamps, episodes = map(np.concatenate, columns)
     return states, stamps, episodes
 
 

@@ -79,12 +79,12 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
             f"{_seen_instead(cv, files)}is it another (--board, --dictionary), or out of "
             "focus?"
         )
-    remarks = [
-        f"{file.name}: no board found" for i, file in enumerate(files) if i not in found
-    ]
+    blank = [file for i, file in enumerate(files) if i not in found]
+    remarks = [f"{file.name}: no board found" for file in blank]
     if camera:
         fx, fy, cx, cy, *coefficients = camera
-        matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1.0]])
+        matrix = np.diag([fx, fy, 1.0])
+        matrix[:2, 2] = cx, cy
         distortion = np.array(coefficients or [0.0] * 4)
     else:
         matrix, distortion, remark = _camera_of(cv, list(found.values()), size)
@@ -93,11 +93,13 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
     for i, (corners, pixels) in found.items():
         _, vector, place = cv.solvePnP(corners, pixels, matrix, distortion)
         R = turn(vector.ravel())
-        quaternion = quaternion_of(R[None])[0].tolist()
-        point = tuple(place.ravel().tolist())
-        where = str(files[i])
+        (quaternion,) = quaternion_of(R[None]).tolist()
         view = Sample(
-            rows[i], 0, where=where, point=point, orientation=tuple(quaternion)
+            rows[i],
+            socket=0,
+            where=str(files[i]),
+            point=tuple(place.ravel().tolist()),
+            orientation=tuple(quaternion),
         )
         samples.append(view)
     return Placement(
@@ -219,7 +221,9 @@ def _brightness(picture: Any, corners: Any) -> int:
 
 def _seen_instead(cv: Any, files: Sequence[Path]) -> str:
     """Return in words which dictionary's markers the first image shows most of; empty for none."""
-    picture = cv.imread(str(files[0]), cv.IMREAD_GRAYSCALE) if files else None
+    picture = None
+    if files:
+        picture = cv.imread(str(files[0]), cv.IMREAD_GRAYSCALE)
     if picture is None:
         return ""
     counts: dict[str, int] = {}

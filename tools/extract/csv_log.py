@@ -56,7 +56,8 @@ def read_csv_log(question: Question) -> Log:
     table = table.at(rows)
     positions = _in_radians(np.array(table.numbers(columns)), columns, question)
     log = in_parts(_stamps(table, times[0]), positions, None, notes)
-    steps = np.diff(log.stamps)[np.diff(log.parts) == 0]
+    within = np.diff(log.parts) == 0
+    steps = np.diff(log.stamps)[within]
     step = float(np.median(steps)) if len(steps) else np.inf
     if not 1e-5 < step < SLOWEST:
         raise ExtractError(

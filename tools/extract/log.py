@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...drivers import JointState
 from ...errors import MukcaError
 from ...recorder import TURN, ColumnError, match_joints
 from ...solver.calibration import joints_named
@@ -61,8 +62,19 @@ class Log:
     @property
     def least_window(self) -> float:
         """A window must be as long as this to hold enough states [s]."""
-        steps = np.diff(self.stamps)[np.diff(self.parts) == 0]
-        return (STATES + 0.5) * float(np.median(steps)) if len(steps) else 0.0
+        within = np.diff(self.parts) == 0
+        steps = np.diff(self.stamps)[within]
+        if not len(steps):
+            return 0.0
+        return (STATES + 0.5) * float(np.median(steps))
+
+    def state(self, row: int) -> JointState:
+        """Return one of the states."""
+        position = tuple(self.positions[row].tolist())
+        effort = None
+        if self.efforts is not None:
+            effort = tuple(self.efforts[row].tolist())
+        return JointState(float(self.stamps[row]), position, effort)
 
 
 SET_BACK = 0.5
@@ -89,10 +101,13 @@ def in_parts(
     ]
     parts = np.searchsorted(last, np.arange(len(times)))
     order = np.lexsort((times, parts))
-    steps = np.diff([parts[order], times[order]], axis=1, prepend=-np.inf)
+    moments = np.array([parts[order], times[order]])
+    steps = np.diff(moments, axis=1, prepend=-np.inf)
     rows = order[steps.any(axis=0)]
     q = np.array(positions)[rows]
-    torques = None if efforts is None else np.array(efforts, dtype=float)[rows]
+    torques = None
+    if efforts is not None:
+        torques = np.array(efforts, dtype=float)[rows]
     return Log(times[rows], q, torques, parts[rows], (*notes, *remarks))
 
 

@@ -59,8 +59,9 @@ class Session:
         """Standard deviations an axis of the distances [m] and angles [rad] that are left."""
         if self.fit is None:
             return np.ones(2)
-        medians = np.median([self.fit.distances, self.fit.angles], axis=1)
-        return np.maximum(medians / MEDIAN, [LEAST_PLACE, LEAST_ANGLE])
+        errors = [self.fit.distances, self.fit.angles]
+        deviations = np.median(errors, axis=1) / MEDIAN
+        return np.maximum(deviations, [LEAST_PLACE, LEAST_ANGLE])
 
     def evidence(self, scales: np.ndarray) -> float:
         """Return ln L, by the scales of the best posture."""
@@ -74,8 +75,9 @@ class Session:
 
     def mostly(self, session: "Session") -> bool:
         """Return whether most views stand in another session as they do in this one."""
-        differences: np.ndarray = np.abs(self.positions - session.positions).max(axis=1)
-        return float(np.mean(differences < SAME)) > 0.5
+        differences = np.abs(self.positions - session.positions)
+        alike: np.ndarray = differences.max(axis=1) < SAME
+        return float(np.mean(alike)) > 0.5
 
     def __str__(self) -> str:
         """What the views leave, in words."""
@@ -97,7 +99,9 @@ class FlangePoses:
     @property
     def where(self) -> str:
         """The file, for messages."""
-        return str(self.views.files[0]) if self.views.files else self.views.name
+        if not self.views.files:
+            return self.views.name
+        return str(self.views.files[0])
 
     @property
     def turning(self) -> list[bool]:
@@ -113,7 +117,8 @@ class FlangePoses:
         """Return the joint positions that bring the flange to each pose, up to whole turns."""
         robot = self.calibration.robot
         starts = workspace(robot, len(poses) * STARTS)
-        goal, targets = self.calibration.goal(np.repeat(poses, STARTS, axis=0))
+        of_starts = np.repeat(poses, STARTS, axis=0)
+        goal, targets = self.calibration.goal(of_starts)
         nominal = self.calibration.nominal.calibrated
         search = nominal.search(goal, targets, starts, None, np.eye(4))
         reached = search.left.max(axis=1) < REACHED

@@ -37,7 +37,8 @@ def _reader(path: Path) -> Callable[[Question], Log]:
         return read_lerobot_log
     if path.suffix in (".csv", ".tsv", ".txt"):
         return read_csv_log
-    if path.suffix == ".stream" or (path.is_dir() and any(path.glob("*.stream"))):
+    streams = path.glob("*.stream") if path.is_dir() else ()
+    if path.suffix == ".stream" or any(streams):
         return read_kept_stream
     if path.suffix in (".bag", ".db3", ".mcap") or (path / "metadata.yaml").exists():
         return read_bag
@@ -53,8 +54,8 @@ def read_kept_stream(question: Question) -> Log:
     files = [path]
     if path.is_dir():
         files = sorted(path.glob("*.stream"), key=lambda f: (len(f.name), f.name))
-    m = len(question.joints)
-    rows = [(np.empty(0), np.empty((0, m)), np.empty((0, m)), np.empty(0, dtype=int))]
+    nothing = np.empty((0, len(question.joints)))
+    rows = [(np.empty(0), nothing, nothing, np.empty(0, dtype=int))]
     notes = list[str]()
     last = 0
     measured = True
@@ -70,8 +71,8 @@ def read_kept_stream(question: Question) -> Log:
             efforts = np.zeros_like(stream.positions)
         parts = stream.connections - stream.connections.min() + last
         last = int(parts.max()) + 1
-        rows.append(
-            (stream.stamps, stream.positions[:, columns], efforts[:, columns], parts)
-        )
-    stamps, positions, torques, numbers = map(np.concatenate, zip(*rows, strict=True))
+        q, torques = stream.positions[:, columns], efforts[:, columns]
+        rows.append((stream.stamps, q, torques, parts))
+    fields = zip(*rows, strict=True)
+    stamps, positions, torques, numbers = map(np.concatenate, fields)
     return Log(stamps, positions, torques if measured else None, numbers, tuple(notes))

@@ -5,13 +5,12 @@ The nominal model suggests socket and placement to some millimetres.
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
-from ...drivers import JointState
 from ...recorder import Placement, Sample, sample_files
 from ...recorder.session import STOOD_STILL, Session
 from ...recorder.stream import JUMP, JointLimits, StationaryPose, StreamMonitor
@@ -81,12 +80,12 @@ def find_rests(
     rests: list[Rest] = []
     stretches = [] if unsound is None else unsound
     for i in _slow_enough(log, joints):
-        stamp = float(log.stamps[i])
-        effort = None if log.efforts is None else tuple(log.efforts[i].tolist())
-        state = JointState(stamp, tuple(log.positions[i].tolist()), effort)
+        state = log.state(i)
+        stamp = state.stamp
         looked = watch.feed(state, stamp, int(log.parts[i]))
         if why := watch.unsound(stamp):
-            _note(why.partition(";")[0], stamp, stretches)
+            cause, *_ = why.split(";")
+            _note(cause, stamp, stretches)
         pose = watch.rest
         if (
             not looked
@@ -104,7 +103,9 @@ def find_rests(
 
 def _note(why: str, stamp: float, stretches: list[Stretch]) -> None:
     """Lengthen the last stretch that is unsound for the same reason, or begin another."""
-    last = stretches[-1] if stretches else Stretch(0.0, -math.inf, "")
+    last = Stretch(0.0, -math.inf, "")
+    if stretches:
+        last = stretches[-1]
     if last.why == why and 0 <= stamp - last.end < LASTS:
         last.end = stamp
     else:
@@ -237,37 +238,41 @@ def assign(rests: Sequence[Rest], words: Sequence[str]) -> list[Rest]:
             raise UsageError(
                 f"--assign {word}: write PLACEMENT:SOCKET=RESTS, as in front:0=1-30"
             )
-        for part in match[3].split(","):
-            first, _, last = part.partition("-")
-            if last and int(last) < int(first):
-                raise UsageError(
-                    f"--assign {word}: {part} runs backwards; write {last}-{first}"
-                )
-            for i in range(int(first) - 1, int(last or first)):
-                if not 0 <= i < len(assigned):
-                    raise UsageError(
-                        f"--assign {word}: the rests are 1 to {len(assigned)}"
-                    )
-                if assigned[i].placement is not None:
-                    raise UsageError(f"--assign {word}: rest {i + 1} is assigned twice")
-                assigned[i] = replace(
-                    rests[i], placement=match[1], socket=int(match[2]), why=""
-                )
+        name, socket, ranges = match.groups()
+        for i in _indices(word, ranges, len(rests)):
+            if assigned[i].placement is not None:
+                raise UsageError(f"--assign {word}: rest {i + 1} is assigned twice")
+            assigned[i] = replace(rests[i], placement=name, socket=int(socket), why="")
     return assigned
+
+
+def _indices(word: str, ranges: str, count: int) -> Iterator[int]:
+    """Yield the indices of rests that ranges such as ``1-30,32`` name in a word."""
+    for part in ranges.split(","):
+        first, _, last = part.partition("-")
+        if last and int(last) < int(first):
+            raise UsageError(
+                f"--assign {word}: {part} runs backwards; write {last}-{first}"
+            )
+        for number in range(int(first), int(last or first) + 1):
+            if not 1 <= number <= count:
+                raise UsageError(f"--assign {word}: the rests are 1 to {count}")
+            yield number - 1
 
 
 def placements_of(
     rests: Sequence[Rest], joint_names: Sequence[str], distance: float
 ) -> dict[str, dict[str, bytes]]:
     """Return the files of each placement, by its name."""
-    samples: dict[str, tuple[Sample, ...]] = {}
+    samples: dict[str, list[Sample]] = {}
     for pause in rests:
         if pause.placement is not None:
-            sample = Session((), socket=pause.socket).sample_at(pause.pose)
-            samples[pause.placement] = (*samples.get(pause.placement, ()), sample)
+            session = Session((), socket=pause.socket)
+            sample = session.sample_at(pause.pose)
+            samples.setdefault(pause.placement, []).append(sample)
     joints = tuple(joint_names)
-    placements = [
-        Placement(name, some, joints, distance=distance)
-        for name, some in samples.items()
-    ]
-    return {placement.name: sample_files(placement) for placement in placements}
+    files: dict[str, dict[str, bytes]] = {}
+    for name, in_placement in samples.items():
+        placement = Placement(name, tuple(in_placement), joints, distance=distance)
+        files[name] = sample_files(placement)
+    return files

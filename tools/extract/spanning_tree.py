@@ -18,7 +18,8 @@ def spanning_tree(
     remaining = groups != groups[root]
     edges: list[tuple[int, int]] = []
     while remaining.any():
-        node = int(np.argmin(np.where(remaining, nearest, np.inf)))
+        of_remaining = np.where(remaining, nearest, np.inf)
+        node = int(np.argmin(of_remaining))
         edges.append((node, int(neighbour[node])))
         remaining &= groups != groups[node]
         nearer = distances[node] < nearest

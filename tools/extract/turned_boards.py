@@ -44,7 +44,8 @@ def turned_alike(calibration: Calibration, views: Placement, board: Board) -> Pl
     if not numbers.any():
         return views
     Z_of_view = Z[numbers]
-    centre = np.array([board.columns, board.rows, 0.0]) * board.square / 2
+    squares = np.array([board.columns, board.rows, 0.0])
+    centre = board.square * squares / 2
     shifts = centre - Z_of_view @ centre
     places = np.array([sample.point for sample in views.samples])
     places += np.einsum("nij,nj->ni", B, shifts)
@@ -66,7 +67,8 @@ def _alike(board: Board) -> list[int]:
     """Return the quarters of a turn after which a plain chessboard may look alike."""
     if board.columns == board.rows:
         return [0, 1, 2, 3]
-    return [0] if (board.columns + board.rows) % 2 else [0, 2]
+    odd = (board.columns + board.rows) % 2
+    return [0] if odd else [0, 2]
 
 
 def _flanges(calibration: Calibration, views: Placement) -> np.ndarray:
