@@ -2,6 +2,7 @@ from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .assessment import rows_since as rows_since
 from .conclusion import figures_in_words as figures_in_words
+from .conclusion import is_better as is_better
 from .data_sufficiency import LEAST_HELD_OUT as LEAST_HELD_OUT
 from .data_sufficiency import LEAST_SAMPLES as LEAST_SAMPLES
 from .data_sufficiency import Recordings as Recordings

@@ -56,16 +56,16 @@ def conclude(
     ]
     doubts = [row for row in rows if row.status == "not enough" and row.name in DOUBTS]
     held_back = _held_back(rows)
-    is_better = _is_better(better, held_out)
+    certain = is_better(better, held_out)
     status: Outcome = "incomplete"
     kind: Kind | None = "no_better"
     if contradiction:
         status, kind = "fail", None
     elif doubts:
         kind = "not_enough"
-    elif is_better:
+    elif certain:
         status, kind = ("fail", "better") if held_back else ("pass", None)
-    elif is_better is None or any(row.name in FEW for row in held_back):
+    elif certain is None or any(row.name in FEW for row in held_back):
         kind = "not_enough"
     scope: Scope | None = None
     if status == "pass":
@@ -75,7 +75,7 @@ def conclude(
     untold = contradiction or [row for row in doubts if row.name in UNTOLD]
     stated = None if untold else better
     unshown = [row for row in rows if row.doubt]
-    lines = _answer(stated, first, unshown, scope, use=use, certain=bool(is_better))
+    lines = _answer(stated, first, unshown, scope, use=use, certain=bool(certain))
     if better and untold:
         lines = [CONTRADICTED, *lines]
     verdict = verdict_of(rows, causes, status, kind, scope)
@@ -89,7 +89,7 @@ def conclude(
     )
 
 
-def _is_better(better: Better | None, held_out: Summary | None) -> bool | None:
+def is_better(better: Better | None, held_out: Summary | None) -> bool | None:
     """Tell whether a model is better than the nominal one; None where nothing says so."""
     if better is not None:
         return better.probability >= SURE

@@ -106,12 +106,22 @@ def worst(statuses: Iterable[int]) -> int:
     return next((status for status in (1, 3) if status in present), 0)
 
 
-def judge(rows: Sequence[LimitResult], causes: Sequence[Hypothesis] = ()) -> Verdict:
-    """Return the verdict on recordings, or on later samples, that follows from rows alone."""
+def judge(
+    rows: Sequence[LimitResult],
+    causes: Sequence[Hypothesis] = (),
+    *,
+    better: bool = False,
+) -> Verdict:
+    """Return the verdict on recordings, or on later samples, that follows from rows alone.
+
+    A model that is ``better`` than the nominal one, and misses nothing but limits, is told so.
+    """
+    failed = [row.name for row in rows if row.status == "fail"]
     statuses = {row.status for row in rows}
     open_ = any(row.status == "not evaluated" and row.name in NEEDED for row in rows)
-    if "fail" in statuses:
-        return verdict_of(rows, causes, "fail")
+    if failed:
+        kind = "better" if better and set(failed) <= set(LIMITS) else None
+        return verdict_of(rows, causes, "fail", kind)
     if "not enough" in statuses:
         return verdict_of(rows, causes, "incomplete", "not_enough")
     if open_:

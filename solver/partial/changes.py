@@ -1,4 +1,4 @@
-"""Changes since a calibration, and the reason of a verdict that follows."""
+"""Changes since a calibration, by the evidence of samples in sockets."""
 
 import math
 from collections.abc import Sequence
@@ -7,11 +7,10 @@ from itertools import compress
 
 import numpy as np
 
-from ..assessment import LimitResult, Limits, mm
+from ..assessment import mm
 from ..bayes.model import probabilities_by_name
 from ..calibration import Calibration
 from ..data import Measurement, Metrics, evaluate, mean_metrics
-from ..results import Summary
 from .evidence import (
     DIVERGED,
     EVERYTHING,
@@ -29,20 +28,12 @@ from .zeros import UNIDENTIFIABLE, fit_with_zeros, zero_deviations
 CHANGED = 0.5
 """Probability from which a change is reported, more probable than not: in fewer than 2 of 100 cases
 where nothing changed, and in 95 of 100 where a joint moved by 1 mrad."""
-WORSE = 1.5
-"""Factor on the errors of the calibration itself, beyond which errors are new."""
 MOST_SAMPLES = 150
 """Samples that are compared at most; with more, the model's own misfit would show."""
 FAR_MOVED = 4.0
 """Standard deviations beyond which the ball is reported as moved."""
 PUT_ON_AGAIN = 2e-3
 """Prior standard deviation of the place of a ball that was remounted [m]."""
-NEXT = {
-    "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
-    "base": "The base was moved: leave out --stood.",
-    "everything": "No single joint explains it: mukca rezero says whether several zeros do. Else, "
-    "is it another arm's calibration? If not, record placements, and calibrate again.",
-}
 
 
 @dataclass(frozen=True)
@@ -87,6 +78,11 @@ class Changes:
             if not (self.changed and name == NOTHING)
         ]
         return max(names, key=self.probabilities.__getitem__, default="")
+
+    @property
+    def share(self) -> str:
+        """Probability of the most probable explanation, in words."""
+        return f"{100 * self.probabilities.get(self.likeliest, 0.0):.1f} %"
 
     @property
     def changed(self) -> bool:
@@ -161,77 +157,3 @@ def _nearest_cause(
     return NearestCause(
         robot.joint_names[joint], offset, metrics.mean_absolute_error, unit
     )
-
-
-def reason_and_advice(
-    changes: Changes,
-    rows: Sequence[LimitResult],
-    new: Summary,
-    limits: Limits,
-    then: Summary | None,
-) -> tuple[str, str]:
-    """Return the reason of the verdict, by the full model's errors, and the next step."""
-    corrected = new.calibrated.mean_absolute_error
-    before = then and then.calibrated.mean_absolute_error
-    length = new.loaded.distance_error or 0.0
-    allowed = limits.mean_absolute_error.value
-    longest = limits.distance_error.value
-    limit = f", limit {mm(allowed)}" if allowed else ""
-    figures = f"{mm(new.loaded.mean_absolute_error)}{limit}"
-    drifted = f"drifted: {mm(corrected)}{limit}"
-    if before:
-        drifted += f", {mm(before)} when it was made"
-    likely = changes.likeliest
-    share = f"{100 * changes.probabilities.get(likely, 0.0):.1f} %"
-    row_of = {row.name: row for row in rows}
-    failed = {row.name for row in rows if row.status == "fail"}
-    wrong_length = f"not valid: the sockets' distance is off by {mm(length)}"
-
-    if changes.changed and likely == LENGTHS:
-        advice = "Check --distance, or state it: mukca info DATA --set-distance M."
-        return f"{wrong_length} ({share}).", advice
-    if changes.cause is not None:
-        advice = f"mukca rezero --joint {likely} finds its zero."
-        return f"{drifted}; {changes.cause.text(share)}.", advice
-    if (
-        "distance_error" in failed
-        and "mean_absolute_error" not in failed
-        and length
-        and longest
-    ):
-        limited = f"{wrong_length}, limit {mm(longest)}"
-        return f"{limited}; check --distance, and calibrate again.", ""
-    if changes.changed:
-        return (
-            f"{drifted}; nearest cause: {likely}, with a probability of {share}.",
-            NEXT[likely],
-        )
-    if "mean_absolute_error" in failed:
-        if before is not None and corrected <= WORSE * before:
-            reason = f"not valid ({figures}), and it was no better when it was made."
-            return reason, "Calibrate again with more placements."
-        return f"{drifted}. No single joint explains it: calibrate again.", ""
-    if not likely and allowed is None:
-        return f"not known whether it is still valid; {rows[0].reason}.", ""
-    checks = row_of["data_checks"]
-    if checks.status != "pass":
-        return f"within its limits ({figures}), but look: {checks.text}.", ""
-    odds = _odds(changes, share)
-    return f"still valid ({figures}){odds and ': '}{odds}.", ""
-
-
-def _odds(changes: Changes, share: str) -> str:
-    """Return how probable the likeliest explanation is, in words; empty without any."""
-    likely = changes.likeliest
-    if not likely:
-        odds = ""
-    elif likely == NOTHING:
-        odds = f"nothing changed, with a probability of {share}"
-    else:
-        odds = f"{likely} may have changed ({share}); record more samples"
-    if changes.ball is not None:
-        last = list(changes.probabilities)[-2]
-        odds += (
-            f"; the ball sits {mm(changes.ball)} from where it was, or {last} is off"
-        )
-    return odds

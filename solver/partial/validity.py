@@ -13,10 +13,12 @@ from msgspec import structs
 
 from ...recorder import Placement
 from ..assessment import (
+    LimitResult,
     Options,
     Verdict,
     assumed_distances,
     distance_row,
+    is_better,
     judge,
     limit_row,
     limits_of,
@@ -25,8 +27,9 @@ from ..assessment import (
 from ..calibration import Calibration, Errors, as_list
 from ..data import Measurement, Metrics, Readings, measure
 from ..results import CalibrationDocument, Summary
-from .changes import Changes, changes_since, reason_and_advice
+from .changes import Changes, changes_since
 from .other_probe import probe_shift, probe_words
+from .reasons import LaterErrors, Reason, reason_of
 from .sockets import too_few
 
 CERTAIN = 0.99
@@ -120,50 +123,67 @@ def what_changed(
     limits = limits_of(document, calibration.source, Options(repeatability))
     new = _summary_now(errors, now)
     later = [m for m in measured if not calibration.was_trained_on(m)]
-    zeros = bool(document.settings.get("zeros"))
     compared = bool(changes.probabilities)
+    zeros = bool(document.settings.get("zeros"))
     arm = calibration.calibrated
     rows, causes = rows_since(arm, new, later, limits, zeros=zeros, compared=compared)
-    advice = ""
     if new is None:
-        reason = f"not known whether it is still valid; {rows[0].reason}."
+        reason = Reason(f"not known whether it is still valid; {rows[0].reason}.")
     elif few := too_few(measured, unchanged=compared and not changes.changed):
-        reason, changes = few, replace(changes, untold=())
-        rows = [limit_row("samples", "not enough", reason, text=reason[:-1])]
+        reason = Reason(few)
+        rows = [limit_row("samples", "not enough", few, text=few[:-1])]
+        changes = replace(changes, untold=())
     else:
         then = document.summary.test or document.summary.train
-        reason, advice = reason_and_advice(changes, rows, new, limits, then)
-        reason += probe_words(tip)
-        if compared:
-            broken = any(row.status == "fail" for row in rows)
-            excused = not broken and _is_excused(
-                changes, document, new, bool(repeatability)
-            )
-            status = "pass" if not changes.changed else "warning" if excused else "fail"
-            rows.append(limit_row("validity", status, reason[:-1], text=reason[:-1]))
-    assumed = [] if any(map(_states_lengths, measured)) else assumed_distances(document)
-    length = distance_row(assumed)
-    verdict = judge([*rows, length], causes)
+        since = LaterErrors(new, then, limits, rows)
+        reason = reason_of(changes, since).followed_by(probe_words(tip))
+        excused = not since.failed and _is_excused(
+            changes, document, new, limited=bool(repeatability)
+        )
+        rows = [*rows, *_change_rows(changes, reason, excused=excused)]
+    length = _length_row(document, measured)
+    better = reason.as_made and bool(is_better(document.better, new))
+    verdict = judge([*rows, length], causes, better=better)
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
-        reason = f"{length.text}. {reason[0].upper()}{reason[1:]}"
-    said = reason, advice
+        reason = reason.preceded_by(length.text)
+    said = reason.text, reason.advice
     return Validity(
         **vars(changes), errors=errors, verdict=verdict, said=said, measured=measured
     )
+
+
+def _change_rows(
+    changes: Changes, reason: Reason, *, excused: bool
+) -> list[LimitResult]:
+    """Return the row that says whether something changed; none where that was not compared."""
+    if not changes.probabilities:
+        return []
+    status = "pass"
+    if changes.changed:
+        status = "warning" if excused else "fail"
+    words = reason.text[:-1]
+    return [limit_row("validity", status, words, text=words)]
+
+
+def _length_row(
+    document: CalibrationDocument, measured: Sequence[Measurement]
+) -> LimitResult:
+    """Return whether any length is measured: by these samples, or when the arm was calibrated."""
+    if any(map(_states_lengths, measured)):
+        return distance_row([])
+    return distance_row(assumed_distances(document))
 
 
 def _as_read_now(
     calibration: Calibration, placements: Sequence[Placement], distance: Readings | None
 ) -> list[Measurement]:
     """Return checked placements, their joints as zeros found since read them."""
-    return [
-        calibration.as_read_now(
-            measure(
-                placement, calibration.robot, distance, sockets=1, load=calibration.load
-            )
-        )
+    robot, load = calibration.robot, calibration.load
+    measured = [
+        measure(placement, robot, distance, sockets=1, load=load)
         for placement in placements
     ]
+    return [*map(calibration.as_read_now, measured)]
 
 
 def _summary_now(errors: Errors, now: Metrics | None) -> Summary | None:
@@ -175,7 +195,7 @@ def _summary_now(errors: Errors, now: Metrics | None) -> Summary | None:
 
 
 def _is_excused(
-    changes: Changes, document: CalibrationDocument, new: Summary, limited: bool
+    changes: Changes, document: CalibrationDocument, new: Summary, *, limited: bool
 ) -> bool:
     """Return whether errors as small as held-out ones, or within given limits, excuse a change.
 

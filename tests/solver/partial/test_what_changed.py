@@ -11,6 +11,7 @@ from msgspec import structs
 
 import mukca
 from mukca import Calibration
+from mukca.solver.assessment import Options, assess
 
 
 @pytest.mark.parametrize(("offsets", "likeliest"), [({}, "nothing"), ({3: 3e-3}, "panda_joint4")])
@@ -66,6 +67,26 @@ def test_a_joint_that_moved_never_passes(simulated, j, offset):
     for calibration, most in ((old, None), (loose, None), (loose, 1e-2)):
         found = mukca.what_changed(calibration, since, repeatability=most)
         assert found.verdict.exit_status == 1 and found.cause.joint == joint
+
+
+@pytest.mark.slow
+def test_an_arm_that_bends_is_judged_as_when_it_was_calibrated():
+    """No rigid URDF keeps its limits, more placements or not; corrected joint positions do."""
+    robot, bends = mukca.load_robot("panda"), {"compliance": 3e-4, "tilt": 1.5e-4}
+    _, (*train, test, since) = mukca.simulate_recordings(robot, 4, seed=2, samples=16, **bends)
+    calibration = mukca.calibrate(robot, train, test=[test])
+    made = assess(calibration.document, "", Options()).verdict
+    assert (made.title, made.use) == ("BETTER", True)
+    found = mukca.what_changed(calibration, since)
+    assert found.likeliest == "nothing" and found.verdict.title == "BETTER"
+    assert "only corrected joint positions keep its limits: held-out error (MAE)" in found.text
+    assert "mukca command" in found.text and "more placements" not in found.text
+    assert found.verdict.exit_status == made.exit_status == 1
+    moved = mukca.Placement.of_arrays(
+        "moved", since.positions - 3e-3 * np.eye(7)[3], since.sockets, distance=0.05
+    )
+    moved = mukca.what_changed(calibration, moved)
+    assert moved.verdict.title == "FAIL" and "mukca rezero" in moved.text
 
 
 @pytest.mark.slow

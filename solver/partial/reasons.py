@@ -1,0 +1,180 @@
+"""Reason of a verdict on later samples, and the step that follows from it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from ..assessment import LimitResult, Limits, mm
+from ..results import Summary
+from .changes import Changes
+from .evidence import LENGTHS, NOTHING
+
+WORSE = 1.5
+"""Factor on the errors of the calibration itself, beyond which errors are new."""
+NEXT = {
+    "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
+    "base": "The base was moved: leave out --stood.",
+    "everything": "No single joint explains it: mukca rezero says whether several zeros do. Else, "
+    "is it another arm's calibration? If not, record placements, and calibrate again.",
+}
+
+
+class Reason(NamedTuple):
+    """Reason of a verdict."""
+
+    text: str
+    """A sentence without its capital."""
+    advice: str = ""
+    """The next step; empty where all is well."""
+    as_made: bool = False
+    """True where a limit is missed, though nothing became worse since the calibration was made."""
+
+    def followed_by(self, words: str) -> "Reason":
+        """Return the reason with words behind its text."""
+        return self._replace(text=self.text + words)
+
+    def preceded_by(self, words: str) -> "Reason":
+        """Return the reason with a sentence before its text."""
+        text = f"{words}. {self.text[0].upper()}{self.text[1:]}"
+        return self._replace(text=text)
+
+
+@dataclass(frozen=True)
+class LaterErrors:
+    """Errors of later samples, against limits and those when the calibration was made."""
+
+    new: Summary
+    then: Summary | None
+    """Those when it was made; None where they are not known."""
+    limits: Limits
+    rows: Sequence[LimitResult]
+    """Rows of the verdict: limits, and the checks of the data."""
+
+    @property
+    def failed(self) -> list[LimitResult]:
+        """The rows that fail."""
+        return [row for row in self.rows if row.status == "fail"]
+
+    @property
+    def limit(self) -> str:
+        """The limit on the mean absolute error, in words; empty for none."""
+        allowed = self.limits.mean_absolute_error.value
+        return f", limit {mm(allowed)}" if allowed else ""
+
+    @property
+    def figures(self) -> str:
+        """The mean absolute error of ``calibrated.urdf`` and its limit, in words."""
+        return f"{mm(self.new.loaded.mean_absolute_error)}{self.limit}"
+
+    @property
+    def before(self) -> float | None:
+        """Mean absolute error of the full model when it was made [m]."""
+        return self.then and self.then.calibrated.mean_absolute_error
+
+    @property
+    def is_no_worse(self) -> bool:
+        """True where the full model's errors are no larger than when it was made."""
+        now = self.new.calibrated.mean_absolute_error
+        return self.before is not None and now <= WORSE * self.before
+
+    @property
+    def drifted(self) -> str:
+        """The full model's errors now and then, in words."""
+        drifted = f"drifted: {mm(self.new.calibrated.mean_absolute_error)}{self.limit}"
+        if self.before:
+            drifted += f", {mm(self.before)} when it was made"
+        return drifted
+
+    @property
+    def wrong_length(self) -> str:
+        """The error of the sockets' distance, in words."""
+        length = mm(self.new.loaded.distance_error or 0.0)
+        return f"not valid: the sockets' distance is off by {length}"
+
+    @property
+    def missed_length(self) -> bool:
+        """True where the distance of the sockets alone is beyond its limit."""
+        names = {row.name for row in self.failed}
+        known = self.new.loaded.distance_error and self.limits.distance_error.value
+        missed = "distance_error" in names and "mean_absolute_error" not in names
+        return missed and bool(known)
+
+
+def reason_of(changes: Changes, errors: LaterErrors) -> Reason:
+    """Return the reason of a verdict: a change that the evidence names, or else the errors."""
+    if changes.changed and changes.likeliest == LENGTHS:
+        text = f"{errors.wrong_length} ({changes.share})."
+        advice = "Check --distance, or state it: mukca info DATA --set-distance M."
+        return Reason(text, advice)
+    if changes.cause is not None:
+        text = f"{errors.drifted}; {changes.cause.text(changes.share)}."
+        return Reason(text, f"mukca rezero --joint {changes.likeliest} finds its zero.")
+    if not changes.changed and (corrected := _kept_when_corrected(errors)):
+        return corrected
+    if errors.missed_length:
+        longest = mm(errors.limits.distance_error.value or 0.0)
+        text = f"{errors.wrong_length}, limit {longest}"
+        return Reason(f"{text}; check --distance, and calibrate again.")
+    if changes.changed:
+        cause = f"{changes.likeliest}, with a probability of {changes.share}"
+        text = f"{errors.drifted}; nearest cause: {cause}."
+        return Reason(text, NEXT[changes.likeliest])
+    if any(row.name == "mean_absolute_error" for row in errors.failed):
+        return _of_large_errors(errors)
+    return _of_small_errors(changes, errors)
+
+
+def _kept_when_corrected(errors: LaterErrors) -> Reason | None:
+    """Return the reason where corrected joint positions alone keep all limits; else None."""
+    failed = errors.failed
+    if not failed or any(row.full_status != "pass" for row in failed):
+        return None
+    texts = "; ".join(row.text for row in failed)
+    return Reason(
+        f"only corrected joint positions keep its limits: {texts}.",
+        "Where these matter, command them: mukca command.",
+        as_made=True,
+    )
+
+
+def _of_large_errors(errors: LaterErrors) -> Reason:
+    """Return the reason where nothing changed, but the errors are beyond their limit."""
+    if errors.is_no_worse:
+        text = (
+            f"beyond its limit ({errors.figures}), but no worse than when it was made."
+        )
+        return Reason(text, "Calibrate again with more placements.", as_made=True)
+    text = f"{errors.drifted}. No single joint explains it: calibrate again."
+    return Reason(text)
+
+
+def _of_small_errors(changes: Changes, errors: LaterErrors) -> Reason:
+    """Return the reason where nothing changed, and no error is beyond its limit."""
+    row_of = {row.name: row for row in errors.rows}
+    if not changes.likeliest and errors.limits.mean_absolute_error.value is None:
+        reason = errors.rows[0].reason
+        return Reason(f"not known whether it is still valid; {reason}.")
+    checks = row_of["data_checks"]
+    if checks.status != "pass":
+        text = f"within its limits ({errors.figures}), but look: {checks.text}."
+        return Reason(text)
+    error = row_of.get("mean_absolute_error")
+    is_beyond = error is not None and error.status == "warning"
+    still = "still as when it was made" if is_beyond else "still valid"
+    odds = _odds(changes)
+    return Reason(f"{still} ({errors.figures}){odds and ': '}{odds}.")
+
+
+def _odds(changes: Changes) -> str:
+    """Return how probable the likeliest explanation is, in words; empty without any."""
+    likely = changes.likeliest
+    odds = ""
+    if likely == NOTHING:
+        odds = f"nothing changed, with a probability of {changes.share}"
+    elif likely:
+        odds = f"{likely} may have changed ({changes.share}); record more samples"
+    if changes.ball is not None:
+        last = list(changes.probabilities)[-2]
+        moved = mm(changes.ball)
+        odds += f"; the ball sits {moved} from where it was, or {last} is off"
+    return odds
