@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..data import Metrics, mean_metrics
+from ..data import Metrics, mean_metrics, whole_name
 from ..diagnostics import SEVERE, predicted_limit
 from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
@@ -19,8 +19,10 @@ from .predictions import PlacementPrediction, Predictions
 from .verdict import INSTRUMENT
 
 NOTHING_HELD_OUT = (
-    "no placement was held out; record another and add it by solve --test"
+    "no placement was held out; record another and add it by solve --test",
+    "no placement was held out; hold out one of those trained on by solve --test",
 )
+"""By a calibration that was trained on one placement, and on several."""
 ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
 NEAREST = 0.1
 """A held-out placement nearer than this to one that was trained on proves nothing [m]."""
@@ -70,34 +72,27 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     document = predictions.document
     reasons = why_not_held_out(predictions)
     neighbours = list(filter(None, reasons.values()))
-    proving = [name for name, why in reasons.items() if not why]
-    rows = [
-        row for row in document.placements if row.role == "test" and row.name in proving
-    ]
-    by_instrument = bool(rows) and all(row.kind == "points" for row in rows)
+    proving = [p for p in predictions.of_role("test") if not reasons[p.name]]
+    names = {placement.name for placement in proving}
+    rows = [p for p in document.placements if p.role == "test" and p.name in names]
     loaded = mean_metrics([row.loaded for row in rows]) if rows else None
     corrected = mean_metrics([row.calibrated for row in rows]) if rows else None
     if document.summary.test is not None and not neighbours:
-        loaded, corrected = (
-            document.summary.test.loaded,
-            document.summary.test.calibrated,
-        )
-    corrected = None if corrected == loaded else corrected
+        loaded = document.summary.test.loaded
+        corrected = document.summary.test.calibrated
     words = f"{joined(neighbours)}, which proves nothing"
-    reason = (
-        f"{words}; record another {NEAREST:g} m away"
-        if neighbours
-        else NOTHING_HELD_OUT
-    )
-    proved = [test for test in predictions.of_role("test") if test.name in proving]
-    deviations = _deviations_of(proved, rows)
+    reason = f"{words}; record another {NEAREST:g} m away"
+    if not neighbours:
+        training = {whole_name(p.name) for p in predictions.of_role("train")}
+        is_choice = len(training) > 1 and document.arms is None
+        reason = NOTHING_HELD_OUT[is_choice]
     results = error_rows(
         loaded,
-        corrected,
+        None if corrected == loaded else corrected,
         limits,
         reason,
-        by_instrument=by_instrument,
-        deviations=deviations,
+        by_instrument=bool(rows) and all(row.kind == "points" for row in rows),
+        deviations=_deviations_of(proving, rows),
     )
     if neighbours:
         status = "warning" if proving else "not evaluated"

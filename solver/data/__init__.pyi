@@ -39,6 +39,7 @@ from .known import read_sockets_at as read_sockets_at
 from .known import spaced as spaced
 from .known_file import read_known as read_known
 from .leave_out import check_left_out as check_left_out
+from .leave_out import parse_left_out as parse_left_out
 from .leave_out import without as without
 from .lengths import Readings as Readings
 from .lengths import agreed_length as agreed_length

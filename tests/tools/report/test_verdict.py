@@ -4,6 +4,7 @@ import json
 import shlex
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from recorded import RIGID, write_sockets
 
 import mukca
 from mukca.tools.cli import build_parser, main
+from mukca.tools.report.figures import recommendations
 
 pytestmark = pytest.mark.slow
 
@@ -383,18 +385,62 @@ def test_whatever_is_not_a_pass_says_what_to_do_next(document, report):
         build_parser(words[0]).parse_args(words)
 
 
-def test_another_placement_is_recorded_beside_the_others(document, report):
+def untested(document, count):
+    """A calibration trained on the first placements of the session, and on nothing else."""
     for key in ("data", "placements"):
-        document[key] = document[key][:1]
+        document[key] = document[key][:count]
+        for row in document[key]:
+            row["role"] = "train"
     document["summary"]["test"] = None
-    (row,) = document["data"]
-    front = Path(row["files"][0]).parent
+    return document
+
+
+def test_another_placement_is_recorded_beside_the_others(document, report):
+    (row,) = untested(document, 1)["data"]
+    front = Path("elsewhere") / Path(row["files"][0]).parent.name
     for folder, out in (("front", "another"), ("another", "another-2")):
         row["files"] = [str(front.parent / folder / Path(file).name) for file in row["files"]]
         (step,) = report(document)["todo"]
         assert step["command"].endswith(f" --out {front.parent / out}")
+        assert "to its right, 0.10 up, 0." in step["text"].replace(" m", "")
     row["files"] = [Path(file).name for file in row["files"]]  # of a solve in the placement itself
     assert report(document)["todo"][0]["command"].endswith(" --out ../another")
+
+
+def test_what_lies_beside_the_recordings_is_not_recorded_again(document, report, session):
+    (step,) = report(untested(document, 1))["todo"]
+    assert step["text"] == "Hold out right and left, recorded already beside the others"
+    words = shlex.split(step["command"])
+    after = words[words.index("--test") + 1 :]
+    assert {str(session / name) for name in ("left", "right")} == set(after[:2])
+    document["settings"]["leave_out"] = ["left"]
+    (step,) = report(document)["todo"]
+    assert step["text"].startswith("Hold out right, recorded already")
+
+
+def test_one_of_several_that_were_trained_on_is_held_out_to_try(document, report, tmp_path):
+    for row in untested(document, 2)["data"]:
+        name = Path(row["files"][0]).parent.name
+        row["files"] = [str(tmp_path / "moved" / name / Path(file).name) for file in row["files"]]
+    figures = report(document)
+    (step,) = figures["todo"]
+    assert step["text"] == "Hold out front, to try: nothing is to be recorded for it"
+    words = shlex.split(step["command"])
+    assert words[words.index("--test") + 1].endswith("moved/front")
+    assert "hold out one of those trained on by solve --test" in figures["verdict"]["text"]
+
+
+def test_no_place_is_asked_for_that_lies_beside_the_others():
+    """Where all of a ring round the arm is recorded, another height is left."""
+
+    def words(angles):
+        ring = [(0.5 * np.cos(a), 0.5 * np.sin(a), 0.1) for a in np.deg2rad(angles)]
+        single = SimpleNamespace(predictions=SimpleNamespace(document=SimpleNamespace(arms=None)))
+        single.placements = [SimpleNamespace(position=position) for position in ring]
+        return recommendations._place_in_words(single)
+
+    assert words([0]) == "about 0.50 m to its right, 0.10 m up, 0.71 m from the others"
+    assert words(range(-90, 91, 20)) == "higher or lower than the others, which lie all round"
 
 
 def test_each_step_says_what_it_should_bring(extended, report):

@@ -20,7 +20,8 @@ from ....solver.results import Model
 from ....solver.robot import Robot, all_parameters, link_poses
 from . import types
 from .answers import answers_of
-from .recommendations import solve_command, steps
+from .command_lines import solve_command
+from .recommendations import steps
 
 FACES = 600
 """Triangles kept of each link at most."""

@@ -1,35 +1,48 @@
 """Steps to do where the verdict is not PASS, the most useful first, each with a command."""
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
+
+import numpy as np
 
 from ....errors import MukcaError
-from ....recorder import METADATA, RecordingError, read_keys, read_sessions
-from ....solver.assessment import Assessment, PlacementReport, joined, joints_wrong, mm
-from ....solver.calibration import SolveOptions
+from ....solver.assessment import (
+    Assessment,
+    PlacementReport,
+    area,
+    joined,
+    joints_wrong,
+    mm,
+)
 from ....solver.data import (
     CALIPER_DEVIATION,
     DEFAULT_DISTANCE,
     SAMPLES_ADVISED,
     Measurement,
-    agreed_length,
+    as_point,
     evaluate,
-    readings_of,
     whole_name,
 )
+from ....solver.diagnostics import farthest_place
 from ....solver.paper import build_problem, solve
-from ....solver.results import CalibrationDocument, GivenArm, Role
-from ....solver.robot import BALL_LINK
+from ....solver.results import CalibrationDocument, Role
 from .answers import farthest_held_out, placements_with_errors
+from .command_lines import as_options, one_robot, record_command, solve_command
+from .recorded_already import (
+    UnusedPlacement,
+    placement_to_hold_out,
+    unused_placements,
+)
 from .types import Step
 
 _SPAN = 0.5
 """A distance in the workspace [m]."""
+BESIDE = 0.2
+"""A place is no new one if it is nearer to a placement than this [m]."""
 
 
 def steps(result: Assessment) -> list[Step]:
@@ -46,47 +59,111 @@ def _steps(result: Assessment) -> Iterator[Step]:
     document = result.predictions.document
     status = verdict.status_of
     if status("data_checks") != "pass":
-        yield from _leave_out(result)
-        text = "See what is wrong in the recordings; mend it, or leave it out by solve --leave-out"
-        words = "figures that can be believed"
-        folders = list(dict.fromkeys(row.folder for row in document.data))
-        keys = ("distance", "known", "zeros")
-        same = as_options({key: document.settings.get(key) for key in keys})
-        command = shlex.join(["mukca", "check", *folders, *_one_robot(document), *same])
-        yield Step(text, command, words)
+        yield from _mend(result)
     if {status("scale"), status("distance_given")} != {"pass"}:
         yield from _measure(document, placements)
-    held_out = sum(row.role == "test" for row in placements)
+    is_proved = any(row.role == "test" for row in placements)
+    unused = unused_placements(result)
     rows = (*verdict.limits, *verdict.reasons)
-    open_ = not verdict.use or any(row.status in ("fail", "not enough") for row in rows)
-    if open_ and held_out > 1 and (farthest := farthest_held_out(result)):
-        best, gap = farthest
-        name = placements[best].name
-        short = whole_name(result.predictions.names[best])
-        text = f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained on"
-        yield _forecast(
-            document, name, text, solve_command(document, moves={name: "train"})
-        )
+    missed = any(row.status in ("fail", "not enough") for row in rows)
+    is_lacking = is_proved and (missed or not verdict.use)
+    if not is_proved:
+        yield from _hold_out(result, unused)
+    if is_lacking:
+        yield from _train_on_held_out(result)
     yield from _corrected_joints(result)
-    if all(row.kind == "points" for row in placements):
-        if result.limits.repeatability is None:
-            yield _repeatability(document)
-        text = "Measure more points, in poses as varied as can be"
-        words = ""
-        if not held_out:
-            text += ", and hold some of them out by solve --test"
-            words = "an error that nothing was fitted to"
-        yield Step(text, solve_command(document), words)
-        return
-    if result.limits.repeatability is None and held_out and verdict.use:
+    if is_lacking and unused:
+        yield _train_on_unused(document, unused[0])
+    by_instrument = all(row.kind == "points" for row in placements)
+    is_usable = by_instrument or (is_proved and bool(verdict.use))
+    if result.limits.repeatability is None and is_usable:
         yield _repeatability(document)
-    text = (
-        f"Record another placement far from the others, all varied, {SAMPLES_ADVISED}"
-    )
+    if by_instrument:
+        yield _measure_points(document, is_proved=is_proved)
+        return
+    text = f"Record another placement {_place_in_words(result)}, all varied, {SAMPLES_ADVISED}"
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
-    text += ", and train on it too" if held_out else ", and hold it out by solve --test"
+    text += (
+        ", and train on it too" if is_proved else ", and hold it out by solve --test"
+    )
     yield _forecast(document, None, text, record_command(document))
+
+
+def _mend(result: Assessment) -> Iterator[Step]:
+    """Yield the steps to leave out what is wrong in the recordings, or to look at it."""
+    document = result.predictions.document
+    yield from _leave_out(result)
+    text = "See what is wrong in the recordings; mend it, or leave it out by solve --leave-out"
+    folders = list(dict.fromkeys(row.folder for row in document.data))
+    keys = ("distance", "known", "zeros")
+    same = as_options({key: document.settings.get(key) for key in keys})
+    command = shlex.join(["mukca", "check", *folders, *one_robot(document), *same])
+    yield Step(text, command, "figures that can be believed")
+
+
+def _measure_points(document: CalibrationDocument, *, is_proved: bool) -> Step:
+    """Return the step to measure more points by an instrument."""
+    text = "Measure more points, in poses as varied as can be"
+    words = ""
+    if not is_proved:
+        text += ", and hold some of them out by solve --test"
+        words = "an error that nothing was fitted to"
+    return Step(text, solve_command(document), words)
+
+
+def _train_on_held_out(result: Assessment) -> Iterator[Step]:
+    """Yield the step to train on one of several held-out placements too, where any is sound."""
+    document = result.predictions.document
+    several = sum(row.role == "test" for row in result.placements) > 1
+    farthest = farthest_held_out(result) if several else None
+    if farthest is None:
+        return
+    index, gap = farthest
+    name = result.placements[index].name
+    short = whole_name(result.predictions.names[index])
+    text = f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained on"
+    command = solve_command(document, moves={name: "train"})
+    yield _forecast(document, name, text, command)
+
+
+def _train_on_unused(document: CalibrationDocument, unused: UnusedPlacement) -> Step:
+    """Return the step to train on a placement that the calibration did not use."""
+    text = f"Train on {unused.name} too: it lies beside the others, {unused.gap:.2f} m from the "
+    text += "nearest trained on"
+    command = solve_command(document, added={unused.folder: "train"})
+    return Step(text, command, "a smaller error, since more places are known")
+
+
+def _hold_out(result: Assessment, unused: Sequence[UnusedPlacement]) -> Iterator[Step]:
+    """Yield the steps that hold out what is recorded already, where nothing was held out."""
+    document = result.predictions.document
+    words = "an error that nothing was fitted to, and a verdict"
+    if unused:
+        names = joined([placement.name for placement in unused])
+        text = f"Hold out {names}, recorded already beside the others"
+        added: dict[str, Role] = {placement.folder: "test" for placement in unused}
+        yield Step(text, solve_command(document, added=added), words)
+    name = placement_to_hold_out(result)
+    if name is not None:
+        short = whole_name(name).rpartition("/")[2]
+        text = f"Hold out {short}, to try: nothing is to be recorded for it"
+        yield Step(text, solve_command(document, moves={name: "test"}), words)
+
+
+def _place_in_words(result: Assessment) -> str:
+    """Return where another placement serves best: as far from all others as can be.
+
+    Several arms look at one place from two sides, so no side is named.
+    """
+    places = np.array([row.position for row in result.placements])
+    place = farthest_place(places)
+    gap = float(np.linalg.norm(places - place, axis=1).min())
+    if gap < BESIDE:
+        return "higher or lower than the others, which lie all round"
+    if result.predictions.document.arms is not None:
+        return "far from the others"
+    return f"about {area(as_point(place))}, {gap:.2f} m from the others"
 
 
 def _corrected_joints(result: Assessment) -> Iterator[Step]:
@@ -195,142 +272,3 @@ def _leave_out(result: Assessment) -> Iterator[Step]:
             f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}"
         )
         yield Step(text, command, words, before, after)
-
-
-_LINKS = ("base", "tip", "flange")
-"""Settings that name the links of a robot."""
-_CHAIN = (*_LINKS, "ball")
-
-
-def record_command(document: CalibrationDocument) -> str:
-    """Return the command that records another placement, as the last one was recorded."""
-    driver, distance = _recorded(Path(document.data[0].folder) / METADATA)
-    words = [
-        "mukca",
-        "record",
-        *_one_robot(document),
-        "--driver",
-        driver or "NAME:ADDRESS",
-    ]
-    words += as_options({"distance": _distance(document) or distance})
-    if document.arms is not None:
-        words += ["--robot-name", document.arm_name]
-    return shlex.join([*words, "--out", str(_folder_beside(document))])
-
-
-def _folder_beside(document: CalibrationDocument) -> Path:
-    """Return a folder for another placement, beside the recordings and of another name."""
-    folders = [Path(row.folder) for row in document.data if row.files]
-    first = folders[0] if folders else Path("recordings", "first")
-    # The parent of "." is "." itself.
-    parent = first.parent if first.name else Path("..")
-    names = {folder.resolve().name for folder in folders}
-    tries = ("another", *(f"another-{number}" for number in range(2, len(names) + 3)))
-    return parent / next(name for name in tries if name not in names)
-
-
-def _distance(document: CalibrationDocument) -> float | None:
-    """Return the distance that was given, by however many readings [m]."""
-    readings = readings_of(document.settings.get("distance"))
-    return agreed_length(readings) if readings else None
-
-
-def _recorded(file: Path) -> tuple[str, float | None]:
-    """Return the driver of a placement's last session, and the distance that was measured [m]."""
-    sessions = read_sessions(file)
-    driver = str(sessions[-1].get("driver") or "") if sessions else ""
-    with suppress(RecordingError):
-        keys = read_keys(file)
-        return driver, None if keys.distance_assumed else keys.distance
-    return driver, None
-
-
-def solve_command(
-    document: CalibrationDocument,
-    *,
-    moves: Mapping[str, Role | None] | None = None,
-    settings_given: Mapping[str, str] | None = None,
-) -> str:
-    """Return the command that makes the calibration again, by other roles (None: out), settings."""
-    roles = {whole_name(name): now for name, now in (moves or {}).items()}
-    settings = {**document.settings, **(settings_given or {})}
-    arms = () if document.arms is None else document.arms.arms
-
-    def folders(role: Role) -> list[str]:
-        rows = [
-            (row.folder, roles.get(whole_name(row.name), row.role))
-            for row in document.data
-        ]
-        own = list(dict.fromkeys(folder for folder, now in rows if now == role))
-        if not arms:
-            return own
-        folders_by_arm = {arm.name: getattr(arm, role) for arm in arms} | {
-            document.arm_name: own
-        }
-        return [
-            f"{name}:{path}" for name, paths in folders_by_arm.items() for path in paths
-        ]
-
-    robots = ["--robot", document.robot]
-    if arms:
-        settings = {key: value for key, value in settings.items() if key not in _CHAIN}
-        robots = _robots(arms)
-    words = ["mukca", "solve", *folders("train")]
-    held_out = folders("test")
-    if held_out:
-        words += ["--test", *held_out]
-    words += [*robots, *as_options(_unlike_defaults(document.method, settings))]
-    if moves or settings_given:
-        words += ["--out", "calibrated-again"]
-    return shlex.join(words)
-
-
-def _robots(arms: Sequence[GivenArm]) -> list[str]:
-    """Return the options of several robots, and of the links that each names."""
-    words: list[str] = []
-    for arm in arms:
-        words += ["--robot", f"{arm.name}={arm.robot}"]
-    for arm in arms:
-        for key in _LINKS:
-            link = arm.options.get(key)
-            if link and (key, link) != ("tip", BALL_LINK):
-                words += [f"--{key}", f"{arm.name}={link}"]
-    balls = [arm.options["ball"] for arm in arms if arm.options.get("ball")]
-    return words + as_options({"ball": next(iter(balls), None)})
-
-
-def _unlike_defaults(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that differ from the defaults of a method, and the method itself."""
-    default = SolveOptions()
-    defaults = replace(default, method=cast("Any", method)).validated().as_dict()
-    differences = {
-        key: value for key, value in settings.items() if value != defaults.get(key)
-    }
-    return (
-        differences if method == default.method else {"method": method, **differences}
-    )
-
-
-def as_options(settings: Mapping[str, Any]) -> list[str]:
-    """Return settings as options, those that were given."""
-    words: list[str] = []
-    for key, value in settings.items():
-        if value in (None, [], (), False) or (key, value) == ("tip", BALL_LINK):
-            continue
-        values = (
-            cast("list[Any]", value) if isinstance(value, list | tuple) else [value]
-        )
-        option = f"--{key.replace('_', '-')}"
-        if value is True:
-            words.append(option)
-        elif key == "distance":  # each reading by itself
-            for reading in values:
-                words += [option, str(reading)]
-        else:
-            words += [option, *map(str, values)]
-    return words
-
-
-def _one_robot(document: CalibrationDocument) -> list[str]:
-    chain = {key: document.settings.get(key) for key in _CHAIN}
-    return ["--robot", document.robot, *as_options(chain)]
