@@ -63,17 +63,18 @@ def socket_task(prior: ArmPrior, data: Sequence[Measurement], stood: str = "") -
             "give placements with the ball in sockets, not measured points"
         )
     pairs = [label for m in data for label in m.labels]
-    place = {pair: i for i, pair in enumerate(pairs)}
     counts = [count for m in data for count in m.counts]
-    names = tuple(
+    names = [
         _known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs
-    )
-    rows = Rows.of(prior, data, np.repeat(np.arange(len(pairs)), counts), names)
-    distances = [
-        (place[m.name, m.sockets[0]], place[m.name, m.sockets[1]], m.distance)
-        for m in data
-        if m.has_distance
     ]
+    places = np.repeat(np.arange(len(pairs)), counts)
+    rows = Rows.of(prior, data, places, tuple(names))
+    distances: list[tuple[int, int, float]] = []
+    first = 0  # by their order, since two placements may have one name
+    for m in data:
+        if m.has_distance:
+            distances.append((first, first + 1, m.distance))
+        first += len(m.sockets)
     noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint, nu=prior.noise.nu)
     return Task(prior, rows, noise, distances=distances)
 
