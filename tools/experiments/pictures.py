@@ -10,7 +10,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 
 from ...errors import MukcaError
 from .motion import ROWS_PER_SECOND, Trial
@@ -27,8 +27,10 @@ FINER = 2
 FRAME = (FINER * WIDTH, FINER * HEIGHT)
 LIBRARIES = {"egl": "EGL", "osmesa": "OSMesa"}
 """MuJoCo's name for what renders without a display, and the library's."""
-TITLE = 20
+TITLE = 28
 """Room for a title above it [pixels]."""
+LETTERS = 18
+"""Height of the title's font [pixels]."""
 COLOURS = 64
 """Of an animation: shades of one light, and few things."""
 
@@ -134,9 +136,10 @@ def _side_by_side(
     size = len(titles) * WIDTH, TITLE + 2 * HEIGHT
     page = Image.new("RGB", size, "white")
     draw = ImageDraw.Draw(page)
+    font = ImageFont.load_default(LETTERS)
     for i, (title, pictures) in enumerate(zip(titles, columns, strict=True)):
         left = i * WIDTH
-        draw.text((left + 8, 4), title, fill="black")
+        draw.text((left + 8, 3), title, fill="black", font=font)
         for row, picture in enumerate(pictures):
             page.paste(picture, (left, TITLE + row * HEIGHT))
     return page

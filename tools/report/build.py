@@ -150,7 +150,6 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
     """Return the report of a calibration as HTML; the first plots stand with the answers."""
     (_, (dots,)), (_, (table_map,)), *sections = plots.items()
     role, errors = report.summary.judged
-    settings = report.provenance.settings.items()
     return render(
         "report.html.j2",
         report,
@@ -160,9 +159,7 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
         judged=errors,
         role_name={"test": "held out", "train": "trained on"}.__getitem__,
         degrees=math.degrees(1),
-        settings=", ".join(
-            f"{k} {v}" for k, v in settings if v not in (None, [], "", False)
-        ),
+        settings=_settings_text(report.provenance.settings),
         display_of=display_of,
         notes=figures.session_notes(report.provenance.data_sha256),
         dots=dots,
@@ -170,6 +167,17 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
         folded=FOLDED,
         sections=[(title, group) for title, group in sections if group],
     )
+
+
+def _settings_text(settings: Mapping[str, Any]) -> str:
+    """Return the settings that were given, each by its name and values."""
+    words: list[str] = []
+    for name, value in settings.items():
+        if value in (None, [], (), "", False):
+            continue
+        values = value if isinstance(value, list | tuple) else [value]
+        words.append(" ".join((name, *map(str, values))))
+    return ", ".join(words)
 
 
 def build_comparison(result: ComparisonDocument) -> dict[str, bytes]:

@@ -76,7 +76,11 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
         rows=_limits(report),
         paragraphs=_doubts(verdict),
     )
-    premises = [f"It rests on this: {premise.text}." for premise in report.rests_on]
+    premises = [
+        f"It rests on this: {premise.text}."
+        for premise in report.rests_on
+        if premise.text not in verdict.title
+    ]
     answer = Section(
         title=f"Verdict: {verdict.title}", paragraphs=[*verdict.answer, *premises]
     )

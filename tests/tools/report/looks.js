@@ -16,7 +16,7 @@
   }),
   // Rows that one must scroll sideways to read, and units on a line without their number.
   cut: () => [
-    ...[...document.querySelectorAll('table.plain')].map(table => table.parentElement)
+    ...[...document.querySelectorAll('.scroll > table:not(.numbers)')].map(table => table.parentElement)
       .filter(box => box.scrollWidth > box.clientWidth),
     ...[...document.querySelectorAll('.pair .unit')].filter(unit =>
       unit.getBoundingClientRect().top > unit.parentElement.getBoundingClientRect().top + 30),

@@ -31,6 +31,7 @@ def test_the_sheet_has_errors_limits_verdict_and_digests(run, calibrated, tmp_pa
     assert "0.700 mm" in page and report["verdict"]["title"] in page
     assert report["provenance"]["model_sha256"] in page
     assert "<script" not in page and page.count("date</p>") == 2
+    assert all(page.count(html.escape(row["text"])) == 1 for row in report["rests_on"])
 
 
 def test_what_nobody_noted_is_left_to_fill_in(run, calibrated, tmp_path):
