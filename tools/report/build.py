@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 from markupsafe import Markup
@@ -173,9 +173,9 @@ def _settings_text(settings: Mapping[str, Any]) -> str:
     """Return the settings that were given, each by its name and values."""
     words: list[str] = []
     for name, value in settings.items():
-        if value in (None, [], (), "", False):
+        if value in (None, [], "", False):
             continue
-        values = value if isinstance(value, list | tuple) else [value]
+        values = cast("list[Any]", value) if isinstance(value, list) else [value]
         words.append(" ".join((name, *map(str, values))))
     return ", ".join(words)
 
