@@ -19,17 +19,22 @@ MEETINGS = 150
 
 def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     """Return where a robot stands seen from the first one; no numbers where a turn is left."""
-    first, second = world.robots[0], world.robots[robot]
+    first = world.robots[0]
+    second = world.robots[robot]
     names = (first.name, second.name)
     shared = sorted({*first.sockets} & {*second.sockets})
     pose = world.around.marginal(world.columns_of(second.frame))
     variances, axes = np.linalg.eigh(pose.covariance[:3, :3])
     if variances[-1] > UNSEEN**2:
-        text = _turned(names, len(shared), axes[:, -1])
-        unknown = dict.fromkeys(
-            ("xyz", "rpy", "xyz_deviation", "turn_deviation", "tool_deviation")
+        return BaseToBase(
+            xyz=None,
+            rpy=None,
+            xyz_deviation=None,
+            turn_deviation=None,
+            tool_deviation=None,
+            shared_sockets=len(shared),
+            text=_turned(names, len(shared), axes[:, -1]),
         )
-        return BaseToBase(**unknown, shared_sockets=len(shared), text=text)
     origin = world.poses[second.frame].origin
     result = BaseToBase(
         xyz=origin.xyz,
@@ -43,66 +48,108 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     return replace(result, text=_words(names, result))
 
 
-def _tool_deviation(world: TiedRobots, robot: int, shared: list[int]) -> float | None:
+class Meetings(NamedTuple):
+    """N places that both robots reach with their balls, and their configurations there."""
+
+    first: np.ndarray
+    """Of the first robot, shape (N, m) [rad]."""
+    second: np.ndarray
+    """Of the other one, likewise."""
+
+
+def _tool_deviation(
+    world: TiedRobots,
+    robot: int,
+    shared: list[int],
+) -> float | None:
     """Return the error of the distance vector of two tools that meet, as predicted [m].
 
     It is the root mean square of tr A Sigma A^T over places that both reach. A = [-J_1, R J_2, T]
     are the derivatives of the vector by the unknowns of both robots and by the pose R, t of the
     second, and Sigma is their covariance.
     """
+    meetings = _meetings(world, robot, shared)
+    if not len(meetings.first):
+        return None
+    frame = world.robots[robot].frame
+    pose = world.poses[frame]
+    _, J1, _ = world.arms[0].linearise(*_unloaded(meetings.first))
+    points, J2, _ = world.arms[robot].linearise(*_unloaded(meetings.second))
+    size1 = J1.shape[2]
+    size2 = J2.shape[2]
+    A = np.zeros((len(points), 3, len(world.around.mean)))
+    A[:, :, world.columns[0]][:, :, :size1] = -J1
+    A[:, :, world.columns[robot]][:, :, :size2] = pose.rotation @ J2
+    A[:, :, world.columns_of(frame)] = pose.slopes(points)
+    deviations = A @ world.around.root
+    squares: np.ndarray = np.sum(deviations**2, axis=(1, 2))
+    return float(squares.mean()) ** 0.5
+
+
+def _meetings(
+    world: TiedRobots,
+    robot: int,
+    shared: list[int],
+) -> Meetings:
+    """Return meetings in the region of the shared sockets, or else where both recorded."""
     region = world.centres[shared] if shared else _recorded_by_both(world, robot)
     first = _inside(world, 0, region)
     second = _inside(world, robot, region)
     if not len(first.q) or not len(second.q):
-        return None
-    gaps = np.linalg.norm(first.places[:, None] - second.places, axis=2)
+        return Meetings(first.q[:0], second.q[:0])
+    offsets = first.places[:, None] - second.places
+    gaps = np.linalg.norm(offsets, axis=2)
     starts = second.q[np.argmin(gaps, axis=1)]
-    frame = world.robots[robot].frame
-    pose = world.poses[frame]
-    met = _led_to(world.arms[robot], pose.inverse().apply(first.places), starts)
-    if not met.reached.any():
-        return None
-    one = _unloaded(first.q[met.reached])
-    other = _unloaded(met.positions[met.reached])
-    _, J1, _ = world.arms[0].linearise(*one)
-    points, J2, _ = world.arms[robot].linearise(*other)
-    slopes = np.zeros((len(points), 3, len(world.around.mean)))
-    slopes[:, :, world.columns[0]][:, :, : J1.shape[2]] = -J1
-    slopes[:, :, world.columns[robot]][:, :, : J2.shape[2]] = pose.rotation @ J2
-    slopes[:, :, world.columns_of(frame)] = pose.slopes(points)
-    squares: np.ndarray = np.sum((slopes @ world.around.root) ** 2, axis=(1, 2))
-    return float(squares.mean()) ** 0.5
+    pose = world.poses[world.robots[robot].frame]
+    targets = pose.inverse().apply(first.places)
+    met = _led_to(world.arms[robot], targets, starts)
+    return Meetings(first.q[met.reached], met.positions[met.reached])
 
 
-def _led_to(arm: Posterior, targets: np.ndarray, starts: np.ndarray) -> Solutions:
+def _led_to(
+    arm: Posterior,
+    targets: np.ndarray,
+    starts: np.ndarray,
+) -> Solutions:
     """Return the joint positions of an arm with its ball at targets, shape (N, 3) [m]."""
     robot = arm.model.robot
     rigid = PoseModel.of(robot, arm.model.ball.origins(arm.values))
-    solver = PoseSolver(
-        rigid, len(robot.joints) - 1, (robot.lower, robot.upper), "point"
-    )
-    poses = np.tile(np.eye(4)[:3].ravel(), (len(targets), 1))
+    limits = (robot.lower, robot.upper)
+    solver = PoseSolver(rigid, len(robot.joints) - 1, limits, "point")
+    upright = np.eye(4)[:3].ravel()
+    poses = np.tile(upright, (len(targets), 1))
     poses[:, 3::4] = targets
     return solver.solve(poses, starts)
 
 
 def _recorded_by_both(world: TiedRobots, robot: int) -> np.ndarray:
     """Return corners of the region in the world where both recorded, or between where each did."""
-    balls = [_balls(world, k, world.arms[k].data.positions) for k in (0, robot)]
-    lowest = [places.min(axis=0) for places in balls]
-    highest = [places.max(axis=0) for places in balls]
-    return np.array([np.max(lowest, axis=0), np.min(highest, axis=0)])
+    lowest: list[np.ndarray] = []
+    highest: list[np.ndarray] = []
+    for k in (0, robot):
+        balls = _balls(world, k, world.arms[k].data.positions)
+        lowest.append(balls.min(axis=0))
+        highest.append(balls.max(axis=0))
+    low = np.max(lowest, axis=0)
+    high = np.min(highest, axis=0)
+    return np.array([low, high])
 
 
 def _unloaded(q: np.ndarray) -> SocketSamples:
     """Return configurations without moments."""
-    return SocketSamples(q, np.tile(0 * q, 3))
+    moments = np.zeros((len(q), 3 * q.shape[1]))
+    return SocketSamples(q, moments)
 
 
-def _balls(world: TiedRobots, robot: int, q: np.ndarray) -> np.ndarray:
+def _balls(
+    world: TiedRobots,
+    robot: int,
+    q: np.ndarray,
+) -> np.ndarray:
     """Return balls of a robot without load in the world, shape (N, 3) [m]."""
     points = world.arms[robot].predict(*_unloaded(q))
-    return world.poses[world.robots[robot].frame].apply(points)
+    base = world.poses[world.robots[robot].frame]
+    return base.apply(points)
 
 
 class Configurations(NamedTuple):
@@ -114,31 +161,36 @@ class Configurations(NamedTuple):
     """In the world, shape (N, 3) [m]."""
 
 
-def _inside(world: TiedRobots, robot: int, region: np.ndarray) -> Configurations:
+def _inside(
+    world: TiedRobots,
+    robot: int,
+    region: np.ndarray,
+) -> Configurations:
     """Return random configurations whose ball is in the region."""
-    q = workspace(world.arms[robot].model.robot, TRIES, robot)
+    arm = world.arms[robot].model.robot
+    q = workspace(arm, TRIES, robot)
     places = _balls(world, robot, q)
-    low = region.min(axis=0) - MARGIN
-    high = region.max(axis=0) + MARGIN
-    inside = np.all((places > low) & (places < high), axis=1)
-    some = np.flatnonzero(inside)[:MEETINGS]
+    is_above = places > region.min(axis=0) - MARGIN
+    is_below = places < region.max(axis=0) + MARGIN
+    is_inside = np.all(is_above & is_below, axis=1)
+    some = np.flatnonzero(is_inside)[:MEETINGS]
     return Configurations(q[some], places[some])
 
 
 def _words(names: tuple[str, str], base: BaseToBase) -> str:
     """Return a known pose for people."""
     first, second = names
-    tools = base.tool_deviation
     assert base.xyz and base.rpy and base.xyz_deviation and base.turn_deviation
-    offset = 1e3 * max(base.xyz_deviation)
-    turn = np.degrees(max(base.turn_deviation))
     place = " ".join(f"{1e3 * value:+.2f}" for value in base.xyz)
-    turned = " ".join(f"{np.degrees(value):+.3f}" for value in base.rpy)
+    offset = 1e3 * max(base.xyz_deviation)
+    angles = " ".join(f"{np.degrees(value):+.3f}" for value in base.rpy)
+    turn = np.degrees(max(base.turn_deviation))
     frames = (
         f"{second}'s base stands at {place} mm (+- {offset:.2f}), turned "
-        f"{turned} deg (+- {turn:.2f}) in {first}'s: no better, since "
+        f"{angles} deg (+- {turn:.2f}) in {first}'s: no better, since "
         "each base frame hangs on its own joint 1 zero, which no ball shows"
     )
+    tools = base.tool_deviation
     if tools is None:
         return f"{frames}. No place was found that both tools reach."
     return (
@@ -148,7 +200,11 @@ def _words(names: tuple[str, str], base: BaseToBase) -> str:
     )
 
 
-def _turned(names: tuple[str, str], shared: int, axis: np.ndarray) -> str:
+def _turned(
+    names: tuple[str, str],
+    shared: int,
+    axis: np.ndarray,
+) -> str:
     """Return what is missing where a turn of one robot against the other is left."""
     first, second = names
     along = " ".join(f"{value:+.2f}" for value in axis)

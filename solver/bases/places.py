@@ -3,36 +3,53 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..data import WORLD, Places, RobotRecordings, base_name
+from ..data import WORLD, Located, Places, RobotRecordings, base_name
 
 
 def places_alone(
-    places: Places, robots: Sequence[RobotRecordings], robot: int
+    places: Places,
+    robots: Sequence[RobotRecordings],
+    robot: int,
 ) -> tuple[Places, tuple[int, ...]]:
     """Return the places of one of several robots, and its sockets' indices among those of all.
 
     They have the names of its own placements; coordinates in the base of another robot are left
     out.
     """
-    own = robots[robot]
-    label_of = {
-        (base_name(m, len(robots)), socket): (m.name, socket)
-        for m in own.measurements
-        if m.kind == "sockets"
-        for socket in m.sockets
-    }
-    sockets = [k for k, label in enumerate(places.labels) if label in label_of]
+    recordings = robots[robot]
+    labels = _own_labels(recordings, len(robots))
+    sockets = [k for k, label in enumerate(places.labels) if label in labels]
     part = places.at(sockets)
     names = (*places.frames, robots[0].base_frame)
-    bases = {recordings.base_frame for recordings in robots}
-    measured = {m.frame for m in own.measurements if m.kind == "points"}
-    measured |= {names[item.frame] for item in part.located} - bases
-    frames = tuple(name for name in places.frames if name in measured)
-    indices = {name: k for k, name in enumerate(frames)} | {own.base_frame: WORLD}
-    located = tuple(
-        replace(item, frame=indices[names[item.frame]])
-        for item in part.located
-        if names[item.frame] in indices
+    bases = {each.base_frame for each in robots}
+    used = {m.frame for m in recordings.measurements if m.kind == "points"}
+    used |= {names[item.frame] for item in part.located} - bases
+    frames = [name for name in places.frames if name in used]
+    indices = {name: k for k, name in enumerate(frames)}
+    indices[recordings.base_frame] = WORLD
+    located: list[Located[int, int]] = []
+    for item in part.located:
+        name = names[item.frame]
+        if name in indices:
+            located.append(replace(item, frame=indices[name]))
+    alone = replace(
+        part,
+        labels=tuple(labels[label] for label in part.labels),
+        located=tuple(located),
+        frames=tuple(frames),
     )
-    labels = tuple(label_of[label] for label in part.labels)
-    return replace(part, labels=labels, located=located, frames=frames), tuple(sockets)
+    return alone, tuple(sockets)
+
+
+def _own_labels(
+    recordings: RobotRecordings, robots: int
+) -> dict[tuple[str, int], tuple[str, int]]:
+    """Return a robot's own label of each of its sockets, by that among so many robots."""
+    labels: dict[tuple[str, int], tuple[str, int]] = {}
+    for m in recordings.measurements:
+        if m.kind != "sockets":
+            continue
+        name = base_name(m, robots)
+        for socket in m.sockets:
+            labels[name, socket] = (m.name, socket)
+    return labels

@@ -17,10 +17,11 @@ import numpy as np
 
 from ..bayes.inference import FRAME_PRIOR_PRECISION, Posterior
 from ..bayes.model import Gaussian
-from ..bayes.results import frame_pose
+from ..bayes.results import frame_pose, unit
 from ..data import (
     IDENTITY,
     WORLD,
+    FrameObservations,
     Places,
     Pose,
     check_base,
@@ -49,9 +50,9 @@ class TiedRobots:
     @cached_property
     def columns(self) -> list[slice]:
         """For each robot, which unknowns are its own."""
-        sizes = (len(robot.fit.whole) for robot in self.robots)
-        ends = accumulate(sizes, initial=0)
-        return [slice(a, b) for a, b in pairwise(ends)]
+        sizes = [len(robot.fit.whole) for robot in self.robots]
+        bounds = accumulate(sizes, initial=0)
+        return [slice(begin, end) for begin, end in pairwise(bounds)]
 
     @cached_property
     def arms(self) -> tuple[Posterior, ...]:
@@ -60,12 +61,14 @@ class TiedRobots:
 
     def columns_of(self, frame: int) -> slice:
         """Return which unknowns are the pose of a frame."""
-        begin = self.columns[-1].stop + 6 * (frame % len(self.poses))
+        index = frame % len(self.poses)
+        begin = self.columns[-1].stop + 6 * index
         return slice(begin, begin + 6)
 
     def frame_covariance(self, frame: int) -> np.ndarray:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6)."""
-        return self.around.marginal(self.columns_of(frame)).covariance
+        pose = self.around.marginal(self.columns_of(frame))
+        return pose.covariance
 
     @property
     def frames(self) -> tuple[FramePose, ...]:
@@ -75,24 +78,27 @@ class TiedRobots:
         frames = [k for k in range(len(places.frames)) if k not in bases]
         if any(item.frame == WORLD for item in places.located):
             frames.append(WORLD)
-        poses: list[FramePose] = []
-        for k in frames:
-            name = "" if k == WORLD else places.frames[k]
-            points = sum(arm.data.points_in(name) for arm in self.arms)
-            covariance = self.frame_covariance(k)
-            poses.append(
-                frame_pose(places, k, self.poses[k], covariance, self.centres, points)
-            )
-        return tuple(poses)
+        return tuple(map(self._frame_pose, frames))
+
+    def _frame_pose(self, frame: int) -> FramePose:
+        """Return a frame with the errors at its sockets."""
+        name = "" if frame == WORLD else self.places.frames[frame]
+        return frame_pose(
+            self.places,
+            frame,
+            self.poses[frame],
+            self.frame_covariance(frame),
+            self.centres,
+            points=sum(arm.data.points_in(name) for arm in self.arms),
+        )
 
     @cached_property
     def centres(self) -> np.ndarray:
         """Centres of all sockets in the world, by the first robot that visited each, (S, 3) [m]."""
         centres = np.empty((self.places.socket_count, 3))
         for robot in reversed(self.robots):
-            centres[[*robot.sockets]] = self.poses[robot.frame].apply(
-                robot.fit.state.centres
-            )
+            base = self.poses[robot.frame]
+            centres[[*robot.sockets]] = base.apply(robot.fit.state.centres)
         return centres
 
 
@@ -106,47 +112,55 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
     Raises:
         FrameError: Nothing ties a robot or a frame to the first robot.
     """
-    parts = [
-        robot.fit.gaussian.conditioned(*robot.fit.state.constraints, count=-1)
-        for robot in robots
-    ]
-    of_poses = np.tile(1 / FRAME_PRIOR_PRECISION, len(places.frames) + 1)
-    of_poses[-6:] = 0.0  # the world stands still
-    prior = Gaussian.independent([*parts, Gaussian(0 * of_poses, np.diag(of_poses))])
-    tied = TiedRobots(
-        tuple(robots), places, prior, (IDENTITY,) * (len(places.frames) + 1)
-    )
+    prior = _prior(robots, places)
+    poses = (IDENTITY,) * (len(places.frames) + 1)
+    tied = TiedRobots(tuple(robots), places, prior, poses)
     tied = replace(tied, poses=_first_poses(tied))
     change = np.zeros(len(prior.mean))
     begin = tied.columns[-1].stop
     for _ in range(ROUNDS):
         A, errors = _equations(tied, change)
-        around = prior.conditioned(A, errors + A @ (prior.mean - change))
+        at_mean = errors + A @ (prior.mean - change)
+        around = prior.conditioned(A, at_mean)
         steps = around.mean[begin:].reshape(-1, 6)
-        poses = tuple(
-            pose.moved(step) for pose, step in zip(tied.poses, steps, strict=True)
-        )
+        poses = tuple(map(Pose.moved, tied.poses, steps))
         tied = replace(tied, around=around, poses=poses)
-        change = np.append(around.mean[:begin], np.zeros(steps.size))
+        change = around.mean.copy()
+        change[begin:] = 0.0
         if np.abs(steps).max() < SETTLED:
             break
-    updated = [
-        replace(robot, fit=robot.fit.changed(tied.around.marginal(rows)))
-        for robot, rows in zip(robots, tied.columns, strict=True)
-    ]
+    updated: list[Visitor] = []
+    for robot, rows in zip(robots, tied.columns, strict=True):
+        around = tied.around.marginal(rows)
+        fit = robot.fit.changed(around)
+        updated.append(replace(robot, fit=fit))
     return replace(tied, robots=tuple(updated))
+
+
+def _prior(robots: Sequence[Visitor], places: Places) -> Gaussian:
+    """Return what is known before anything is tied, without the known lengths of each fit."""
+    parts: list[Gaussian] = []
+    for robot in robots:
+        slopes, errors = robot.fit.state.constraints
+        parts.append(robot.fit.gaussian.conditioned(slopes, errors, count=-1))
+    deviations = np.tile(1 / FRAME_PRIOR_PRECISION, len(places.frames) + 1)
+    deviations[-6:] = 0.0  # the world stands still
+    root = np.diag(deviations)
+    parts.append(Gaussian(np.zeros(len(root)), root))
+    return Gaussian.independent(parts)
 
 
 def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
     """Return first poses of all frames in the world, by the places that they have in common."""
     places = tied.places
     n = len(tied.around.mean)
-    frames = {
-        k: view_of_frame(places, k, n).seen for k in range(WORLD, len(places.frames))
-    }
+    frames: dict[int, FrameObservations] = {}
+    for k in range(WORLD, len(places.frames)):
+        frames[k] = view_of_frame(places, k, n).seen
     for view in _views_of_robots(tied, np.zeros(n)):
-        check_base(frames[view.frame], view.seen)
-        frames[view.frame] = view.seen.joined(frames[view.frame])
+        measured = frames[view.frame]
+        check_base(measured, view.seen)
+        frames[view.frame] = view.seen.joined(measured)
     world, *poses = place_frames([*frames.values()])
     return (*poses, world)
 
@@ -154,10 +168,11 @@ def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
 def _views_of_robots(tied: TiedRobots, change: np.ndarray) -> list[View]:
     """Return what each robot sees, at a change of all unknowns, shape (n,)."""
     unknowns = np.eye(len(change))
-    return [
-        robot.view(tied.places, change[rows], unknowns[rows])
-        for robot, rows in zip(tied.robots, tied.columns, strict=True)
-    ]
+    views: list[View] = []
+    for robot, rows in zip(tied.robots, tied.columns, strict=True):
+        view = robot.view(tied.places, change[rows], unknowns[rows])
+        views.append(view)
+    return views
 
 
 class Equations(NamedTuple):
@@ -172,23 +187,25 @@ class Equations(NamedTuple):
 def _equations(tied: TiedRobots, change: np.ndarray) -> Equations:
     """Return the equations of what robots share, and of known lengths."""
     places = tied.places
-    unknowns = np.eye(len(change))
+    n = len(change)
+    unknowns = np.eye(n)
     views = _views_of_robots(tied, change)
-    views += [
-        view_of_frame(places, k, len(change)) for k in range(WORLD, len(places.frames))
-    ]
-    placed = [
-        view.in_world(tied.poses[view.frame], unknowns[tied.columns_of(view.frame)])
-        for view in views
-    ]
-    world = Seen(*map(np.concatenate, zip(*placed, strict=True)))
+    for k in range(WORLD, len(places.frames)):
+        views.append(view_of_frame(places, k, n))
+    seen: list[Seen] = []
+    for view in views:
+        pose = tied.poses[view.frame]
+        columns = tied.columns_of(view.frame)
+        seen.append(view.in_world(pose, unknowns[columns]))
+    world = Seen(*map(np.concatenate, zip(*seen, strict=True)))
     # every socket is seen by a robot, so that the first places are the sockets
     _, first, place = np.unique(world.numbers, return_index=True, return_inverse=True)
-    equations = (
-        _of_shared_places(world, first[place]),
-        _of_lengths(world, first, places),
+    shared = _of_shared_places(world, first[place])
+    lengths = _of_lengths(world, first, places)
+    return Equations(
+        slopes=np.concatenate([shared.slopes, lengths.slopes]),
+        errors=np.concatenate([shared.errors, lengths.errors]),
     )
-    return Equations(*map(np.concatenate, zip(*equations, strict=True)))
 
 
 def _of_shared_places(world: Seen, first: np.ndarray) -> Equations:
@@ -201,24 +218,29 @@ def _of_shared_places(world: Seen, first: np.ndarray) -> Equations:
     again = np.flatnonzero(first != np.arange(len(first)))
     before = first[again]
     weights = 1 / world.deviations[again, None]
-    errors = (world.points[again] - world.points[before]) * weights
-    slopes = (world.slopes[again] - world.slopes[before]) * weights[:, :, None]
+    offsets = world.points[again] - world.points[before]
+    by_unknowns = world.slopes[again] - world.slopes[before]
+    errors = offsets * weights
+    slopes = by_unknowns * weights[:, :, None]
     return Equations(slopes.reshape(errors.size, -1), errors.ravel())
 
 
-def _of_lengths(world: Seen, sockets: np.ndarray, places: Places) -> Equations:
+def _of_lengths(
+    world: Seen,
+    sockets: np.ndarray,
+    places: Places,
+) -> Equations:
     """Return the equations C^-1/2 (|p_b - p_a| - d) = 0 of known lengths with covariance C.
 
     ``sockets`` has the index of each socket among the places in the world.
     """
-    ends = [[length.first, length.second] for length in places.known]
-    first, second = sockets[np.reshape(ends, (-1, 2)).astype(int).T]
+    first = sockets[[length.first for length in places.known]]
+    second = sockets[[length.second for length in places.known]]
     offsets = world.points[second] - world.points[first]
-    lengths = np.linalg.norm(offsets, axis=1)
-    directions = offsets / lengths[:, None]
     by_offsets = world.slopes[second] - world.slopes[first]
-    slopes = np.einsum("ki,kin->kn", directions, by_offsets)
+    slopes = np.einsum("ki,kin->kn", unit(offsets), by_offsets)
+    lengths = np.linalg.norm(offsets, axis=1)
+    errors = lengths - [length.distance for length in places.known]
     root = np.linalg.cholesky(distance_covariance(places.known))
     whiten = np.linalg.inv(root)
-    errors = lengths - [length.distance for length in places.known]
     return Equations(whiten @ slopes, whiten @ errors)

@@ -49,11 +49,21 @@ class View:
             unknowns: Derivatives of the pose's six numbers by all unknowns, shape (6, n).
         """
         points = self.seen.points
-        slopes = pose.rotation @ self.slopes + pose.slopes(points) @ unknowns
-        return Seen(pose.apply(points), slopes, self.deviations, self.seen.numbers)
+        by_places = pose.rotation @ self.slopes
+        by_pose = pose.slopes(points) @ unknowns
+        return Seen(
+            points=pose.apply(points),
+            slopes=by_places + by_pose,
+            deviations=self.deviations,
+            numbers=self.seen.numbers,
+        )
 
 
-def view_of_frame(places: Places, frame: int, size: int) -> View:
+def view_of_frame(
+    places: Places,
+    frame: int,
+    size: int,
+) -> View:
     """Return the sockets with coordinates in a frame, and its corners."""
     deviations = [item.deviation for item in places.located if item.frame == frame]
     name = places.frames[frame] if frame != WORLD else ""
@@ -61,7 +71,8 @@ def view_of_frame(places: Places, frame: int, size: int) -> View:
     if frame != WORLD:
         seen = seen.joined(_corners(places, name, CORNERS))
         deviations += [SAME] * len(CORNERS)
-    return View(frame, seen, np.zeros((len(deviations), 3, size)), np.array(deviations))
+    slopes = np.zeros((len(deviations), 3, size))
+    return View(frame, seen, slopes, np.array(deviations))
 
 
 @dataclass(frozen=True)
@@ -75,7 +86,12 @@ class Visitor:
     """Index of each of its sockets among those of all robots."""
     fit: FitPosterior
 
-    def view(self, places: Places, change: np.ndarray, unknowns: np.ndarray) -> View:
+    def view(
+        self,
+        places: Places,
+        change: np.ndarray,
+        unknowns: np.ndarray,
+    ) -> View:
         """Return the sockets that it visited, and the frames in which its balls were measured.
 
         Args:
@@ -83,33 +99,46 @@ class Visitor:
             change: Of its d unknowns, shape (d,).
             unknowns: Derivatives of these by all unknowns, shape (d, n).
         """
-        fit, objective = self.fit, self.fit.objective
-        data, state = fit.data, fit.state
+        objective = self.fit.objective
+        state = self.fit.state
         centres = slice(objective.dense, objective.size)
-        labels = [places.labels[k] for k in self.sockets]
-        seen = FrameObservations(
-            f"the base of {self.name}",
-            np.array(self.sockets, dtype=np.int64),
-            state.centres + change[centres].reshape(-1, 3),
-            [
-                f"{self.name}: socket {placement}:{socket}"
-                for placement, socket in labels
-            ],
-        )
-        slopes = [unknowns[centres].reshape(-1, 3, unknowns.shape[1])]
-        for k, name in enumerate(data.frames):
-            measured = (data.measured_in == k) | (data.turned_in == k)
-            turn = fit.frame_covariance(name)[:3, :3]
-            if measured.any() and np.trace(turn) < HELD**2:
+        seen = self._sockets(places, change[centres])
+        of_centres = unknowns[centres]
+        slopes = [of_centres.reshape(-1, 3, unknowns.shape[1])]
+        for k, name in enumerate(self.fit.data.frames):
+            if self._knows(k):
                 columns = objective.of_frame(k)
                 pose = state.frames[k].moved(change[columns])
-                seen = seen.joined(_corners(places, name, pose.apply(CORNERS)))
+                corners = _corners(places, name, pose.apply(CORNERS))
+                seen = seen.joined(corners)
                 slopes.append(pose.slopes(CORNERS) @ unknowns[columns])
         deviations = np.full(len(seen.points), SAME)
         return View(self.frame, seen, np.concatenate(slopes), deviations)
 
+    def _sockets(self, places: Places, change: np.ndarray) -> FrameObservations:
+        """Return its sockets, after a change of their centres, shape (3 S,) [m]."""
+        lines: list[str] = []
+        for k in self.sockets:
+            placement, socket = places.labels[k]
+            lines.append(f"{self.name}: socket {placement}:{socket}")
+        numbers = np.array(self.sockets, dtype=np.int64)
+        points = self.fit.state.centres + change.reshape(-1, 3)
+        return FrameObservations(f"the base of {self.name}", numbers, points, lines)
 
-def _corners(places: Places, name: str, points: np.ndarray) -> FrameObservations:
+    def _knows(self, frame: int) -> bool:
+        """Tell whether its fit knows how a frame is turned."""
+        data = self.fit.data
+        measured = (data.measured_in == frame) | (data.turned_in == frame)
+        covariance = self.fit.frame_covariance(data.frames[frame])
+        turn = covariance[:3, :3]
+        return bool(measured.any() and np.trace(turn) < HELD**2)
+
+
+def _corners(
+    places: Places,
+    name: str,
+    points: np.ndarray,
+) -> FrameObservations:
     """Return the corners of a frame by their coordinates, shape (3, 3) [m]."""
     first = places.socket_count + len(CORNERS) * places.frames.index(name)
     numbers = first + np.arange(len(CORNERS))

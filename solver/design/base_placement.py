@@ -8,9 +8,10 @@ import numpy as np
 
 from ..bayes.model import Noise, extend
 from ..bayes.model.effects import TYPES_WITH_CURVES
+from ..bayes.results import arm_length, unit
 from ..data import CALIPER_DEVIATION, SEAT_DEVIATION, as_point
 from ..robot import Robot, SimulationError, choose_parameters
-from .information import ParameterCovariance, Workspace, from_prior, unit, workspace_of
+from .information import ParameterCovariance, Workspace, from_prior, workspace_of
 from .pose_route import annealing
 from .reachability import Reach
 
@@ -52,9 +53,17 @@ class Site:
         """Unit vector from socket 0 to socket 1."""
         return unit(self.centres[1] - self.centres[0])
 
+    @property
+    def middle(self) -> np.ndarray:
+        """Of both sockets, shape (3,) [m]."""
+        return self.centres.mean(axis=0)
+
 
 def site_at(
-    reach: Reach, centre: np.ndarray, distance: float, along: np.ndarray
+    reach: Reach,
+    centre: np.ndarray,
+    distance: float,
+    along: np.ndarray,
 ) -> Site | None:
     """Return a place for a base about a centre, along a unit vector; None where few poses reach."""
     half = 0.5 * distance * along
@@ -62,18 +71,35 @@ def site_at(
     bounded = np.isfinite(reach.turn)
     zero, first = [reach.poses(end, MANY if bounded else POSES) for end in centres]
     if bounded and min(len(zero), len(first)):
-        # a session begins where most poses of both sockets are near
-        turns = np.abs(zero[:, None] - np.concatenate([zero, first])).max(axis=2)
-        near = turns <= reach.turn
-        most = near[np.argmax(near.sum(axis=1))]
-        zero = zero[most[: len(zero)]][:POSES]
-        first = first[most[len(near) :]][:POSES]
+        is_near = _near_each_other(reach, zero, first)
+        zero = zero[is_near[: len(zero)]][:POSES]
+        first = first[is_near[-len(first) :]][:POSES]
     if min(len(zero), len(first)) < POSES // 4:
         return None
     return Site(centres, (zero, first))
 
 
-def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site]:
+def _near_each_other(
+    reach: Reach,
+    zero: np.ndarray,
+    first: np.ndarray,
+) -> np.ndarray:
+    """Return a mask of those poses of both sockets that a session begun at one of them reaches.
+
+    It begins at the pose of socket 0 where most poses are near.
+    """
+    poses = np.concatenate([zero, first])
+    offsets = np.abs(zero[:, None] - poses)
+    is_near = offsets.max(axis=2) <= reach.turn
+    start = np.argmax(is_near.sum(axis=1))
+    return is_near[start]
+
+
+def sites_around(
+    reach: Reach,
+    centre: np.ndarray,
+    distance: float,
+) -> list[Site]:
     """Return places as far from the robot's axis as one that is known, as high, and higher."""
     radius = float(np.hypot(centre[0], centre[1]))
     upward = np.array([0.0, 0.0, 1.0])
@@ -81,27 +107,35 @@ def sites_around(reach: Reach, centre: np.ndarray, distance: float) -> list[Site
     for angle, height in itertools.product(ANGLES, HEIGHTS):
         outward = np.array([np.cos(angle), np.sin(angle), 0.0])
         place = radius * outward + (centre[2] + height) * upward
-        if np.linalg.norm(place - centre) >= 0.3 * radius:
-            site = site_at(reach, place, distance, np.cross(upward, outward))
-            sites += [site] if site else []
+        if np.linalg.norm(place - centre) < 0.3 * radius:
+            continue
+        along = np.cross(upward, outward)
+        site = site_at(reach, place, distance, along)
+        if site is not None:
+            sites.append(site)
     return sites
 
 
 def in_words(start: Sequence[float], end: Sequence[float]) -> str:
     """Return the way from one place of the base to another [m], as seen from the robot."""
-    (x, y, z), (u, v, w) = start, end
-    before, after = float(np.hypot(x, y)), float(np.hypot(u, v))
+    x, y, z = start
+    u, v, w = end
+    before = float(np.hypot(x, y))
     angle = float(np.arctan2(x * v - y * u, x * u + y * v))
     arc = 2 * before * abs(np.sin(0.5 * angle))
-    out, up = after - before, w - z
+    outward = float(np.hypot(u, v)) - before
+    upward = w - z
     words: list[str] = []
     if arc > NEAR:
+        side = "left" if angle > 0 else "right"
         around = " around the robot" if abs(angle) > np.deg2rad(30) else ""
-        words.append(f"{arc:.2f} m to the {'left' if angle > 0 else 'right'}{around}")
-    if abs(out) > NEAR:
-        words.append(f"{abs(out):.2f} m {'farther' if out > 0 else 'nearer'}")
-    if abs(up) > NEAR:
-        words.append(f"{100 * abs(up):.0f} cm {'higher' if up > 0 else 'lower'}")
+        words.append(f"{arc:.2f} m to the {side}{around}")
+    if abs(outward) > NEAR:
+        way = "farther" if outward > 0 else "nearer"
+        words.append(f"{abs(outward):.2f} m {way}")
+    if abs(upward) > NEAR:
+        way = "higher" if upward > 0 else "lower"
+        words.append(f"{100 * abs(upward):.0f} cm {way}")
     return ", ".join(words) or "here"
 
 
@@ -128,7 +162,8 @@ def with_site(
     state = state.with_lengths(ends, deviation)
     pools = dict(enumerate(site.poses, first))
     order = [first, first + 1] * samples
-    return replace(state, covariance=annealing(state, where, pools, order).greedy())
+    covariance = annealing(state, where, pools, order).greedy()
+    return replace(state, covariance=covariance)
 
 
 def best_site(
@@ -155,24 +190,29 @@ def next_base_advice(
     ``state`` is the covariance after this placement, whose two sockets are ``position``,
     shape (2, 3) [m], so far apart [m].
     """
-    sites = sites_around(reach, position.mean(axis=0), distance)
+    middle = position.mean(axis=0)
+    sites = sites_around(reach, middle, distance)
     if not sites:
         return ()
     along = unit(position[1] - position[0])
     site, then = best_site(state, sites, where, SAMPLES, along)
-    middle, centre = position.mean(axis=0), site.centres.mean(axis=0)
     u = unit(site.centres[0] - position[0])
     tied = then.with_lengths({0: -u, state.sockets: u}, KNOWN)
-    longer = site_at(reach, centre, LONG, site.along) if distance < LONG else None
-    now, there, measured = [_error(each, where) for each in (state, then, tied)]
+    longer = None
+    if distance < LONG:
+        longer = site_at(reach, site.middle, LONG, site.along)
+    way = in_words(as_point(middle), as_point(site.middle))
     lines = [
-        f"Here distances in the workspace are known to {now}. A second placement, seen from the "
-        f"robot {in_words(middle, centre)}, brings {there};",
-        f"with the distance between both bases measured to 0.1 mm {measured}"
-        + (";" if longer else "."),
+        f"Here distances in the workspace are known to {_error(state, where)}. A second "
+        f"placement, seen from the robot {way}, brings {_error(then, where)};",
+        f"with the distance between both bases measured to 0.1 mm {_error(tied, where)}",
     ]
-    if longer:
-        error = _error(with_site(state, longer, where, SAMPLES), where)
+    if longer is None:
+        lines[-1] += "."
+    else:
+        lines[-1] += ";"
+        by_longer = with_site(state, longer, where, SAMPLES)
+        error = _error(by_longer, where)
         lines.append(f"with sockets {1e3 * LONG:g} mm apart there {error}.")
     return tuple(lines)
 
@@ -215,19 +255,17 @@ def plan(
     where = workspace_of(model, np.zeros(model.size))
     reach = Reach(robot, turn=np.inf if turn is None else np.deg2rad(turn))
     first = _first(robot, reach, distance)
+    sites = [first]
     state = with_site(from_prior(model, NOISE, 0), first, where, samples)
-    route = [(first, state)]
-    candidates = sites_around(reach, first.centres.mean(axis=0), distance)
-    while candidates and len(route) < placements:
+    errors = [state.error(where)]
+    candidates = sites_around(reach, first.middle, distance)
+    while candidates and len(sites) < placements:
         site, state = best_site(state, candidates, where, samples, first.along)
-        route.append((site, state))
+        sites.append(site)
+        errors.append(state.error(where))
         candidates = [candidate for candidate in candidates if candidate is not site]
-    return Plan(
-        distance,
-        tuple(as_point(site.centres.mean(axis=0).round(3)) for site, _ in route),
-        tuple(state.error(where) for _, state in route),
-        turn,
-    )
+    places = [as_point(site.middle.round(3)) for site in sites]
+    return Plan(distance, tuple(places), tuple(errors), turn)
 
 
 def curve_advice(robot: Robot) -> str:
@@ -240,11 +278,16 @@ def curve_advice(robot: Robot) -> str:
     )
 
 
-def _first(robot: Robot, reach: Reach, distance: float) -> Site:
-    length = float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+def _first(
+    robot: Robot,
+    reach: Reach,
+    distance: float,
+) -> Site:
+    length = arm_length(robot)
+    sideways = np.array([0.0, 1.0, 0.0])
     for radius in RADII:
-        centre = np.array([radius * length, 0.0, HEIGHT * length])
-        site = site_at(reach, centre, distance, np.array([0.0, 1.0, 0.0]))
+        centre = length * np.array([radius, 0.0, HEIGHT])
+        site = site_at(reach, centre, distance, sideways)
         if site is not None:
             return site
     raise SimulationError(

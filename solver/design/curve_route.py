@@ -9,11 +9,13 @@ the workspace, by the geometry's prior and the Gaussian processes of the curves,
 """
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ..bayes.model import submatrix
 from ..bayes.model.effects import CURVE, TYPICAL_LENGTH, kernel
+from ..bayes.results import pair_lengths, unit
 from ..robot import workspace
 from .information import ParameterCovariance, Prospect
 from .pose_route import Annealing
@@ -43,23 +45,26 @@ class CurveAnnealing(Annealing):
         pools = {k: pool[:POOL] for k, pool in pools.items()}
         of_pools = [(pool, k) for k, pool in pools.items()]
         K, lengths = _joint_covariance(state, [*taken, *of_pools])
-        t = 3 * sum(len(q) for q, _ in taken)
-        after = K[t:, t:] - K[t:, :t] @ np.linalg.solve(
-            K[:t, :t] + np.eye(t), K[:t, t:]
-        )
-        scale = lengths / np.linalg.norm(lengths)
+        count = sum(len(q) for q, _ in taken)
+        after = _after_first(K, 3 * count)
+        scale = unit(lengths)
         relative = np.eye(PAIRS) - np.outer(scale, scale)
         projection = np.vstack([scale, relative]) / PAIRS**0.5
         n = len(after) - PAIRS
+        of_poses = after[:n, :n]
         across = projection @ after[n:, :n]
         of_distances = projection @ after[n:, n:] @ projection.T
-        self.joint = np.block([[after[:n, :n], across.T], [across, of_distances]])
+        self.joint = np.block([[of_poses, across.T], [across, of_distances]])
         self.distances = np.arange(n, len(self.joint))
         rows: np.ndarray = np.arange(n).reshape(-1, 3)
-        super().__init__(rows[:0].ravel(), rows, projection, pools, order, start)
+        nothing = rows[:0].ravel()
+        super().__init__(nothing, rows, projection, pools, order, start)
 
     def updated(
-        self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1
+        self,
+        covariance: np.ndarray,
+        rows: np.ndarray,
+        sign: int = 1,
     ) -> np.ndarray:
         """Return which rows of K are sampled, after more or without some."""
         if sign > 0:
@@ -75,13 +80,56 @@ class CurveAnnealing(Annealing):
         """
         K = self.joint
         d = self.distances
-        L = np.linalg.cholesky(submatrix(K, covariance) + np.eye(len(covariance)))
+        sampled = submatrix(K, covariance)
+        L = np.linalg.cholesky(sampled + np.eye(len(covariance)))
         H = np.linalg.inv(L) @ K[covariance]
         Ha = H[:, rows].transpose(1, 2, 0)
         Hd = H[:, d]
-        S = K[rows[:, :, None], rows[:, None]] - Ha @ Ha.transpose(0, 2, 1) + np.eye(3)
-        variances = np.diag(K)[d] - np.sum(Hd**2, axis=0)
-        return Prospect(K[rows][:, :, d] - Ha @ Hd, S, variances)
+        K_aa = K[rows[:, :, None], rows[:, None]]
+        K_ad = K[rows][:, :, d]
+        of_samples = K_aa - Ha @ Ha.transpose(0, 2, 1)
+        variances = np.diag(K)[d]
+        return Prospect(
+            cross=K_ad - Ha @ Hd,
+            S=of_samples + np.eye(3),
+            variances=variances - np.sum(Hd**2, axis=0),
+        )
+
+
+def _after_first(K: np.ndarray, t: int) -> np.ndarray:
+    """Return K of all others after its first t rows were sampled, with a noise of 1."""
+    across = K[:t, t:]
+    sampled = K[:t, :t] + np.eye(t)
+    gain = np.linalg.solve(sampled, across)
+    return K[t:, t:] - across.T @ gain
+
+
+class Ends(NamedTuple):
+    """The 2 D ends of D distances in the workspace, by noise of 1: how each end changes its own."""
+
+    q: np.ndarray
+    """Joint positions, shape (2 D, m) [rad]; rows 0 and 1, 2 and 3, ... are pairs."""
+    lengths: np.ndarray
+    """The distances, shape (D,) [m]."""
+    by_unknowns: np.ndarray
+    """Shape (2 D, size)."""
+    by_joints: np.ndarray
+    """Shape (2 D, m)."""
+
+    @classmethod
+    def of(cls, state: ParameterCovariance, weight: float) -> "Ends":
+        """Return random ends; a weight is one over the noise [1/m]."""
+        q = workspace(state.model.robot, 2 * PAIRS)
+        points, J, by_joints = state.linearise(q)
+        directions = weight * unit(points[1::2] - points[::2])
+        along = np.repeat(directions, 2, axis=0)
+        along[::2] *= -1
+        return cls(
+            q,
+            lengths=pair_lengths(points),
+            by_unknowns=np.einsum("ni,nij->nj", along, J),
+            by_joints=np.einsum("ni,nij->nj", along, by_joints),
+        )
 
 
 def _joint_covariance(
@@ -92,32 +140,28 @@ def _joint_covariance(
     With A the derivatives of all by the unknowns, and a_j those by the angle of joint j, it is
     A Sigma A^T + sum_j (a_j a_j^T) k(q_j, q_j'), k being the covariance of an error curve.
     """
-    model = state.model
-    unit = state.noise.information**0.5 / state.noise.space
-    q = np.concatenate([p for p, _ in some])
-    ends = workspace(model.robot, 2 * PAIRS)
-    _, _, by_joints = model.linearise(state.x, q, np.tile(0 * q, 2))
-    points, by_unknowns, ends_by_joints = model.linearise(
-        state.x, ends, np.tile(0 * ends, 2)
-    )
-    offsets = points[1::2] - points[::2]
-    lengths = np.linalg.norm(offsets, axis=1)
-    along = np.repeat(unit * offsets / lengths[:, None], 2, axis=0)
-    along[::2] *= -1
-    ends_by_unknowns = np.zeros((len(ends), len(state.covariance)))
-    ends_by_unknowns[:, : model.size] = np.einsum("ni,nij->nj", along, by_unknowns)
+    weight = state.noise.information**0.5 / state.noise.space
+    ends = Ends.of(state, weight)
+    by_unknowns = np.zeros((len(ends.q), len(state.covariance)))
+    by_unknowns[:, : state.model.size] = ends.by_unknowns
     of_samples = [np.concatenate(state.whitened(p, k)) for p, k in some]
-    A = np.concatenate([*of_samples, ends_by_unknowns])
+    A = np.concatenate([*of_samples, by_unknowns])
     covariance = A @ state.covariance @ A.T
     # by the curve of each joint, at its angles
-    angles = np.concatenate([np.repeat(q, 3, axis=0), ends])
-    along_joints = np.einsum("ni,nij->nj", along, ends_by_joints)
-    slopes = np.concatenate([unit * np.concatenate(by_joints), along_joints])
+    q = np.concatenate([p for p, _ in some])
+    _, _, by_joints = state.linearise(q)
+    of_poses = weight * np.concatenate(by_joints)
+    slopes = np.concatenate([of_poses, ends.by_joints])
     slopes *= CURVE.typical_shift
+    of_numbers = np.repeat(q, 3, axis=0)
+    angles = np.concatenate([of_numbers, ends.q])
     for angle, slope in zip(angles.T, slopes.T, strict=True):
-        chord = 2 * np.sin(np.subtract.outer(angle, angle) / 2)
-        covariance += np.outer(slope, slope) * kernel(chord, TYPICAL_LENGTH)[0]
-    n = 3 * len(q)
+        half = np.subtract.outer(angle, angle) / 2
+        chord = 2 * np.sin(half)
+        by_curve, *_ = kernel(chord, TYPICAL_LENGTH)
+        covariance += np.outer(slope, slope) * by_curve
+    n = len(of_numbers)
     first = [*range(n), *range(n, len(angles), 2)]  # a distance has two ends
     summed = np.add.reduceat(covariance, first, axis=0)
-    return np.add.reduceat(summed, first, axis=1), lengths
+    summed = np.add.reduceat(summed, first, axis=1)
+    return summed, ends.lengths

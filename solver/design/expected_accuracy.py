@@ -13,7 +13,7 @@ import numpy as np
 from ..bayes.inference import FitPosterior, Posterior, estimate, refit
 from ..bayes.model import ExtendedModel, extend
 from ..bayes.model.effects import EFFECTS, effects_of
-from ..bayes.results import scale, workspace_errors
+from ..bayes.results import scale, unit, variances_of, workspace_errors
 from ..data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
@@ -30,7 +30,7 @@ from ..data import (
 from ..paper import NotConverged
 from ..results import ErrorMap, JointEffect, Scale
 from ..robot import Robot, choose_parameters, workspace
-from .information import from_fit, unit
+from .information import from_fit
 
 POSES = 2000
 """Random poses of the workspace."""
@@ -53,26 +53,38 @@ def predicted_posterior(
         after = after.with_samples(q, k, moments)
     on_base = [length for length in posterior.data.known if length.on_base]
     if on_base and len(by_socket) > 1:
-        a, b = on_base[0].first, on_base[0].second
-        means = [posterior.predict(*samples).mean(axis=0) for samples in by_socket[:2]]
+        a = on_base[0].first
+        b = on_base[0].second
         u = unit(posterior.centres[b] - posterior.centres[a])
+        balls = [posterior.predict(*samples) for samples in by_socket[:2]]
+        means = [points.mean(axis=0) for points in balls]
         v = unit(means[1] - means[0])
         ends = {a: u, b: -u, first: -v, first + 1: v}
         after = after.with_lengths(ends, 2**0.5 * SEAT_DEVIATION)
     size = len(before.covariance)
-    return replace(posterior, covariance=after.covariance[:size, :size])
+    covariance = after.covariance[:size, :size]
+    return replace(posterior, covariance=covariance)
 
 
-WorkspaceSamples = tuple[np.ndarray, np.ndarray]
-"""Ball centres in N random poses, shape (N, 3) [m], and their derivatives, (N, 3, size)."""
+class WorkspaceSamples(NamedTuple):
+    """Balls in N random poses."""
+
+    points: np.ndarray
+    """Shape (N, 3) [m]."""
+    slopes: np.ndarray
+    """Their derivatives by the unknowns, shape (N, 3, size)."""
 
 
 def workspace_samples(
-    model: ExtendedModel, x: np.ndarray, load: Load
+    model: ExtendedModel,
+    x: np.ndarray,
+    load: Load,
 ) -> WorkspaceSamples:
     """Return the ball in random poses by a model with unknowns x, shape (size,)."""
     q = workspace(model.robot, POSES)
-    return model.linearise(x, q, load.moments(model.robot, q, None))[:2]
+    moments = load.moments(model.robot, q, None)
+    points, J, _ = model.linearise(x, q, moments)
+    return WorkspaceSamples(points, J)
 
 
 def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
@@ -82,22 +94,26 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     middle of all samples that were trained on: g^T Sigma g with g = u^T (J_p - Jm), u the direction
     from that middle, J_p the derivatives of the place and Jm the mean of the samples'.
     """
-    points, by_unknowns = poses
     data = posterior.data
     _, J, _ = posterior.linearise(data.positions, data.torques, data.clocks)
-    offsets = points - posterior.points.mean(axis=0)
-    distances = np.linalg.norm(offsets, axis=1, keepdims=True)
-    directions = offsets / distances.clip(1e-9)
-    slopes = np.einsum("ni,nij->nj", directions, by_unknowns - J.mean(axis=0))
-    variances = np.sum(slopes @ posterior.of_unknowns * slopes, axis=1)
-    from_above = points[:, :2]
-    width = float(np.linalg.norm(from_above, axis=1).max()) / CELLS
+    offsets = poses.points - posterior.points.mean(axis=0)
+    directions = unit(offsets)
+    by_offsets = poses.slopes - J.mean(axis=0)
+    slopes = np.einsum("ni,nij->nj", directions, by_offsets)
+    variances = variances_of(slopes, posterior.of_unknowns)
+    from_above = poses.points[:, :2]
+    radii = np.linalg.norm(from_above, axis=1)
+    width = float(radii.max()) / CELLS
     corners = np.floor(from_above / width)
     cells, cell = np.unique(corners, axis=0, return_inverse=True)
     cell = cell.ravel()
-    medians = [np.median(variances[cell == k]) for k in range(len(cells))]
-    rows = np.column_stack([(cells + 0.5) * width, np.sqrt(medians)])
-    return ErrorMap(width, tuple(map(as_point, rows)))
+    middles = (cells + 0.5) * width
+    rows: list[tuple[float, float, float]] = []
+    for k, middle in enumerate(middles):
+        variance = np.median(variances[cell == k])
+        row = np.append(middle, np.sqrt(variance))
+        rows.append(as_point(row))
+    return ErrorMap(width, tuple(rows))
 
 
 def joint_effects(
@@ -117,15 +133,17 @@ def joint_effects(
     changes = np.equal.outer(joints, owners) * x
 
     def squares(J: np.ndarray) -> np.ndarray:
-        return np.sum(((J - J.mean(axis=0)) @ changes.T) ** 2, axis=1)
+        displacements = (J - J.mean(axis=0)) @ changes.T
+        return np.sum(displacements**2, axis=1)
 
-    slopes = [model.linearise(x, *samples)[1] for samples in by_socket]
-    recorded = np.concatenate([squares(J) for J in slopes])
-    means = [
-        np.sqrt(np.mean(part, axis=0)).tolist()
-        for part in (recorded, squares(poses[1]))
-    ]
-    return tuple(map(JointEffect, joints, *means))
+    recorded: list[np.ndarray] = []
+    for samples in by_socket:
+        _, J, _ = model.linearise(x, *samples)
+        recorded.append(squares(J))
+    near = np.concatenate(recorded).mean(axis=0)
+    anywhere = squares(poses.slopes).mean(axis=0)
+    columns = np.sqrt([near, anywhere]).tolist()
+    return tuple(map(JointEffect, joints, *columns))
 
 
 class Accuracy(NamedTuple):
@@ -153,15 +171,18 @@ def accuracy_by(
     parameters = choose_parameters(robot)
     rigid = effects_of(zeros=zeros)
     twists = [e.name for e in EFFECTS.values() if e.elastic and not e.across]
-    bending = extend(robot, parameters, (*rigid, *twists))
+    rigid_model = extend(robot, parameters, rigid)
+    bending_model = extend(robot, parameters, (*rigid, *twists))
     fits: list[FitPosterior] = []
     with suppress(KnownError, NotConverged):
-        arm = RobotRecordings(robot, measurements, load)
-        data = observe(arm, lengths=distances, deviation=deviation)
-        fits.append(estimate(extend(robot, parameters, rigid), data))
-        fits.append(refit(fits[0], bending))
+        recordings = RobotRecordings(robot, measurements, load)
+        data = observe(recordings, lengths=distances, deviation=deviation)
+        fits.append(estimate(rigid_model, data))
+        fits.append(refit(fits[0], bending_model))
     if not fits:
         return None
-    posterior = max(fits, key=lambda fit: fit.log_evidence).arm
-    error = workspace_errors(posterior, load).median
-    return Accuracy(error, scale(posterior)) if np.isfinite(error) else None
+    arm = max(fits, key=lambda fit: fit.log_evidence).arm
+    error = workspace_errors(arm, load).median
+    if not np.isfinite(error):
+        return None
+    return Accuracy(error, scale(arm))

@@ -31,7 +31,7 @@ from ..bayes.model import (
     prior_covariance,
     prior_groups,
 )
-from ..bayes.results import distance_slopes
+from ..bayes.results import distance_slopes, variances_of
 from ..data import Observations
 from ..robot import workspace
 
@@ -60,10 +60,15 @@ class Workspace:
         scale = along @ self.slopes
         relative = self.slopes - np.outer(along, scale)
         directions = np.linalg.qr(relative, mode="r")
-        return np.vstack([scale, directions]).T / len(self.slopes) ** 0.5
+        rows = np.vstack([scale, directions])
+        return rows.T / len(self.slopes) ** 0.5
 
 
-def workspace_of(model: ExtendedModel, x: np.ndarray, pairs: int = 200) -> Workspace:
+def workspace_of(
+    model: ExtendedModel,
+    x: np.ndarray,
+    pairs: int = 200,
+) -> Workspace:
     """Return random pairs of poses within the joints' limits."""
     q = workspace(model.robot, 2 * pairs)
     lengths, slopes = distance_slopes(model, x, q, np.tile(0 * q, 2))
@@ -92,14 +97,16 @@ class ParameterCovariance:
 
     def deviations(self, where: Workspace) -> np.ndarray:
         """Return the predicted standard deviation of each distance, shape (K,) [m]."""
-        covariance = self.covariance[: self.model.size, : self.model.size]
-        return np.sqrt(np.sum((where.slopes @ covariance) * where.slopes, axis=1))
+        size = self.model.size
+        covariance = self.covariance[:size, :size]
+        return np.sqrt(variances_of(where.slopes, covariance))
 
     def with_sockets(self, count: int) -> "ParameterCovariance":
         """Return the same with so many more sockets, whose centres are unknown."""
         n = len(self.covariance)
-        covariance = np.pad(self.covariance, (0, 3 * count))
-        covariance[n:, n:] = CENTRE**2 * np.eye(3 * count)
+        numbers = 3 * count
+        covariance = np.pad(self.covariance, (0, numbers))
+        covariance[n:, n:] = CENTRE**2 * np.eye(numbers)
         return replace(self, covariance=covariance)
 
     def with_lengths(
@@ -118,7 +125,10 @@ class ParameterCovariance:
         return replace(self, covariance=updated(self.covariance, row))
 
     def with_samples(
-        self, q: np.ndarray, socket: int, moments: np.ndarray | None = None
+        self,
+        q: np.ndarray,
+        socket: int,
+        moments: np.ndarray | None = None,
     ) -> "ParameterCovariance":
         """Return the same with more samples in a socket (D1).
 
@@ -128,21 +138,34 @@ class ParameterCovariance:
         rows = np.concatenate(self.whitened(q, socket, moments))
         return replace(self, covariance=updated(self.covariance, rows))
 
-    def whitened(
-        self, q: np.ndarray, socket: int, moments: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Return L^-1 A of (D1) for each of some samples, shape (N, 3, n), with C = L L^T."""
+    def linearise(
+        self, q: np.ndarray, moments: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return balls and derivatives, see :meth:`.ExtendedModel.linearise`; rigid by default."""
         if moments is None:
             moments = np.tile(0 * q, 3)
-        _, J, by_joints = self.model.linearise(self.x, q, moments)
+        return self.model.linearise(self.x, q, moments)
+
+    def whitened(
+        self,
+        q: np.ndarray,
+        socket: int,
+        moments: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Return L^-1 A of (D1) for each of some samples, shape (N, 3, n), with C = L L^T."""
+        _, J, by_joints = self.linearise(q, moments)
         A = np.zeros((len(q), 3, len(self.covariance)))
         A[:, :, : self.model.size] = J
         A[:, :, self._centre(socket)] = -np.eye(3)
-        L = np.linalg.cholesky(self.noise.as_gaussian(by_joints))
+        C = self.noise.as_gaussian(by_joints)
+        L = np.linalg.cholesky(C)
         return np.linalg.inv(L) @ A
 
     def variance_reduction(
-        self, q: np.ndarray, socket: int, where: Workspace
+        self,
+        q: np.ndarray,
+        socket: int,
+        where: Workspace,
     ) -> np.ndarray:
         """Return the shares by which each of some samples would lower the mean variance (D2).
 
@@ -154,12 +177,10 @@ class ParameterCovariance:
         Returns:
             With the arm's scale and without it, shape (2, N).
         """
-        samples = Prospect.of(self.covariance, self.whitened(q, socket), where.judged)
-        return (
-            1
-            - samples.mean_variances
-            / with_and_without_scale(samples.variances)[:, None]
-        )
+        rows = self.whitened(q, socket)
+        samples = Prospect.of(self.covariance, rows, where.judged)
+        before = with_and_without_scale(samples.variances)
+        return 1 - samples.mean_variances / before[:, None]
 
     def _centre(self, socket: int) -> slice:
         """Return where a socket's centre stands among the unknowns."""
@@ -167,7 +188,11 @@ class ParameterCovariance:
         return slice(begin, begin + 3)
 
 
-def updated(covariance: np.ndarray, A: np.ndarray, sign: int = 1) -> np.ndarray:
+def updated(
+    covariance: np.ndarray,
+    A: np.ndarray,
+    sign: int = 1,
+) -> np.ndarray:
     """Return a covariance after measurements with derivatives A and noise 1 (Kalman's update).
 
         S = A Sigma A^T + 1    K = Sigma A^T S^-1    Sigma' = (1 - K A) Sigma (1 - K A)^T + K K^T
@@ -179,7 +204,8 @@ def updated(covariance: np.ndarray, A: np.ndarray, sign: int = 1) -> np.ndarray:
     S = cross @ A.T + sign * np.eye(len(A))
     K = np.linalg.solve(S, cross).T
     reduced = covariance - K @ cross
-    result = reduced - (reduced @ A.T) @ K.T + sign * K @ K.T
+    by_noise = sign * K @ K.T
+    result = reduced - (reduced @ A.T) @ K.T + by_noise
     return 0.5 * (result + result.T)
 
 
@@ -194,36 +220,44 @@ class Prospect(NamedTuple):
     """Of the numbers so far, the diagonal of F^T Sigma F, shape (J,)."""
 
     @classmethod
-    def of(cls, covariance: np.ndarray, A: np.ndarray, F: np.ndarray) -> "Prospect":
+    def of(
+        cls,
+        covariance: np.ndarray,
+        A: np.ndarray,
+        F: np.ndarray,
+    ) -> "Prospect":
         """Return that of samples with whitened rows A, shape (N, 3, n), for F, (size, J)."""
         size = len(F)
-        cross = A @ covariance
-        S = cross @ A.transpose(0, 2, 1) + np.eye(3)
-        variances = np.sum(F * (covariance[:size, :size] @ F), axis=0)
-        return cls(cross[:, :, :size] @ F, S, variances)
+        across = A @ covariance
+        S = across @ A.transpose(0, 2, 1) + np.eye(3)
+        by_numbers = covariance[:size, :size] @ F
+        variances = np.sum(F * by_numbers, axis=0)
+        return cls(across[:, :, :size] @ F, S, variances)
 
     @property
     def mean_variances(self) -> np.ndarray:
         """Both mean variances after each sample, shape (2, N)."""
-        gains = np.sum(self.cross * (np.linalg.inv(self.S) @ self.cross), axis=1)
+        inverse = np.linalg.inv(self.S)
+        gains = np.sum(self.cross * (inverse @ self.cross), axis=1)
         return with_and_without_scale(self.variances - gains)
 
 
 def with_and_without_scale(variances: np.ndarray) -> np.ndarray:
     """Return both sums of variances of :attr:`.Workspace.judged`, (..., J), shape (2, ...)."""
+    by_scale = variances[..., 0]
     relative = variances[..., 1:].sum(axis=-1)
-    return np.stack([relative + variances[..., 0], relative])
+    return np.stack([relative + by_scale, relative])
 
 
-def unit(offset: np.ndarray) -> np.ndarray:
-    """Return the unit vector along an offset."""
-    return offset / np.linalg.norm(offset).clip(1e-9)
-
-
-def from_prior(model: ExtendedModel, noise: Noise, sockets: int) -> ParameterCovariance:
+def from_prior(
+    model: ExtendedModel,
+    noise: Noise,
+    sockets: int,
+) -> ParameterCovariance:
     """Return the covariance of a rigid arm before the first sample in so many sockets."""
     covariance = prior_covariance(expected_groups(model), model.size)
-    state = ParameterCovariance(model, np.zeros(model.size), noise, covariance)
+    nominal = np.zeros(model.size)
+    state = ParameterCovariance(model, nominal, noise, covariance)
     return state.with_sockets(sockets)
 
 

@@ -36,23 +36,35 @@ LONG = np.deg2rad(120)
 """A step that turns a joint farther is awkward, with the ball in a socket [rad]."""
 
 
-def _costs(ways: np.ndarray, turns: np.ndarray, typical: np.ndarray) -> np.ndarray:
+def _turns(ways: np.ndarray) -> np.ndarray:
+    """Return the turns of the joints in each step of ways, (..., T, m), as (..., T - 1, m)."""
+    return np.abs(np.diff(ways, axis=-2))
+
+
+def _costs(
+    ways: np.ndarray,
+    turns: np.ndarray,
+    typical: np.ndarray,
+) -> np.ndarray:
     """Return the costs of ways that differ in some poses next to each other, shape (K, P, m).
 
     A way costs the turns of joint 1, of the joint that turns most, and of all joints, each as a
     share of what is typical, shape (m,); and each step for its longest turn, much if it is awkward.
     ``turns`` are those of the joints in all steps, shape (T, m), zero between those poses.
     """
-    turned = np.abs(np.diff(ways, axis=1))
-    total = turns.sum(axis=0) + turned.sum(axis=1)
+    turned = _turns(ways)
+    others = turns.sum(axis=0)
+    total = others + turned.sum(axis=1)
     by_base = 1.2 * total[:, 0] / typical[0]
     by_largest = total.max(axis=1) / typical.max()
     by_all = total.sum(axis=1) / typical.sum()
+    of_step = 2 / len(turns)
 
     def steps(turns_of_steps: np.ndarray) -> np.ndarray:
         longest = turns_of_steps.max(axis=-1)
         awkward = np.maximum(longest / LONG - 0.9, 0)
-        return np.sum(awkward + 2 / len(turns) * np.sqrt(longest), axis=-1)
+        costs = awkward + of_step * np.sqrt(longest)
+        return costs.sum(axis=-1)
 
     return by_base + by_largest + by_all + steps(turned) + steps(turns)
 
@@ -83,11 +95,11 @@ class Annealing:
         self.order = np.array(order)
         self.start = start
         self.poses = np.concatenate([*pools.values()])
-        ends = np.cumsum([len(pool) for pool in pools.values()]).tolist()
-        self.pools = {
-            k: slice(end - len(pools[k]), end)
-            for k, end in zip(pools, ends, strict=True)
-        }
+        self.pools: dict[int, slice] = {}
+        begin = 0
+        for k, pool in pools.items():
+            self.pools[k] = slice(begin, begin + len(pool))
+            begin += len(pool)
         self.chosen = np.zeros(len(order), dtype=int)
         self.generator = np.random.default_rng(0)
         self._allowed = np.zeros(2)
@@ -98,32 +110,39 @@ class Annealing:
         covariance = self.prior
         for t, k in enumerate(self.order):
             pool = self.pools[k]
-            _, relative = self.seen(covariance, self.rows[pool]).mean_variances
+            prospect = self.seen(covariance, self.rows[pool])
+            _, relative = prospect.mean_variances
             self.chosen[t] = pool.start + np.argmin(relative)
             covariance = self.updated(covariance, self.rows[self.chosen[t]])
         return covariance
 
     def near(self, poses: np.ndarray) -> None:
         """Choose the poses of the pools that are nearest to some, in their order."""
-        for t, (k, q) in enumerate(zip(self.order, poses, strict=False)):
-            pool = self.pools[k]
-            turns = np.abs(self.poses[pool] - q).max(axis=1)
-            self.chosen[t] = pool.start + np.argmin(turns)
+        for t, q in enumerate(poses[: len(self.order)]):
+            pool = self.pools[self.order[t]]
+            offsets = np.abs(self.poses[pool] - q)
+            nearest = np.argmin(offsets.max(axis=1))
+            self.chosen[t] = pool.start + nearest
 
     def ways(self, chosen: np.ndarray) -> np.ndarray:
         """Return ways through chosen poses, (..., T), from a known start on, (..., T + 1, m)."""
         ways = self.poses[chosen]
         if self.start is None:
             return ways
-        starts = np.broadcast_to(self.start, (*ways.shape[:-2], 1, len(self.start)))
+        shape = (*ways.shape[:-2], 1, len(self.start))
+        starts = np.broadcast_to(self.start, shape)
         return np.concatenate([starts, ways], axis=-2)
 
     def covariance(self) -> np.ndarray:
         """Return the covariance after all chosen poses."""
-        return self.updated(self.prior, np.concatenate(self.rows[self.chosen]))
+        rows = np.concatenate(self.rows[self.chosen])
+        return self.updated(self.prior, rows)
 
     def updated(
-        self, covariance: np.ndarray, rows: np.ndarray, sign: int = 1
+        self,
+        covariance: np.ndarray,
+        rows: np.ndarray,
+        sign: int = 1,
     ) -> np.ndarray:
         """Return a covariance after more samples, or without some (sign -1)."""
         return updated(covariance, rows, sign)
@@ -134,14 +153,14 @@ class Annealing:
 
     def allowed(self) -> np.ndarray:
         """Return both mean variances that no way may exceed, by the chosen poses, shape (2,)."""
-        variances = self.seen(self.covariance(), self.rows[:0]).variances
-        return self.slack * with_and_without_scale(variances)
+        prospect = self.seen(self.covariance(), self.rows[:0])
+        return self.slack * with_and_without_scale(prospect.variances)
 
     def way(self, before: np.ndarray | None) -> np.ndarray:
         """Return the poses in their order, see :func:`plan_poses`, shape (T, m)."""
         self.greedy()
         self._allowed = self.allowed()
-        turns = np.abs(np.diff(self.ways(self.chosen), axis=0))
+        turns = _turns(self.ways(self.chosen))
         self._typical = turns.sum(axis=0).clip(1e-3)
         if before is None:
             self._anneal(HOT, self.sweeps)
@@ -159,43 +178,59 @@ class Annealing:
                 self._exchange(t, temperature)
 
     def _drawn_anew(
-        self, t: int, covariance: np.ndarray, temperature: float
+        self,
+        t: int,
+        covariance: np.ndarray,
+        temperature: float,
     ) -> np.ndarray:
         """Draw the pose of a sample from its pool, all others held; return the covariance after."""
         old = self.chosen[t]
         remainder = self.updated(covariance, self.rows[old], -1)
         pool = self.pools[self.order[t]]
-        some = pool.start + self.generator.integers(pool.stop - pool.start, size=DRAWN)
+        size = pool.stop - pool.start
+        some = pool.start + self.generator.integers(size, size=DRAWN)
         some[0] = old
+        prospect = self.seen(remainder, self.rows[some])
+        shares = prospect.mean_variances / self._allowed[:, None]
+        excess = np.log(shares).clip(0)
+        of_ways = self._costs_with(t, self.poses[some])
+        cost = of_ways + HARD * excess.sum(axis=0)
+        new = some[self._draw(cost, temperature)]
+        if new == old:
+            return covariance
+        self.chosen[t] = new
+        return self.updated(remainder, self.rows[new])
+
+    def _costs_with(self, t: int, poses: np.ndarray) -> np.ndarray:
+        """Return the costs of the ways with other poses for a sample, shape (K, m), as (K,)."""
         way = self.ways(self.chosen)
         position = t + len(way) - len(self.chosen)
         begin = max(position - 1, 0)
-        turns = np.abs(np.diff(way, axis=0))
+        turns = _turns(way)
         turns[begin : position + 1] = 0
-        ways = np.tile(way[begin : position + 2], (DRAWN, 1, 1))
-        ways[:, position - begin] = self.poses[some]
-        variances = self.seen(remainder, self.rows[some]).mean_variances
-        excess = np.log(variances / self._allowed[:, None]).clip(0)
-        cost = _costs(ways, turns, self._typical) + HARD * excess.sum(axis=0)
-        self.chosen[t] = new = some[self._draw(cost, temperature)]
-        return covariance if new == old else self.updated(remainder, self.rows[new])
+        part = way[begin : position + 2]
+        ways = np.tile(part, (len(poses), 1, 1))
+        ways[:, position - begin] = poses
+        return _costs(ways, turns, self._typical)
 
     def _exchange(self, t: int, temperature: float) -> None:
         """Let a pose change places with one of its socket, or stay."""
         partners = np.flatnonzero(self.order == self.order[t])
+        numbers = np.arange(len(partners))
         chosen = np.tile(self.chosen, (len(partners), 1))
-        chosen[np.arange(len(partners)), partners] = self.chosen[t]
+        chosen[numbers, partners] = self.chosen[t]
         chosen[:, t] = self.chosen[partners]
         ways = self.ways(chosen)
         still = np.zeros_like(ways[0, 1:])
-        self.chosen = chosen[
-            self._draw(_costs(ways, still, self._typical), temperature)
-        ]
+        cost = _costs(ways, still, self._typical)
+        self.chosen = chosen[self._draw(cost, temperature)]
 
     def _draw(self, cost: np.ndarray, temperature: float) -> int:
         """Return one of some states, by their costs."""
-        sums = np.cumsum(np.exp((cost.min() - cost) / temperature))
-        return int(np.searchsorted(sums, self.generator.uniform() * float(sums[-1])))
+        excess = cost - cost.min()
+        sums = np.cumsum(np.exp(-excess / temperature))
+        drawn = self.generator.uniform() * float(sums[-1])
+        return int(np.searchsorted(sums, drawn))
 
 
 def annealing(
@@ -206,7 +241,8 @@ def annealing(
     start: np.ndarray | None = None,
 ) -> Annealing:
     """Return the annealing of poses by a covariance so far; see :func:`plan_poses`."""
-    rows = np.concatenate([state.whitened(pool, k) for k, pool in pools.items()])
+    of_pools = [state.whitened(pool, k) for k, pool in pools.items()]
+    rows = np.concatenate(of_pools)
     return Annealing(state.covariance, rows, where.judged, pools, order, start)
 
 

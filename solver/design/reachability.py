@@ -32,7 +32,12 @@ class Reach:
     No joint turns farther than ``turn`` [rad] from where a session began.
     """
 
-    def __init__(self, robot: Robot, seed: int = 0, turn: float = np.inf) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        seed: int = 0,
+        turn: float = np.inf,
+    ) -> None:
         self.robot = robot
         self.turn = turn
         self._guide = InverseKinematics(robot)
@@ -51,25 +56,34 @@ class Reach:
         Returns:
             Joint positions, shape (N, m); N is 0 where the place is out of reach.
         """
-        reached = np.zeros((0, len(self._guide.lower)))
+        joints = len(self._guide.lower)
+        reached = np.zeros((0, joints))
         for batch in range(BATCHES):
             q = self._guide.arrivals(centre, self._generator)
-            reached = np.concatenate([reached, q[self._allowed(q, centre)]])
-            if len(reached) >= count or (batch > FUTILE and not len(reached)):
+            is_allowed = self._allowed(q, centre)
+            reached = np.concatenate([reached, q[is_allowed]])
+            is_futile = batch > FUTILE and not len(reached)
+            if len(reached) >= count or is_futile:
                 break
         return reached[:count]
 
     def _allowed(
-        self, q: np.ndarray, centre: np.ndarray, gap: float = MARGIN
+        self,
+        q: np.ndarray,
+        centre: np.ndarray,
+        gap: float = MARGIN,
     ) -> np.ndarray:
         """Return a mask of poses that are clear of the limits and of the table, shape (N,)."""
         lower = self._guide.lower
         upper = self._guide.upper
         margin = gap * (upper - lower)
-        inside = np.all((q > lower + margin) & (q < upper - margin), axis=1)
-        heights = link_poses(self.robot.joints, q)[:, self._moving, 2, 3]
+        is_inside = (q > lower + margin) & (q < upper - margin)
+        links = link_poses(self.robot.joints, q)
+        heights = links[:, self._moving, 2, 3]
         table = min(0.0, centre[2] - FOOT)
-        return inside & np.all(heights > table + TABLE, axis=1)
+        is_above = heights > table + TABLE
+        is_allowed = np.column_stack([is_inside, is_above])
+        return np.all(is_allowed, axis=1)
 
     def seated(self, start: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Return a mask of poses that are reached while the ball stays in its socket, shape (N,).
@@ -80,18 +94,24 @@ class Reach:
         q = np.tile(start, (len(ends), 1))
         before = self._balls(q)
         after = self._balls(ends)
-        largest = 3 * np.abs(ends - start).max(axis=1) / STEPS + 1e-3
-        followed: list[np.ndarray] = []
+        largest = 3 * _turns(start, ends) / STEPS + 1e-3
+        masks: list[np.ndarray] = []
         for step in range(STEPS, 1, -1):
-            seats = after + (before - after) * (step - 1) / STEPS
-            position = self._led(q + (ends - q) / step, seats)
+            share = (step - 1) / STEPS
+            seats = after + (before - after) * share
+            ahead = q + (ends - q) / step
+            position = self._led(ahead, seats)
             pose, _ = self._guide.ball_and_neck(position)
-            at_seat = np.linalg.norm(seats - pose[:, :3], axis=1) < OFF
-            steady = np.abs(position - q).max(axis=1) < largest
-            clear = self._allowed(position, after[0], 0.0)
-            followed += [at_seat, steady, clear, pose[:, 5] < -np.cos(LEAN)]
+            offsets = np.linalg.norm(seats - pose[:, :3], axis=1)
+            masks += [
+                offsets < OFF,
+                pose[:, 5] < -np.cos(LEAN),
+                self._allowed(position, after[0], gap=0.0),
+                _turns(q, position) < largest,
+            ]
             q = position
-        return np.all([*followed, np.abs(ends - q).max(axis=1) < largest], axis=0)
+        masks.append(_turns(q, ends) < largest)
+        return np.all(masks, axis=0)
 
     def _led(self, q: np.ndarray, seats: np.ndarray) -> np.ndarray:
         """Return poses near some with their balls in seats, shape (N, m).
@@ -102,16 +122,26 @@ class Reach:
             pose, slopes = self._guide.ball_and_neck(q)
             J = slopes[:, :3]
             across = J.transpose(0, 2, 1)
-            short = (seats - pose[:, :3])[:, :, None]
-            forces = np.linalg.solve(J @ across + 1e-6 * np.eye(3), short)
-            q = q + (across @ forces)[:, :, 0]
+            stiffness = J @ across + 1e-6 * np.eye(3)
+            offsets = (seats - pose[:, :3])[:, :, None]
+            steps = across @ np.linalg.solve(stiffness, offsets)
+            q = q + steps[:, :, 0]
         return q
 
     def _balls(self, q: np.ndarray) -> np.ndarray:
-        return self._guide.ball_and_neck(q)[0][:, :3]
+        poses, _ = self._guide.ball_and_neck(q)
+        return poses[:, :3]
 
     @cached_property
     def _moving(self) -> np.ndarray:
         """Indices of the frames that move, the ball's left out."""
-        places = link_poses(self.robot.joints, workspace(self.robot, 50))[:, :-1, :, 3]
-        return np.flatnonzero(np.ptp(places, axis=0).max(axis=1) > MOVES)
+        q = workspace(self.robot, 50)
+        links = link_poses(self.robot.joints, q)
+        places = links[:, :-1, :, 3]
+        spans = np.ptp(places, axis=0)
+        return np.flatnonzero(spans.max(axis=1) > MOVES)
+
+
+def _turns(start: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return the largest turn of a joint from poses to others, shape (N,) [rad]."""
+    return np.abs(ends - start).max(axis=1)

@@ -73,7 +73,9 @@ def gauss_newton(
 
 
 def _damped_step(
-    residuals: np.ndarray, jacobian: np.ndarray, damping: float
+    residuals: np.ndarray,
+    jacobian: np.ndarray,
+    damping: float,
 ) -> tuple[np.ndarray, float]:
     """Return the step, and by how much the objective should fall if the residuals were linear."""
     H = jacobian.T @ jacobian

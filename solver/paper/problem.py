@@ -49,45 +49,35 @@ class Problem:
 
     def residuals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residuals at x, shape (r,) [m], and their Jacobian, shape (r, n)."""
-        linear = self.model.linearise(
-            x, np.concatenate([m.positions for m in self.training])
-        )
+        positions = np.concatenate([m.positions for m in self.training])
+        linear = self.model.linearise(x, positions)
         # means and deviations of points and of their derivatives are the same linear operations
-        columns = np.concatenate(
-            [linear.points[:, :, None], linear.by_parameters], axis=2
-        )
-        parts = [
-            np.column_stack([(x - self.start) * self._weights, np.diag(self._weights)])
-        ]
+        columns = np.dstack([linear.points, linear.by_parameters])
+        weights = self._weights
+        change = (x - self.start) * weights
+        parts = [np.column_stack([change, np.diag(weights)])]
         for measured in self.training:
             total = len(measured.positions)
-            means = list[np.ndarray]()
-            balls = columns[:total]
+            parts += _of_placement(measured, columns[:total])
             columns = columns[total:]
-            for rows in measured.slices:
-                mean = balls[rows].mean(axis=0)
-                deviations = (balls[rows] - mean) / total**0.5
-                parts.append(deviations.reshape(-1, len(x) + 1))
-                means.append(mean)
-            offset = means[1] - means[0]
-            length = float(np.linalg.norm(offset[:, 0]))
-            distortion = offset[:, 0] @ offset / length
-            distortion[0] = length - measured.distance
-            parts.append(distortion[None])
         rows = np.concatenate(parts)
         return rows[:, 0].copy(), rows[:, 1:].copy()
 
     def objective(self, x: Any) -> Any:
         """Return Eq. (5) as a CasADi expression of a symbolic parameter vector [m^2]."""
-        total: Any = ca.sumsqr((x - ca.DM(self.start)) * ca.DM(self._weights))
+        change = (x - ca.DM(self.start)) * ca.DM(self._weights)
+        total: Any = ca.sumsqr(change)
         for measured in self.training:
             means: list[Any] = []
             for rows in measured.by_socket:
-                points = self.model.function.map(len(rows))(x, rows.T)
-                means.append(ca.sum2(points) / len(rows))
-                off = points - ca.repmat(means[-1], 1, len(rows))
-                total += ca.sumsqr(off) / len(measured.positions)
-            total += (ca.norm_2(means[1] - means[0]) - measured.distance) ** 2
+                count = len(rows)
+                points = self.model.function.map(count)(x, rows.T)
+                mean = ca.sum2(points) / count
+                means.append(mean)
+                offsets = points - ca.repmat(mean, 1, count)
+                total += ca.sumsqr(offsets) / len(measured.positions)
+            length = ca.norm_2(means[1] - means[0])
+            total += (length - measured.distance) ** 2
         return total
 
     @property
@@ -95,6 +85,26 @@ class Problem:
         """Square root of each parameter's weight: lambda for each placement, and 0 for the ball."""
         weight = (self.regularization * len(self.training)) ** 0.5
         return np.array([0.0 if p.of_ball else weight for p in self.parameters])
+
+
+def _of_placement(measured: Measurement, balls: np.ndarray) -> list[np.ndarray]:
+    """Return the residuals of a placement's inconsistency and distortion.
+
+    ``balls`` are columns of its N samples: points, and their derivatives, shape (N, 3, 1 + n); rows
+    of residuals have the same columns.
+    """
+    means: list[np.ndarray] = []
+    parts: list[np.ndarray] = []
+    for rows in measured.slices:
+        mean = balls[rows].mean(axis=0)
+        means.append(mean)
+        deviations = (balls[rows] - mean) / len(balls) ** 0.5
+        parts.append(deviations.reshape(-1, balls.shape[2]))
+    offset = means[1] - means[0]
+    length = float(np.linalg.norm(offset[:, 0]))
+    distortion = offset[:, 0] @ offset / length
+    distortion[0] = length - measured.distance
+    return [*parts, distortion[None]]
 
 
 def build_problem(
@@ -147,22 +157,28 @@ def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
     J = jacobian[len(x) :]
     rows = [3 * len(m.positions) + 1 for m in problem.training]
     distances = np.cumsum(rows) - 1
-    relative = np.concatenate([_relative_variances(m) for m in problem.training])
-    balls = np.delete(residuals[len(x) :] / np.sqrt(relative), distances)
+    variances = [_relative_variances(m) for m in problem.training]
+    relative = np.concatenate(variances)
+    white = residuals[len(x) :] / np.sqrt(relative)
+    balls = np.delete(white, distances)
     fitted = float(np.sum((J @ unit) * J))
-    free = len(balls) - 3 * sum(len(m.sockets) for m in problem.training) - fitted
+    means = sum(len(m.sockets) for m in problem.training)
+    free = len(balls) - 3 * means - fitted
     noise = CORRELATED * float(balls @ balls) / max(free, 1.0)
-    of_noise = (J * (noise * relative)[:, None]).T @ J
+    weights = noise * relative
+    of_noise = (J * weights[:, None]).T @ J
     known = [
         Known(0, 1, m.distance, CALIPER_DEVIATION, on_base=True)
         for m in problem.training
     ]
-    of_caliper = J[distances].T @ distance_covariance(known) @ J[distances]
+    by_distances = J[distances]
+    of_caliper = by_distances.T @ distance_covariance(known) @ by_distances
     return unit @ (of_noise + of_caliper) @ unit
 
 
 def _relative_variances(measured: Measurement) -> np.ndarray:
     """Return the variance of each residual of a placement for noise of variance 1 per axis."""
     total = len(measured.positions)
-    means = sum(1 / count for count in measured.counts[:2])
-    return np.append(np.full(3 * total, 1 / total), means)
+    of_balls = np.full(3 * total, 1 / total)
+    of_distance = sum(1 / count for count in measured.counts[:2])
+    return np.append(of_balls, of_distance)

@@ -18,8 +18,12 @@ from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets
 from .patterns import error_patterns as error_patterns
 from .pose_covariance import pose_covariances as pose_covariances
+from .postures import arm_length as arm_length
 from .predicted_errors import errors_near as errors_near
 from .predicted_errors import workspace_errors as workspace_errors
+from .projections import pair_lengths as pair_lengths
+from .projections import unit as unit
+from .projections import variances_of as variances_of
 from .uncertainty import correlations as correlations
 from .uncertainty import deviations as deviations
 from .uncertainty import distance_slopes as distance_slopes

@@ -26,13 +26,19 @@ class SocketMean(NamedTuple):
 
     @classmethod
     def of(
-        cls, posterior: Posterior, q: np.ndarray, moments: np.ndarray
+        cls,
+        posterior: Posterior,
+        q: np.ndarray,
+        moments: np.ndarray,
     ) -> "SocketMean":
         """Return that of samples, whose noise counts as correlated."""
         points, J, by_joints = posterior.linearise(q, moments)
-        of_samples = posterior.noise.as_gaussian(by_joints)
-        noise = CORRELATED * of_samples.mean(axis=0) / len(q)
-        return cls(points.mean(axis=0), J.mean(axis=0), noise)
+        noise = posterior.noise.as_gaussian(by_joints)
+        return cls(
+            centre=points.mean(axis=0),
+            slopes=J.mean(axis=0),
+            noise=CORRELATED * noise.mean(axis=0) / len(q),
+        )
 
 
 class BaseLength(NamedTuple):
@@ -51,12 +57,15 @@ class BaseLength(NamedTuple):
         offset = second.centre - first.centre
         value = float(np.linalg.norm(offset))
         u = offset / max(value, 1e-12)
+        slope = u @ (second.slopes - first.slopes)
         noise = u @ (first.noise + second.noise) @ u
-        return cls(value, u @ (second.slopes - first.slopes), float(noise))
+        return cls(value, slope, float(noise))
 
 
 def length_deviation(
-    posterior: Posterior, by_socket: Sequence[SocketSamples], measured: float
+    posterior: Posterior,
+    by_socket: Sequence[SocketSamples],
+    measured: float,
 ) -> float:
     """Return the standard deviation of a placement's distance error by the full model [m].
 
@@ -65,5 +74,6 @@ def length_deviation(
     """
     means = [SocketMean.of(posterior, *samples) for samples in by_socket[:2]]
     length = BaseLength.of(*means)
-    variance = length.slope @ covariance_of(posterior) @ length.slope
+    Sigma = covariance_of(posterior)
+    variance = length.slope @ Sigma @ length.slope
     return float(variance + length.noise + measured**2) ** 0.5

@@ -12,6 +12,7 @@ base's length as measured.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from ...data import IDENTITY, common_covariance, distance_covariance, kabsch
 from ...results import Apart
 from ..inference import Posterior
 from ..model import block_matrix, prior_covariance
-from .projections import basis_of, outside, rows_of
+from .projections import basis_of, outside, rows_of, unit
 from .uncertainty import covariance_of
 from .whitening import samples_in_sockets
 
@@ -27,6 +28,24 @@ DRAWS = 1000
 SAME_DIGITS = 6
 """Digits to which joint positions of one sample agree [rad], [m]."""
 BAND = 0.95
+
+
+class LinearBalls(NamedTuple):
+    """N balls, linear in a model's unknowns."""
+
+    points: np.ndarray
+    """Shape (N, 3) [m]."""
+    slopes: np.ndarray
+    """D, their derivatives, shape (3 N, size)."""
+
+
+class PriorShare(NamedTuple):
+    """The share of a prior in an estimate."""
+
+    shares: np.ndarray
+    """D M, shape (3 N, size)."""
+    covariance: np.ndarray
+    """P of the model's unknowns, shape (size, size)."""
 
 
 @dataclass(frozen=True)
@@ -40,10 +59,10 @@ class Estimate:
     """Moments that hold the joints, shape (N, 3 m) [N m]."""
 
     @cached_property
-    def linear(self) -> tuple[np.ndarray, np.ndarray]:
-        """Balls, shape (N, 3) [m], and their derivatives D by the unknowns, shape (3 N, size)."""
+    def linear(self) -> LinearBalls:
+        """The balls, linear in the unknowns."""
         points, J, _ = self.posterior.linearise(self.q, self.moments)
-        return points, rows_of(J)
+        return LinearBalls(points, rows_of(J))
 
     @cached_property
     def spread(self) -> np.ndarray:
@@ -51,34 +70,38 @@ class Estimate:
         size = self.posterior.model.size
         Sigma = self.posterior.covariance[:size].copy()
         Sigma[:, :size] = covariance_of(self.posterior)
-        return self.linear[1] @ Sigma
+        return self.linear.slopes @ Sigma
 
     @property
     def covariance(self) -> np.ndarray:
         """D Sigma D^T, the covariance of the predicted balls, shape (3 N, 3 N) [m^2]."""
-        D = self.linear[1]
-        return self.spread[:, : D.shape[1]] @ D.T
+        D = self.linear.slopes
+        of_unknowns = self.spread[:, : D.shape[1]]
+        return of_unknowns @ D.T
 
     @property
-    def by_prior(self) -> tuple[np.ndarray, np.ndarray]:
-        """D M and P of the model's unknowns, shapes (3 N, size) and (size, size).
+    def by_prior(self) -> PriorShare:
+        """D M and P.
 
         P is at the widths over which Sigma was averaged: beside a found one, which may be nothing,
         Sigma P^-1 is no share. Error curves count as if data alone told of them.
         """
         size = self.posterior.model.size
         groups = [g for g in self.posterior.groups if g.width and g.length is None]
-        P = prior_covariance(groups, size, widened=True)
-        precisions = [(g.members, g.precision(g.deviation)) for g in groups]
-        shares = self.spread[:, :size] @ block_matrix(size, precisions)
-        return shares, P
+        blocks = [(group.members, group.precision(group.deviation)) for group in groups]
+        precision = block_matrix(size, blocks)
+        return PriorShare(
+            shares=self.spread[:, :size] @ precision,
+            covariance=prior_covariance(groups, size, widened=True),
+        )
 
     @property
     def recorded(self) -> list[tuple[float, ...]]:
         """Joint positions of the samples in sockets, so that equal ones compare equal."""
         data = self.posterior.data
-        rows = data.positions[data.sockets >= 0].round(SAME_DIGITS)
-        return list(map(tuple, rows.tolist()))
+        in_sockets = data.positions[data.sockets >= 0]
+        rows = in_sockets.round(SAME_DIGITS).tolist()
+        return [tuple(row) for row in rows]
 
     @property
     def by_samples(self) -> np.ndarray:
@@ -87,9 +110,10 @@ class Estimate:
         With A a sample's whitened derivatives and w its weight, its part is w^1/2 A Sigma D^T.
         """
         slopes = samples_in_sockets(self.posterior).slopes
-        weights = self.posterior.weights[self.posterior.data.sockets >= 0]
-        shares = np.sqrt(weights)[:, None, None]
-        return shares * (slopes @ self.spread.T)
+        in_sockets = self.posterior.data.sockets >= 0
+        weights = self.posterior.weights[in_sockets]
+        roots = np.sqrt(weights)[:, None, None]
+        return roots * (slopes @ self.spread.T)
 
     @property
     def by_lengths(self) -> np.ndarray:
@@ -99,16 +123,16 @@ class Estimate:
         are measured, it is D Sigma U^T C^-1.
         """
         lengths = self.posterior.data.known
-        centres = self.posterior.centres
         first = [length.first for length in lengths]
         second = [length.second for length in lengths]
-        offsets = centres[second] - centres[first]
-        directions = offsets / np.linalg.norm(offsets, axis=1, keepdims=True)
+        centres = self.posterior.centres
+        directions = unit(centres[second] - centres[first])
         of_centres = self.spread[:, self.posterior.model.size :]
         by_centres = of_centres.reshape(len(self.spread), -1, 3)
-        shifts = by_centres[:, second] - by_centres[:, first]
-        slopes = np.einsum("nki,ki->nk", shifts, directions)
-        return slopes @ np.linalg.inv(distance_covariance(lengths))
+        by_offsets = by_centres[:, second] - by_centres[:, first]
+        slopes = np.einsum("nki,ki->nk", by_offsets, directions)
+        precision = np.linalg.inv(distance_covariance(lengths))
+        return slopes @ precision
 
 
 def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
@@ -123,23 +147,28 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
     names_of_b = b.posterior.model.names
     names_of_both = dict.fromkeys([*names_of_a, *names_of_b])
     place = {name: i for i, name in enumerate(names_of_both)}
-    models_with = np.zeros(len(place))
-    P = np.zeros((len(place), len(place)))
-    differences = np.zeros((len(a.spread), len(place)))
-    noise = np.zeros((len(a.spread), len(a.spread)))
+    size = len(place)
+    numbers = len(a.spread)
+    models_with = np.zeros(size)
+    P = np.zeros((size, size))
+    differences = np.zeros((numbers, size))
+    noise = np.zeros((numbers, numbers))
     for sign, estimate, other in ((1, a, b), (-1, b, a)):
         names = estimate.posterior.model.names
-        lacking = ~np.isin(names, other.posterior.model.names)
-        shares, prior = estimate.by_prior
         indices = [place[name] for name in names]
         models_with[indices] += 1
+        shares, prior = estimate.by_prior
         P[np.ix_(indices, indices)] += prior
-        differences[:, indices] += sign * (shares - lacking * estimate.linear[1])
-        noise += estimate.covariance - shares @ prior @ shares.T
+        is_lacking = ~np.isin(names, other.posterior.model.names)
+        held_by_other = is_lacking * estimate.linear.slopes
+        differences[:, indices] += sign * (shares - held_by_other)
+        noise += estimate.covariance
+        noise -= shares @ prior @ shares.T
     in_both = models_with == 2
     P[np.ix_(in_both, in_both)] /= 2
+    by_prior = differences @ P @ differences.T
     X = _by_shared_errors(a, b)
-    return differences @ P @ differences.T + noise - X - X.T
+    return by_prior + noise - X - X.T
 
 
 def _by_shared_errors(a: Estimate, b: Estimate) -> np.ndarray:
@@ -147,37 +176,51 @@ def _by_shared_errors(a: Estimate, b: Estimate) -> np.ndarray:
     numbers: dict[tuple[float, ...], int] = {}
     for i, q in enumerate(b.recorded):
         numbers.setdefault(q, i)  # one each: a posture may have been recorded twice
-    pairs = [(i, numbers[q]) for i, q in enumerate(a.recorded) if q in numbers]
-    same_a, same_b = np.reshape(pairs, (-1, 2)).astype(int).T
-    by_samples = rows_of(a.by_samples[same_a]).T @ rows_of(b.by_samples[same_b])
+    same_a: list[int] = []
+    same_b: list[int] = []
+    for i, q in enumerate(a.recorded):
+        if q in numbers:
+            same_a.append(i)
+            same_b.append(numbers[q])
+    samples_of_a = rows_of(a.by_samples[same_a])
+    samples_of_b = rows_of(b.by_samples[same_b])
+    by_samples = samples_of_a.T @ samples_of_b
     S = common_covariance(a.posterior.data.known, b.posterior.data.known)
-    return by_samples + a.by_lengths @ S @ b.by_lengths.T
+    by_lengths = a.by_lengths @ S @ b.by_lengths.T
+    return by_samples + by_lengths
 
 
-def apart_by_chance(a: Estimate, b: Estimate, *, follows: bool = False) -> Apart:
+def apart_by_chance(
+    a: Estimate,
+    b: Estimate,
+    *,
+    follows: bool = False,
+) -> Apart:
     """Return how far the balls of two calibrations are apart at poses, and how far by chance.
 
     A ball in a socket does not show the base frame, so a rigid motion of it is taken out. If one is
     the prior of the other, ``follows``, the second holds all that the first does. Then the
     covariance of their difference is the difference of their covariances.
     """
-    A = a.linear[0]
-    B = b.linear[0]
+    A = a.linear.points
+    B = b.linear.points
     moved = kabsch(B, A).apply(B)
     gaps = np.linalg.norm(moved - A, axis=1)
+    value = float(gaps.mean())
     if follows:
         covariance = a.covariance - b.covariance
         covariance *= np.sign(np.trace(covariance))
     else:
         covariance = difference_covariance(a, b)
-    drawn = _mean_distances(_still(covariance, A))
-    value = float(gaps.mean())
+    still = _still(covariance, A)
+    distances = _mean_distances(still)
+    is_as_large = distances >= value
     return Apart(
         value=value,
-        chance=float(drawn.mean()),
-        deviation=float(drawn.std()),
-        largest=float(np.quantile(drawn, BAND)),
-        probability=float(np.mean(drawn >= value)),
+        chance=float(distances.mean()),
+        deviation=float(distances.std()),
+        largest=float(np.quantile(distances, BAND)),
+        probability=float(is_as_large.mean()),
     )
 
 
@@ -191,7 +234,10 @@ def _still(covariance: np.ndarray, points: np.ndarray) -> np.ndarray:
 def _mean_distances(covariance: np.ndarray) -> np.ndarray:
     """Return the mean length of N offsets in random draws of them, shape (DRAWS,) [m]."""
     variances, axes = np.linalg.eigh(covariance)
-    root = axes * np.sqrt(variances.clip(min=0))
-    white = np.random.default_rng(0).standard_normal((len(root), DRAWS))
+    deviations = np.sqrt(variances.clip(min=0))
+    root = axes * deviations
+    generator = np.random.default_rng(0)
+    white = generator.standard_normal((len(root), DRAWS))
     offsets = (root @ white).reshape(-1, 3, DRAWS)
-    return np.linalg.norm(offsets, axis=1).mean(axis=0)
+    distances = np.linalg.norm(offsets, axis=1)
+    return distances.mean(axis=0)

@@ -27,26 +27,39 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     """
     P = posterior.covariance
     q, residuals, A = samples_in_sockets(posterior)
-    squares = np.sum((q[:, None] - q) ** 2, axis=2)
-    lengths = np.array(LENGTHS)[:, None, None]
-    kernels = np.exp(-0.5 * squares / lengths**2)
+    kernels = _kernels(q)
     some = evenly(len(q), MOST)
     kernels_of_some = kernels[:, some[:, None], some]
     shared = _shared_variance(residuals[some], A[some], P, kernels_of_some)
-    R = Gaussian.of(np.zeros(len(P)), P).root
-    W = (A @ R).transpose(1, 0, 2)  # axis, sample, unknown
+    zero = np.zeros(len(P))
+    R = Gaussian.of(zero, P).root
+    by_roots = A @ R
+    W = by_roots.transpose(1, 0, 2)  # axis, sample, unknown
     across = W.swapaxes(1, 2)
     rho_K = np.tensordot(shared, kernels, axes=1)
-    correlated = np.sum(across @ rho_K @ W, axis=0)
-    eigenvalues, axes = np.linalg.eigh(np.sum(across @ W, axis=0))
-    remaining = 1 - shared.sum() * eigenvalues.clip(max=1.0)
-    independent = axes * remaining @ axes.T
+    by_axis = across @ rho_K @ W
+    correlated = by_axis.sum(axis=0)
+    information = np.sum(across @ W, axis=0)
+    eigenvalues, axes = np.linalg.eigh(information)
+    lost = shared.sum() * eigenvalues.clip(max=1.0)
+    independent = axes * (1 - lost) @ axes.T
     root = R[: posterior.model.size]
     return root @ (independent + correlated) @ root.T
 
 
+def _kernels(q: np.ndarray) -> np.ndarray:
+    """Return K of N joint positions over each of L lengths, shape (L, N, N)."""
+    differences = q[:, None] - q
+    squares = np.sum(differences**2, axis=2)
+    lengths = np.array(LENGTHS)[:, None, None]
+    return np.exp(-0.5 * squares / lengths**2)
+
+
 def _shared_variance(
-    u: np.ndarray, A: np.ndarray, P: np.ndarray, kernels: np.ndarray
+    u: np.ndarray,
+    A: np.ndarray,
+    P: np.ndarray,
+    kernels: np.ndarray,
 ) -> np.ndarray:
     """Return the share rho of errors that is alike over each length, its mean by the evidence.
 
@@ -59,16 +72,21 @@ def _shared_variance(
         P: Posterior covariance of these, shape (n, n).
         kernels: K over each length, shape (L, N, N).
     """
-    by_axis = A.transpose(1, 0, 2).reshape(u.size, -1)
-    shrinking = np.eye(u.size) - by_axis @ P @ by_axis.T
+    numbers = u.size
+    by_axis = A.transpose(1, 0, 2).reshape(numbers, -1)
+    shrinking = np.eye(numbers) - by_axis @ P @ by_axis.T
     eigenvalues, axes = np.linalg.eigh(shrinking)
-    left = eigenvalues > DECIDED
-    axes = axes[:, left]
-    errors = axes.T @ u.T.ravel() / eigenvalues[left]
+    is_left = eigenvalues > DECIDED
+    axes = axes[:, is_left]
+    along_axes = axes.T @ u.T.ravel()
+    errors = along_axes / eigenvalues[is_left]
     V = axes.reshape(3, len(u), -1)
-    inner = np.sum(V.swapaxes(1, 2) @ (kernels[:, None] @ V), axis=1)
+    by_kernels = kernels[:, None] @ V
+    inner = np.sum(V.swapaxes(1, 2) @ by_kernels, axis=1)
     k, turns = np.linalg.eigh(inner)
     squares = (errors @ turns) ** 2
-    variances = 1 - SHARES + SHARES * k.clip(min=0.0)[:, None]
+    shared = SHARES * k.clip(min=0.0)[:, None]
+    variances = 1 - SHARES + shared
     terms = np.log(variances) + squares[:, None] / variances
-    return probabilities(-0.5 * terms.sum(axis=2)) @ SHARES[:, 0]
+    log_likelihoods = -0.5 * terms.sum(axis=2)
+    return probabilities(log_likelihoods) @ SHARES[:, 0]

@@ -14,6 +14,17 @@ NOISE_DEVIATION = 0.5
 """Standard deviation of log n by the prior."""
 
 
+class Part(NamedTuple):
+    """A part A A^T beside a background: W = L_n^-1 A along the axes of V diag(d) V^T = W^T W."""
+
+    d: np.ndarray
+    """Shape (n, k)."""
+    b: np.ndarray
+    """V^T W^T z of the whitened errors z, shape (n, k)."""
+    V: np.ndarray
+    """Shape (n, k, k)."""
+
+
 class Background(NamedTuple):
     """R errors without any part that the model lacks, for each n^2 of :data:`NOISES`."""
 
@@ -27,37 +38,45 @@ class Background(NamedTuple):
     """-1/2 |z|^2 - log det L_n and the logarithm of the prior of n, shape (n,)."""
 
     @classmethod
-    def of(cls, y: np.ndarray, C: np.ndarray, S: np.ndarray) -> "Background":
+    def of(
+        cls,
+        y: np.ndarray,
+        C: np.ndarray,
+        S: np.ndarray,
+    ) -> "Background":
         """Return that of errors y, shape (R,)."""
-        inverse = np.linalg.inv(np.linalg.cholesky(C))
+        G = np.linalg.cholesky(C)
+        inverse = np.linalg.inv(G)
         s, U = np.linalg.eigh(inverse @ S @ inverse.T)
         basis = U.T @ inverse
-        scales = 1 / np.sqrt(NOISES[:, None] + s.clip(min=0))
+        variances = NOISES[:, None] + s.clip(min=0)
+        scales = 1 / np.sqrt(variances)
         white = scales * (basis @ y)
-        volumes = np.log(scales).sum(axis=1) + np.log(np.diag(inverse)).sum()
-        prior = np.square(np.log(NOISES) / 2 / NOISE_DEVIATION)
         squares = np.sum(white**2, axis=1)
-        return cls(basis, scales, white, volumes - 0.5 * (squares + prior))
+        log_volumes = np.log(scales).sum(axis=1)
+        log_volumes += np.log(np.diag(inverse)).sum()
+        log_noises = np.log(NOISES) / 2
+        prior = np.square(log_noises / NOISE_DEVIATION)
+        logs = log_volumes - 0.5 * (squares + prior)
+        return cls(basis, scales, white, logs)
 
-    def whitened(self, A: np.ndarray) -> np.ndarray:
-        """Return L_n^-1 A of columns A, shape (R, k), as (n, R, k)."""
-        return self.scales[:, :, None] * (self.basis @ A)
+    def part(self, A: np.ndarray) -> Part:
+        """Return the part of columns A, shape (R, k)."""
+        W = self.scales[:, :, None] * (self.basis @ A)
+        across = W.swapaxes(1, 2)
+        d, V = np.linalg.eigh(across @ W)
+        along_axes = self.white[:, None] @ W @ V
+        return Part(d.clip(min=0.0), along_axes[:, 0], V)
 
-    def with_part(
-        self, d: np.ndarray, squares: np.ndarray, sizes: np.ndarray
-    ) -> np.ndarray:
-        """Return the logarithms of the evidence with a part of K, for each n and m^2 of sizes.
+    def with_part(self, part: Part, sizes: np.ndarray) -> np.ndarray:
+        """Return the logarithms of the evidence with a part, for each n and m^2 of sizes, (m,).
 
-        With L_n^-1 K L_n^-T = W W^T, and V diag(d) V^T = W^T W, and b = V^T W^T z, a part adds
+        A part adds
 
             1/2 sum_i [m^2 b_i^2 / (1 + m^2 d_i) - log(1 + m^2 d_i)]
-
-        Args:
-            d: Shape (n, k).
-            squares: b^2, likewise.
-            sizes: m^2, shape (m,).
         """
         m2 = sizes[:, None]
-        variances = 1 + m2 * d[:, None]
-        gains = m2 * squares[:, None] / variances - np.log(variances)
+        variances = 1 + m2 * part.d[:, None]
+        explained = m2 * part.b[:, None] ** 2 / variances
+        gains = explained - np.log(variances)
         return self.logs[:, None] + 0.5 * gains.sum(axis=2)

@@ -11,19 +11,14 @@ def frame_poses(posterior: FitPosterior) -> tuple[FramePose, ...]:
     """Return the frames in which sockets or points were measured, in the robot's base."""
     data = posterior.data
     centres = posterior.state.centres
-    poses = [
-        frame_pose(
-            data,
-            k,
-            pose,
-            posterior.frame_covariance(name),
-            centres,
-            data.points_in(name),
-        )
-        for k, (name, pose) in enumerate(posterior.frames.items())
-    ]
+    poses: list[FramePose] = []
+    for k, (name, pose) in enumerate(posterior.frames.items()):
+        covariance = posterior.frame_covariance(name)
+        points = data.points_in(name)
+        poses.append(frame_pose(data, k, pose, covariance, centres, points))
     if data.anchored:
-        poses.append(frame_pose(data, WORLD, IDENTITY, np.zeros((6, 6)), centres, 0))
+        exact = np.zeros((6, 6))
+        poses.append(frame_pose(data, WORLD, IDENTITY, exact, centres, points=0))
     return tuple(poses)
 
 
@@ -45,13 +40,16 @@ def frame_pose(
         centres: Of the sockets in the base, shape (S, 3) [m].
         points: Number of balls that were measured in it.
     """
-    deviation = np.sqrt(np.diag(covariance).clip(min=0))
+    variances = np.diag(covariance).clip(min=0)
+    deviation = np.sqrt(variances)
     error = None
     items = [item for item in places.located if item.frame == frame]
     if items:
-        coordinates = pose.apply(np.array([item.coordinates for item in items]))
-        offsets = centres[[item.socket for item in items]] - coordinates
-        error = float(np.sum(offsets**2, axis=1).mean()) ** 0.5
+        coordinates = np.array([item.coordinates for item in items])
+        sockets = [item.socket for item in items]
+        offsets = centres[sockets] - pose.apply(coordinates)
+        squares = np.sum(offsets**2, axis=1)
+        error = float(squares.mean()) ** 0.5
     return FramePose(
         name="base" if frame == WORLD else places.frames[frame],
         xyz=pose.origin.xyz,

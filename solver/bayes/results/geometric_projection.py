@@ -10,7 +10,7 @@ from ...robot import BallModel, workspace
 from ..inference import Posterior
 from .joint_offsets import with_joint_offsets
 from .postures import arm_length, poses_near
-from .projections import basis_of, outside, rows_of
+from .projections import basis_of, outside, rows_of, unit
 from .uncertainty import sum_of_variances
 
 PLACES, POSTURES = 80, 10
@@ -45,7 +45,11 @@ class Use:
     """Mean square of what counts of the posterior's own errors, v_k of (A12) [m^2]."""
 
     def form(
-        self, ball: BallModel, values: np.ndarray, x: np.ndarray, L: np.ndarray
+        self,
+        ball: BallModel,
+        values: np.ndarray,
+        x: np.ndarray,
+        L: np.ndarray,
     ) -> np.ndarray:
         """Return F of the expected mean square [x, 1]^T F [x, 1] of what counts, (n + 1, n + 1).
 
@@ -53,10 +57,12 @@ class Use:
         """
         linear = ball.linearise(values, self.positions)
         errors = linear.points - self.targets
-        rows = self.difference(np.dstack([linear.by_parameters, errors]))
+        columns = np.dstack([linear.by_parameters, errors])
+        rows = self.difference(columns)
         slopes = rows[:, :-1] @ L
-        columns = np.column_stack([slopes, rows[:, -1] - slopes @ x])
-        form = columns.T @ columns / len(columns)
+        at_zero = rows[:, -1] - slopes @ x
+        affine = np.column_stack([slopes, at_zero])
+        form = affine.T @ affine / len(affine)
         form[-1, -1] += self.variance
         return form
 
@@ -88,15 +94,18 @@ def _least(forms: list[np.ndarray]) -> np.ndarray:
     """
     total = np.zeros_like(forms[0])
     for form in forms:
-        ends = np.append(_minimum(form / form[-1, -1]), 1.0)
-        total += form / float(ends @ form @ ends)
+        shares = form / form[-1, -1]
+        ends = np.append(_minimum(shares), 1.0)
+        least = float(ends @ form @ ends)
+        total += form / least
     return _minimum(total)
 
 
 def _minimum(form: np.ndarray) -> np.ndarray:
     """Return the x of the least [x, 1]^T F [x, 1] + HELD |x|^2, shape (n,)."""
-    H = form[:-1, :-1] + HELD * np.eye(len(form) - 1)
-    g = form[:-1, -1]
+    n = len(form) - 1
+    g = form[:n, n]
+    H = form[:n, :n] + HELD * np.eye(n)
     return -np.linalg.solve(H, g)
 
 
@@ -104,21 +113,22 @@ def _uses(posterior: Posterior, load: Load) -> list[Use]:
     """Return the uses that count: samples, points and distances near them, distances anywhere."""
     robot = posterior.model.robot
     margin = AWAY * arm_length(robot)
-    nearby, places = poses_near(
-        robot, posterior.data.positions, (PLACES, POSTURES), margin
-    )
+    counts = (PLACES, POSTURES)
+    nearby, places = poses_near(robot, posterior.data.positions, counts, margin)
+    moments_nearby = load.moments(robot, nearby, None)
     anywhere = workspace(robot, 2 * PAIRS)
+    moments_anywhere = load.moments(robot, anywhere, None)
 
     def point(errors: np.ndarray) -> np.ndarray:
-        return rows_of(without_mean(errors, places))
+        offsets = without_mean(errors, places)
+        return rows_of(offsets)
 
-    moments = load.moments(robot, nearby, None)
     uses = [
         *_in_sockets(posterior),
         *_measured(posterior),
-        _use(posterior, nearby, moments, point),
-        _distances(posterior, nearby, moments),
-        _distances(posterior, anywhere, load.moments(robot, anywhere, None)),
+        _use(posterior, nearby, moments_nearby, point),
+        _distances(posterior, nearby, moments_nearby),
+        _distances(posterior, anywhere, moments_anywhere),
     ]
     return [use for use in uses if use.variance]
 
@@ -130,25 +140,37 @@ def _in_sockets(posterior: Posterior) -> list[Use]:
     """
     data = posterior.data
     rows = np.flatnonzero(data.sockets >= 0)
+    q = data.positions[rows]
+    torques = data.torques[rows]
     sockets = data.sockets[rows]
     weights = posterior.weights[rows]
     roots = np.sqrt(weights)[:, None, None]
-    means = _means(sockets, weights)
-    recorded = np.unique(sockets)
-    bases = np.array([name for name, _ in data.labels])[recorded]
-    first, second = np.nonzero(np.triu(bases[:, None] != bases))
-    along = _lengths(posterior.centres[recorded], first, second)
 
     def point(errors: np.ndarray) -> np.ndarray:
-        return rows_of(roots * without_mean(errors, sockets))
+        offsets = without_mean(errors, sockets)
+        return rows_of(roots * offsets)
+
+    means = _means(sockets, weights)
+    between_bases = _between_bases(posterior, np.unique(sockets))
 
     def distance(errors: np.ndarray) -> np.ndarray:
-        return along(np.tensordot(means, errors, axes=1))
+        errors_of_sockets = np.tensordot(means, errors, axes=1)
+        return between_bases(errors_of_sockets)
 
-    q = data.positions[rows]
-    torques = data.torques[rows]
-    uses = [_use(posterior, q, torques, difference) for difference in (point, distance)]
-    return [replace(use, targets=posterior.centres[sockets]) for use in uses]
+    uses: list[Use] = []
+    for difference in (point, distance):
+        use = _use(posterior, q, torques, difference)
+        uses.append(replace(use, targets=posterior.centres[sockets]))
+    return uses
+
+
+def _between_bases(posterior: Posterior, sockets: np.ndarray) -> Difference:
+    """Return what counts where lengths from each base to the others do, by errors of sockets."""
+    names = [name for name, _ in posterior.data.labels]
+    bases = np.array(names)[sockets]
+    is_other = bases[:, None] != bases
+    first, second = np.nonzero(np.triu(is_other))
+    return _lengths(posterior.centres[sockets], first, second)
 
 
 def _measured(posterior: Posterior) -> list[Use]:
@@ -156,27 +178,34 @@ def _measured(posterior: Posterior) -> list[Use]:
     data = posterior.data
     uses: list[Use] = []
     generator = np.random.default_rng(0)
-    for frame in np.unique(data.measured_in[data.measured_in >= 0]):
-        rows = np.flatnonzero((data.measured_in == frame) & ~data.turned)
+    frames = data.measured_in[data.measured_in >= 0]
+    for frame in np.unique(frames):
+        is_ball = (data.measured_in == frame) & ~data.turned
+        rows = np.flatnonzero(is_ball)
         if 3 * len(rows) <= posterior.model.geometry:
             continue  # a geometry can meet so few whatever they are
+        in_frame = _in_frame(posterior, data.positions[rows], data.torques[rows])
+        first = np.tile(rows, PARTNERS)
         seconds = [generator.permutation(rows) for _ in range(PARTNERS)]
-        pairs = np.concatenate([np.tile(rows, PARTNERS), *seconds])
-        uses += [
-            _in_frame(posterior, data.positions[rows], data.torques[rows]),
-            _distances(posterior, data.positions[pairs], data.torques[pairs]),
-        ]
+        pairs = np.concatenate([first, *seconds])
+        lengths = _distances(posterior, data.positions[pairs], data.torques[pairs])
+        uses += [in_frame, lengths]
     return uses
 
 
-def _in_frame(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
+def _in_frame(
+    posterior: Posterior,
+    q: np.ndarray,
+    torques: np.ndarray,
+) -> Use:
     """Return the use that balls are in a frame that no arm knows: errors less its best motion.
 
     With Q an orthonormal basis of what the frame's motions do to all balls, what counts of errors e
     is e - Q Q^T e.
     """
     points = posterior.predict(q, torques)
-    Q = basis_of(IDENTITY.slopes(points))
+    motions = IDENTITY.slopes(points)
+    Q = basis_of(motions)
 
     def point(errors: np.ndarray) -> np.ndarray:
         return outside(rows_of(errors), Q)
@@ -184,33 +213,46 @@ def _in_frame(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
     return _use(posterior, q, torques, point)
 
 
-def _distances(posterior: Posterior, q: np.ndarray, torques: np.ndarray) -> Use:
+def _distances(
+    posterior: Posterior,
+    q: np.ndarray,
+    torques: np.ndarray,
+) -> Use:
     """Return the use that measures distances, from the first half of the poses to the second."""
     points = posterior.predict(q, torques)
     half = len(q) // 2
     first = np.arange(half)
     second = first + half
-    return _use(posterior, q, torques, _lengths(points, first, second))
+    lengths = _lengths(points, first, second)
+    return _use(posterior, q, torques, lengths)
 
 
-def _lengths(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> Difference:
+def _lengths(
+    points: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+) -> Difference:
     """Return what counts where lengths do: errors along the way from first points to second ones.
 
     The way from a point to itself is zero.
     """
     offsets = points[second] - points[first]
-    lengths = np.linalg.norm(offsets, axis=1)[:, None]
-    is_apart = lengths > SAME
-    directions = np.where(is_apart, offsets, 0) / np.maximum(lengths, SAME)
+    lengths = np.linalg.norm(offsets, axis=1)
+    directions = unit(offsets)
+    directions[lengths <= SAME] = 0.0
 
     def difference(errors: np.ndarray) -> np.ndarray:
-        return np.einsum("ni,nik->nk", directions, errors[second] - errors[first])
+        differences = errors[second] - errors[first]
+        return np.einsum("ni,nik->nk", directions, differences)
 
     return difference
 
 
 def _use(
-    posterior: Posterior, q: np.ndarray, torques: np.ndarray, difference: Difference
+    posterior: Posterior,
+    q: np.ndarray,
+    torques: np.ndarray,
+    difference: Difference,
 ) -> Use:
     """Return a use at poses at which the full model says where the ball is, and how surely.
 
@@ -220,9 +262,8 @@ def _use(
     points, slopes, _ = posterior.linearise(q, torques)
     rows = difference(slopes)
     # of error curves, few poses at a time need few coefficients
-    parts = np.array_split(
-        rows, PLACES if posterior.deflection.curves is not None else 1
-    )
+    has_curves = posterior.deflection.curves is not None
+    parts = np.array_split(rows, PLACES if has_curves else 1)
     variances = [sum_of_variances(part, posterior.of_unknowns) for part in parts]
     variance = sum(variances) / max(len(rows), 1)
     return Use(q, points, difference, variance)
@@ -238,5 +279,6 @@ def without_mean(values: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 def _means(places: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Return the matrix of the weighted means at each place, shape (places, N)."""
-    of_places = (np.unique(places)[:, None] == places) * weights
-    return of_places / of_places.sum(axis=1, keepdims=True)
+    is_at_place = np.unique(places)[:, None] == places
+    shares = is_at_place * weights
+    return shares / shares.sum(axis=1, keepdims=True)

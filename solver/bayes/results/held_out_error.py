@@ -44,45 +44,63 @@ def error_parts(
     Their expected squares are n^2 tr Q^T C Q, tr Q^T J Sigma J^T Q, and m^2 times the sum of both
     for n = 1. They are scaled to sum to the square of the error that was found.
     """
-    total = sum(len(q) for q, _ in sockets)
-    step = -(-total // MOST)
-    large = [(q, moments) for q, moments in sockets if len(q) > 2 * step]
-    if not large:
+    samples = _thinned(sockets)
+    if not samples:
         return None
-    thinned = [(q[::step], moments[::step]) for q, moments in large]
-    Q = _contrasts([len(q) for q, _ in thinned])
-    q, moments = map(np.concatenate, zip(*thinned, strict=True))
+    q = np.concatenate([part.q for part in samples])
+    moments = np.concatenate([part.moments for part in samples])
     points, J, by_joints = posterior.linearise(q, moments)
-    A = Q.T @ rows_of(J)
+    across = _contrasts([len(part.q) for part in samples]).T
+    A = across @ rows_of(J)
     want = A @ covariance_of(posterior) @ A.T
     C = block_diagonal(posterior.noise.as_gaussian(by_joints))
-    noise = Q.T @ C @ Q
-    roots = [Q.T @ F for F in _roots(q, moments, by_joints)]
-    errors = Q.T @ points.ravel()
+    noise = across @ C @ across.T
+    roots = [across @ F for F in _roots(q, moments, by_joints)]
+    errors = across @ points.ravel()
     weights = _weights(want, noise, roots, errors)
     by_noise = weights.sum(axis=(0, 2))
     by_size = weights.sum(axis=(0, 1))
-    expected = np.trace(want + noise)
     of_noise = by_noise @ NOISES * np.trace(noise)
+    of_want = np.trace(want)
+    expected = np.trace(want + noise)
     of_model = by_size @ SIZES * expected
-    parts = np.array([of_noise, np.trace(want), of_model])
-    error = float(errors @ errors)
-    scale = error / parts.sum()
-    ends = SIZES[np.searchsorted(np.cumsum(by_size), LEVELS)]
-    interval = np.minimum(scale * expected * ends, error)
-    squares = np.concatenate([[error], scale * parts, interval])
-    sizes = np.sqrt(squares / len(q)).tolist()
-    found, by_seat, by_want, by_model, low, high = sizes
+    square = float(errors @ errors)
+    scale = square / (of_noise + of_want + of_model)
+    low, high = np.searchsorted(np.cumsum(by_size), LEVELS)
+
+    def error(part: float) -> float:
+        """Return a part of the expected square as an error of a sample [m]."""
+        return float(min(scale * part, square) / len(q)) ** 0.5
+
+    interval = Interval(
+        value=error(of_model),
+        low=error(expected * SIZES[low]),
+        high=error(expected * SIZES[high]),
+    )
     return ErrorParts(
-        error=found,
-        noise=by_seat,
-        want_of_data=by_want,
-        not_in_model=Interval(value=by_model, low=low, high=high),
+        error=(square / len(q)) ** 0.5,
+        noise=error(of_noise),
+        want_of_data=error(of_want),
+        not_in_model=interval,
     )
 
 
+def _thinned(sockets: Sequence[SocketSamples]) -> list[SocketSamples]:
+    """Return at most :data:`MOST` samples, of sockets that are left with three or more."""
+    total = sum(len(samples.q) for samples in sockets)
+    step = -(-total // MOST)
+    thinned: list[SocketSamples] = []
+    for q, moments in sockets:
+        if len(q) > 2 * step:
+            thinned.append(SocketSamples(q[::step], moments[::step]))
+    return thinned
+
+
 def _weights(
-    want: np.ndarray, noise: np.ndarray, roots: Sequence[np.ndarray], errors: np.ndarray
+    want: np.ndarray,
+    noise: np.ndarray,
+    roots: Sequence[np.ndarray],
+    errors: np.ndarray,
 ) -> np.ndarray:
     """Return the probability of each K, n and m by the errors, shape (kernels, n, m).
 
@@ -94,11 +112,10 @@ def _weights(
     logs: list[np.ndarray] = []
     for F in roots:
         size = np.sum(F**2)
-        if size > 0:
-            W = background.whitened(F * np.sqrt(expected / size))
-            d, axes = np.linalg.eigh(W.swapaxes(1, 2) @ W)
-            b = (background.white[:, None] @ W @ axes)[:, 0]
-            logs.append(background.with_part(d.clip(min=0), b**2, SIZES))
+        if not size > 0:
+            continue
+        part = background.part(F * np.sqrt(expected / size))
+        logs.append(background.with_part(part, SIZES))
     log_weights = np.array(logs)
     log_weights[..., 0] += np.log(len(SIZES) - 1)
     return probabilities(log_weights)
@@ -110,12 +127,15 @@ def _contrasts(counts: Sequence[int]) -> np.ndarray:
     for count in counts:
         columns = np.eye(count)
         columns[:, 0] = 1.0  # the mean first, so that the others' basis is free of it
-        blocks.append(np.linalg.qr(columns)[0][:, 1:])
+        basis = np.linalg.qr(columns)[0]
+        blocks.append(basis[:, 1:])
     return np.kron(block_diagonal(blocks), np.eye(3))
 
 
 def _roots(
-    q: np.ndarray, moments: np.ndarray, by_joints: np.ndarray
+    q: np.ndarray,
+    moments: np.ndarray,
+    by_joints: np.ndarray,
 ) -> Iterator[np.ndarray]:
     """Yield roots F of covariances F F^T of errors that a model may lack, shape (3 N, k).
 
@@ -126,17 +146,24 @@ def _roots(
     differences = q[:, None] - q
     squares = np.sum(differences**2, axis=2)
     for length in LENGTHS:
-        yield np.kron(_root(np.exp(-0.5 * squares / length**2)), np.eye(3))
+        alike = np.exp(-0.5 * squares / length**2)
+        yield np.kron(_root(alike), np.eye(3))
+    half_sines = np.sin(differences / 2)
     for j in range(q.shape[1]):
         along = by_joints[:, :, j, None]
-        half = np.sin(differences[:, :, j] / 2)
-        alike = [_root(np.exp(-2 * (half / length) ** 2)) for length in TURNS]
-        for root in (*alike, np.sign(moments[:, j, None])):
-            yield (along * root[:, None]).reshape(-1, root.shape[1])
+        roots: list[np.ndarray] = []
+        for length in TURNS:
+            ratios = half_sines[:, :, j] / length
+            roots.append(_root(np.exp(-2 * ratios**2)))
+        roots.append(np.sign(moments[:, j, None]))
+        for root in roots:
+            columns = along * root[:, None]
+            yield columns.reshape(-1, root.shape[1])
 
 
 def _root(K: np.ndarray) -> np.ndarray:
     """Return F with K = F F^T to rounding, of as few columns as that takes."""
     values, axes = np.linalg.eigh(K)
     columns = values > LEAST_SHARE * values[-1]
-    return axes[:, columns] * np.sqrt(values[columns])
+    deviations = np.sqrt(values[columns])
+    return axes[:, columns] * deviations

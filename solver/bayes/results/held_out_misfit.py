@@ -42,40 +42,57 @@ class HeldOut(NamedTuple):
 
 def misfit(posterior: Posterior, places: Sequence[HeldOut]) -> float:
     """Return f by held-out samples; 0 where they are too few."""
-    large = [place for place in places if len(place.q) > 2]
-    squares = [_squares_of_misfit(posterior, place) for place in large]
-    by_size = np.sort(np.concatenate([np.zeros(0), *squares]))
-    count = len(by_size)
+    squares: list[float] = []
+    for place in places:
+        if len(place.q) > 2:
+            squares += _squares_of_misfit(posterior, place).tolist()
+    count = len(squares)
     if count < FEWEST:
         return 0.0
-    rank = min(int(np.ceil(LEVEL * (count + 1))), count)
-    return float(by_size[rank - 1]) ** 0.5
+    rank = int(np.ceil(LEVEL * (count + 1)))
+    by_size = sorted(squares)
+    return by_size[min(rank, count) - 1] ** 0.5
 
 
 def within(
-    posterior: Posterior, place: HeldOut, factor: float, levels: Sequence[float]
+    posterior: Posterior,
+    place: HeldOut,
+    factor: float,
+    levels: Sequence[float],
 ) -> list[float]:
     """Return the shares of samples whose e^T S^-1 e, S with this misfit, is below some levels."""
-    shares, whitened_errors = _by_axes(posterior, place)
+    shares, errors = _by_axes(posterior, place)
     variances = shares + factor**2
-    squares: np.ndarray = np.sum(whitened_errors**2 / variances, axis=1)
+    ratios = errors**2 / variances
+    squares: np.ndarray = ratios.sum(axis=1)
     return [float(np.mean(squares < level)) for level in levels]
 
 
 def _squares_of_misfit(posterior: Posterior, place: HeldOut) -> np.ndarray:
     """Return the least f^2 for which each sample is within its 95 %, shape (N,)."""
-    shares, whitened_errors = _by_axes(posterior, place)
+    shares, errors = _by_axes(posterior, place)
 
     def is_beyond(squares: np.ndarray) -> np.ndarray:
         variances = shares + squares[:, None]
-        return np.sum(whitened_errors**2 / variances, axis=1) > SQUARE
+        ratios = errors**2 / variances
+        return ratios.sum(axis=1) > SQUARE
 
     low = np.zeros(len(shares))
-    return bisected(is_beyond, low, low + LARGEST, HALVINGS)
+    high = low + LARGEST
+    return bisected(is_beyond, low, high, HALVINGS)
 
 
-def _by_axes(posterior: Posterior, place: HeldOut) -> tuple[np.ndarray, np.ndarray]:
-    """Return A_i Sigma A_i^T and e_i where N_i is one, along the axes of the first, (N, 3) both.
+class ByAxes(NamedTuple):
+    """N samples where their noise is one, along the axes of what the unknowns change of each."""
+
+    shares: np.ndarray
+    """s: variances by the unknowns, shape (N, 3)."""
+    errors: np.ndarray
+    """V^T L^-1 e_i, shape (N, 3)."""
+
+
+def _by_axes(posterior: Posterior, place: HeldOut) -> ByAxes:
+    """Return A_i Sigma A_i^T and e_i where N_i is one, along the axes of the first.
 
     With N_i = L L^T and L^-1 A_i Sigma A_i^T L^-T = V diag(s) V^T, these are s and V^T L^-1 e_i.
     A_i and e_i are without what another place of all samples would do to them.
@@ -92,10 +109,10 @@ def _by_axes(posterior: Posterior, place: HeldOut) -> tuple[np.ndarray, np.ndarr
     A = outside(rows_of(J), Q).reshape(J.shape)
     # The place was fitted to these samples, so their errors came out smaller.
     numbers, fitted_numbers = Q.shape
-    errors = errors * (numbers / (numbers - fitted_numbers)) ** 0.5
+    errors *= (numbers / (numbers - fitted_numbers)) ** 0.5
     white = whitened(posterior, by_joints, np.dstack([errors, A]))
     slopes = white[:, :, 1:]
     spread = slopes @ covariance_of(posterior) @ slopes.swapaxes(1, 2)
     shares, axes = np.linalg.eigh(spread)
-    whitened_errors = np.einsum("nji,nj->ni", axes, white[:, :, 0])
-    return shares.clip(min=0.0), whitened_errors
+    along_axes = np.einsum("nji,nj->ni", axes, white[:, :, 0])
+    return ByAxes(shares.clip(min=0.0), along_axes)

@@ -6,6 +6,7 @@ samples trained on, updated by those held out. For each draw the errors of both 
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,23 +60,29 @@ def better_than_nominal(
     """
     robot = posterior.model.robot
     mean, root = _updated(posterior, load, held_out)
-    white = np.random.default_rng(0).standard_normal((DRAWS, len(root)))
+    generator = np.random.default_rng(0)
+    white = generator.standard_normal((DRAWS, len(root)))
     draws = mean + white @ root.T
 
     def improvement(q: np.ndarray) -> Improvement:
         moments = load.moments(robot, q, None)
         lengths, slopes = distance_slopes(posterior.model, posterior.x, q, moments)
-        return _improvement(models, q, lengths, lengths + draws @ slopes.T)
+        truths = lengths + draws @ slopes.T
+        return _improvement(models, q, lengths, truths)
 
+    anywhere = workspace(robot, 2 * PAIRS)
     places = map(improvement, neighbourhoods(robot, recorded))
     return Better(
-        workspace=improvement(workspace(robot, 2 * PAIRS)),
+        workspace=improvement(anywhere),
         recorded_places=max(places, key=lambda place: place.now.value, default=None),
     )
 
 
 def _improvement(
-    models: Models, q: np.ndarray, lengths: np.ndarray, truths: np.ndarray
+    models: Models,
+    q: np.ndarray,
+    lengths: np.ndarray,
+    truths: np.ndarray,
 ) -> Improvement:
     """Return the errors of distances between pairs of poses, by draws of them (K, N) [m].
 
@@ -83,13 +90,16 @@ def _improvement(
     """
     generator = np.random.default_rng(1)
     pairs = generator.integers(truths.shape[1], size=truths.shape)
-    truths = np.take_along_axis(truths, pairs, axis=1)
+    truths_of_pairs = np.take_along_axis(truths, pairs, axis=1)
 
     def errors(distances: np.ndarray) -> np.ndarray:
-        return np.median(np.abs(distances[pairs] - truths), axis=1)
+        differences = distances[pairs] - truths_of_pairs
+        return np.median(np.abs(differences), axis=1)
 
-    before = errors(pair_lengths(models.nominal(q)))
-    now = errors(pair_lengths(models.loaded(q)))
+    nominal = pair_lengths(models.nominal(q))
+    loaded = pair_lengths(models.loaded(q))
+    before = errors(nominal)
+    now = errors(loaded)
     corrected = errors(lengths) if models.corrected else None
     return Improvement(
         before=_interval(before),
@@ -98,6 +108,15 @@ def _improvement(
         probability=_share(now < before),
         corrected_probability=None if corrected is None else _share(corrected < before),
     )
+
+
+class Change(NamedTuple):
+    """Change of the n unknowns by what was held out, as a Gaussian."""
+
+    mean: np.ndarray
+    """Shape (n,)."""
+    root: np.ndarray
+    """L with L L^T the covariance, shape (n, n)."""
 
 
 def _share(better: np.ndarray) -> float:
@@ -112,9 +131,11 @@ def _interval(errors: np.ndarray) -> Interval:
 
 
 def _updated(
-    posterior: Posterior, load: Load, held_out: Sequence[Measurement]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mean change of the unknowns by what was held out, and a root of their covariance.
+    posterior: Posterior,
+    load: Load,
+    held_out: Sequence[Measurement],
+) -> Change:
+    """Return the change of the unknowns by what was held out.
 
     With Sigma = L L^T the covariance of the unknowns, A the whitened derivatives of what was held
     out, and r its errors,
@@ -126,35 +147,40 @@ def _updated(
     """
     root = _root(covariance_of(posterior))
     rows: list[np.ndarray] = []
-    for m in held_out:
-        if m.kind == "sockets":
-            rows += _evidence(posterior, load, m)
+    for measured in held_out:
+        if measured.kind == "sockets":
+            rows += _evidence(posterior, load, measured)
     if not rows:
-        return np.zeros(len(root)), root
+        return Change(np.zeros(len(root)), root)
     evidence = np.concatenate(rows)
     r = evidence[:, 0]
     A = evidence[:, 1:]
-    whitened_slopes = A @ root
-    precision = np.eye(len(root)) + whitened_slopes.T @ whitened_slopes
+    slopes = A @ root
+    precision = np.eye(len(root)) + slopes.T @ slopes
     L = np.linalg.cholesky(precision)
     root = np.linalg.solve(L, root.T).T
     along = root.T @ (A.T @ r)
-    contradiction = float(r @ r - along @ along) / (INDEPENDENT * len(r))
-    f = max(contradiction, 1.0)
-    return -root @ along, f**0.5 * root
+    squares = float(r @ r - along @ along)
+    expected = INDEPENDENT * len(r)
+    f = max(squares / expected, 1.0)
+    return Change(-root @ along, f**0.5 * root)
 
 
 def _root(covariance: np.ndarray) -> np.ndarray:
     """Return L with L L^T the covariance, but for rounding."""
-    deviation = np.sqrt(np.diag(covariance).clip(min=0))
+    variances = np.diag(covariance).clip(min=0)
+    deviation = np.sqrt(variances)
     scale = np.where(deviation > 0, deviation, 1.0)
     correlation = covariance / np.outer(scale, scale)
-    L = np.linalg.cholesky(correlation + ROUNDING * np.eye(len(scale)))
+    rounding = ROUNDING * np.eye(len(scale))
+    L = np.linalg.cholesky(correlation + rounding)
     return deviation[:, None] * L
 
 
 def _evidence(
-    posterior: Posterior, load: Load, measured: Measurement
+    posterior: Posterior,
+    load: Load,
+    measured: Measurement,
 ) -> Iterator[np.ndarray]:
     """Yield what a placement tells: the scatter in each socket, and its distance.
 
@@ -170,13 +196,18 @@ def _evidence(
             yield _scatter(posterior, q[some], moments[some], mean.centre)
     if measured.has_distance:
         length = BaseLength.of(*means[:2])
+        error = length.value - measured.distance
+        row = np.append(error, length.slope)
         caliper = measured.distance_deviation or CALIPER_DEVIATION
-        row = np.append(length.value - measured.distance, length.slope)
-        yield row[None] / (caliper**2 + length.noise) ** 0.5
+        variance = caliper**2 + length.noise
+        yield row[None] / variance**0.5
 
 
 def _scatter(
-    posterior: Posterior, q: np.ndarray, moments: np.ndarray, centre: np.ndarray
+    posterior: Posterior,
+    q: np.ndarray,
+    moments: np.ndarray,
+    centre: np.ndarray,
 ) -> np.ndarray:
     """Return what samples of a socket tell about its centre, as far as they are independent.
 
@@ -186,6 +217,7 @@ def _scatter(
     points, J, by_joints = posterior.linearise(q, moments)
     shifts = np.tile(np.eye(3), (len(q), 1, 1))
     columns = np.dstack([shifts, points - centre, J])
-    rows = rows_of(whitened(posterior, by_joints, columns))
+    white = whitened(posterior, by_joints, columns)
+    rows = rows_of(white)
     Q = basis_of(rows[:, :3])
     return INDEPENDENT**0.5 * outside(rows[:, 3:], Q)

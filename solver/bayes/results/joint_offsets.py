@@ -19,11 +19,13 @@ def joint_offsets_in_words(posterior: Posterior) -> str:
     begin = posterior.model.geometry
     end = begin + len(names)
     zeros = posterior.x[begin:end]
-    deviations = np.diag(posterior.covariance)[begin:end] ** 0.5
+    variances = np.diag(posterior.covariance)[begin:end]
+    deviations = np.sqrt(variances)
     words: list[str] = []
     for joint, zero, deviation in zip(names, zeros, deviations, strict=True):
         doubt = " (not decided)" if deviation > DECIDED else ""
-        interval = f"{math.degrees(zero):+.2f} +- {math.degrees(deviation):.2f} deg"
+        angle = math.degrees(zero)
+        interval = f"{angle:+.2f} +- {math.degrees(deviation):.2f} deg"
         words.append(f"{joint} {interval}{doubt}")
     return f"joint offsets: {', '.join(words)}"
 
@@ -52,17 +54,20 @@ def offsets_in_origins(
     place = {parameter.index: i for i, parameter in enumerate(parameters)}
     changed: list[int] = []
     for joint, offset in zip(model.robot.actuated, offsets.tolist(), strict=True):
-        j = model.robot.joints.index(joint)
         if not offset:
             continue
+        j = model.robot.joints.index(joint)
         R = frames[j, :, 1:4]
         if joint.type == "prismatic":
-            origins[j, :3] += R @ np.array(joint.axis) * offset
-            changed += [place[6 * j + k] for k in (0, 1, 2)]
-            continue
-        turned = R @ rotation(joint.axis, offset).full()
-        origins[j, 3:] = angles_near(turned, origins[j, 3:])
-        changed += [place[6 * j + k] for k in (3, 4, 5)]
+            along = R @ np.array(joint.axis)
+            origins[j, :3] += along * offset
+            columns = (0, 1, 2)
+        else:
+            turned = R @ rotation(joint.axis, offset).full()
+            origins[j, 3:] = angles_near(turned, origins[j, 3:])
+            columns = (3, 4, 5)
+        changed += [place[6 * j + k] for k in columns]
     with_offsets = values.copy()
-    with_offsets[changed] = model.parameters_at(origins)[changed]
+    at_origins = model.parameters_at(origins)
+    with_offsets[changed] = at_origins[changed]
     return with_offsets

@@ -51,8 +51,9 @@ class PatternRows(NamedTuple):
 def of_held_out(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
     """Return the evidence of patterns beside what the posterior leaves open."""
     J = rows_of(rows.J)
+    y = rows.errors.ravel()
     changes = J @ covariance_of(posterior) @ J.T
-    return PatternEvidence(posterior, rows, rows.errors.ravel(), changes)
+    return PatternEvidence(posterior, rows, y, changes)
 
 
 def of_trained(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
@@ -61,10 +62,12 @@ def of_trained(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
     mean = np.zeros(len(posterior.x))
     changes = np.zeros((len(J), len(J)))
     for group in posterior.groups:
-        columns = J[:, group.members]
-        changes += WIDE**2 * (columns @ group.covariance(group.width) @ columns.T)
         mean[group.members] = group.mean
-    y = rows.errors.ravel() - J @ (posterior.x - mean)
+        columns = J[:, group.members]
+        prior = group.covariance(group.width)
+        changes += WIDE**2 * (columns @ prior @ columns.T)
+    change_by_fit = J @ (posterior.x - mean)
+    y = rows.errors.ravel() - change_by_fit
     return PatternEvidence(posterior, rows, y, changes)
 
 
@@ -88,30 +91,30 @@ class PatternEvidence:
         traces = np.trace(C, axis1=1, axis2=2)
         self.deviations: np.ndarray = np.sqrt(traces / 3)
         self._size = float(traces.mean())
-        S = changes + rows.seats @ rows.seats.T
+        by_places = rows.seats @ rows.seats.T
+        S = changes + by_places
         self._beside = Background.of(y, block_diagonal(C), S)
 
     def of(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the logarithm of the odds of a pattern, and its mean, shape (N, 3) [m].
 
-        With W = L_n^-1 A, and d, V and b as in :meth:`.Background.with_part`, its mean at some n
-        and m is A V diag(m^2 / (1 + m^2 d)) b.
+        With d, V and b of its :class:`.Part`, its mean at some n and m is
+        A V diag(m^2 / (1 + m^2 d)) b.
         """
-        mean_square = max(float(np.sum(columns**2)) / len(columns), 1e-30)
+        squares = float(np.sum(columns**2))
+        mean_square = max(squares / len(columns), 1e-30)
         A = columns * (self._size / 3 / mean_square) ** 0.5
-        beside = self._beside
-        W = beside.whitened(A)
-        d, V = np.linalg.eigh(W.swapaxes(1, 2) @ W)
-        d = d.clip(min=0.0)
-        b = np.einsum("nrk,nr->nk", W @ V, beside.white)
-        logs = beside.with_part(d, b**2, SIZES)
-        m2 = SIZES[:, None]
-        shrunk = m2 / (1 + m2 * d[:, None])
+        part = self._beside.part(A)
+        logs = self._beside.with_part(part, SIZES)
         weights = probabilities(logs)
-        coefficients = np.einsum("nm,nmk,nk,njk->j", weights, shrunk, b, V)
+        m2 = SIZES[:, None]
+        shrunk = m2 / (1 + m2 * part.d[:, None])
+        along_axes = np.einsum("nm,nmk,nk->nk", weights, shrunk, part.b)
+        coefficients = np.einsum("njk,nk->j", part.V, along_axes)
+        mean = A @ coefficients
+        before = _log_sum(self._beside.logs)
         average = _log_sum(logs) - float(np.log(len(SIZES)))
-        log_odds = average - _log_sum(beside.logs)
-        return log_odds, (A @ coefficients).reshape(-1, 3)
+        return average - before, mean.reshape(-1, 3)
 
 
 def _log_sum(logs: np.ndarray) -> float:

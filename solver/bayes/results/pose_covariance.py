@@ -1,5 +1,7 @@
 """Covariance of the flange's pose, or of a tool on it, by a posterior."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..inference import Posterior
@@ -42,8 +44,10 @@ def pose_covariances(
     Sigma = covariance_of(posterior)
     noise = posterior.noise
     factor = misfit**2 / noise.information
-    of_place = factor * noise.space**2 * np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    of_place = np.zeros((6, 6))
+    of_place[:3, :3] = factor * noise.space**2 * np.eye(3)
     of_joints = factor * noise.joint**2
+    has_curves = posterior.deflection.curves is not None
     covariances = np.empty((len(q), 6, 6))
     for begin in range(0, len(q), BATCH):
         rows = slice(begin, begin + BATCH)
@@ -52,18 +56,32 @@ def pose_covariances(
             J[:, :, _of_ball(posterior.model)] = 0.0
         scalars = J.shape[2]
         spread = rows_of(J) @ Sigma[:scalars, :scalars]
-        part = spread.reshape(J.shape) @ J.swapaxes(1, 2)
-        if posterior.deflection.curves is not None:
+        spread = spread.reshape(J.shape)
+        part = spread @ J.swapaxes(1, 2)
+        if has_curves:
             part += _of_curves(Sigma, J, by_joints, q[rows])
-        part += of_place + of_joints * by_joints @ by_joints.swapaxes(1, 2)
+        squares = by_joints @ by_joints.swapaxes(1, 2)
+        part += of_place + of_joints * squares
         covariances[rows] = part
     return covariances
 
 
+class PoseSlopes(NamedTuple):
+    """Derivatives of N poses: of their places, then of their turns."""
+
+    by_unknowns: np.ndarray
+    """By all unknowns but curves, shape (N, 6, scalars)."""
+    by_joints: np.ndarray
+    """Shape (N, 6, m)."""
+
+
 def _derivatives(
-    posterior: Posterior, q: np.ndarray, moments: np.ndarray, places: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return derivatives of poses by all unknowns but curves, and by the joints, (N, 6, n)."""
+    posterior: Posterior,
+    q: np.ndarray,
+    moments: np.ndarray,
+    places: np.ndarray,
+) -> PoseSlopes:
+    """Return derivatives of poses by all unknowns but curves, and by the joints."""
     model = posterior.model
     x = posterior.x
     curves = posterior.deflection.curves
@@ -76,10 +94,10 @@ def _derivatives(
     arms = (places - points)[:, :, None]
 
     def of_pose(shift: np.ndarray, turn: np.ndarray) -> np.ndarray:
-        of_place = shift + np.cross(turn, arms, axis=1)
-        return np.concatenate([of_place, turn], axis=1)
+        by_turn = np.cross(turn, arms, axis=1)
+        return np.concatenate([shift + by_turn, turn], axis=1)
 
-    return of_pose(J, turns), of_pose(by_joints, turns_by_joints)
+    return PoseSlopes(of_pose(J, turns), of_pose(by_joints, turns_by_joints))
 
 
 def _of_ball(model: ExtendedModel) -> list[int]:
@@ -88,7 +106,10 @@ def _of_ball(model: ExtendedModel) -> list[int]:
 
 
 def _of_curves(
-    Sigma: np.ndarray, J: np.ndarray, by_joints: np.ndarray, q: np.ndarray
+    Sigma: np.ndarray,
+    J: np.ndarray,
+    by_joints: np.ndarray,
+    q: np.ndarray,
 ) -> np.ndarray:
     """Return what the curves add: at a pose a curve is a sum of four coefficients, shape (N, 6, 6).
 
@@ -100,14 +121,16 @@ def _of_curves(
     m = q.shape[1]
     scalars = J.shape[2]
     index, weights = splines(q)
-    first: np.ndarray = scalars + np.arange(m, dtype=np.int64)[:, None]
-    places: np.ndarray = index * m + first
-    by_scalars = np.einsum("njw,njws->njs", weights, Sigma[:, :scalars][places])
+    joints = np.arange(m, dtype=np.int64)
+    places: np.ndarray = scalars + index * m + joints[:, None]
+    with_scalars = Sigma[:, :scalars][places]
+    S = np.einsum("njw,njws->njs", weights, with_scalars)
     knots = places.reshape(len(q), -1)
-    w = weights.reshape(len(q), -1)
     of_knots = Sigma[knots[:, :, None], knots[:, None]]
-    of_coefficients = w[:, :, None] * of_knots * w[:, None]
-    B = of_coefficients.reshape(-1, m, 4, m, 4).sum(axis=(2, 4))
+    w = weights.reshape(len(q), -1)
+    of_curves = w[:, :, None] * of_knots * w[:, None]
+    of_pairs = of_curves.reshape(-1, m, 4, m, 4)
+    B = of_pairs.sum(axis=(2, 4))
     by_curves = by_joints @ B @ by_joints.swapaxes(1, 2)
-    mixed = by_joints @ by_scalars @ J.swapaxes(1, 2)
+    mixed = by_joints @ S @ J.swapaxes(1, 2)
     return by_curves + mixed + mixed.swapaxes(1, 2)

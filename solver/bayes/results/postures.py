@@ -15,11 +15,16 @@ OFF = 0.01
 
 def arm_length(robot: Robot) -> float:
     """Return the sum of the lengths of all origins [m]."""
-    return float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+    offsets = robot.origins[:, :3]
+    lengths = np.linalg.norm(offsets, axis=1)
+    return float(lengths.sum())
 
 
 def poses_near(
-    robot: Robot, recorded: np.ndarray, counts: tuple[int, int], margin: float
+    robot: Robot,
+    recorded: np.ndarray,
+    counts: tuple[int, int],
+    margin: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return configurations like those recorded, with the ball at places near theirs.
 
@@ -36,11 +41,14 @@ def poses_near(
     ball = BallModel(robot, [])
 
     def any_of_recorded(count: int) -> np.ndarray:
-        return recorded[generator.integers(len(recorded), size=count)]
+        rows = generator.integers(len(recorded), size=count)
+        return recorded[rows]
 
-    centres = ball.points(ball.nominal, any_of_recorded(counts[0]))
+    place_count, posture_count = counts
+    q = any_of_recorded(place_count)
+    centres = ball.points(ball.nominal, q)
     centres = centres + generator.normal(0, margin, centres.shape)
-    places = np.repeat(np.arange(counts[0]), counts[1])
+    places = np.repeat(np.arange(place_count), posture_count)
     targets = centres[places]
     q = any_of_recorded(len(places))
     q = q + generator.normal(0, SWAY, q.shape)
@@ -49,14 +57,28 @@ def poses_near(
         steps = _steps(linear.by_joints, targets - linear.points)
         q = q + steps.clip(-SWAY, SWAY)
     offsets = ball.points(ball.nominal, q) - targets
-    # Some controllers count whole turns, by which readings are beyond a joint's limits.
+    distances = np.linalg.norm(offsets, axis=1)
+    is_there = distances < OFF * arm_length(robot)
+    is_there &= _within_limits(robot, recorded, q)
+    return q[is_there], places[is_there]
+
+
+def _within_limits(
+    robot: Robot,
+    recorded: np.ndarray,
+    q: np.ndarray,
+) -> np.ndarray:
+    """Return a mask of configurations within the joints' limits, shape (N,).
+
+    Some controllers count whole turns, by which readings are beyond a joint's limits.
+    """
     middle: np.ndarray = np.median(recorded, axis=0)
     excess = middle - middle.clip(robot.lower, robot.upper)
-    turns = np.sign(excess) * np.ceil(np.abs(excess) / TURN)
-    inside = q - TURN * turns
-    within = np.all((inside >= robot.lower) & (inside <= robot.upper), axis=1)
-    within &= np.linalg.norm(offsets, axis=1) < OFF * arm_length(robot)
-    return q[within], places[within]
+    turns = np.ceil(np.abs(excess) / TURN)
+    inside = q - TURN * np.sign(excess) * turns
+    is_above = inside >= robot.lower
+    is_below = inside <= robot.upper
+    return np.all(is_above & is_below, axis=1)
 
 
 def _steps(J: np.ndarray, shifts: np.ndarray) -> np.ndarray:
@@ -67,7 +89,9 @@ def _steps(J: np.ndarray, shifts: np.ndarray) -> np.ndarray:
         shifts: s, shape (N, 3) [m].
     """
     across = J.swapaxes(1, 2)
-    damping: np.ndarray = DAMPING * np.sum(J**2, axis=(1, 2), keepdims=True)
-    stiffness = J @ across + damping * np.eye(3)
-    forces = np.linalg.solve(stiffness, shifts[:, :, None])
-    return (across @ forces)[:, :, 0]
+    stiffness = J @ across
+    damping: np.ndarray = DAMPING * np.trace(stiffness, axis1=1, axis2=2)
+    damped = stiffness + damping[:, None, None] * np.eye(3)
+    forces = np.linalg.solve(damped, shifts[:, :, None])
+    steps = across @ forces
+    return steps[:, :, 0]

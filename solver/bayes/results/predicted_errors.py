@@ -27,16 +27,21 @@ def likely_errors(gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
     ratios = np.linspace(0, LARGE_GAP, 31)
 
     def too_few(sizes: np.ndarray) -> np.ndarray:
-        return phi(sizes - ratios) - phi(-sizes - ratios) <= WITHIN_ONE
+        share = phi(sizes - ratios) - phi(-sizes - ratios)
+        return share <= WITHIN_ONE
 
     sizes = bisected(too_few, ratios, ratios + 1, rounds=20)
     ratio = np.abs(gap) / deviation
+    size = np.interp(ratio, ratios, sizes)
     beyond = np.maximum(ratio - LARGE_GAP, 0)
-    return deviation * (np.interp(ratio, ratios, sizes) + beyond)
+    return deviation * (size + beyond)
 
 
 def predicted_errors(
-    posterior: Posterior, load: Load, q: np.ndarray, exported: np.ndarray | None = None
+    posterior: Posterior,
+    load: Load,
+    q: np.ndarray,
+    exported: np.ndarray | None = None,
 ) -> DistanceDeviation:
     """Return the predicted errors of distances between pairs of poses."""
     moments = load.moments(posterior.model.robot, q, None)
@@ -45,7 +50,8 @@ def predicted_errors(
     if exported is not None:
         points = posterior.model.ball.points(exported, q)
         gap = pair_lengths(points) - distances
-        export_error = float(np.median(likely_errors(gap, deviation)))
+        errors = likely_errors(gap, deviation)
+        export_error = float(np.median(errors))
     return DistanceDeviation(
         median=float(np.median(deviation)),
         worst=float(deviation.max()),
@@ -55,7 +61,9 @@ def predicted_errors(
 
 
 def workspace_errors(
-    posterior: Posterior, load: Load, exported: np.ndarray | None = None
+    posterior: Posterior,
+    load: Load,
+    exported: np.ndarray | None = None,
 ) -> DistanceDeviation:
     """Return the predicted errors of distances between random poses."""
     q = workspace(posterior.model.robot, 2 * PAIRS)
@@ -87,5 +95,10 @@ def neighbourhoods(robot: Robot, recorded: Sequence[np.ndarray]) -> list[np.ndar
     Near is some 0.1 m from a place, in configurations like those recorded there. Each placement has
     joint positions of shape (N, m) [rad].
     """
-    nearby = [poses_near(robot, rows, (NEARBY, 1), NEAR)[0] for rows in recorded]
-    return [q[: len(q) // 2 * 2] for q in nearby if len(q) > 1]
+    nearby: list[np.ndarray] = []
+    for rows in recorded:
+        q, _ = poses_near(robot, rows, (NEARBY, 1), NEAR)
+        pairs = len(q) // 2
+        if pairs:
+            nearby.append(q[: 2 * pairs])
+    return nearby

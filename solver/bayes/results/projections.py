@@ -27,23 +27,37 @@ def block_diagonal(blocks: Iterable[np.ndarray]) -> np.ndarray:
     """Return the matrix with blocks of any shapes along its diagonal, zero elsewhere."""
     parts = list(blocks)
     shapes = np.array([part.shape for part in parts])
-    ends = np.cumsum(shapes, axis=0)
-    matrix = np.zeros(ends[-1])
-    for part, (row, column), (below, right) in zip(
-        parts, ends - shapes, ends, strict=True
-    ):
-        matrix[row:below, column:right] = part
+    matrix = np.zeros(shapes.sum(axis=0))
+    begin = np.zeros(2, dtype=int)
+    for part in parts:
+        end = begin + part.shape
+        rows, columns = map(slice, begin, end)
+        matrix[rows, columns] = part
+        begin = end
     return matrix
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Return the unit vector along each vector, shape (..., n); zero for one without a length."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.maximum(lengths, 1e-12)
 
 
 def pair_lengths(points: np.ndarray) -> np.ndarray:
     """Return distances between pairs of points, rows 0 and 1, 2 and 3, ..., shape (N,) [m]."""
-    return np.linalg.norm(points[1::2] - points[::2], axis=1)
+    offsets = points[1::2] - points[::2]
+    return np.linalg.norm(offsets, axis=1)
 
 
 def evenly(count: int, most: int) -> np.ndarray:
     """Return at most so many of the indices below ``count``, spread evenly."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
+    indices = np.linspace(0, count - 1, min(count, most))
+    return np.unique(indices.astype(int))
+
+
+def variances_of(rows: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Return r^T Sigma r of each row r, shape (N, n), as (N,)."""
+    return np.sum((rows @ covariance) * rows, axis=1)
 
 
 def bisected(

@@ -10,7 +10,14 @@ from ...results import Correlation, Scale
 from ..inference import Posterior
 from ..model import ExtendedModel, PriorGroup, submatrix
 from .correlated_errors import with_correlated_errors
-from .projections import basis_of, outside, rows_of
+from .projections import (
+    basis_of,
+    outside,
+    pair_lengths,
+    rows_of,
+    unit,
+    variances_of,
+)
 
 UNDECIDED = 0.5
 """The data did not decide a direction if its posterior is wider than this share of its prior."""
@@ -22,7 +29,8 @@ BATCH = 500
 
 def deviations(posterior: Posterior) -> np.ndarray:
     """Return the posterior standard deviation of each of the model's unknowns, shape (size,)."""
-    return np.sqrt(np.diag(posterior.covariance)[: posterior.model.size])
+    variances = np.diag(posterior.covariance)
+    return np.sqrt(variances[: posterior.model.size])
 
 
 def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
@@ -34,8 +42,8 @@ def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
         return group.effective
     before = np.diag(group.covariance(group.deviation))
     after = np.diag(posterior.covariance)[group.members]
-    free = before > 0
-    decided_shares = 1 - after[free] / before[free]
+    is_free = before > 0
+    decided_shares = 1 - after[is_free] / before[is_free]
     return max(float(decided_shares.sum()), 0.0)
 
 
@@ -43,17 +51,20 @@ def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     """Return unknowns correlated beyond :data:`STRONG`, the closest pair first."""
     size = posterior.model.scalars
     deviation = deviations(posterior)[:size]
-    prior = np.diag(posterior.prior_covariance) ** 0.5
-    decided = np.flatnonzero((deviation > 0) & (deviation < UNDECIDED * prior))
+    prior = np.sqrt(np.diag(posterior.prior_covariance))
+    is_decided = (deviation > 0) & (deviation < UNDECIDED * prior)
+    decided = np.flatnonzero(is_decided)
     deviation = deviation[decided]
-    matrix = submatrix(posterior.covariance, decided) / np.outer(deviation, deviation)
+    covariance = submatrix(posterior.covariance, decided)
+    matrix = covariance / np.outer(deviation, deviation)
+    is_strong = np.abs(matrix) > STRONG
     names = [posterior.model.names[i] for i in decided]
-    strong = np.triu(np.abs(matrix) > STRONG, k=1)
-    pairs = [
-        Correlation(names[i], names[j], float(matrix[i, j]))
-        for i, j in np.argwhere(strong).tolist()
-    ]
-    return tuple(sorted(pairs, key=lambda pair: -abs(pair.value)))
+    pairs: list[Correlation] = []
+    for i, j in np.argwhere(np.triu(is_strong, k=1)).tolist():
+        value = float(matrix[i, j])
+        pairs.append(Correlation(names[i], names[j], value))
+    pairs.sort(key=lambda pair: -abs(pair.value))
+    return tuple(pairs)
 
 
 def observability_index(posterior: Posterior) -> float:
@@ -67,29 +78,36 @@ def observability_index(posterior: Posterior) -> float:
     """
     model = posterior.model
     data = posterior.data
-    true = posterior.deflection.true_positions(
-        data.positions, data.torques, data.clocks
-    )
-    linear = model.ball.linearise(posterior.values, true)
-    prior = np.sqrt(np.diag(posterior.prior_covariance))
-    scaled = linear.by_parameters * prior[: model.geometry]
+    deflection = posterior.deflection
+    q = deflection.true_positions(data.positions, data.torques, data.clocks)
+    linear = model.ball.linearise(posterior.values, q)
+    widths = np.sqrt(np.diag(posterior.prior_covariance))
+    scaled = linear.by_parameters * widths[: model.geometry]
     motions = IDENTITY.slopes(linear.points)
     shifts = motions[:, :, 3:]
-    places = [(data.sockets == k, shifts) for k in range(data.socket_count)]
-    places += [(data.measured_in == k, motions) for k in range(len(data.frames))]
     centred: list[np.ndarray] = []
-    for rows, changes in places:
+
+    def add(rows: np.ndarray, changes: np.ndarray) -> None:
         if rows.any():
             Q = basis_of(changes[rows])
             centred.append(outside(rows_of(scaled[rows]), Q))
-    values = np.linalg.svd(np.concatenate(centred), compute_uv=False)
+
+    for k in range(data.socket_count):
+        add(data.sockets == k, shifts)
+    for k in range(len(data.frames)):
+        add(data.measured_in == k, motions)
+    slopes = np.concatenate(centred)
+    values = np.linalg.svd(slopes, compute_uv=False)
     values = values[values > 1e-6 * values[0]]
-    mean = np.exp(np.mean(np.log(values)))
-    return float(mean / np.sqrt(len(data.positions)))
+    log_mean = np.mean(np.log(values))
+    return float(np.exp(log_mean)) / len(data.positions) ** 0.5
 
 
 def distance_slopes(
-    model: ExtendedModel, x: np.ndarray, q: np.ndarray, torque: np.ndarray
+    model: ExtendedModel,
+    x: np.ndarray,
+    q: np.ndarray,
+    torque: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return distances between pairs of ball positions, shape (N,), and derivatives (N, size).
 
@@ -97,18 +115,20 @@ def distance_slopes(
     holds their joints (2 N, 3 m) [N m].
     """
     points, J, _ = model.linearise(x, q, torque)
-    offsets = points[1::2] - points[::2]
-    distances: np.ndarray = np.linalg.norm(offsets, axis=1).clip(1e-12)
-    directions = offsets / distances[:, None]
-    return distances, np.einsum("ni,nij->nj", directions, J[1::2] - J[::2])
+    directions = unit(points[1::2] - points[::2])
+    by_offsets = J[1::2] - J[::2]
+    slopes = np.einsum("ni,nij->nj", directions, by_offsets)
+    return pair_lengths(points), slopes
 
 
 def distance_deviations(
-    posterior: Posterior, q: np.ndarray, torque: np.ndarray
+    posterior: Posterior,
+    q: np.ndarray,
+    torque: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the distances of :func:`distance_slopes`, and their standard deviations [m]."""
     distances, slopes = distance_slopes(posterior.model, posterior.x, q, torque)
-    variances = np.sum((slopes @ covariance_of(posterior)) * slopes, axis=1)
+    variances = variances_of(slopes, covariance_of(posterior))
     return distances, np.sqrt(variances)
 
 
@@ -130,23 +150,29 @@ def predicted_deviation(
 
         sum_i tr J_i Sigma J_i^T - n tr Jm Sigma Jm^T + (1 - 1 / n) sum_i tr N_i
     """
-    covariance = posterior.of_unknowns
-    total = 0.0
-    count = 0
-    for q, torque in by_socket:
-        sums = np.zeros((3, len(covariance)))
-        noise = 0.0
-        for begin in range(0, len(q), BATCH):
-            some = slice(begin, begin + BATCH)
-            _, J, by_joints = posterior.linearise(q[some], torque[some])
-            sums += J.sum(axis=0)
-            noise += float(np.einsum("nii->", posterior.noise.as_gaussian(by_joints)))
-            for slopes in J:
-                total += sum_of_variances(slopes, covariance)
-        total -= sum_of_variances(sums, covariance) / len(q)
-        total += noise * (1 - 1 / len(q))
-        count += len(q)
+    total = sum(_sum_of_squares(posterior, samples) for samples in by_socket)
+    count = sum(len(samples.q) for samples in by_socket)
     return (total / count) ** 0.5
+
+
+def _sum_of_squares(posterior: Posterior, samples: SocketSamples) -> float:
+    """Return the sum of squares of n samples in a socket [m^2]."""
+    q, torque = samples
+    n = len(q)
+    covariance = posterior.of_unknowns
+    sums = np.zeros((3, len(covariance)))
+    total = 0.0
+    noise = 0.0
+    for begin in range(0, n, BATCH):
+        some = slice(begin, begin + BATCH)
+        _, J, by_joints = posterior.linearise(q[some], torque[some])
+        sums += J.sum(axis=0)
+        N = posterior.noise.as_gaussian(by_joints)
+        noise += float(np.einsum("nii->", N))
+        for slopes in J:
+            total += sum_of_variances(slopes, covariance)
+    of_mean = sum_of_variances(sums, covariance) / n
+    return total - of_mean + noise * (1 - 1 / n)
 
 
 def sum_of_variances(rows: np.ndarray, covariance: np.ndarray) -> float:
@@ -155,8 +181,9 @@ def sum_of_variances(rows: np.ndarray, covariance: np.ndarray) -> float:
     Columns that are zero in all rows are left out: of a curve, a sample has but four coefficients.
     """
     columns = np.flatnonzero(rows.any(axis=0))
-    few = rows[:, columns]
-    return float(np.sum((few @ submatrix(covariance, columns)) * few))
+    few = submatrix(covariance, columns)
+    variances = variances_of(rows[:, columns], few)
+    return float(variances.sum())
 
 
 def scale(posterior: Posterior) -> Scale:
@@ -166,5 +193,9 @@ def scale(posterior: Posterior) -> Scale:
     distance between its sockets.
     """
     slope = posterior.model.by_scale()
-    variance = float(slope @ covariance_of(posterior) @ slope)
-    return Scale(value=float(slope @ posterior.x), deviation=variance**0.5)
+    Sigma = covariance_of(posterior)
+    variance = float(slope @ Sigma @ slope)
+    return Scale(
+        value=float(slope @ posterior.x),
+        deviation=variance**0.5,
+    )

@@ -22,20 +22,25 @@ def samples_in_sockets(posterior: Posterior) -> WhitenedSamples:
     """Return the samples in sockets of a fit."""
     data = posterior.data
     rows = np.flatnonzero(data.sockets >= 0)
-    sockets = data.sockets[rows]
     q = data.positions[rows]
-    points, J, by_joints = posterior.linearise(q, data.torques[rows], data.clocks[rows])
+    samples = (q, data.torques[rows], data.clocks[rows])
+    points, J, by_joints = posterior.linearise(*samples)
+    sockets = data.sockets[rows]
     residuals = points - posterior.centres[sockets]
-    count = len(posterior.centres)
-    by_centres = -np.kron(np.eye(count)[sockets], np.eye(3))
-    columns = np.dstack([residuals, J, by_centres.reshape(len(q), 3, 3 * count)])
+    in_socket = np.eye(len(posterior.centres))[sockets]
+    by_centres = -np.kron(in_socket, np.eye(3))
+    by_centres = by_centres.reshape(len(q), 3, posterior.centres.size)
+    columns = np.dstack([residuals, J, by_centres])
     white = whitened(posterior, by_joints, columns)
     return WhitenedSamples(q, white[:, :, 0], white[:, :, 1:])
 
 
 def whitened(
-    posterior: Posterior, by_joints: np.ndarray, columns: np.ndarray
+    posterior: Posterior,
+    by_joints: np.ndarray,
+    columns: np.ndarray,
 ) -> np.ndarray:
     """Return L^-1 B of samples' columns B, shape (N, 3, k), by their derivatives by the joints."""
-    L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
+    noise = posterior.noise.as_gaussian(by_joints)
+    L = np.linalg.cholesky(noise)
     return np.linalg.solve(L, columns)
