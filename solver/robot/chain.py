@@ -1,20 +1,25 @@
-"""The chain of joints from the base to the ball, and the masses on it, read from a URDF's text."""
+"""The chain of joints from the base to the ball, read from a URDF's text."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import JOINT_POSITION
 from .rotations import matrix_rpy
-from .urdf_text import ModelError, Origin, UrdfText, numbers
+from .urdf_text import Element, ModelError, Origin, UrdfText, numbers
 
 Vector = tuple[float, float, float]
+X_AXIS = (1.0, 0.0, 0.0)
 PARALLEL = 0.1
 """Sine of the angle of two axes, below which they count as parallel."""
 APART = 1e-3
 """Distance of two parallel axes, below which they count as one line [m]."""
-_CALIBRATED = ("revolute", "continuous", "prismatic")
+ENDLESS = 1e3
+"""Limits beyond stand for none, as in models of wheels [rad]; smaller ones may be degrees."""
+_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
 
 @dataclass(frozen=True)
@@ -49,16 +54,13 @@ class Joint:
         return self.type != "fixed"
 
 
-@dataclass(frozen=True)
-class Body:
-    """A mass that moves with a link of the chain."""
+class Line(NamedTuple):
+    """A line in space."""
 
-    joint: int
-    """Index of the chain's joint whose child link carries it."""
-    mass: float
-    """[kg]."""
-    centre: tuple[float, float, float]
-    """Centre of mass in that link's frame [m]."""
+    direction: np.ndarray
+    """Unit vector, shape (3,)."""
+    point: np.ndarray
+    """On the line, shape (3,) [m]."""
 
 
 def find_root(text: UrdfText) -> str:
@@ -68,6 +70,8 @@ def find_root(text: UrdfText) -> str:
         ModelError: There is none, or more than one, or a link that does not hang on it.
     """
     parents = text.parents
+    if not text.links:
+        raise ModelError(f"{text.source}: a <robot> without a <link>")
     roots = [link for link in text.links if link not in parents]
     if not roots:
         raise ModelError(
@@ -78,16 +82,24 @@ def find_root(text: UrdfText) -> str:
             f"{text.source}: {len(roots)} links have no parent ({', '.join(roots[:4])}); "
             "a robot has one root, so join them by fixed joints"
         )
-    reached = {*roots}
-    while (
-        below := {link for link, (_, above) in parents.items() if above in reached}
-        - reached
-    ):
-        reached |= below
-    others = sorted({*text.links} - reached)
-    if others:
-        raise ModelError(f"{text.source}: the joints above {others[0]!r} form a loop")
+    _require_tree(text, roots[0])
     return roots[0]
+
+
+def _require_tree(text: UrdfText, root: str) -> None:
+    """Refuse links that do not hang on the root."""
+    hanging = {root}
+    for link in sorted(text.links):
+        above: set[str] = set()
+        name = link
+        while name not in hanging:
+            if name in above:
+                raise ModelError(
+                    f"{text.source}: the joints above {link!r} form a loop"
+                )
+            above.add(name)
+            _, name = text.parents[name]
+        hanging |= above
 
 
 def require_link(text: UrdfText, link: str, hint: str = "") -> None:
@@ -124,38 +136,47 @@ def with_tilt_axes(joints: Sequence[Joint]) -> tuple[Joint, ...]:
     next one, as the x axis of a modified Denavit-Hartenberg frame, and c is at right angles to
     both. Where there is no normal, the joint beyond counts, or at last the one before, all at zero.
     """
+    lines, frames = _lines_at_zero(joints)
+    moving = [i for i, joint in enumerate(joints) if joint.actuated]
+    with_axes = list(joints)
+    for k, i in enumerate(moving):
+        normal = _first_normal(lines, k)
+        if normal is not None:
+            b = frames[k].T @ normal
+            c = np.cross(joints[i].axis, b)
+            with_axes[i] = replace(joints[i], tilt_axes=(_axis(b), _axis(c)))
+    return tuple(with_axes)
+
+
+def _lines_at_zero(joints: Sequence[Joint]) -> tuple[list[Line], list[np.ndarray]]:
+    """Return the axes of the joints that move, all at zero, and the rotations of their frames."""
     rotation = np.eye(3)
     p = np.zeros(3)
+    lines: list[Line] = []
     frames: list[np.ndarray] = []
-    lines: list[tuple[np.ndarray, np.ndarray]] = []
     for joint in joints:
         p = p + rotation @ np.array(joint.origin.xyz)
         rotation = rotation @ matrix_rpy(joint.origin.rpy)
         if joint.actuated:
+            lines.append(Line(rotation @ np.array(joint.axis), p))
             frames.append(rotation)
-            lines.append((rotation @ np.array(joint.axis), p))
-    tilting = list(joints)
-    for i, j in enumerate(k for k, joint in enumerate(joints) if joint.actuated):
-        neighbours = [*lines[i + 1 :], *reversed(lines[:i])]
-        normals = [common_normal(lines[i], line) for line in neighbours]
-        normal = next((n for n in normals if n is not None), None)
-        if normal is not None:
-            b = frames[i].T @ normal
-            c = np.cross(joints[j].axis, b)
-            tilting[j] = replace(joints[j], tilt_axes=(_axis(b), _axis(c)))
-    return tuple(tilting)
+    return lines, frames
 
 
-def common_normal(
-    line: tuple[np.ndarray, np.ndarray], second: tuple[np.ndarray, np.ndarray]
-) -> np.ndarray | None:
-    """Return the direction across two lines, each a unit vector and a point; None for one line."""
-    a, p = line
-    a_other, p_other = second
-    normal = np.cross(a, a_other)
+def _first_normal(lines: Sequence[Line], k: int) -> np.ndarray | None:
+    """Return the common normal of a line and the next one that has any, or else one before."""
+    neighbours = [*lines[k + 1 :], *reversed(lines[:k])]
+    normals = (common_normal(lines[k], line) for line in neighbours)
+    return next((normal for normal in normals if normal is not None), None)
+
+
+def common_normal(line: Line, second: Line) -> np.ndarray | None:
+    """Return the direction across two lines, shape (3,); None for one line."""
+    a = line.direction
+    normal = np.cross(a, second.direction)
     if np.linalg.norm(normal) < PARALLEL:
-        normal = p_other - p
-        normal = normal - (normal @ a) * a
+        between = second.point - line.point
+        normal = between - (between @ a) * a
         if np.linalg.norm(normal) < APART:
             return None
     normal = normal - (normal @ a) * a
@@ -171,91 +192,75 @@ def _axis(direction: np.ndarray) -> Vector:
 
 
 def _joint(text: UrdfText, name: str) -> Joint:
+    """Return a joint of the chain as written."""
     where = f"{text.source}: joint {name!r}"
-    written = text.joints[name]
-    kind = written.attributes.get("type", "without a type")
-    if kind not in (*_CALIBRATED, "fixed"):
-        child = written.read("child", "link")
-        cure = (
-            f"; begin the chain below it: --base {child}"
-            if kind in ("floating", "planar")
-            else ""
-        )
-        raise ModelError(
-            f"{where} is {kind}, which a chain to calibrate cannot have{cure}"
-        )
-    if kind != "fixed" and written.first("mimic"):
-        leader = written.read("mimic", "joint")
+    element = text.joints[name]
+    kind = element.attributes.get("type", "without a type")
+    parent = element.read("parent", "link")
+    child = element.read("child", "link")
+    _require_type(kind, where, child)
+    origin = text.origins[name]
+    if kind == "fixed":
+        return Joint(name, kind, parent, child, origin, X_AXIS)
+    if element.first("mimic"):
+        leader = element.read("mimic", "joint")
         raise ModelError(f"{where} mimics {leader!r}; a chain's joint must move freely")
-    limits = written.first("limit")
-    lower = -math.inf
-    upper = math.inf
-    if (
-        kind in ("revolute", "prismatic")
-        and limits
-        and {"lower", "upper"} & {*limits.attributes}
-    ):
-        lower = numbers(
-            limits.attributes.get("lower", "0"), where, "lower", 1, finite=False
-        )[0]
-        upper = numbers(
-            limits.attributes.get("upper", "0"), where, "upper", 1, finite=False
-        )[0]
+    lower, upper = _limits(element, kind, where)
+    axis = _unit_axis(element, where)
+    return Joint(name, kind, parent, child, origin, axis, lower, upper)
+
+
+def _require_type(kind: str, where: str, child: str) -> None:
+    """Refuse a joint of a type that no calibration knows."""
+    if kind in _TYPES:
+        return
+    cure = f"its joints are {', '.join(_TYPES[:-1])} or fixed"
+    if kind in ("floating", "planar"):
+        cure = f"begin the chain below it: --base {child}"
+    raise ModelError(
+        f"{where} is {kind}, which a chain to calibrate cannot have; {cure}"
+    )
+
+
+def _limits(element: Element, kind: str, where: str) -> tuple[float, float]:
+    """Return a joint's lower and upper limit [rad], [m]; infinite where none is written."""
+    limits = element.first("limit")
+    written = {} if limits is None else dict(limits.attributes)
+    if kind == "continuous" or not {"lower", "upper"} & {*written}:
+        return -math.inf, math.inf
+    lower, upper = (
+        numbers(written.get(key, "0"), where, key, 1, finite=False)[0]
+        for key in ("lower", "upper")
+    )
     if not lower < upper:
         raise ModelError(
             f"{where}: its limits {lower:g} to {upper:g} leave no room; write its range, or make "
             "it continuous, or fixed if it cannot move"
         )
-    axis = (1.0, 0.0, 0.0)
-    # A joint that does not move has no axis, whatever is written there.
-    if kind != "fixed":
-        along = numbers(written.read("axis", "xyz", "1 0 0"), where, "axis", 3)
-        length = float(np.linalg.norm(along))
-        if not 1e-9 <= length < math.inf:
-            raise ModelError(f"{where}: axis {along} is no direction")
-        x, y, z = (np.array(along) / length).tolist()
-        axis = (x, y, z)
-    parent = written.read("parent", "link")
-    child = written.read("child", "link")
-    return Joint(name, kind, parent, child, text.origins[name], axis, lower, upper)
+    stated = [limit for limit in (lower, upper) if abs(limit) < ENDLESS]
+    doubt = JOINT_POSITION.doubt(stated)
+    if kind == "revolute" and doubt:
+        raise ModelError(f"{where}: its limit {doubt}")
+    return lower, upper
 
 
-def find_bodies(text: UrdfText, joints: Sequence[Joint]) -> tuple[Body, ...]:
-    """Return all masses that the chain moves; joints beside it, as of a gripper, are at zero."""
-    index = {joint.child: i for i, joint in enumerate(joints)}
-    bodies: list[Body] = []
-    for link, element in text.links.items():
-        inertial = element.first("inertial")
-        where = f"{text.source}: link {link!r}"
-        if inertial is None:
-            continue
-        (mass,) = numbers(inertial.read("mass", "value", "0"), where, "mass", 1)
-        centre = np.array(
-            numbers(inertial.read("origin", "xyz", "0 0 0"), where, "origin", 3)
-        )
-        name = link
-        while mass and name not in index and name in text.parents:
-            joint, name = text.parents[name]
-            centre = (
-                text.origins[joint].xyz + matrix_rpy(text.origins[joint].rpy) @ centre
-            )
-        if mass and name in index:
-            x, y, z = centre.tolist()
-            bodies.append(Body(index[name], mass, (x, y, z)))
-    return tuple(bodies)
+def _unit_axis(element: Element, where: str) -> Vector:
+    """Return the direction of a joint's axis, x where none is written."""
+    along = numbers(element.read("axis", "xyz", "1 0 0"), where, "axis", 3)
+    length = math.hypot(*along)
+    if not 1e-9 <= length < math.inf:
+        raise ModelError(f"{where}: axis {along} is no direction")
+    x, y, z = (np.array(along) / length).tolist()
+    return x, y, z
 
 
 def across(axis: Sequence[float]) -> tuple[Vector, Vector]:
     """Return two axes at right angles to a joint's and each other, near those of its frame."""
     # For one of its frame's axes they are the two others, in the order x, y, z.
-    first, second = np.eye(3)[np.sort(np.argsort(np.abs(axis))[:2])]
+    least_aligned = np.argsort(np.abs(axis))[:2]
+    first, second = np.eye(3)[np.sort(least_aligned)]
     b = first - np.dot(first, axis) * np.array(axis)
     b /= np.linalg.norm(b)
     c = np.cross(axis, b)
     c *= np.copysign(1.0, c @ second)
     return _axis(b), _axis(c)
-
-
-def even_bodies(joints: Sequence[Joint]) -> tuple[Body, ...]:
-    """Return a mass at each joint's origin, by which a model without any bends much as the arm."""
-    return tuple(Body(i, 1.0, (0.0, 0.0, 0.0)) for i in range(len(joints)))

@@ -12,7 +12,8 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
-from .chain import Body, Joint, find_chain, require_link
+from .bodies import Body
+from .chain import Joint, find_chain, require_link
 from .kinematics import (
     Motion,
     frames_and_motions,

@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import LARGEST_DOCUMENT, LENGTH, MASS, ON_FLANGE, ROTATION, read_bytes
-from .chain import Body, Joint, find_bodies, find_chain, find_root, require_link
-from .urdf_text import ModelError, Origin, UrdfText, add_link, scan
+from .bodies import Body, find_bodies
+from .chain import Joint, find_chain, find_root, require_link
+from .urdf_edits import add_link
+from .urdf_text import ModelError, Origin, UrdfText, scan
 
 BALL_LINK = "ball_link"
 HEAVIEST = 300.0
@@ -87,10 +89,8 @@ class Robot:
     def with_origins(self, origins: np.ndarray) -> "Robot":
         """Return the robot with other joint origins, as :attr:`origins`; its text stays."""
         pairs = zip(self.joints, origins, strict=True)
-        return replace(
-            self,
-            joints=tuple(replace(j, origin=Origin.of(numbers)) for j, numbers in pairs),
-        )
+        joints = [replace(joint, origin=Origin.of(row)) for joint, row in pairs]
+        return replace(self, joints=tuple(joints))
 
     def carrying(self, mass: float, centre: Sequence[float]) -> "Robot":
         """Return the robot with one more mass [kg] at a point of the flange, x y z [m].
@@ -138,45 +138,59 @@ def load_robot(
     """
     if (flange is None) != (ball is None):
         raise ModelError("flange and ball go together: a link, and the ball on it")
-    name = str(robot)
-    file = shipped_robots().get(name, Path(name))
-    try:
-        data = read_bytes(file, LARGEST_DOCUMENT)
-    except OSError as error:
-        shipped = ", ".join(shipped_robots())
-        names = get_close_matches(name.lower(), shipped_robots(), n=1)
-        reason = (error.strerror or "cannot be read") + "".join(
-            f", did you mean {name!r}?" for name in names
-        )
-        raise ModelError(
-            f"robot {name!r}: {reason}; give the path of a URDF file, or one of: {shipped}"
-        ) from None
-    text = scan(data, name)
+    text = scan(_model(robot), str(robot))
+    centre = None
     if flange is not None and ball is not None:
-        require_link(text, flange)
+        centre = _three_numbers(ball, "ball")
         tip = OWN_BALL if tip == BALL_LINK and tip in text.links else tip
-        centre = Origin(_three_numbers(ball, "ball"))
-        try:
-            text = scan(add_link(text, flange, centre, tip), name)
-        except ModelError as error:
-            raise ModelError(
-                f"{error}; leave out --flange, or give the new ball another name, as in "
-                "--tip printed_ball"
-            ) from None
+        text = _with_ball(text, flange, Origin(centre), tip)
     loaded = parse_robot(text, base=base, tip=tip)
-    place = None if ball is None else list(ball)
-    return replace(
-        loaded, loaded_with={"base": base, "tip": tip, "flange": flange, "ball": place}
-    )
+    place = None if centre is None else list(centre)
+    loaded_with = {"base": base, "tip": tip, "flange": flange, "ball": place}
+    return replace(loaded, loaded_with=loaded_with)
+
+
+def _model(robot: str | Path) -> bytes:
+    """Return the URDF of a robot that comes with the package, or of a file."""
+    shipped = shipped_robots()
+    name = str(robot)
+    try:
+        return read_bytes(shipped.get(name, Path(name)), LARGEST_DOCUMENT)
+    except (OSError, ValueError) as error:
+        # ValueError: a path with a zero
+        reason = getattr(error, "strerror", None) or "cannot be read"
+        similar = get_close_matches(name.lower(), shipped, n=1)
+        question = f", did you mean {similar[0]!r}?" if similar else ""
+        raise ModelError(
+            f"robot {name!r}: {reason}{question}; give the path of a URDF file, or one of: "
+            f"{', '.join(shipped)}"
+        ) from None
+
+
+def _with_ball(text: UrdfText, flange: str, origin: Origin, link: str) -> UrdfText:
+    """Return a model with a ball of one's own on a link."""
+    require_link(text, flange)
+    try:
+        return scan(add_link(text, flange, origin, link), text.source)
+    except ModelError as error:
+        raise ModelError(
+            f"{error}; leave out --flange, or give the new ball another name, as in "
+            "--tip printed_ball"
+        ) from None
 
 
 def _three_numbers(point: Sequence[float], what: str) -> tuple[float, float, float]:
-    numbers = tuple(map(float, point))
-    if len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+    """Return a point as three finite numbers."""
+    try:
+        x, y, z = map(float, point)
+    except (TypeError, ValueError):
+        x = y = z = math.nan
+    if not all(map(math.isfinite, (x, y, z))):
+        words = list(point) if isinstance(point, list | tuple) else point
         raise ModelError(
-            f"{what} {list(point)}: give its centre as three finite numbers, x y z in m"
+            f"{what} {words}: give its centre as three finite numbers, x y z in m"
         )
-    return numbers
+    return x, y, z
 
 
 def parse_robot(
@@ -208,18 +222,16 @@ def parse_robot(
 def _check_sizes(source: str, joints: Sequence[Joint], bodies: Sequence[Body]) -> None:
     """Refuse a chain in degrees, in millimetres or in grams."""
     for joint in joints:
-        for quantity, numbers in (
-            (ROTATION, joint.origin.rpy),
-            (LENGTH, joint.origin.xyz),
-        ):
-            if doubt := quantity.doubt(numbers):
-                raise ModelError(f"{source}: origin of joint {joint.name!r}: {doubt}")
-    *links, tip = [math.hypot(*joint.origin.xyz) for joint in joints]
-    reach = sum(links)
-    if doubt := ON_FLANGE.doubt([tip], max(reach, LEAST_REACH)):
+        origin = joint.origin
+        doubt = ROTATION.doubt(origin.rpy) or LENGTH.doubt(origin.xyz)
+        if doubt:
+            raise ModelError(f"{source}: origin of joint {joint.name!r}: {doubt}")
+    *lengths, length_of_tip = [math.hypot(*joint.origin.xyz) for joint in joints]
+    reach = max(sum(lengths), LEAST_REACH)
+    if doubt := ON_FLANGE.doubt([length_of_tip], reach):
         raise ModelError(
             f"{source}: {joints[-1].child!r} is farther from its link than the arm reaches, {doubt}"
         )
     mass = sum(body.mass for body in bodies)
-    if doubt := MASS.doubt([mass], HEAVIEST * max(reach, LEAST_REACH) ** 2):
+    if doubt := MASS.doubt([mass], HEAVIEST * reach**2):
         raise ModelError(f"{source}: the masses that the arm moves sum up to {doubt}")

@@ -1,14 +1,11 @@
-"""The text of a URDF: a safe first look, and edits at the places of its tags, nowhere else."""
+"""The text of a URDF: a safe first look, which expands no entity."""
 
 import math
-import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from html import escape
-from itertools import chain
-from pathlib import Path
+from typing import NoReturn
 from xml.parsers import expat
 
 from .encoding import ModelError, in_utf8
@@ -58,10 +55,12 @@ class Element:
         return default if inside is None else inside.attributes.get(key, default)
 
     def descendants(self) -> Iterator["Element"]:
-        """Yield all tags inside it."""
-        for child in self.children:
-            yield child
-            yield from child.descendants()
+        """Yield all tags inside it, however deep they are nested."""
+        waiting = [*self.children]
+        while waiting:
+            element = waiting.pop()
+            yield element
+            waiting += element.children
 
 
 class UrdfText:
@@ -73,7 +72,9 @@ class UrdfText:
     """
 
     def __init__(self, data: bytes, source: str, root: Element) -> None:
-        self.data, self.source, self.root = data, source, root
+        self.data = data
+        self.source = source
+        self.root = root
         (self.name,) = _by_name(source, "robot", [root])
         self.links = _by_name(source, "link", root.children)
         self.joints = _by_name(source, "joint", root.children)
@@ -90,63 +91,76 @@ class UrdfText:
             ModelError: A joint without its two links, or a link with two parents.
         """
         parents: dict[str, tuple[str, str]] = {}
-        for name, joint in self.joints.items():
-            links = {role: joint.read(role, "link") for role in ("parent", "child")}
-            for role, link in links.items():
-                if not link:
-                    raise ModelError(
-                        f'{self.source}: joint {name!r} has no <{role} link="...">'
-                    )
-                if link not in self.links:
-                    raise ModelError(
-                        f"{self.source}: joint {name!r} names a missing link {link!r}"
-                    )
-            child = links["child"]
+        for name in self.joints:
+            parent = self._link(name, "parent")
+            child = self._link(name, "child")
             if child in parents:
                 raise ModelError(
                     f"{self.source}: link {child!r} has two parents, joints "
                     f"{parents[child][0]!r} and {name!r}: a loop, where a tree is needed"
                 )
-            parents[child] = name, links["parent"]
+            parents[child] = name, parent
         return parents
+
+    def _link(self, joint: str, role: str) -> str:
+        """Return the ``parent`` or the ``child`` of a joint."""
+        link = self.joints[joint].read(role, "link")
+        where = f"{self.source}: joint {joint!r}"
+        if not link:
+            raise ModelError(f'{where} has no <{role} link="...">')
+        if link not in self.links:
+            raise ModelError(f"{where} names a missing link {link!r}")
+        return link
 
 
 def _by_name(source: str, tag: str, elements: Iterable[Element]) -> dict[str, Element]:
+    """Return the elements of a kind by their names, which must be different."""
     by_name: dict[str, Element] = {}
     for element in elements:
         if element.tag != tag:
             continue
         name = element.attributes.get("name", "")
+        where = f"{source}:{element.line}"
         if not name:
-            raise ModelError(f"{source}:{element.line}: a <{tag}> without a name")
+            raise ModelError(f"{where}: a <{tag}> without a name")
         if name in by_name:
-            raise ModelError(
-                f"{source}:{element.line}: a second <{tag}> is called {name!r}"
-            )
+            raise ModelError(f"{where}: a second <{tag}> is called {name!r}")
         by_name[name] = element
     return by_name
 
 
 def _origin(source: str, name: str, joint: Element) -> Origin:
-    where = f"{source}:{(joint.first('origin') or joint).line}: joint {name!r}"
-    words = (joint.read("origin", key, "0 0 0") for key in ("xyz", "rpy"))
-    return Origin.of(
-        chain.from_iterable(numbers(part, where, "origin", 3) for part in words)
-    )
+    """Return a joint's origin, the identity where none is written."""
+    element = joint.first("origin")
+    if element is None:
+        return Origin()
+    where = f"{source}:{element.line}: joint {name!r}"
+    for key in element.attributes:
+        if "quat" in key or key in ("xyzw", "wxyz"):
+            raise ModelError(
+                f"{where}: origin has {key}, which is not read; write its rotation as rpy [rad]"
+            )
+    xyz = element.attributes.get("xyz", "0 0 0")
+    rpy = element.attributes.get("rpy", "0 0 0")
+    x, y, z = numbers(xyz, where, "origin xyz", 3)
+    roll, pitch, yaw = numbers(rpy, where, "origin rpy", 3)
+    return Origin((x, y, z), (roll, pitch, yaw))
 
 
 def numbers(
     words: str, where: str, what: str, count: int, *, finite: bool = True
 ) -> list[float]:
     """Return the numbers in an attribute; messages begin with ``where``."""
+    expected = "a number" if count == 1 else f"{count} numbers with blanks between"
     try:
         values = [float(word) for word in words.split()]
     except ValueError:
         raise ModelError(
-            f"{where}: not a valid URDF: {what} {words!r} is no number"
+            f"{where}: not a valid URDF: {what} {words!r}, where {expected} must be"
         ) from None
     if len(values) != count or (finite and not all(map(math.isfinite, values))):
-        raise ModelError(f"{where}: {what} {words!r} is not {count} finite numbers")
+        kind = "a finite number" if count == 1 else f"{count} finite numbers"
+        raise ModelError(f"{where}: {what} {words!r} is not {kind}")
     return values
 
 
@@ -161,154 +175,64 @@ def scan(data: bytes, source: str) -> UrdfText:
             the source.
     """
     data = in_utf8(data, source)
-    parser = expat.ParserCreate("utf-8")
-    document = Element("", {}, 0, (0, 0))
-    opened = [document]
-
-    def refuse(reason: str) -> ModelError:
-        return ModelError(f"{source}:{parser.CurrentLineNumber}: {reason}")
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        if opened[-1] is document and tag != "robot":
-            raise refuse(f"the outermost element is <{tag}>, a URDF's is <robot>")
-        templated = any("${" in value or "$(" in value for value in attributes.values())
-        if tag.startswith("xacro:") or tag == "macro" or templated:
-            raise refuse(
-                "this is a xacro file; expand it first: xacro FILE > robot.urdf"
-            )
-        begin = parser.CurrentByteIndex
-        span = begin, end_of_tag(data, begin)
-        element = Element(tag, attributes, parser.CurrentLineNumber, span)
-        opened[-1].children.append(element)
-        opened.append(element)
-
-    def end(_: str) -> None:
-        opened.pop().end = parser.CurrentByteIndex
-
-    def doctype(*_: object) -> None:
-        raise refuse(
-            "document type and entity declarations are refused; remove <!DOCTYPE ...>"
-        )
-
-    parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.StartDoctypeDeclHandler = doctype
+    tree = _TreeBuilder(data, source)
     try:
-        parser.Parse(data, True)
+        tree.parser.Parse(data, True)
     except expat.ExpatError as error:
         reason = expat.errors.messages[error.code]
         raise ModelError(f"{source}:{error.lineno}: not XML: {reason}") from None
-    return UrdfText(data, source, document.children[0])
+    [root] = tree.document.children
+    return UrdfText(data, source, root)
+
+
+class _TreeBuilder:
+    """Puts the tags that a parser meets into a tree, and refuses those of other files."""
+
+    def __init__(self, data: bytes, source: str) -> None:
+        self.data = data
+        self.source = source
+        self.document = Element("", {}, 0, (0, 0))
+        self.open_elements = [self.document]
+        self.parser = expat.ParserCreate("utf-8")
+        self.parser.StartElementHandler = self.start
+        self.parser.EndElementHandler = self.end
+        self.parser.StartDoctypeDeclHandler = self.doctype
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        """Begin an element."""
+        parent = self.open_elements[-1]
+        if parent is self.document and tag != "robot":
+            self.refuse(f"the outermost element is <{tag}>, a URDF's is <robot>")
+        values = attributes.values()
+        templated = any("${" in value or "$(" in value for value in values)
+        if tag.startswith("xacro:") or tag == "macro" or templated:
+            self.refuse(
+                "this is a xacro file; expand it first: xacro FILE > robot.urdf"
+            )
+        begin = self.parser.CurrentByteIndex
+        span = begin, end_of_tag(self.data, begin)
+        element = Element(tag, attributes, self.parser.CurrentLineNumber, span)
+        parent.children.append(element)
+        self.open_elements.append(element)
+
+    def end(self, _: str) -> None:
+        """End the last element that was begun."""
+        element = self.open_elements.pop()
+        element.end = self.parser.CurrentByteIndex
+
+    def doctype(self, *_: object) -> None:
+        """Refuse a document type."""
+        self.refuse(
+            "document type and entity declarations are refused; remove <!DOCTYPE ...>"
+        )
+
+    def refuse(self, reason: str) -> NoReturn:
+        """Raise an error that names the line."""
+        line = self.parser.CurrentLineNumber
+        raise ModelError(f"{self.source}:{line}: {reason}")
 
 
 def end_of_tag(data: bytes, begin: int) -> int:
     """Return the offset just after the ``>`` that closes the start tag at ``begin``."""
     tag = _TAG.match(data, begin)
     return tag.end() if tag else len(data)
-
-
-def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
-    """Return the text with the origins of some joints replaced, and nothing else changed.
-
-    Only numbers that differ are written, in the shortest form that reads back exactly.
-    """
-    edits: list[tuple[int, int, bytes]] = []
-    for joint, origin in origins.items():
-        old = text.origins[joint]
-        changed = {
-            key: " ".join(map(repr, map(float, new)))
-            for key, new, before in (
-                ("xyz", origin.xyz, old.xyz),
-                ("rpy", origin.rpy, old.rpy),
-            )
-            if tuple(new) != before
-        }
-        if changed:
-            element = text.joints[joint]
-            after = element.span[1]  # where a joint without an origin gets its own
-            written = element.first("origin")
-            begin, end = written.span if written else (after, after)
-            tag = text.data[begin:end] or b"<origin/>"
-            edits.append((begin, end, with_attributes(tag, changed)))
-    return with_edits(text.data, edits)
-
-
-def with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:
-    """Return a start tag with some attributes set, the others as they are."""
-    for key, value in values.items():
-        pattern = re.compile(rb"(\s" + key.encode() + rb"\s*=\s*)(\"[^\"]*\"|'[^']*')")
-        new = f'"{value}"'.encode()
-        if pattern.search(tag):
-            tag = pattern.sub(lambda match, new=new: match[1] + new, tag, count=1)
-        else:
-            close = re.search(rb"\s*/?>$", tag)
-            assert close is not None
-            tag = (
-                tag[: close.start()] + f" {key}=".encode() + new + tag[close.start() :]
-            )
-    return tag
-
-
-def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
-    """Return the text with relative mesh paths from one folder rewritten to be from another."""
-
-    def moved(match: re.Match[bytes]) -> bytes:
-        filename = match[3].decode()
-        if "://" in filename or Path(filename).is_absolute():
-            return match[0]
-        path = os.path.relpath((source / filename).resolve(), target.resolve())
-        return match[1] + match[2] + path.encode() + match[2]
-
-    attribute = re.compile(rb"(\sfilename\s*=\s*)([\"'])(.*?)\2", re.DOTALL)
-    edits: list[tuple[int, int, bytes]] = []
-    for element in text.root.descendants():
-        if element.tag in ("mesh", "texture"):
-            begin, end = element.span
-            tag = attribute.sub(moved, text.data[begin:end], count=1)
-            edits.append((begin, end, tag))
-    return with_edits(text.data, edits)
-
-
-def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
-    """Return the text with one more link, fixed at an origin to the link ``parent``.
-
-    Its joint is called ``tool_joint`` for ``tool`` and ``tool_link``.
-
-    Raises:
-        ModelError: The model already has such a link or joint, or the name has blanks.
-    """
-    if link.split() != [link]:
-        raise ModelError(f"{link!r}: a link's name has no blanks, and is not empty")
-    joint = link.removesuffix("_link") + "_joint"
-    if link in text.links or joint in text.joints:
-        raise ModelError(
-            f"the model already has {link!r} or {joint!r}; choose another name"
-        )
-    xyz = " ".join(map(repr, map(float, origin.xyz)))
-    rpy = " ".join(map(repr, map(float, origin.rpy)))
-    new = (
-        f"  <link name={_quoted(link)}/>\n"
-        f'  <joint name={_quoted(joint)} type="fixed">\n'
-        f"    <parent link={_quoted(parent)}/>\n"
-        f"    <child link={_quoted(link)}/>\n"
-        f'    <origin xyz="{xyz}" rpy="{rpy}"/>\n'
-        f"  </joint>\n"
-    )
-    return with_edits(text.data, [(text.root.end, text.root.end, new.encode())])
-
-
-def add_comment(text: UrdfText, lines: Sequence[str]) -> bytes:
-    """Return the text with a comment before its end."""
-    words = re.sub("--+", "-", "\n       ".join(lines))
-    comment = f"  <!-- {words} -->\n".encode()
-    return with_edits(text.data, [(text.root.end, text.root.end, comment)])
-
-
-def with_edits(data: bytes, edits: list[tuple[int, int, bytes]]) -> bytes:
-    """Return a text with new text between offsets, each of (first, last, new)."""
-    for begin, end, new in sorted(edits, reverse=True):
-        data = data[:begin] + new + data[end:]
-    return data
-
-
-def _quoted(name: str) -> str:
-    return f'"{escape(name)}"'

@@ -143,6 +143,14 @@ def test_relative_meshes_are_found_from_the_new_place(tmp_path):
     assert (tmp_path / "out/deep" / name).resolve() == mesh
 
 
+def test_tags_may_be_nested_deeply(tmp_path):
+    depth = 5000
+    data = (
+        b'<robot name="m"><link name="a">' + b"<x>" * depth + b"</x>" * depth + b"</link></robot>"
+    )
+    assert relocate_meshes(scan(data, "m"), tmp_path, tmp_path / "out") == data
+
+
 def test_a_ball_is_put_on_a_flange(odd):
     odd.write_text(ODD_ARM.replace("ball_link", "hand"))
     with pytest.raises(ModelError, match="--flange LINK --ball X Y Z"):
@@ -152,6 +160,25 @@ def test_a_ball_is_put_on_a_flange(odd):
     assert robot.joint_names == ("turn", "slide", "endless")
     with pytest.raises(ModelError, match="no link is called 'nowhere'"):
         load_robot(str(odd), flange="nowhere", ball=(0, 0, 0))
+
+
+@pytest.mark.parametrize("ball", [3, "0 0 1", (0, 0), (0, 0, None), np.zeros((1, 3))])
+def test_a_ball_that_is_no_point_is_told(ball):
+    with pytest.raises(ModelError, match="give its centre as three finite numbers, x y z in m"):
+        load_robot("panda", flange="panda_link8", ball=ball)
+
+
+def test_a_path_with_a_zero_is_no_robot():
+    with pytest.raises(ModelError, match="cannot be read, did you mean 'panda'"):
+        load_robot("panda\0")
+
+
+def test_an_axis_of_any_length_is_a_direction(odd):
+    axis = load_robot(str(odd)).actuated[0].axis
+    for factor in (1e-7, 1e200):
+        x, y, z = factor * 1, factor * 2, factor * -0.5
+        odd.write_text(ODD_ARM.replace("1 2 -0.5", f"{x} {y} {z}"))
+        assert load_robot(str(odd)).actuated[0].axis == pytest.approx(axis, abs=1e-15)
 
 
 @by_table("old", "new", "told")
