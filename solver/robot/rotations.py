@@ -19,6 +19,8 @@ LEAST = 1e-100
 """Angle that stands for none [rad], so that a fraction is one."""
 SMALL = 1e-4
 """Angle below which a fraction takes its limit [rad]."""
+NEARLY_HALF = 1e-6
+"""Sine of a turn by nearly 180 degrees, whose axis the symmetric part of its matrix tells."""
 
 
 def turns_and_rates(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -29,21 +31,29 @@ def turns_and_rates(vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         exp(w) = I + sin(a) / a K + (1 - cos a) / a^2 K^2
         J = I - (1 - cos a) / a^2 K + (a - sin a) / a^3 K^2
     """
-    angles = np.sqrt(np.sum(vectors**2, axis=-1))[..., None, None]
+    squares = np.sum(vectors**2, axis=-1)
+    angles = np.sqrt(squares)[..., None, None]
     turns = angles.clip(min=LEAST)
-    first = np.sin(turns) / turns
-    half = np.sin(turns / 2) / (turns / 2)
-    last = np.where(angles < SMALL, 1 / 6, (1 - first) / np.maximum(angles, SMALL) ** 2)
+    halves = turns / 2
+    sine_share = np.sin(turns) / turns
+    half_share = np.sin(halves) / halves
+    cosine_share = 0.5 * half_share**2
+    cubic_share = np.where(
+        angles < SMALL,
+        1 / 6,
+        (1 - sine_share) / np.maximum(angles, SMALL) ** 2,
+    )
     K = cross_matrices(vectors)
-    squares = K @ K
-    middle = 0.5 * half**2
-    turned = _IDENTITY + first * K + middle * squares
-    return turned, _IDENTITY - middle * K + last * squares
+    K_squared = K @ K
+    matrices = _IDENTITY + sine_share * K + cosine_share * K_squared
+    rates = _IDENTITY - cosine_share * K + cubic_share * K_squared
+    return matrices, rates
 
 
 def turn(vector: np.ndarray) -> np.ndarray:
     """Return exp(w), the rotations by vectors, shape (..., 3) [rad], as (..., 3, 3)."""
-    return turns_and_rates(vector)[0]
+    matrices, _ = turns_and_rates(vector)
+    return matrices
 
 
 def cross_matrices(vector: np.ndarray) -> np.ndarray:
@@ -52,11 +62,33 @@ def cross_matrices(vector: np.ndarray) -> np.ndarray:
 
 
 def rotation_vectors(R: np.ndarray) -> np.ndarray:
-    """Return the axes of rotations, shape (N, 3, 3), times their angles, shape (N, 3) [rad]."""
-    axis = (R - R.swapaxes(1, 2))[:, (2, 0, 1), (1, 2, 0)]
-    sine = np.linalg.norm(axis, axis=1) / 2
-    angle = np.arctan2(sine, (np.trace(R, axis1=1, axis2=2) - 1) / 2)
-    return axis / 2 * np.where(sine > 1e-9, angle / sine.clip(1e-9), 1.0)[:, None]
+    """Return the axes of rotations, shape (N, 3, 3), times their angles, shape (N, 3) [rad].
+
+    The sines of the axes stand in the antisymmetric part of R, and 1 + 2 cos(angle) is its trace.
+    """
+    differences = R - R.swapaxes(1, 2)
+    sines = differences[:, (2, 0, 1), (1, 2, 0)] / 2
+    cosine = (np.trace(R, axis1=1, axis2=2) - 1) / 2
+    sine = np.linalg.norm(sines, axis=1)
+    angle = np.arctan2(sine, cosine)
+    scale = np.where(sine > 1e-9, angle / sine.clip(1e-9), 1.0)
+    vectors = sines * scale[:, None]
+    half_turns = (sine < NEARLY_HALF) & (cosine < 0)
+    if half_turns.any():
+        axes = _axes_of_half_turns(R[half_turns], sines[half_turns])
+        vectors[half_turns] = axes * angle[half_turns, None]
+    return vectors
+
+
+def _axes_of_half_turns(R: np.ndarray, sines: np.ndarray) -> np.ndarray:
+    """Return the axes a of turns by nearly 180 degrees, R = 2 a a^T - I, shape (N, 3)."""
+    symmetric = (R + R.swapaxes(1, 2)) / 2
+    squares = (symmetric + _IDENTITY) / 2
+    longest = np.diagonal(squares, axis1=1, axis2=2).argmax(axis=1)
+    axes = squares[np.arange(len(R)), :, longest]
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    along = np.sum(axes * sines, axis=1)
+    return np.where(along[:, None] < 0, -axes, axes)
 
 
 def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -64,20 +96,32 @@ def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
     angles = np.moveaxis(np.asarray(rpy, dtype=float), -1, 0)
     sr, sp, sy = np.sin(angles)
     cr, cp, cy = np.cos(angles)
-    rows = np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
+    first_row = (
+        cy * cp,
+        cy * sp * sr - sy * cr,
+        cy * sp * cr + sy * sr,
     )
+    second_row = (
+        sy * cp,
+        sy * sp * sr + cy * cr,
+        sy * sp * cr - cy * sr,
+    )
+    third_row = (
+        -sp,
+        cp * sr,
+        cp * cr,
+    )
+    rows = np.array([first_row, second_row, third_row])
     return np.moveaxis(rows, (0, 1), (-2, -1))
 
 
 def rpy_axes(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return the axes about which roll, pitch and yaw turn, in columns, shape (..., 3, 3)."""
+    by_all = matrix_rpy(rpy)
     by_yaw = matrix_rpy(np.asarray(rpy) * (0, 0, 1))
-    return np.concatenate([matrix_rpy(rpy)[..., :1], by_yaw[..., 1:]], axis=-1)
+    roll_axis = by_all[..., :1]
+    other_axes = by_yaw[..., 1:]
+    return np.concatenate([roll_axis, other_axes], axis=-1)
 
 
 def rpy_of(
@@ -89,23 +133,26 @@ def rpy_of(
     """
     level = float(np.hypot(R[0, 0], R[1, 0]))
     pitch = float(np.arctan2(0.0 - R[2, 0], level))
-    if level < LOCKED and locked_yaw is None:
-        return 0.0, pitch, float(np.arctan2(-R[0, 1], R[1, 1]))
-    yaw = float(np.arctan2(R[1, 0], R[0, 0]))
-    if level < LOCKED and locked_yaw is not None:
+    if level >= LOCKED:
+        yaw = float(np.arctan2(R[1, 0], R[0, 0]))
+    elif locked_yaw is not None:
         yaw = locked_yaw
+    else:
+        return 0.0, pitch, float(np.arctan2(-R[0, 1], R[1, 1]))
     # the roll that is left, so that both together are right where each by itself is hardly told
     s = np.sin(yaw)
     c = np.cos(yaw)
-    roll = float(np.arctan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1]))
-    return roll, pitch, yaw
+    sine = s * R[0, 2] - c * R[1, 2]
+    cosine = c * R[1, 1] - s * R[0, 1]
+    return float(np.arctan2(sine, cosine)), pitch, yaw
 
 
 def angles_near(R: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Return roll, pitch and yaw of a rotation, of all its sets the nearest to others [rad]."""
     roll, pitch, yaw = rpy_of(R, locked_yaw=float(angles[2]))
-    candidates = np.array(
-        [[roll, pitch, yaw], [roll + np.pi, np.pi - pitch, yaw + np.pi]]
-    )
-    candidates -= 2 * np.pi * np.round((candidates - angles) / (2 * np.pi))
-    return candidates[int(np.argmin(np.abs(candidates - angles).sum(axis=1)))]
+    flipped = [roll + np.pi, np.pi - pitch, yaw + np.pi]
+    candidates = np.array([[roll, pitch, yaw], flipped])
+    whole_turns = np.round((candidates - angles) / (2 * np.pi))
+    candidates -= 2 * np.pi * whole_turns
+    distances = np.abs(candidates - angles).sum(axis=1)
+    return candidates[int(np.argmin(distances))]

@@ -18,8 +18,10 @@ from mukca.solver.robot import (
     link_poses,
     load_robot,
     parse_robot,
+    rotation_vectors,
     scan,
     shipped_robots,
+    turn,
     workspace,
 )
 
@@ -103,6 +105,15 @@ def test_a_payload_pulls_at_the_ball(panda):
     by_payload = (gravity_moments(panda, q, payload=1.5) - gravity_moments(panda, q))[:, :7]
     by_joints = BallModel(panda, []).linearise(np.empty(0), q).by_joints[0]
     assert by_payload[0] == pytest.approx(by_joints.T @ [0, 0, 1.5 * 9.80665], abs=1e-12)
+
+
+@pytest.mark.parametrize("short_of_half", [0.0, 1e-11, 1e-7, 1e-3])
+def test_half_turns_have_their_vectors(short_of_half):
+    axes = np.array([[1.0, 0, 0], [0, 0, -1], [0.6, -0.8, 0], [-2, 3, 6] / np.float64(7)])
+    R = turn((np.pi - short_of_half) * axes)
+    vectors = rotation_vectors(R)
+    assert np.linalg.norm(vectors, axis=1) == pytest.approx(np.pi - short_of_half, abs=1e-9)
+    assert turn(vectors) == pytest.approx(R, abs=1e-9)
 
 
 def test_parameters_move_only_what_they_name(panda):
