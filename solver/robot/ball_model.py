@@ -44,7 +44,8 @@ class Linearisation:
 
 def nominal_balls(robot: Robot, positions: np.ndarray) -> np.ndarray:
     """Return where a robot's own model has the ball at joint positions (N, m), shape (N, 3) [m]."""
-    return BallModel(robot, []).points(np.empty(0), positions)
+    model = BallModel(robot, free=[])
+    return model.points(np.empty(0), positions)
 
 
 class BallModel:
@@ -72,10 +73,12 @@ class BallModel:
         if rotation_numbers == "vector":
             self._given[:, 3:] = 0.0
         self.nominal: np.ndarray = self._given.ravel()[self.free]
-        self._turned = np.unique(self.free[self.free % 6 >= 3] // 6)
+        angles = self.free[self.free % 6 >= 3]
+        self._turned = np.unique(angles // 6)
         # functions are looked up by their kind alone: hashing a chain takes as long as many a call
-        chain = tuple(map(kind_of_joint, robot.joints)), tuple(self.free.tolist())
-        self._function = cache(partial(_row_function, *chain))
+        kinds = tuple(map(kind_of_joint, robot.joints))
+        indices = tuple(self.free.tolist())
+        self._function = cache(partial(_row_function, kinds, indices))
         # several values are computed of the same frames in turn
         self._columns = lru_cache(maxsize=1)(self._columns_of)
 
@@ -94,10 +97,13 @@ class BallModel:
         q = ca.SX.sym("q", len(self.robot.actuated))
         numbers = ca.SX(self._given.ravel())
         numbers[self.free.tolist()] = x
-        rows = [numbers[6 * i : 6 * i + 6] for i in range(len(self._given))]
-        frames = [JointFrame(row[:3], rotation_rpy(row[3:]), None) for row in rows]
-        p = ca.densify(ball_position(self.robot.joints, frames, q))
-        return ca.Function("ball", [x, q], [p], ["x", "q"], ["p"])
+        frames: list[JointFrame] = []
+        for i in range(len(self._given)):
+            row = numbers[6 * i : 6 * i + 6]
+            R = rotation_rpy(row[3:])
+            frames.append(JointFrame(row[:3], R, axes=None))
+        p = ball_position(self.robot.joints, frames, q)
+        return ca.Function("ball", [x, q], [ca.densify(p)], ["x", "q"], ["p"])
 
     def frames(self, parameters: np.ndarray) -> np.ndarray:
         """Return the frames [p | R | axes] of all joints in the links before them, (joints, 3, 7).
@@ -109,13 +115,15 @@ class BallModel:
             return frames_of_origins(numbers)
         frames = self._frames.copy()
         frames[:, :, 0] = numbers[:, :3]
-        turns, rates = turns_and_rates(numbers[self._turned, 3:])
+        vectors = numbers[self._turned, 3:]
+        turns, rates = turns_and_rates(vectors)
         R = frames[self._turned, :, 1:4] @ turns
         frames[self._turned, :, 1:4] = R
         frames[self._turned, :, 4:] = R @ rates
         return frames
 
     def _numbers(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the numbers of all joints, shape (joints, 6)."""
         numbers = self._given.copy()
         numbers.ravel()[self.free] = parameters
         return numbers
@@ -128,11 +136,12 @@ class BallModel:
         origins = self._numbers(parameters)
         if self.rotation_numbers == "rpy":
             return origins
-        vectors = origins[:, 3:].copy()
-        frames = self.frames(parameters)
+        turned = origins[:, 3:].any(axis=1)
         origins[:, 3:] = self._origins[:, 3:]
-        for i in np.flatnonzero(vectors.any(axis=1)).tolist():
-            origins[i, 3:] = angles_near(frames[i, :, 1:4], self._origins[i, 3:])
+        frames = self.frames(parameters)
+        for i in np.flatnonzero(turned).tolist():
+            R = frames[i, :, 1:4]
+            origins[i, 3:] = angles_near(R, self._origins[i, 3:])
         return origins
 
     def parameters_at(self, origins: np.ndarray) -> np.ndarray:
@@ -149,10 +158,10 @@ class BallModel:
 
         The other model has the same chain and free numbers, with values of shape (n,).
         """
-        before = model.frames(parameters)
-        after = self.frames(self.parameters_at(model.origins(parameters)))
-        axes_before, axes = before[:, :, 4:], after[:, :, 4:]
-        slopes = np.eye(6 * len(before))
+        origins = model.origins(parameters)
+        axes = self.frames(self.parameters_at(origins))[:, :, 4:]
+        axes_before = model.frames(parameters)[:, :, 4:]
+        slopes = np.eye(6 * len(axes))
         for i in self._turned.tolist():
             rotation = slice(6 * i + 3, 6 * i + 6)
             slopes[rotation, rotation] = np.linalg.solve(axes[i], axes_before[i])
@@ -163,9 +172,10 @@ class BallModel:
 
         Only the angles of origins up to the first joint that moves turn it.
         """
-        first = next(i for i, joint in enumerate(self.robot.joints) if joint.actuated)
-        turned = self.rotations(parameters, np.zeros((1, len(self.robot.actuated))))
-        return np.where(self.free // 6 <= first, turned.by_parameters[0], 0.0)
+        moving = self.robot.actuated
+        first = self.robot.joints.index(moving[0])
+        at_zero = self.rotations(parameters, np.zeros((1, len(moving))))
+        return np.where(self.free // 6 <= first, at_zero.by_parameters[0], 0.0)
 
     def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """Return the ball's centres in the base frame, shape (N, 3) [m].
@@ -173,7 +183,8 @@ class BallModel:
         The free numbers have values of shape (n,) [m, rad]; joint positions have shape (N, m)
         [rad], or with tilts (N, 3 m).
         """
-        return self._values("points", parameters, positions)[0]
+        [points] = self._values("points", parameters, positions)
+        return points
 
     def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
@@ -185,17 +196,18 @@ class BallModel:
         Derivatives are turns about the base's axes, shapes (N, 3, n) and (N, 3, m) [rad/rad].
         """
         linear = self._linearised("rotations", parameters, positions)
-        return replace(linear, points=linear.points.reshape(-1, 3, 3))
+        rotations = linear.points.reshape(-1, 3, 3)
+        return replace(linear, points=rotations)
 
     def _linearised(
         self, kind: str, parameters: np.ndarray, positions: np.ndarray
     ) -> Linearisation:
         """Return values, and slopes of three numbers, shape (N, 3 k), as (N, 3, k)."""
         values, *slopes = self._values(kind, parameters, positions)
-        return Linearisation(
-            values,
-            *(slope.reshape(len(slope), 3, slope.shape[1] // 3) for slope in slopes),
+        by_parameters, by_joints = (
+            slope.reshape(len(slope), 3, slope.shape[1] // 3) for slope in slopes
         )
+        return Linearisation(values, by_parameters, by_joints)
 
     def log_volume(
         self, parameters: np.ndarray, positions: np.ndarray
@@ -214,12 +226,15 @@ class BallModel:
     def _values(
         self, kind: str, parameters: np.ndarray, positions: np.ndarray
     ) -> list[np.ndarray]:
+        """Return each output of a function at joint positions, shape (N, k)."""
         function = self._function(kind, positions.shape[1])
-        return function(positions, self._columns(parameters.astype(float).tobytes()))
+        columns = self._columns(parameters.astype(float).tobytes())
+        return function(positions, columns)
 
     def _columns_of(self, parameters: bytes) -> np.ndarray:
         """Return the numbers of all frames."""
-        return columns_of(self.frames(np.frombuffer(parameters)))
+        frames = self.frames(np.frombuffer(parameters))
+        return columns_of(frames)
 
 
 @lru_cache(maxsize=256)
@@ -233,21 +248,22 @@ def _row_function(
     numbers = ca.SX.sym("frames", NUMBERS * len(joints))
     q = ca.SX.sym("q", columns)
     frames = joint_frames(numbers)
-    n = len(free)
     if kind == "points":
-        return RowFunction(
-            kind, [numbers, q], [ca.densify(ball_position(joints, frames, q))]
-        )
+        p = ball_position(joints, frames, q)
+        return RowFunction(kind, [numbers, q], [ca.densify(p)])
     links, of_frames, of_q = frames_and_motions(joints, frames, q)
-    motions = [*(of_frames[i] for i in free), *of_q]
-    value, p = links[-1]
+    of_parameters = [of_frames[i] for i in free]
+    motions = [*of_parameters, *of_q]
+    R, p = links[-1]
     if kind == "rotations":
+        value = R
         slopes = ca.horzcat(*(motion.turn for motion in motions))
+    elif kind == "volume":
+        value, slopes = _log_volume(of_parameters, of_q, p)
     else:
         value = ca.densify(p)
         slopes = ca.horzcat(*(motion.shift(p) for motion in motions))
-    if kind == "volume":
-        value, slopes = _log_volume([of_frames[i] for i in free], of_q, p)
+    n = len(free)
     return RowFunction(kind, [numbers, q], [value, slopes[:, :n], slopes[:, n:]])
 
 
@@ -260,15 +276,22 @@ def _log_volume(of_frames: list[Motion], of_q: list[Motion], p: Any) -> tuple[An
     chain = sorted(of_q, key=lambda motion: motion.joint)
     J = ca.horzcat(*(motion.shift(p) for motion in chain))
     turns = ca.horzcat(*(motion.turn for motion in chain))
-    g = ca.inv(J @ J.T) @ J
-    turned = ca.cross(J, g)
-    shifted = ca.cross(g, turns)
+    JJ = J @ J.T
+    g = ca.inv(JJ) @ J
+    by_turn = ca.cross(J, g)
+    by_shift = ca.cross(g, turns)
     slopes: list[Any] = []
     for motion in (*of_frames, *of_q):
-        # That many of them are before it.
-        n = sum(link.joint < motion.joint for link in chain)
-        n = next((i for i, link in enumerate(chain, 1) if link is motion), n)
-        of_turn = motion.turn.T @ ca.sum2(turned[:, n:])
-        of_shift = motion.shift(p).T @ ca.sum2(shifted[:, :n])
+        n = _joints_before(motion, chain)
+        of_turn = motion.turn.T @ ca.sum2(by_turn[:, n:])
+        of_shift = motion.shift(p).T @ ca.sum2(by_shift[:, :n])
         slopes.append(of_turn + of_shift)
-    return 0.5 * ca.log(ca.det(J @ J.T)), ca.horzcat(*slopes)
+    return 0.5 * ca.log(ca.det(JJ)), ca.horzcat(*slopes)
+
+
+def _joints_before(motion: Motion, chain: Sequence[Motion]) -> int:
+    """Return how many motions of a chain a motion does not turn: those before it, and itself."""
+    for i, link in enumerate(chain, start=1):
+        if link is motion:
+            return i
+    return sum(link.joint < motion.joint for link in chain)

@@ -4,7 +4,9 @@ It imitates a person's hand that guides the arm into a socket. Many random start
 once, so that the solutions are spread over all that the arm can do.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -30,6 +32,29 @@ class SimulationError(MukcaError):
     """An arm that cannot do what is asked of it."""
 
 
+class Starts(NamedTuple):
+    """Random starts of a batch."""
+
+    positions: np.ndarray
+    """Joint positions, shape (BATCH, m) [rad], [m] for a prismatic joint."""
+    necks: np.ndarray
+    """Directions that the ball's neck is to have, shape (BATCH, 3)."""
+
+
+@dataclass(frozen=True)
+class NewtonSteps:
+    """Damped Newton steps: their number, and when they end."""
+
+    rounds: int
+    damping: float
+    tolerance: float
+    """A smaller step is the last one [rad, m]."""
+
+
+COARSE = NewtonSteps(rounds=18, damping=1e-4, tolerance=1e-5)
+FINE = NewtonSteps(rounds=12, damping=1e-10, tolerance=1e-7)
+
+
 class InverseKinematics:
     """Finds configurations that put the ball at points."""
 
@@ -39,10 +64,10 @@ class InverseKinematics:
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
         self.lower, self.upper = _one_turn(robot)
-        self._turning = np.array(
-            [joint.type != "prismatic" for joint in robot.actuated]
-        )
-        slides = np.abs([robot.lower, robot.upper]).max(axis=0)[~self._turning]
+        types = np.array([joint.type for joint in robot.actuated])
+        self._turning = types != "prismatic"
+        limits = np.abs([robot.lower, robot.upper])
+        slides = limits.max(axis=0)[~self._turning]
         lengths: np.ndarray = np.linalg.norm(robot.origins[:, :3], axis=1)
         self.longest = float(lengths.sum() + slides.sum())
         """No point farther from the base is in reach [m]."""
@@ -79,15 +104,14 @@ class InverseKinematics:
         if np.linalg.norm(point) > self.longest:
             return np.zeros((0, len(self.lower)))
         starts, necks = self._random_starts(generator)
-        q, arrived = self._follow(
-            starts, np.hstack([np.tile(point, (BATCH, 1)), necks])
-        )
+        points = np.tile(point, (BATCH, 1))
+        q, arrived = self._follow(starts, np.hstack([points, necks]))
         return q[arrived]
 
     def _out_of_reach(self, point: np.ndarray) -> SimulationError:
-        return SimulationError(
-            f"{self.robot.name}: cannot reach {np.round(point, 3).tolist()}"
-        )
+        """Return the error for a point that no start reached."""
+        place = np.round(point, 3).tolist()
+        return SimulationError(f"{self.robot.name}: cannot reach {place}")
 
     def _round(
         self,
@@ -99,70 +123,89 @@ class InverseKinematics:
         """Follow a batch of random starts, the last few first; return True if any arrived."""
         starts, necks = self._random_starts(generator)
         rows = np.resize(failures, BATCH)
-        for batch in np.split(np.arange(BATCH), [BATCH - FIRST])[::-1]:
-            some = batch[np.isnan(reached[rows[batch], 0])]
-            if some.size:
-                targets = np.hstack([points[rows[some]], necks[some]])
-                q, arrived = self._follow(starts[some], targets)
-                reached[rows[some[arrived]]] = q[arrived]
-        return not np.isnan(reached[failures, 0]).all()
+        others, first = np.split(np.arange(BATCH), [BATCH - FIRST])
+        for batch in (first, others):
+            open_rows = np.isnan(reached[rows[batch], 0])
+            some = batch[open_rows]
+            if not some.size:
+                continue
+            targets = np.hstack([points[rows[some]], necks[some]])
+            q, arrived = self._follow(starts[some], targets)
+            reached[rows[some[arrived]]] = q[arrived]
+        still_open = np.isnan(reached[failures, 0])
+        return not still_open.all()
 
-    def _random_starts(
-        self, generator: np.random.Generator
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _random_starts(self, generator: np.random.Generator) -> Starts:
         """Return joint positions, and directions of necks that are even over the cap of tilts."""
-        starts = generator.uniform(self.lower, self.upper, (BATCH, len(self.lower)))
+        shape = BATCH, len(self.lower)
+        positions = generator.uniform(self.lower, self.upper, shape)
         height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
         angle = generator.uniform(-np.pi, np.pi, BATCH)
         radius = np.sqrt(1 - height**2)
-        necks = np.column_stack(
-            [radius * np.cos(angle), radius * np.sin(angle), -height]
-        )
-        return starts, necks
+        x = radius * np.cos(angle)
+        y = radius * np.sin(angle)
+        return Starts(positions, np.column_stack([x, y, -height]))
 
     def _follow(
         self, q: np.ndarray, targets: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         q = q.copy()
-        self._iterate(q, targets, np.arange(len(q)), follows=False)
+        all_rows = np.arange(len(q))
+        self._iterate(q, targets, all_rows, COARSE)
         turns = np.round(q / (2 * np.pi)) * self._turning
         q -= 2 * np.pi * turns
         # Many are outside the limits, and stay there: the others are worth the last steps.
-        beyond = np.maximum(self.lower - q, q - self.upper).max(axis=1)
+        below = self.lower - q
+        above = q - self.upper
+        beyond = np.maximum(below, above).max(axis=1)
         feasible = np.flatnonzero(beyond < MARGIN)
-        self._iterate(q, targets, feasible, follows=True)
-        pose = self.ball_and_neck(q[feasible])[0]
-        error = targets[feasible] - pose
+        goals = targets if self._leans_freely else targets[:, :3]
+        self._iterate(q, goals, feasible, FINE)
+        arrived = np.zeros(len(q), dtype=bool)
+        arrived[feasible] = self._has_arrived(q[feasible], targets[feasible])
+        return q, arrived
+
+    def _has_arrived(self, q: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """Return True where a configuration is within the limits, and reaches its target, (N,)."""
+        pose, _ = self.ball_and_neck(q)
+        error = targets - pose
         exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
         tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
         if not self._leans_freely:
             tilted = pose[:, 5] < -np.cos(MAX_TILT)
         within = (self.lower < q) & (q < self.upper)
-        inside = within[feasible].all(axis=1)
-        arrived = np.zeros(len(q), dtype=bool)
-        arrived[feasible] = exact & tilted & inside
-        return q, arrived
+        return exact & tilted & within.all(axis=1)
 
     def _iterate(
-        self, q: np.ndarray, targets: np.ndarray, moving: np.ndarray, *, follows: bool
+        self,
+        q: np.ndarray,
+        targets: np.ndarray,
+        moving: np.ndarray,
+        steps: NewtonSteps,
     ) -> None:
-        """Take damped Newton steps in some rows of q until they arrive."""
-        rounds, damping, tolerance = (12, 1e-10, 1e-7) if follows else (18, 1e-4, 1e-5)
-        rows = 3 if follows and not self._leans_freely else 6
-        for _ in range(rounds):
+        """Take damped Newton steps in some rows of q until they arrive.
+
+        With the error e of ball and neck, its Jacobian J and a damping l, a step is
+        J^T (J J^T + l I)^-1 e. Targets of three numbers are those of the ball alone.
+        """
+        rows = targets.shape[1]
+        damping = steps.damping * np.eye(rows)
+        for _ in range(steps.rounds):
             if not moving.size:
                 break
-            pose, J = self.ball_and_neck(q[moving])
-            error = (targets[moving] - pose)[:, :rows, None]
-            slope = J[:, :rows]
-            transposed = slope.transpose(0, 2, 1)
-            JJ = slope @ transposed + damping * np.eye(rows)
-            dq = (transposed @ np.linalg.solve(JJ, error))[:, :, 0]
+            pose, jacobian = self.ball_and_neck(q[moving])
+            error = (targets[moving] - pose[:, :rows])[:, :, None]
+            J = jacobian[:, :rows]
+            transposed = J.transpose(0, 2, 1)
+            dual_step = np.linalg.solve(J @ transposed + damping, error)
+            dq = (transposed @ dual_step)[:, :, 0]
             longest = np.abs(dq).max(axis=1).clip(1e-9)
-            dq *= np.minimum(1.0, MAX_STEP / longest)[:, None]
+            scale = np.minimum(1.0, MAX_STEP / longest)
+            dq *= scale[:, None]
             q[moving] += dq
-            moving = moving[np.minimum(longest, MAX_STEP) > tolerance]
+            goes_on = np.minimum(longest, MAX_STEP) > steps.tolerance
+            moving = moving[goes_on]
 
     def ball_and_neck(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
@@ -174,20 +217,24 @@ class InverseKinematics:
 @lru_cache(maxsize=16)
 def _pose(joints: tuple[Joint, ...]) -> RowFunction:
     """Return ball, neck and their derivatives as a function of joint positions."""
-    q = ca.SX.sym("q", sum(joint.actuated for joint in joints))
-    frames, _, motions = frames_and_motions(joints, written_frames(joints), q)
-    R, ball = map(ca.SX, frames[-1])
+    m = sum(joint.actuated for joint in joints)
+    q = ca.SX.sym("q", m)
+    links, _, motions = frames_and_motions(joints, written_frames(joints), q)
+    R, ball = map(ca.SX, links[-1])
     neck = R[:, 2]
-    columns = [
-        ca.vertcat(motion.shift(ball), ca.cross(motion.turn, neck))
-        for motion in motions
-    ]
+    columns: list[Any] = []
+    for motion in motions:
+        of_ball = motion.shift(ball)
+        of_neck = ca.cross(motion.turn, neck)
+        columns.append(ca.vertcat(of_ball, of_neck))
     return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])
 
 
 def _one_turn(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     """Return the limits of all joints, within -180 to 180 degrees: a hand guides no farther."""
-    return np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+    lower = np.maximum(robot.lower, -np.pi)
+    upper = np.minimum(robot.upper, np.pi)
+    return lower, upper
 
 
 def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
@@ -195,5 +242,6 @@ def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
 
     Joints that turn farther stay within -180 to 180 degrees.
     """
-    size = count, len(robot.actuated)
-    return np.random.default_rng(seed).uniform(*_one_turn(robot), size)
+    lower, upper = _one_turn(robot)
+    generator = np.random.default_rng(seed)
+    return generator.uniform(lower, upper, (count, len(lower)))

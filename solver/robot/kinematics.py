@@ -67,26 +67,33 @@ def frames_of_origins(origins: np.ndarray) -> np.ndarray:
 
     The axes are those of roll, pitch and yaw.
     """
+    p = origins[:, :3, None]
     rpy = origins[:, 3:]
-    return np.concatenate(
-        [origins[:, :3, None], matrix_rpy(rpy), rpy_axes(rpy)], axis=2
-    )
+    R = matrix_rpy(rpy)
+    axes = rpy_axes(rpy)
+    return np.concatenate([p, R, axes], axis=2)
 
 
 def written_frames(joints: Sequence[Joint]) -> list[JointFrame]:
     """Return the frames of joints as written."""
-    return joint_frames(ca.DM(columns_of(frames_of_origins(_origins(joints)))))
+    frames = frames_of_origins(_origins(joints))
+    return joint_frames(ca.DM(columns_of(frames)))
 
 
 def _origins(joints: Sequence[Joint]) -> np.ndarray:
     """Return the origins of joints as written, shape (joints, 6)."""
-    return np.reshape([joint.origin.numbers for joint in joints], (-1, 6))
+    numbers = [joint.origin.numbers for joint in joints]
+    return np.reshape(numbers, (-1, 6))
 
 
 def joint_frames(numbers: Any) -> list[JointFrame]:
     """Return frames by their numbers: for each joint the columns of [p | R | axes]."""
-    columns = ca.horzsplit(ca.reshape(numbers, 3, numbers.numel() // 3), 7)
-    return [JointFrame(*ca.horzsplit(frame, [0, 1, 4, 7])) for frame in columns]
+    columns = ca.reshape(numbers, 3, numbers.numel() // 3)
+    frames: list[JointFrame] = []
+    for frame in ca.horzsplit(columns, 7):
+        p, R, axes = ca.horzsplit(frame, [0, 1, 4, 7])
+        frames.append(JointFrame(p, R, axes))
+    return frames
 
 
 def columns_of(frames: np.ndarray) -> np.ndarray:
@@ -107,20 +114,33 @@ def link_poses(
     Returns:
         [R | p], shape (N, joints + 1, 3, 4).
     """
-    frames = frames_of_origins(_origins(joints) if origins is None else origins)
-    function = _link_poses(tuple(map(kind_of_joint, joints)), q.shape[1])
+    if origins is None:
+        origins = _origins(joints)
+    frames = frames_of_origins(origins)
+    kinds = tuple(map(kind_of_joint, joints))
+    function = _link_poses(kinds, q.shape[1])
     [poses] = function(q, columns_of(frames))
     return poses.reshape(len(q), len(joints) + 1, 3, 4)
 
 
 @lru_cache(maxsize=64)
 def _link_poses(joints: tuple[Joint, ...], columns: int) -> RowFunction:
+    """Return the poses [R | p] of all links, one below the other, as a function of frames and q."""
     numbers = ca.SX.sym("frames", NUMBERS * len(joints))
     q = ca.SX.sym("q", columns)
     links, _, _ = frames_and_motions(joints, joint_frames(numbers), q)
     base = ca.SX.eye(4)[:3, :]
-    poses = [ca.horzcat(ca.SX(R), ca.SX(p)) for R, p in links]
+    poses = [ca.horzcat(ca.SX(link.R), ca.SX(link.p)) for link in links]
     return RowFunction("poses", [numbers, q], [ca.vertcat(base, *poses)])
+
+
+class LinkPose(NamedTuple):
+    """Pose of a joint's child link in the base frame, as expressions."""
+
+    R: Any
+    """Its rotation, shape (3, 3)."""
+    p: Any
+    """Its origin, shape (3,) [m]."""
 
 
 class Motion(NamedTuple):
@@ -137,7 +157,9 @@ class Motion(NamedTuple):
 
     def shift(self, point: Any) -> Any:
         """Return the derivative of a point that it carries along."""
-        return self.axis if self.slides else ca.cross(self.axis, point - self.point)
+        if self.slides:
+            return self.axis
+        return ca.cross(self.axis, point - self.point)
 
     @property
     def turn(self) -> Any:
@@ -145,63 +167,102 @@ class Motion(NamedTuple):
         return ca.DM.zeros(3) if self.slides else self.axis
 
 
+class ChainMotion(NamedTuple):
+    """Poses of a chain's links, and the motions by which they move."""
+
+    links: list[LinkPose]
+    """Of each joint's child link."""
+    of_frames: list[Motion]
+    """By x y z and the three numbers of the rotation of each joint's frame."""
+    of_q: list[Motion]
+    """By each number of a configuration."""
+
+
+class JointMotion(NamedTuple):
+    """Motion by one number of a configuration, in the frame of its joint."""
+
+    column: int
+    """Index of the number."""
+    axis: Sequence[float]
+    """Unit vector, shape (3,)."""
+    slides: bool
+    """True for a slide along the axis, false for a turn about it."""
+
+    def of_point(self, point: Any, q: Any) -> Any:
+        """Return where a point is after the motion by q [rad], [m]."""
+        if self.slides:
+            return point + q * ca.DM(self.axis)
+        return rotation(self.axis, q) @ point
+
+
 def frames_and_motions(
     joints: Sequence[Joint], frames: Sequence[JointFrame], q: Any
-) -> tuple[list[tuple[Any, Any]], list[Motion], list[Motion]]:
-    """Return rotation and position of each joint's child link in the base frame, and the motions.
+) -> ChainMotion:
+    """Return the pose of each joint's child link in the base frame, and the motions.
 
     Frames are those of the chain's joints; q are positions of those that move [rad], [m] for a
-    prismatic joint, and their tilts may follow. Motions are by x y z and the three numbers of the
-    rotation of each frame, and by q.
+    prismatic joint, and their tilts may follow.
     """
     turn = ca.DM.eye(3)
     p = ca.DM.zeros(3)
-    links: list[tuple[Any, Any]] = []
+    links: list[LinkPose] = []
     of_frames: list[Motion] = []
-    of_q = dict[int, Motion]()
-    for i, (frame, motions) in enumerate(zip(frames, _motions(joints, q), strict=True)):
+    of_q: dict[int, Motion] = {}
+    for i, motions in enumerate(_joint_motions(joints, q)):
+        frame = frames[i]
         p = p + turn @ frame.p
         axes = turn @ frame.axes
         of_frames += [Motion(i, True, turn[:, k], p) for k in range(3)]
         of_frames += [Motion(i, False, axes[:, k], p) for k in range(3)]
         turn = turn @ frame.R
         for column, axis, slides in motions:
-            of_q[column] = Motion(i, slides, turn @ ca.DM(axis), p)
+            motion = Motion(i, slides, turn @ ca.DM(axis), p)
+            of_q[column] = motion
             if slides:
-                p = p + of_q[column].axis * q[column]
+                p = p + motion.axis * q[column]
             else:
                 turn = turn @ rotation(axis, q[column])
-        links.append((turn, p))
-    return links, of_frames, [of_q[column] for column in range(len(of_q))]
+        links.append(LinkPose(turn, p))
+    return ChainMotion(links, of_frames, [of_q[k] for k in range(len(of_q))])
 
 
 def ball_position(joints: Sequence[Joint], frames: Sequence[JointFrame], q: Any) -> Any:
     """Return the ball's centre in the base frame, Phi(Theta, q); see :func:`frames_and_motions`."""
     # Each joint carries it along, back to the base: one point takes a third of what a frame takes.
     p = ca.DM.zeros(3)
-    for frame, motions in reversed([*zip(frames, _motions(joints, q), strict=True)]):
-        for column, axis, slides in reversed(motions):
-            p = p + q[column] * ca.DM(axis) if slides else rotation(axis, q[column]) @ p
+    pairs = zip(frames, _joint_motions(joints, q), strict=True)
+    for frame, motions in reversed([*pairs]):
+        for motion in reversed(motions):
+            p = motion.of_point(p, q[motion.column])
         p = frame.R @ p + frame.p
     return p
 
 
-def _motions(joints: Sequence[Joint], q: Any) -> list[list[Any]]:
-    """Return each joint's motions: index in q, axis, and True for a slide."""
+def _joint_motions(joints: Sequence[Joint], q: Any) -> list[list[JointMotion]]:
+    """Return each joint's motions: that of its position, then its tilts about b and c."""
     moving = [i for i, joint in enumerate(joints) if joint.actuated]
-    motions = [list[Any]() for _ in joints]
+    motions: list[list[JointMotion]] = [[] for _ in joints]
     for column in range(q.shape[0]):
         tilt, place = divmod(column, len(moving))
-        joint = joints[moving[place]]
-        axis = (joint.tilt_axes or across(joint.axis))[tilt - 1] if tilt else joint.axis
-        motions[moving[place]].append(
-            (column, axis, not tilt and joint.type == "prismatic")
-        )
+        i = moving[place]
+        joint = joints[i]
+        if tilt == 0:
+            motion = JointMotion(column, joint.axis, joint.type == "prismatic")
+        else:
+            tilt_axes = joint.tilt_axes or across(joint.axis)
+            motion = JointMotion(column, tilt_axes[tilt - 1], slides=False)
+        motions[i].append(motion)
     return motions
 
 
 def kind_of_joint(joint: Joint) -> Joint:
     """Return a joint of the same type and axis, and of nothing else."""
     return Joint(
-        "", joint.type, "", "", Origin(), joint.axis, tilt_axes=joint.tilt_axes
+        name="",
+        type=joint.type,
+        parent="",
+        child="",
+        origin=Origin(),
+        axis=joint.axis,
+        tilt_axes=joint.tilt_axes,
     )
