@@ -74,17 +74,23 @@ class Searches:
     ) -> "Searches":
         """Return searches from joint positions."""
         N = len(q)
-        # columns are contiguous, since these are computed with
-        rows = np.asfortranarray(np.hstack([q, target, posture]))
-        residual = np.full((N, 2), np.inf)
-        square = np.full(N, np.inf)
-        stalls = np.zeros(N, dtype=int)
-        return cls(np.arange(N), rows, q.copy(), residual, square, q, stalls)
+        rows = np.hstack([q, target, posture])
+        return cls(
+            pose=np.arange(N),
+            # columns are contiguous, since these are computed with
+            rows=np.asfortranarray(rows),
+            best=q.copy(),
+            residual=np.full((N, 2), np.inf),
+            square=np.full(N, np.inf),
+            change=q,
+            stalls=np.zeros(N, dtype=int),
+        )
 
     @property
     def q(self) -> np.ndarray:
         """Joint positions, shape (N, m) [rad]."""
-        return self.rows[:, : self.best.shape[1]]
+        m = self.best.shape[1]
+        return self.rows[:, :m]
 
     @property
     def margins(self) -> np.ndarray:
@@ -92,17 +98,21 @@ class Searches:
         away = (self.stalls > 0) & (self.stalls <= AWAY)
         if not away.any():
             return NO_MARGIN
-        return np.where(away, MARGIN * np.sqrt(np.sqrt(self.square)), 0.0)[:, None]
+        residual = np.sqrt(self.square)
+        margins = MARGIN * np.sqrt(residual)
+        return np.where(away, margins, 0.0)[:, None]
 
     def shrinkage(self, step: SearchStep) -> np.ndarray:
         """Return the residual as a share of the least before, shape (N,)."""
-        return np.sqrt(step.square / np.maximum(self.square, TINY))
+        least = np.maximum(self.square, TINY)
+        return np.sqrt(step.square / least)
 
     def keep(self, step: SearchStep, ends: np.ndarray) -> None:
         """Keep the joint positions that leave least so far, and those at which a search ends."""
-        better = (ends | (step.square <= self.square))[:, None]
-        np.copyto(self.best, self.q, where=better)
-        np.copyto(self.residual, step.residual, where=better)
+        better = ends | (step.square <= self.square)
+        kept = better[:, None]
+        np.copyto(self.best, self.q, where=kept)
+        np.copyto(self.residual, step.residual, where=kept)
 
     def finish(self, step: SearchStep, last: np.ndarray, shrinkage: np.ndarray) -> None:
         """Take last steps without a look at what they leave: it shrinks as it did before."""
@@ -111,29 +121,37 @@ class Searches:
 
     def move(self, step: SearchStep) -> None:
         """Take the steps, shorter ones where a search is stuck."""
-        progress = (step.square < self.square / 4) | (self.square > NEAR)
+        halved = step.square < self.square / 4
+        progress = halved | (self.square > NEAR)
         self.stalls = np.where(progress, 0, self.stalls + 1)
-        self.stalls[step.longest < STILL * step.largest] = STUCK
+        still = step.longest < STILL * step.largest
+        self.stalls[still] = STUCK
         self.square = np.fmin(step.square, self.square)
+        slow = self.stalls > AWAY
         q = self.q
-        q += _relaxed(step.change, self.change, self.stalls > AWAY)
+        q += _relaxed(step.change, self.change, slow)
         self.change = step.change
         posture = self.rows[:, -q.shape[1] :]
         np.copyto(posture, q, where=step.settled[:, None])
 
     def where(self, chosen: np.ndarray) -> "Searches":
         """Return some of the searches."""
-        arrays = (getattr(self, entry.name) for entry in fields(self))
-        return Searches(*(values.T.compress(chosen, axis=-1).T for values in arrays))
+        arrays = [getattr(self, entry.name) for entry in fields(self)]
+        rows = [values.T.compress(chosen, axis=-1).T for values in arrays]
+        return Searches(*rows)
 
 
 def _relaxed(change: np.ndarray, before: np.ndarray, slow: np.ndarray) -> np.ndarray:
-    """Return the steps, shorter where they alternate in sign (Aitken's relaxation)."""
+    """Return the steps, shorter where they alternate in sign (Aitken's relaxation).
+
+    With a step s, and d how it differs from the one before, it is scaled by 1 - s . d / d . d.
+    """
     if not slow.any():
         return change
     scale = np.ones((len(change), 1))
-    d = change[slow] - before[slow]
+    s = change[slow]
+    d = s - before[slow]
     squares = (d * d).sum(axis=1)
-    moves = (change[slow] * d).sum(axis=1) / np.maximum(squares, TINY)
+    moves = (s * d).sum(axis=1) / np.maximum(squares, TINY)
     scale[slow, 0] = (1 - moves).clip(SHORTEST, 1)
     return change * scale

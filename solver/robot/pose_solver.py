@@ -43,6 +43,24 @@ class Solutions:
         """True where the pose is reached, shape (N,)."""
         return self.left.max(axis=1) < TOLERANCE
 
+    @property
+    def remainder(self) -> np.ndarray:
+        """Sum of the residual distance [m] and angle [rad], shape (N,)."""
+        return self.left.sum(axis=1)
+
+    def improve(
+        self, poses: np.ndarray, retries: "Solutions", rank: np.ndarray
+    ) -> None:
+        """Take over the retry of least finite rank for each of some poses, STARTS a pose."""
+        best = rank.reshape(-1, STARTS).argmin(axis=1)
+        winners = best + STARTS * np.arange(len(poses))
+        some = np.isfinite(rank[winners])
+        winners = winners[some]
+        into = poses[some]
+        self.positions[into] = retries.positions[winners]
+        self.left[into] = retries.left[winners]
+        self.rounds[into] += retries.rounds[winners]
+
     def take(self, searches: Searches, ends: np.ndarray, rounds: np.ndarray) -> None:
         """Take over where some of the searches ended, after so many rounds."""
         poses = searches.pose[ends]
@@ -85,8 +103,8 @@ class PoseSolver:
         q = np.clip(start, self.lower, self.upper)
         prefer = q if prefer is None else prefer
         if len(q) == 1:
-            parts = (q, targets, prefer)
-            solution = self._after_free_steps(np.concatenate(parts, axis=1), tool)
+            row = np.concatenate((q, targets, prefer), axis=1)
+            solution = self._after_free_steps(row, tool)
             if solution.left.max() < TOLERANCE:
                 return solution
         return self._after_bounded_steps(q, targets, prefer, tool)
@@ -95,7 +113,8 @@ class PoseSolver:
         self, q: np.ndarray, targets: np.ndarray, prefer: np.ndarray, tool: np.ndarray
     ) -> Solutions:
         """Return solutions by steps that keep the limits, from starts within these."""
-        residuals, rounds = np.full((len(q), 2), np.inf), np.zeros(len(q), dtype=int)
+        residuals = np.full((len(q), 2), np.inf)
+        rounds = np.zeros(len(q), dtype=int)
         solutions = Solutions(q, residuals, rounds)
         searches = Searches.begun(q, targets, prefer)
         for count in range(ROUNDS):
@@ -103,12 +122,14 @@ class PoseSolver:
             arrived = step.settled & (step.largest < TOLERANCE)
             shrinkage = searches.shrinkage(step)
             promise = step.largest * shrinkage
-            last = (step.longest < self.last) & (promise < TOLERANCE / 30) & (count > 0)
+            small = (step.longest < self.last) & (promise < TOLERANCE / 30)
+            last = small & (count > 0)
             searches.keep(step, arrived | last)
             if last.any():
                 searches.finish(step, last, shrinkage)
             searches.move(step)
-            ends = arrived | last | (searches.stalls >= STUCK) | (count == ROUNDS - 1)
+            stuck = searches.stalls >= STUCK
+            ends = arrived | last | stuck | (count == ROUNDS - 1)
             if ends.any():
                 solutions.take(searches, ends, count + (last & ~arrived))
                 if ends.all():
@@ -137,25 +158,12 @@ class PoseSolver:
                 break
             rows = np.repeat(failures, STARTS)
             starts = self._starts(start[rows], spread, generator)
-            retries = self.solve(
-                targets[rows], starts, None if prefer is None else prefer[rows], tool
-            )
-            distance: np.ndarray = np.linalg.norm(
-                retries.positions - start[rows], axis=1
-            )
-            remainder: np.ndarray = retries.left.sum(axis=1)
-            # the nearest that is reached; where none is, what leaves least
-            rank = np.where(retries.reached, distance, 1e3 + remainder)
-            rank = np.where(remainder > solutions.left[rows].sum(axis=1), np.inf, rank)
-            winners = rank.reshape(-1, STARTS).argmin(axis=1) + STARTS * np.arange(
-                len(failures)
-            )
-            some = np.isfinite(rank[winners])
-            into = failures[some]
-            winners = winners[some]
-            solutions.positions[into] = retries.positions[winners]
-            solutions.left[into] = retries.left[winners]
-            solutions.rounds[into] += retries.rounds[winners]
+            postures = None if prefer is None else prefer[rows]
+            retries = self.solve(targets[rows], starts, postures, tool)
+            rank = _ranks(retries, start[rows])
+            worse = retries.remainder > solutions.remainder[rows]
+            rank[worse] = np.inf
+            solutions.improve(failures, retries, rank)
         return solutions
 
     def _starts(
@@ -174,51 +182,56 @@ class PoseSolver:
 
         Of a single row, NumPy would take ten times as long for all that stands around the steps.
         """
-        [state] = self._free_steps(np.concatenate((row[0], tool, np.zeros(3)))[None])
-        remainder = np.inf if state[0, -1] else state[:, -3:-1]
-        rounds = np.array([FREE_STEPS])
+        state = np.concatenate((row[0], tool, np.zeros(3)))
+        [after] = self._free_steps(state[None])
+        stopped = after[0, -1]
+        remainder = np.inf if stopped else after[:, -3:-1]
         return Solutions(
-            state[:, : len(self.lower)], np.full((1, 2), remainder), rounds
+            positions=after[:, : len(self.lower)],
+            left=np.full((1, 2), remainder),
+            rounds=np.array([FREE_STEPS]),
         )
 
     @cached_property
     def _free_steps(self) -> RowFunction:
         """FREE_STEPS steps of a row: q, target, prefer, tool, what was left, and 1 if stopped."""
         step, inputs = self._expressions
-        target, prefer, tool = (
-            step.symbols[name] for name in ("target", "prefer", "tool")
-        )
-        after = step.symbols["q"] + step.change
-        longest = ca.norm_inf(step.change)
+        symbols = step.symbols
+        tool = symbols["tool"]
         stopped = ca.SX.sym("stopped")
-        beyond = ca.mmax(
-            ca.vertcat(self.lower - after, after - self.upper, longest - MAX_STEP)
-        )
         state = ca.vertcat(inputs, tool, ca.SX.sym("left", 2), stopped)
-        posture = ca.if_else(longest < SETTLED, after, prefer)
-        stops = ca.fmax(stopped, beyond > 0)
-        outputs = ca.vertcat(after, target, posture, tool, step.left, stops)
-        return RowFunction("steps", [state.T], [outputs], FREE_STEPS)
+        after = symbols["q"] + step.change
+        longest = ca.norm_inf(step.change)
+        excess = ca.vertcat(self.lower - after, after - self.upper, longest - MAX_STEP)
+        stops = ca.fmax(stopped, ca.mmax(excess) > 0)
+        posture = ca.if_else(longest < SETTLED, after, symbols["prefer"])
+        next_state = ca.vertcat(
+            after, symbols["target"], posture, tool, step.left, stops
+        )
+        return RowFunction("steps", [state.T], [next_state], FREE_STEPS)
 
     def _step(self, searches: Searches, tool: np.ndarray) -> SearchStep:
         """Return the steps of searches, within the limits."""
-        rows, margins = searches.rows, searches.margins
+        rows = searches.rows
+        margins = searches.margins
         remainder, change, model = self._free(rows, tool)
         after = searches.q + change
-        lower, upper = self.lower + margins, self.upper - margins
+        lower = self.lower + margins
+        upper = self.upper - margins
         longest = np.abs(change).max(axis=1, initial=0)
-        outside = ((after < lower) | (after > upper)).any(axis=1) | ~(
-            longest <= MAX_STEP
-        )
+        beyond = (after < lower) | (after > upper)
+        outside = beyond.any(axis=1) | ~(longest <= MAX_STEP)
         if outside.any():
             bounds = np.broadcast_arrays(lower, upper, after)[:2]
             columns = [values[outside] for values in (rows, change, model, *bounds)]
-            [change[outside]] = self._limited(np.hstack(columns))
-            longest[outside] = np.abs(change[outside]).max(axis=1, initial=0)
+            [limited] = self._limited(np.hstack(columns))
+            change[outside] = limited
+            longest[outside] = np.abs(limited).max(axis=1, initial=0)
         return SearchStep(remainder, change, longest)
 
     @cached_property
     def _free(self) -> RowFunction:
+        """Distance and angle left, the step without limits, and its model, of a row of inputs."""
         step, inputs = self._expressions
         model = ca.vertcat(step.error, ca.vec(step.jacobian))
         outputs = [step.left, step.change, model]
@@ -226,18 +239,28 @@ class PoseSolver:
 
     @cached_property
     def _limited(self) -> RowFunction:
+        """The step within limits, of a row of inputs, the free step, its model, and limits."""
         step, inputs = self._expressions
-        names = ("change", "error", "jacobian")
-        symbols = {name: ca.SX.sym(name, *getattr(step, name).shape) for name in names}
-        bounds = [ca.SX.sym(name, len(self.lower)) for name in ("lower", "upper")]
-        change = limited_step(replace(step, **symbols), *bounds)
-        row = ca.vertcat(inputs, *map(ca.vec, symbols.values()), *bounds)
-        return RowFunction("limited", [row], [change])
+        change = ca.SX.sym("change", *step.change.shape)
+        error = ca.SX.sym("error", *step.error.shape)
+        jacobian = ca.SX.sym("jacobian", *step.jacobian.shape)
+        lower = ca.SX.sym("lower", len(self.lower))
+        upper = ca.SX.sym("upper", len(self.lower))
+        free = replace(step, change=change, error=error, jacobian=jacobian)
+        limited = limited_step(free, lower, upper)
+        row = ca.vertcat(inputs, change, error, ca.vec(jacobian), lower, upper)
+        return RowFunction("limited", [row], [limited])
 
     @cached_property
     def _expressions(self) -> tuple[NewtonStep, Any]:
         """Expressions of a step, and its row of inputs."""
         step = newton_step(self.model, self.joint, self.goal)
-        return step, ca.vertcat(
-            *(step.symbols[name] for name in ("q", "target", "prefer"))
-        )
+        symbols = step.symbols
+        inputs = ca.vertcat(symbols["q"], symbols["target"], symbols["prefer"])
+        return step, inputs
+
+
+def _ranks(solutions: Solutions, start: np.ndarray) -> np.ndarray:
+    """Return ranks, shape (N,): the nearest that is reached; where none is, what leaves least."""
+    distance: np.ndarray = np.linalg.norm(solutions.positions - start, axis=1)
+    return np.where(solutions.reached, distance, 1e3 + solutions.remainder)
