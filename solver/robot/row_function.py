@@ -3,11 +3,13 @@
 CasADi's own call turns arrays into lists and back, which takes longer than the computation.
 """
 
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
+
+from .column_program import ColumnProgram, Instruction, instructions_of
 
 BATCH = 208
 """Rows that are computed at once: the results of more no longer fit into a processor's cache."""
@@ -38,7 +40,7 @@ class RowFunction:
         function = ca.Function(name, inputs, turned, {"cse": True})
         self.function = function.fold(times) if times > 1 else function
         self._mapped = lru_cache(maxsize=32)(self._map)
-        self._program = lru_cache(maxsize=8)(self._instructions)
+        self._program = lru_cache(maxsize=8)(self._column_program)
 
     def __call__(self, rows: np.ndarray, *constants: np.ndarray) -> list[np.ndarray]:
         """Return each output for each row, shape (N, k); the other arguments serve all rows."""
@@ -46,28 +48,27 @@ class RowFunction:
         lengths = [values.shape[-1] for values in arguments]
         if lengths != self._lengths:  # CasADi would read beyond them
             raise ValueError(f"arguments of lengths {lengths}, not {self._lengths}")
-        by_columns = len(rows) >= MANY and self._known
-        return (self._by_columns if by_columns else self._by_rows)(*arguments)
+        if len(rows) >= MANY and self._known:
+            return self._by_columns(*arguments)
+        return self._by_rows(*arguments)
+
+    @cached_property
+    def _instructions(self) -> list[Instruction]:
+        """The function's instructions."""
+        return instructions_of(self.function)
 
     @cached_property
     def _known(self) -> bool:
         """True where NumPy knows all instructions."""
-        return all(name for name, _, _ in self._steps)
-
-    @cached_property
-    def _steps(self) -> list[tuple[str, list[int], list[int]]]:
-        """Each instruction's name, none for one that NumPy does not know, outputs and operands."""
-        f = self.function
-        names = [_NAMES.get(f.instruction_id(k), "") for k in range(f.n_instructions())]
-        into = map(f.instruction_output, range(len(names)))
-        operands = map(f.instruction_input, range(len(names)))
-        return [*zip(names, into, operands, strict=True)]
+        return all(instruction.name for instruction in self._instructions)
 
     def _by_rows(self, *arguments: np.ndarray) -> list[np.ndarray]:
+        """Return each output as CasADi computes it, some rows at a time."""
         *fixed, rows = map(np.ascontiguousarray, arguments)
         count = len(rows)
         if count > STEP and count % STEP:
-            rows = np.concatenate([rows, np.repeat(rows[-1:], -count % STEP, axis=0)])
+            copies = np.repeat(rows[-1:], -count % STEP, axis=0)
+            rows = np.concatenate([rows, copies])
         results = [np.empty((len(rows), size)) for size in self._sizes]
         for begin in range(0, len(rows), BATCH):
             batch = slice(begin, begin + BATCH)
@@ -89,111 +90,27 @@ class RowFunction:
 
         The arguments but the last are the same for each row.
         """
-        shared = list(range(self.function.n_in() - 1))
-        return self.function.map(
-            f"{self.function.name()}_{N}", "serial", N, shared, []
-        ), []
+        function = self.function
+        shared = list(range(function.n_in() - 1))
+        mapped = function.map(f"{function.name()}_{N}", "serial", N, shared, [])
+        return mapped, []
 
     def _by_columns(self, *arguments: np.ndarray) -> list[np.ndarray]:
+        """Return each output as NumPy computes it, column by column."""
         *fixed, rows = arguments
         results = [np.empty((size, len(rows))).T for size in self._sizes]
         for begin in range(0, len(rows), BLOCK):
             batch = rows[begin : begin + BLOCK]
             count = len(batch)
-            program, inputs, outputs = self._program(
-                max(MANY, 1 << (count - 1).bit_length())
-            )
-            for columns, values in zip(inputs, (*fixed, batch), strict=True):
+            next_power = 1 << (count - 1).bit_length()
+            program = self._program(max(MANY, next_power))
+            for columns, values in zip(program.inputs, (*fixed, batch), strict=True):
                 columns[:, :count] = np.atleast_2d(values).T
-            with np.errstate(all="ignore"):  # as CasADi does
-                for instruction, values in program:
-                    instruction(*values)
-            for columns, result in zip(outputs, results, strict=True):
+            program.run()
+            for columns, result in zip(program.outputs, results, strict=True):
                 result[begin : begin + count] = columns[:, :count].T
         return results
 
-    def _instructions(self, length: int) -> Any:
-        """Return instructions with their columns of some length; inputs and outputs."""
-        f = self.function
-        work = np.ones((f.sz_w(), length))
-        column: list[Any] = list(work)
-        program: list[Any] = []
-        inputs = [np.ones((size, length)) for size in self._lengths]
-        outputs = [np.ones((size, length)) for size in self._sizes]
-        sines: dict[tuple[str, int], np.ndarray] = {}
-        for k, (name, into, operands) in enumerate(self._steps):
-            if name == "OUTPUT":
-                program.append(
-                    (np.copyto, (outputs[into[0]][into[1]], column[operands[0]]))
-                )
-                continue
-            angle = sines.get((name, operands[0])) if name in ("SIN", "COS") else None
-            values = (
-                [column[i] for i in operands] if name not in ("CONST", "INPUT") else []
-            )
-            for word in ("SIN", "COS"):
-                sines.pop((word, into[0]), None)
-            column[into[0]] = work[into[0]]
-            if name == "CONST":
-                column[into[0]] = np.array(f.instruction_constant(k))
-            elif name == "INPUT":
-                column[into[0]] = inputs[operands[0]][operands[1]]
-            elif angle is not None:
-                column[into[0]] = angle
-            elif name in ("SIN", "COS"):
-                second = np.empty(length)
-                if operands[0] != into[0]:
-                    sines["COS" if name == "SIN" else "SIN", operands[0]] = second
-                pair = (column[into[0]], second)
-                program.append(
-                    (_turn, (*values, *(pair if name == "SIN" else pair[::-1])))
-                )
-            else:
-                program.append((_INSTRUCTIONS[name], (*values, column[into[0]])))
-        return program, inputs, outputs
-
-
-_HALF, _ONE, _TWO = map(np.array, (0.5, 1.0, 2.0))
-
-
-def _turn(angle: np.ndarray, sine: np.ndarray, cosine: np.ndarray) -> None:
-    """Compute both of an angle by the tangent of its half, a third of the work of NumPy's own."""
-    np.multiply(angle, _HALF, sine)
-    np.tan(sine, sine)
-    np.square(sine, cosine)
-    np.add(cosine, _ONE, cosine)
-    np.divide(_TWO, cosine, cosine)
-    np.multiply(sine, cosine, sine)
-    np.subtract(cosine, _ONE, cosine)
-
-
-def _chosen(condition: np.ndarray, value: np.ndarray, out: np.ndarray) -> None:
-    np.copyto(out, np.where(condition, value, 0.0))
-
-
-_INSTRUCTIONS: dict[str, Any] = {
-    **dict.fromkeys(("CONST", "INPUT", "OUTPUT", "SIN", "COS")),
-    "ADD": np.add,
-    "SUB": np.subtract,
-    "MUL": np.multiply,
-    "DIV": np.divide,
-    "NEG": np.negative,
-    "SQ": np.square,
-    "TWICE": partial(np.multiply, _TWO),
-    "INV": np.reciprocal,
-    "SQRT": np.sqrt,
-    "LOG": np.log,
-    "ATAN2": np.arctan2,
-    "FMIN": np.fmin,
-    "FMAX": np.fmax,
-    "FABS": np.abs,
-    "FLOOR": np.floor,
-    "LT": np.less,
-    "LE": np.less_equal,
-    "EQ": np.equal,
-    "NE": np.not_equal,
-    "NOT": np.logical_not,
-    "IF_ELSE_ZERO": _chosen,
-}
-"""NumPy's functions by the names of CasADi's instructions."""
-_NAMES = {int(getattr(ca, f"OP_{name}")): name for name in _INSTRUCTIONS}
+    def _column_program(self, rows: int) -> ColumnProgram:
+        """Return the program for a number of rows."""
+        return ColumnProgram.of(self.function, self._instructions, rows)
