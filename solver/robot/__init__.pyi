@@ -8,6 +8,9 @@ from .chain import find_chain as find_chain
 from .chain import find_root as find_root
 from .factory import check_controller as check_controller
 from .factory import ur_controller as ur_controller
+from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
+from .gravity import gravity_moments as gravity_moments
+from .gravity import moments_function as moments_function
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .inverse_kinematics import SimulationError as SimulationError
 from .inverse_kinematics import workspace as workspace
@@ -18,12 +21,9 @@ from .parameters import COMPONENTS as COMPONENTS
 from .parameters import Parameter as Parameter
 from .parameters import all_parameters as all_parameters
 from .parameters import choose_parameters as choose_parameters
-from .pose_model import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .pose_model import Goal as Goal
 from .pose_model import PoseModel as PoseModel
-from .pose_model import gravity_moments as gravity_moments
 from .pose_model import limited_step as limited_step
-from .pose_model import moments_function as moments_function
 from .pose_model import newton_step as newton_step
 from .pose_model import pose_on_flange as pose_on_flange
 from .pose_search import AWAY as AWAY

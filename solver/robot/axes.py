@@ -16,11 +16,13 @@ def link_axes(robot: Robot) -> np.ndarray:
     Returns:
         Shape (joints + 1, 3, 3).
     """
-    frames = [np.eye(3)]
-    for joint, turn in zip(robot.joints, matrix_rpy(robot.origins[:, 3:]), strict=True):
-        axes = turn.T @ frames[-1]
+    axes = [np.eye(3)]
+    rotations = matrix_rpy(robot.origins[:, 3:])
+    for joint, R in zip(robot.joints, rotations, strict=True):
         if joint.actuated:
             b, c = joint.tilt_axes or across(joint.axis)
-            axes = np.array([b, c, joint.axis]).T
-        frames.append(axes)
-    return np.array(frames)
+            own_axes = np.array([b, c, joint.axis]).T
+            axes.append(own_axes)
+        else:
+            axes.append(R.T @ axes[-1])
+    return np.array(axes)

@@ -42,6 +42,20 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
     Raises:
         ModelError: The file cannot be read, a row is missing, or the robot is of no type known.
     """
+    deltas = _deltas(file)
+    moving = robot.actuated
+    first = robot.joints.index(moving[0])
+    last = robot.joints.index(moving[-1])
+    beyond = robot.joints[last + 1 :]
+    sizes = _sizes_of(robot.joints[first : last + 1])
+    if sizes is None:
+        raise ModelError(f"{robot.name}: {file} is for one of {', '.join(TABLES)}")
+    joints = (*_chain(moving, sizes, deltas), *beyond)
+    return replace(robot, base="base", joints=joints)
+
+
+def _deltas(file: str | Path) -> np.ndarray:
+    """Return what a ``calibration.conf`` adds to theta, d, a and alpha, shape (4, 6)."""
     try:
         text = read_bytes(file, LARGEST_DOCUMENT).decode()
     except (OSError, UnicodeDecodeError) as error:
@@ -59,19 +73,22 @@ def ur_controller(robot: Robot, file: str | Path) -> Robot:
                 f"{file}: give the controller's calibration.conf: six numbers delta_{name} lack"
             )
         deltas.append(numbers)
-    moving = robot.actuated
-    first, last = map(robot.joints.index, (moving[0], moving[-1]))
-    q = np.random.default_rng(0).uniform(-2, 2, (4, len(moving)))
-    flange = link_poses(robot.joints[first : last + 1], q)[:, -1]
-    for sizes in TABLES.values() if len(moving) == 6 else ():
-        of_table = link_poses(_chain(moving, sizes, np.zeros((4, 6))), q)[:, -1]
+    return np.array(deltas)
+
+
+def _sizes_of(joints: Sequence[Joint]) -> list[float] | None:
+    """Return the table of the type that has such joints, from the first that moves to the last."""
+    moving = [joint for joint in joints if joint.actuated]
+    if len(moving) != 6:
+        return None
+    q = np.random.default_rng(0).uniform(-2, 2, (4, 6))
+    flange = link_poses(joints, q)[:, -1]
+    for sizes in TABLES.values():
+        chain = _chain(moving, sizes, np.zeros((4, 6)))
+        of_table = link_poses(chain, q)[:, -1]
         if np.abs(of_table - flange).max() < SAME:
-            joints = (
-                *_chain(moving, sizes, np.array(deltas)),
-                *robot.joints[last + 1 :],
-            )
-            return replace(robot, base="base", joints=joints)
-    raise ModelError(f"{robot.name}: {file} is for one of {', '.join(TABLES)}")
+            return sizes
+    return None
 
 
 def _chain(
@@ -81,17 +98,15 @@ def _chain(
     d1, a2, a3, d4, d5, d6 = sizes
     table = [np.zeros(6), [d1, 0, 0, d4, d5, d6], [0, a2, a3, 0, 0, 0], ALPHA]
     theta, d, a, alpha = np.array(table) + deltas
-    steps = np.column_stack(
-        [a * np.cos(theta), a * np.sin(theta), d, alpha, 0 * d, theta]
-    )
-    origin, *origins = Origin(), *map(Origin.of, steps)
-    about_z: list[Joint] = []
-    for joint, following in zip(moving, origins, strict=True):
-        about_z.append(
-            replace(joint, axis=(0.0, 0.0, 1.0), tilt_axes=None, origin=origin)
-        )
-        origin = following
-    end = replace(moving[-1], name="flange_of_table", type="fixed", origin=origin)
+    x = a * np.cos(theta)
+    y = a * np.sin(theta)
+    steps = np.column_stack([x, y, d, alpha, 0 * d, theta])
+    *origins, last = Origin(), *map(Origin.of, steps)
+    about_z = [
+        replace(joint, axis=(0.0, 0.0, 1.0), tilt_axes=None, origin=origin)
+        for joint, origin in zip(moving, origins, strict=True)
+    ]
+    end = replace(moving[-1], name="flange_of_table", type="fixed", origin=last)
     return (*about_z, end)
 
 
@@ -108,25 +123,31 @@ def check_controller(
         ModelError: The joints are not as many, or the flange is 20 mm off or more.
     """
     what = str(file or controller.source)
-    if len(controller.actuated) != len(robot.actuated):
+    m = len(robot.actuated)
+    if len(controller.actuated) != m:
         raise ModelError(
-            f"controller {what}: {len(controller.actuated)} joints, but {robot.name} has "
-            f"{len(robot.actuated)}"
+            f"controller {what}: {len(controller.actuated)} joints, but {robot.name} has {m}"
         )
-    postures = np.random.default_rng(0).uniform(-2, 2, (POSTURES, len(robot.actuated)))
-    arms = robot, controller
-    flanges = np.array(
-        [link_poses(arm.joints[:-1], postures)[:, -1, :, 3] for arm in arms]
-    )
+    postures = np.random.default_rng(0).uniform(-2, 2, (POSTURES, m))
+    nominal = _flanges(robot, postures)
+    believed = _flanges(controller, postures)
     if file is None and controller.base != robot.base:
-        flanges -= flanges.mean(axis=1, keepdims=True)
-    nominal, believed = flanges
+        nominal = nominal - nominal.mean(axis=0)
+        believed = believed - believed.mean(axis=0)
     U, _, Vt = np.linalg.svd(nominal.T @ believed)
-    R = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
-    gap = float(np.linalg.norm(nominal - believed @ R.T, axis=1).max())
+    handedness = np.linalg.det(U @ Vt)
+    R = U @ np.diag([1.0, 1.0, handedness]) @ Vt
+    gaps = np.linalg.norm(nominal - believed @ R.T, axis=1)
+    gap = float(gaps.max())
     if gap >= OF_FACTORY:
         raise ModelError(
             f"controller {what}: its flange stands up to {1e3 * gap:.0f} mm from that of "
             f"{robot.name} in the same posture. A factory's calibration moves it by "
             "millimetres: give that of this arm, not another arm's"
         )
+
+
+def _flanges(arm: Robot, postures: np.ndarray) -> np.ndarray:
+    """Return the flange's places in postures, shape (N, m), as (N, 3) [m]."""
+    poses = link_poses(arm.joints[:-1], postures)
+    return poses[:, -1, :, 3]

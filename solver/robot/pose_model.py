@@ -1,4 +1,4 @@
-"""The poses of a robot's links, derivatives, inverse kinematics and weight as expressions.
+"""The poses of a robot's links, derivatives and inverse kinematics as expressions.
 
 The kinematics are those of :func:`.frames_and_motions`, at joint positions that a calibration
 corrects; the library computes with these CasADi expressions, and exports make code of them.
@@ -6,26 +6,21 @@ corrects; the library computes with these CasADi expressions, and exports make c
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
 
-from .bodies import Body
-from .chain import Joint, find_chain, require_link
+from .chain import find_chain, require_link
 from .kinematics import (
     Motion,
     frames_and_motions,
     link_poses,
     written_frames,
 )
-from .row_function import RowFunction
 from .urdf import Robot
 from .urdf_text import ModelError
 
-STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
-"""Acceleration in the base frame of an arm that stands upright [m/s^2]."""
 Goal = Literal["pose", "point"]
 """Part of the target's pose that counts: all, or its origin."""
 MAX_STEP = 0.5
@@ -62,10 +57,11 @@ class PoseModel:
         and their tilts where there are any.
         """
         q = ca.SX.sym("q", len(robot.actuated))
-        true = q if correct is None else correct(q)
-        joints = robot.joints if origins is None else robot.with_origins(origins).joints
-        frames, _, motions = frames_and_motions(joints, written_frames(joints), true)
-        return cls(q, true, frames, motions)
+        corrected = q if correct is None else correct(q)
+        arm = robot if origins is None else robot.with_origins(origins)
+        frames = written_frames(arm.joints)
+        links, _, motions = frames_and_motions(arm.joints, frames, corrected)
+        return cls(q, corrected, links, motions)
 
     @property
     def true_positions(self) -> Any:
@@ -80,7 +76,8 @@ class PoseModel:
     def pose(self, joint: int) -> Any:
         """Return the pose of a joint's child link in the base frame, shape (4, 4)."""
         upper = ca.horzcat(*self.frames[joint])
-        return ca.densify(ca.vertcat(upper, ca.DM([[0, 0, 0, 1]])))
+        last_row = ca.DM([[0, 0, 0, 1]])
+        return ca.densify(ca.vertcat(upper, last_row))
 
     def jacobian(self, joint: int, point: Any = None) -> Any:
         """Return the geometric Jacobian of a joint's child link, shape (6, m).
@@ -89,10 +86,11 @@ class PoseModel:
         link's origin, or of another point on it [m/s], upper rows, and to its angular velocity
         [rad/s], lower rows; both in the base frame.
         """
-        by_corrected = self.by_corrected(
-            joint, self.frames[joint][1] if point is None else point
-        )
-        return ca.densify(by_corrected @ ca.jacobian(self.corrected, self.q))
+        if point is None:
+            _, point = self.frames[joint]
+        by_corrected = self.by_corrected(joint, point)
+        corrected_by_q = ca.jacobian(self.corrected, self.q)
+        return ca.densify(by_corrected @ corrected_by_q)
 
     def by_corrected(self, joint: int, point: Any) -> Any:
         """Return the same by the corrected positions and tilts, shape (6, m) or (6, 3 m).
@@ -117,75 +115,30 @@ def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
         ModelError: No such link, or one that moves against the flange.
     """
     require_link(robot.text, link)
-    calibrated = {joint.name: joint for joint in robot.with_origins(origins).joints}
-
-    def in_last_that_moves(name: str) -> np.ndarray:
-        try:
-            joints = find_chain(robot.text, robot.actuated[-1].child, name)
-        except ModelError:
-            joints = robot.actuated
-        if any(joint.actuated for joint in joints):
-            raise ModelError(
-                f"{robot.source}: link {link!r} does not stand still on "
-                f"{robot.ball_joint.parent!r}; give the tool's pose there, shape (4, 4)"
-            )
-        fixed = [calibrated.get(joint.name, joint) for joint in joints]
-        pose = link_poses(fixed, np.zeros((1, 0)))[0, -1]
-        return np.vstack([pose, np.eye(4)[3:]])
-
-    return np.linalg.inv(
-        in_last_that_moves(robot.ball_joint.parent)
-    ) @ in_last_that_moves(link)
+    arm = robot.with_origins(origins)
+    flange = _pose_in_last_link(arm, robot.ball_joint.parent, link)
+    return np.linalg.inv(flange) @ _pose_in_last_link(arm, link, link)
 
 
-def gravity_moments(
-    robot: Robot,
-    positions: np.ndarray,
-    gravity: Sequence[float] = STANDARD_GRAVITY,
-    payload: float = 0.0,
-) -> np.ndarray:
-    """Return the moments by which each joint holds the arm against gravity, about its three axes.
+def _pose_in_last_link(arm: Robot, name: str, link: str) -> np.ndarray:
+    """Return the pose of a link in the last one that a joint moves, shape (4, 4).
 
-    They are slopes of the potential energy of the URDF's masses and of a payload [kg] at the ball,
-    by the nominal model at joint positions of shape (N, m), with gravity in the base frame [m/s^2].
-
-    Returns:
-        Moments [N m] ([N] along a prismatic joint), shape (N, 3 m): about the joints' own axes,
-        then about the first of each one's :attr:`.Joint.tilt_axes`, then about the second.
+    Joints of the chain have their calibrated origins. ``link`` is the one that was asked for.
     """
-    function = _moments(robot.joints, robot.bodies, payload)
-    return function(positions, np.array(gravity))[0]
-
-
-def moments_function(
-    robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
-) -> Any:
-    """Return :func:`gravity_moments` as a CasADi function of one configuration."""
-    of_both = _moments(robot.joints, robot.bodies, payload).function
-    q = ca.SX.sym("q", of_both.numel_in(1))
-    moments = of_both(ca.DM(list(gravity)), q).T
-    return ca.Function("moments", [q], [moments], {"cse": True})
-
-
-@lru_cache(maxsize=16)
-def _moments(
-    joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float
-) -> RowFunction:
-    m = sum(joint.actuated for joint in joints)
-    q = ca.SX.sym("q", m)
-    tilts = ca.SX.sym("tilts", 2 * m)
-    gravity = ca.SX.sym("gravity", 3)
-    frames, _, _ = frames_and_motions(
-        joints, written_frames(joints), ca.vertcat(q, tilts)
-    )
-    energy: Any = -payload * ca.dot(gravity, frames[-1][1])
-    for body in bodies:
-        R, p = frames[body.joint]
-        energy -= body.mass * ca.dot(gravity, p + R @ ca.DM(body.centre))
-    # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
-    slopes = ca.densify(ca.gradient(ca.SX(energy), ca.vertcat(q, tilts)))
-    upright = ca.substitute(slopes, tilts, ca.DM.zeros(2 * m))
-    return RowFunction("moments", [gravity, q], [upright])
+    try:
+        joints = find_chain(arm.text, arm.actuated[-1].child, name)
+    except ModelError:
+        joints = arm.actuated
+    if any(joint.actuated for joint in joints):
+        raise ModelError(
+            f"{arm.source}: link {link!r} does not stand still on "
+            f"{arm.ball_joint.parent!r}; give the tool's pose there, shape (4, 4)"
+        )
+    calibrated = {joint.name: joint for joint in arm.joints}
+    fixed = [calibrated.get(joint.name, joint) for joint in joints]
+    poses = link_poses(fixed, np.zeros((1, 0)))
+    last_row = np.eye(4)[3:]
+    return np.vstack([poses[0, -1], last_row])
 
 
 @dataclass(frozen=True)
@@ -234,9 +187,15 @@ def newton_step(model: PoseModel, joint: int, goal: Goal) -> NewtonStep:
         turn, angle = _turn(R @ R_tool, R_target)
         e = ca.vertcat(shift, turn)
     J = slopes[: e.numel(), :]
-    change = _damped(J, J, e, _pull(model.q, prefer, e))
-    symbols = {"tool": tool, "q": model.q, "target": target, "prefer": prefer}
-    return NewtonStep(symbols, ca.vertcat(ca.norm_2(shift), angle), e, J, change)
+    pull = _pull(model.q, prefer, e)
+    distance = ca.norm_2(shift)
+    return NewtonStep(
+        symbols={"tool": tool, "q": model.q, "target": target, "prefer": prefer},
+        left=ca.vertcat(distance, angle),
+        error=e,
+        jacobian=J,
+        change=_damped(J, J, e, pull),
+    )
 
 
 def limited_step(step: NewtonStep, lower: Any, upper: Any) -> Any:
@@ -253,8 +212,9 @@ def limited_step(step: NewtonStep, lower: Any, upper: Any) -> Any:
     pull = _pull(q, step.symbols["prefer"], e)
     inside = ca.fmax(ca.fmin(change, ceiling), floor)
     unbound = inside == change
-    freed = J * ca.repmat(unbound.T, e.numel(), 1)
-    change = _damped(freed, J, e, unbound * pull + (1 - unbound) * inside)
+    mask = ca.repmat(unbound.T, e.numel(), 1)
+    moves = unbound * pull + (1 - unbound) * inside
+    change = _damped(J * mask, J, e, moves)
     return ca.fmax(ca.fmin(change, ceiling), floor)
 
 
@@ -262,14 +222,17 @@ def _pull(q: Any, prefer: Any, e: Any) -> Any:
     """Return the step that a preferred posture asks for, where there are joints to spare."""
     if q.numel() <= e.numel():
         return ca.SX.zeros(q.numel())
-    return ca.fmax(ca.fmin(prefer - q, MAX_PULL), -MAX_PULL)
+    pull = prefer - q
+    return ca.fmax(ca.fmin(pull, MAX_PULL), -MAX_PULL)
 
 
 def _damped(freed: Any, J: Any, e: Any, moves: Any) -> Any:
     """Return a step: some moves, and the damped one of free joints for what these leave."""
-    damping = (DAMPING * ca.dot(e, e) + LEAST_DAMPING) * ca.SX.eye(e.numel())
-    factors = ca.ldl(freed @ freed.T + damping, False)
-    return moves + freed.T @ ca.ldl_solve(e - J @ moves, *factors)
+    damping = DAMPING * ca.dot(e, e) + LEAST_DAMPING
+    identity = ca.SX.eye(e.numel())
+    factors = ca.ldl(freed @ freed.T + damping * identity, False)
+    remainder = e - J @ moves
+    return moves + freed.T @ ca.ldl_solve(remainder, *factors)
 
 
 def _parts(pose: Any) -> tuple[Any, Any]:
@@ -282,7 +245,8 @@ def _turn(R: Any, target: Any) -> tuple[Any, Any]:
     """Return the rotation vector from one rotation to another, and its length [rad]."""
     E = target @ R.T
     sines = ca.inv_skew(E)  # of its antisymmetric part
-    # Of a turn of pi the axis is lost, not the angle.
-    sine = ca.sqrt(ca.dot(sines, sines) + 1e-32)
-    angle = ca.atan2(sine, (ca.trace(E) - 1) / 2)
+    square = ca.dot(sines, sines)
+    sine = ca.sqrt(square + 1e-32)  # of a turn of pi the axis is lost, not the angle
+    cosine = (ca.trace(E) - 1) / 2
+    angle = ca.atan2(sine, cosine)
     return sines * (angle / sine), angle

@@ -72,7 +72,7 @@ def rotation_vectors(R: np.ndarray) -> np.ndarray:
     sine = np.linalg.norm(sines, axis=1)
     angle = np.arctan2(sine, cosine)
     scale = np.where(sine > 1e-9, angle / sine.clip(1e-9), 1.0)
-    vectors = sines * scale[:, None]
+    vectors: np.ndarray = sines * scale[:, None]
     half_turns = (sine < NEARLY_HALF) & (cosine < 0)
     if half_turns.any():
         axes = _axes_of_half_turns(R[half_turns], sines[half_turns])
