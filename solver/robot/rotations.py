@@ -68,11 +68,12 @@ def rotation_vectors(R: np.ndarray) -> np.ndarray:
     """
     differences = R - R.swapaxes(1, 2)
     sines = differences[:, (2, 0, 1), (1, 2, 0)] / 2
-    cosine = (np.trace(R, axis1=1, axis2=2) - 1) / 2
-    sine = np.linalg.norm(sines, axis=1)
+    trace: np.ndarray = np.trace(R, axis1=1, axis2=2)
+    cosine = (trace - 1) / 2
+    sine: np.ndarray = np.linalg.norm(sines, axis=1)
     angle = np.arctan2(sine, cosine)
     scale = np.where(sine > 1e-9, angle / sine.clip(1e-9), 1.0)
-    vectors: np.ndarray = sines * scale[:, None]
+    vectors = sines * scale[:, None]
     half_turns = (sine < NEARLY_HALF) & (cosine < 0)
     if half_turns.any():
         axes = _axes_of_half_turns(R[half_turns], sines[half_turns])
