@@ -68,9 +68,9 @@ def rotation_vectors(R: np.ndarray) -> np.ndarray:
     """
     differences = R - R.swapaxes(1, 2)
     sines = differences[:, (2, 0, 1), (1, 2, 0)] / 2
-    trace: np.ndarray = np.trace(R, axis1=1, axis2=2)
+    trace = np.trace(R, axis1=1, axis2=2)
     cosine = (trace - 1) / 2
-    sine: np.ndarray = np.linalg.norm(sines, axis=1)
+    sine = np.linalg.norm(sines, axis=1)
     angle = np.arctan2(sine, cosine)
     scale = np.where(sine > 1e-9, angle / sine.clip(1e-9), 1.0)
     vectors = sines * scale[:, None]
@@ -87,9 +87,10 @@ def _axes_of_half_turns(R: np.ndarray, sines: np.ndarray) -> np.ndarray:
     squares = (symmetric + _IDENTITY) / 2
     longest = np.diagonal(squares, axis1=1, axis2=2).argmax(axis=1)
     axes = squares[np.arange(len(R)), :, longest]
-    axes /= np.linalg.norm(axes, axis=1)[:, None]
     along = np.sum(axes * sines, axis=1)
-    return np.where(along[:, None] < 0, -axes, axes)
+    lengths: np.ndarray = np.linalg.norm(axes, axis=1)
+    signs = np.where(along < 0, -1.0, 1.0)
+    return axes * (signs / lengths)[:, None]
 
 
 def matrix_rpy(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
