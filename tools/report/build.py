@@ -173,9 +173,11 @@ def _settings_text(settings: Mapping[str, Any]) -> str:
     """Return the settings that were given, each by its name and values."""
     words: list[str] = []
     for name, value in settings.items():
-        if value in (None, [], "", False):
+        if value in (None, [], (), "", False):
             continue
-        values = cast("list[Any]", value) if isinstance(value, list) else [value]
+        values = [value]
+        if isinstance(value, list | tuple):
+            values = cast("list[Any]", value)
         words.append(" ".join((name, *map(str, values))))
     return ", ".join(words)
 

@@ -1,15 +1,11 @@
 # keep: Base, Imperfection, perturb, reachable_bases, record
+from .demo import DEMO_SEED as DEMO_SEED
+from .demo import SEAT_NOISE as SEAT_NOISE
+from .demo import demo_arm as demo_arm
+from .demo import demo_bases as demo_bases
+from .demo import simulate_hand as simulate_hand
 from .following import FollowingHand as FollowingHand
 from .following import following_hand as following_hand
-from .practice import DEMO_SEED as DEMO_SEED
-from .practice import SEAT_NOISE as SEAT_NOISE
-from .practice import Session as Session
-from .practice import SessionFault as SessionFault
-from .practice import demo_arm as demo_arm
-from .practice import demo_bases as demo_bases
-from .practice import practice_driver as practice_driver
-from .practice import simulate_hand as simulate_hand
-from .practice import with_faults as with_faults
 from .recordings import Base as Base
 from .recordings import horizontal as horizontal
 from .recordings import lead as lead
@@ -17,6 +13,10 @@ from .recordings import reachable_bases as reachable_bases
 from .recordings import record as record
 from .recordings import simulate_recordings as simulate_recordings
 from .recordings import truth_of as truth_of
+from .session_faults import Session as Session
+from .session_faults import SessionFault as SessionFault
+from .session_faults import practice_driver as practice_driver
+from .session_faults import with_faults as with_faults
 from .simulated_arms import Imperfection as Imperfection
 from .simulated_arms import perturb as perturb
 from .simulated_time import SimulatedTime as SimulatedTime

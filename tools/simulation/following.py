@@ -12,15 +12,15 @@ from ...drivers import Driver, match_joints
 from ...drivers.arms import Mock, Motion, arm_at
 from ...recorder.session import View
 from ...solver.robot import InverseKinematics, Robot, gravity_moments, nominal_balls
-from .practice import (
-    SEAT_NOISE,
+from .demo import SEAT_NOISE
+from .recordings import reachable_bases
+from .session_faults import (
     Session,
     fitted_session,
     seated,
     session_faults,
     with_faults,
 )
-from .recordings import reachable_bases
 
 FOLLOW = "follow"
 """Word of a ``mock`` address that asks for such a hand."""

@@ -14,7 +14,7 @@ from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.terminal import render
 from mukca.solver.robot import gravity_moments, load_robot
 from mukca.tools.recording import SessionAlarms, joints_of
-from mukca.tools.simulation.practice import session_faults
+from mukca.tools.simulation.session_faults import session_faults
 
 
 def hand_of(folder, *samples):

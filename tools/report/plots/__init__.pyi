@@ -1,12 +1,12 @@
 from .axis import Axis as Axis
 from .comparison import comparison_plots as comparison_plots
-from .comparison import simulation_plot as simulation_plot
-from .figure import Panel as Panel
+from .experiment import simulation_plot as simulation_plot
 from .figure import Plot as Plot
 from .figure import from_above as from_above
 from .figure import named_rows as named_rows
 from .figure import to_scale as to_scale
 from .model import display_of as display_of
-from .samples import map_sentence as map_sentence
+from .panel import Panel as Panel
+from .places import map_sentence as map_sentence
 from .sections import FOLDED as FOLDED
 from .sections import plots_of as plots_of

@@ -62,6 +62,10 @@ class Axis:
         ]
         return cls(min(positive) / room, max(positive) * room, label, factor, log=True)
 
+    def holds(self, value: float) -> bool:
+        """Tell whether a value is within the range."""
+        return self.low <= value <= self.high
+
     def fraction(self, value: float) -> float:
         """Return the place of a value, 0 at the low end and 1 at the high end, never outside."""
         low = self.low

@@ -1,19 +1,20 @@
-"""Plots of the model: parameters, what moved while recording, groups, error curves of joints."""
+"""Plots of the model: parameters, groups, joints, and the joints' error curves."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain, product
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
-from ....solver.assessment import Coverage, short_names
+from ....solver.assessment import Coverage
 from ....solver.bayes.model.effects import ANGLES, EFFECTS, Display, effect_named
-from ....solver.results import JointCurve
-from ..figures import HARDLY_MOVED, ReportDocument
+from ....solver.results import Coefficient, JointCurve, ParameterValue
+from ..figures import ReportDocument
 from .axis import MM, Axis
-from .figure import Panel, Plot, named_rows, plot
+from .figure import Plot, named_rows, plot
+from .panel import Panel
 
 _ORIGINS = {
     "m": Display("mm", 1e3, usual_turn=1.0, heading="joint origins, places"),
@@ -22,7 +23,6 @@ _ORIGINS = {
 """Looks of the numbers of the geometry, by SI unit."""
 _NOT_COUNTED = ("ball", "given")
 """Groups of the prior that the plot of groups leaves out."""
-_DEGREES = math.degrees(1)
 LEAST_BLANK = 10.0
 """Angles without samples that are named, all together [degrees]."""
 
@@ -30,40 +30,9 @@ LEAST_BLANK = 10.0
 def display_of(name: str, unit: str) -> Display:
     """Return the looks of a parameter, or of a group of them, by its name and SI unit."""
     effect = effect_named(name)
-    return effect.display if effect else _ORIGINS.get(unit, Display(unit))
-
-
-def parameters(report: ReportDocument) -> Plot:
-    """Changes by the calibration, as bars, with standard deviations where there are any."""
-    changes = [(row, row.change) for row in report.parameters]
-    # the coefficients of effects that are switched off are zero for certain
-    active = [
-        row for row in report.coefficients or () if row.value or row.standard_deviation
-    ]
-    changes += [(row, row.value) for row in active]
-    bars_by_axis: dict[tuple[str, str, float], list[_Bar]] = {}
-    for row, change in changes:
-        display = display_of(row.name, row.unit)
-        # 0 where it is not known.
-        deviation = display.factor * (row.standard_deviation or 0.0)
-        bar = _Bar(row.name, display, display.factor * change, deviation)
-        axis = display.heading, display.unit, display.per_mm
-        bars_by_axis.setdefault(axis, []).append(bar)
-    panels = list(bars_by_axis.values())
-    determined = [bar for bar in chain(*panels) if bar.standard_deviation]
-    repeatability = report.limits.repeatability
-    usual_words = dict.fromkeys(
-        effect.display.usual_words for effect in EFFECTS.values()
-    )
-    return plot(
-        "parameters",
-        *(_bars_panel(bars, MM * (repeatability or 0.0)) for bars in panels),
-        report=report,
-        usual=list(filter(None, usual_words)),
-        largest=[max(bars, key=lambda bar: abs(bar.value)) for bars in panels],
-        known=len(determined),
-        clear=sum(abs(bar.value) > 2 * bar.standard_deviation for bar in determined),
-    )
+    if effect is not None:
+        return effect.display
+    return _ORIGINS.get(unit, Display(unit))
 
 
 class _Bar(NamedTuple):
@@ -73,11 +42,59 @@ class _Bar(NamedTuple):
     display: Display
     value: float
     standard_deviation: float
+    """0 where it is not known."""
 
     @property
     def label(self) -> str:
         """The name on the axis."""
-        return self.name.rpartition(".")[0] if self.display.by_joint else self.name
+        if self.display.by_joint:
+            return self.name.rpartition(".")[0]
+        return self.name
+
+
+def parameters(report: ReportDocument) -> Plot:
+    """Changes by the calibration, as bars, with standard deviations where there are any."""
+    bars = _bars(report)
+    determined = [bar for bar in chain(*bars) if bar.standard_deviation]
+    clear = [bar for bar in determined if abs(bar.value) > 2 * bar.standard_deviation]
+    repeatability = MM * (report.limits.repeatability or 0.0)
+    panels = [_bars_panel(group, repeatability) for group in bars]
+    displays = [effect.display for effect in EFFECTS.values()]
+    usual = dict.fromkeys(display.usual_words for display in displays)
+    largest = [max(group, key=lambda bar: abs(bar.value)) for group in bars]
+    return plot(
+        "parameters",
+        *panels,
+        report=report,
+        usual=list(filter(None, usual)),
+        largest=largest,
+        known=len(determined),
+        clear=len(clear),
+    )
+
+
+def _bars(report: ReportDocument) -> list[list[_Bar]]:
+    """Return the changes of all parameters, those in each list on one axis."""
+    changes: list[tuple[ParameterValue | Coefficient, float]] = []
+    for row in report.parameters:
+        changes.append((row, row.change))
+    for row in report.coefficients or ():
+        # the coefficients of effects that are switched off are zero for certain
+        if row.value or row.standard_deviation:
+            changes.append((row, row.value))
+    by_axis: dict[tuple[str, str, float], list[_Bar]] = {}
+    for row, change in changes:
+        display = display_of(row.name, row.unit)
+        deviation = row.standard_deviation or 0.0
+        bar = _Bar(
+            row.name,
+            display,
+            display.factor * change,
+            display.factor * deviation,
+        )
+        axis = (display.heading, display.unit, display.per_mm)
+        by_axis.setdefault(axis, []).append(bar)
+    return list(by_axis.values())
 
 
 def _bars_panel(bars: Sequence[_Bar], repeatability: float) -> Panel:
@@ -88,84 +105,14 @@ def _bars_panel(bars: Sequence[_Bar], repeatability: float) -> Panel:
     deviations = np.array([bar.standard_deviation for bar in bars])
     sizes = np.abs(changes)
     # Deviations of what no ball can show are far larger than any change; they are cut off.
-    axis = Axis.around_zero(
-        sizes + np.minimum(deviations, sizes.max()), unit, smallest=1e-6
-    )
-    names = [bar.label for bar in bars]
-    panel = named_rows(f"{display.heading}, {unit}", names, axis, pitch=15)
+    ends = sizes + np.minimum(deviations, sizes.max())
+    axis = Axis.around_zero(ends, unit, smallest=1e-6)
+    labels = [bar.label for bar in bars]
+    panel = named_rows(f"{display.heading}, {unit}", labels, axis, pitch=15)
     panel.rule("zero", x=0)
     panel.thresholds(f"{{}} {unit}", repeatability * display.per_mm)
     panel.bars(0, changes, "change", thick=8)
     panel.bars(changes - deviations, changes + deviations, "deviation")
-    return panel
-
-
-def coverage(report: ReportDocument) -> Plot:
-    """Positions of each joint in each socket, within its limits, and how far it turned."""
-    covered = report.coverage
-    panels: list[Panel] = []
-    for unit, factor, unit_name in (("rad", _DEGREES, "degrees"), ("m", MM, "mm")):
-        joints_of_unit = [
-            i for i, joint in enumerate(covered.joints) if joint.unit == unit
-        ]
-        if joints_of_unit:
-            panels.append(_positions(covered, joints_of_unit, factor, unit_name))
-            panels.append(_spans(covered, joints_of_unit, factor, unit_name))
-    places = short_names([socket.placement for socket in covered.sockets])
-    spans: list[tuple[float, str, int, str]] = []
-    for i, joint in enumerate(covered.joints):
-        for s, place in zip(covered.sockets, places, strict=True):
-            if joint.unit == "rad":
-                spans.append(
-                    (_DEGREES * (s.high[i] - s.low[i]), joint.name, s.socket, place)
-                )
-    return plot("coverage", *panels, spans=spans, limit=HARDLY_MOVED * _DEGREES)
-
-
-def _positions(
-    covered: Coverage, joint_rows: Sequence[int], factor: float, unit: str
-) -> Panel:
-    """Return a tick for each position, and the joints' limits."""
-    rows = [covered.joints[i] for i in joint_rows]
-    # NaN: no limit.
-    limits = np.array([(row.lower, row.upper) for row in rows], dtype=float)
-    ends = np.array([(s.low, s.high) for s in covered.sockets])[:, :, joint_rows]
-    every_end = np.concatenate([limits.ravel(), ends.ravel()])
-    low = float(np.nanmin(every_end))
-    high = float(np.nanmax(every_end))
-    title = f"positions, {unit}; socket 0 above, others below"
-    axis = Axis(low, max(high, low + 1e-6 / factor), unit, factor)
-    panel = named_rows(title, [row.name for row in rows], axis, pitch=34)
-    panel.bars(limits[:, 0], limits[:, 1], "range", thick=26)
-    for (k, i), role in product(enumerate(joint_rows), ("test", "train")):
-        marks = ""
-        for s in covered.sockets:
-            if s.role == role:
-                y = panel.y(k) + (1 if s.socket else -12)
-                marks += "".join(f"M{panel.x(q[i]):.1f} {y}v11" for q in s.positions)
-        if marks:
-            panel.add("path", d=marks, class_=f"tick-{role}")
-    return panel
-
-
-def _spans(
-    covered: Coverage, joint_rows: Sequence[int], factor: float, unit: str
-) -> Panel:
-    """Return a dot for each joint and socket, and the least that a joint should turn."""
-    names = [covered.joints[i].name for i in joint_rows]
-    spans = np.array([np.subtract(s.high, s.low) for s in covered.sockets])[
-        :, joint_rows
-    ]
-    axis = Axis.from_zero(spans.ravel(), unit, factor)
-    panel = named_rows(
-        f"how far it moved in each socket, {unit}", names, axis, pitch=34
-    )
-    for k, spans_of_joint in enumerate(spans.T.tolist()):
-        for s, span in zip(covered.sockets, spans_of_joint, strict=True):
-            hint = f"{s.placement}, socket {s.socket}: {factor * span:.0f} {unit}"
-            panel.dot(span, k, f"span-dot {s.role}", hint, size=4)
-    if unit == "degrees":
-        panel.threshold("at least {} degrees", x=HARDLY_MOVED)
     return panel
 
 
@@ -183,16 +130,18 @@ def groups(report: ReportDocument) -> Plot | None:
     panel.bars(0, shares, "change", thick=16)
     for i, (row, share) in enumerate(zip(rows, shares, strict=True)):
         words = f"{row.effective:.1f} of {row.count}" if row.active else "off"
-        panel.text(panel.x(min(share, 62)) + 6, panel.y(i) + 4, words, "tick")
-    named = list(zip(names, rows, strict=True))
+        left = panel.x(min(share, 62)) + 6
+        panel.text(left, panel.y(i) + 4, words, "tick")
+    active = dict(zip(names, (row.active for row in rows), strict=True))
+    not_counted = [row.count for row in groups_of_fit if row.name in _NOT_COUNTED]
     return plot(
         "groups",
         panel,
         layout="half",
         rows=rows,
-        on=[name for name, row in named if row.active is True],
-        off=[name for name, row in named if row.active is False],
-        others=sum(row.count for row in groups_of_fit if row.name in _NOT_COUNTED),
+        on=[name for name in names if active[name] is True],
+        off=[name for name in names if active[name] is False],
+        others=sum(not_counted),
     )
 
 
@@ -210,7 +159,8 @@ def joints(report: ReportDocument) -> Plot | None:
     panel.bars(0, anywhere, "link", thick=14)
     panel.bars(0, recorded, "change", thick=7)
     panel.threshold("the arm repeats to {} mm", x=repeatability)
-    ranked = sorted(((MM * row.recorded, row.joint) for row in rows), reverse=True)
+    lengths = [(MM * row.recorded, row.joint) for row in rows]
+    ranked = sorted(lengths, reverse=True)
     return plot(
         "joints",
         panel,
@@ -230,10 +180,14 @@ def error_curves(report: ReportDocument) -> Plot | None:
     repeatability = report.limits.repeatability
     panels: list[Panel] = []
     blank: list[str] = []
+    largest: list[tuple[float, str]] = []
     for curve in curves:
         angles = _angles(report.coverage, curve.joint)
-        panels.append(_panel(curve, y, angles, repeatability))
-        gap = 360 - sum(_DEGREES * (high - low) for low, high in curve.sampled)
+        panels.append(_curve_panel(curve, y, angles, repeatability))
+        errors = np.abs(curve.values)
+        largest.append((ANGLES.factor * float(errors.max()), curve.joint))
+        sampled = [math.degrees(high - low) for low, high in curve.sampled]
+        gap = 360 - sum(sampled)
         if gap >= LEAST_BLANK:
             blank.append(f"{gap:.0f} degrees of {curve.joint}")
     return plot(
@@ -241,40 +195,43 @@ def error_curves(report: ReportDocument) -> Plot | None:
         *panels,
         layout="half",
         report=report,
-        largest=max(
-            (ANGLES.factor * max(map(abs, row.values)), row.joint) for row in curves
-        ),
+        largest=max(largest),
         blank=blank,
     )
 
 
 def _angles(covered: Coverage, joint: str) -> np.ndarray:
     """Return the angles of the samples that were trained on, from -180 to 180 degrees."""
-    k = [row.name for row in covered.joints].index(joint)
+    names = [row.name for row in covered.joints]
+    k = names.index(joint)
     training = [s.positions for s in covered.sockets if s.role == "train"]
     angles = np.degrees([q[k] for q in chain(*training)])
     return (angles + 180) % 360 - 180
 
 
-def _panel(
-    curve: JointCurve, y: Axis, angles: np.ndarray, repeatability: float | None
+def _curve_panel(
+    curve: JointCurve,
+    y: Axis,
+    angles: np.ndarray,
+    repeatability: float | None,
 ) -> Panel:
     """Return an error curve over a turn, and the angles of the samples [degrees]."""
-    panel = Panel(
-        f"{curve.joint}, mrad", Axis(-180, 180, "degrees"), y, height=170
-    ).grid()
+    turn = Axis(-180, 180, "degrees")
+    panel = Panel(f"{curve.joint}, mrad", turn, y, height=170).grid()
     count = len(curve.values)
-    grid = 360 / count * (np.arange(count) - count // 2)
-    values = np.roll(curve.values, count // 2)
-    band = np.roll(curve.deviations, count // 2)
+    half = count // 2
+    grid = 360 / count * (np.arange(count) - half)
+    values = np.roll(curve.values, half)
+    band = np.roll(curve.deviations, half)
     panel.area(grid, values - band, values + band, "deviation-area")
     panel.rule("zero", y=0)
     if repeatability:  # an angle that moves a ball 1 m away by so much
         panel.threshold("", y=-repeatability)
         panel.threshold("", y=repeatability)
-    panel.line(np.column_stack([grid, values]).tolist(), "change")
-    marks = "".join(
-        f"M{panel.x(angle):.1f} {panel.bottom - 5:.1f}v5" for angle in angles
-    )
+    points = np.column_stack([grid, values])
+    panel.line(points.tolist(), "change")
+    marks = ""
+    for angle in angles:
+        marks += f"M{panel.x(angle):.1f} {panel.bottom - 5:.1f}v5"
     panel.add("path", d=marks, class_="tick-train")
     return panel

@@ -1,13 +1,13 @@
 """The plots of a report, by section: a new one is a function in this folder and a line here."""
 
 from ..figures import ReportDocument
-from . import fit, model, patterns, samples, workspace
+from . import arms, fit, joint_coverage, model, patterns, places, samples, workspace
 from .figure import Maker, Plot
 
 SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
-    ("Answer", (samples.errors_by_placement,)),
-    ("Three questions", (samples.table_map,)),
-    ("Where the arms stand", (workspace.arms_together,)),
+    ("Answer", (places.errors_by_placement,)),
+    ("Three questions", (places.table_map,)),
+    ("Where the arms stand", (arms.arms_together,)),
     (
         "Where the error is",
         (
@@ -23,7 +23,7 @@ SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
         ),
     ),
     ("Where the rest sits", (patterns.patterns,)),
-    ("The data", (samples.order, model.coverage)),
+    ("The data", (samples.order, joint_coverage.coverage)),
     (
         "The fit and the model",
         (fit.history, model.parameters, model.error_curves, model.groups),
@@ -36,7 +36,8 @@ FOLDED = ("errors-2d", "patterns", "history", "parameters", "curves", "groups")
 
 def plots_of(report: ReportDocument) -> dict[str, list[Plot]]:
     """Return the plots that the figures allow, by section."""
-    return {
-        title: [plot for maker in makers if (plot := maker(report)) is not None]
-        for title, makers in SECTIONS
-    }
+    plots: dict[str, list[Plot]] = {}
+    for title, makers in SECTIONS:
+        made = [maker(report) for maker in makers]
+        plots[title] = [plot for plot in made if plot is not None]
+    return plots

@@ -1,36 +1,29 @@
-"""Practice without an arm: the demo, its arm, bases and hand; and faults of a session at the arm.
+"""Faults of a recording session at a simulated arm, such as a base that is bumped.
 
-A fault, such as a base that is bumped, is ``KIND[@SAMPLE[+COUNT]][:SIZE]`` as in ``base@6:5mm``:
-from sample 6 on, for COUNT samples where it is given, by so much. docs/simulation.md lists them.
+A fault is ``KIND[@SAMPLE[+COUNT]][:SIZE]`` as in ``base@6:5mm``: from sample 6 on, for COUNT
+samples where it is given, by so much. docs/simulation.md lists them.
 """
 
 import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from ...drivers import Driver, Reason
 from ...drivers.arms import Mock, arm_at
-from ...recorder import DEFAULT_DISTANCE, Placement, sample_files
+from ...recorder import Placement
 from ...solver.data import measure
 from ...solver.diagnostics import FLAWS, Flaw, RigidModel, Samples, shift_by
-from ...solver.results import write_files
-from ...solver.robot import (
-    BallModel,
-    Robot,
-    all_parameters,
-    gravity_moments,
-    load_robot,
-    nominal_balls,
-)
-from .recordings import Base, record
-from .simulated_arms import perturb
+from ...solver.robot import BallModel, Robot, all_parameters, nominal_balls
 
 APART = 0.03
 """Balls that lie farther apart than this were in two sockets [m]."""
+STEPS = 6
+"""Newton steps that follow a ball which is moved."""
+LARGEST_STEP = 0.2
+"""Change of a joint in one of them, at most [rad], [m]."""
 _TEXT = re.compile(r"([a-z_]+)(?:@(\d+)(?:\+(\d+))?)?(?::([\d.]+)(mm|deg|%))?")
 _UNITS = {"mm": 1e-3, "deg": math.radians(1), "%": 1e-2}
 
@@ -50,12 +43,17 @@ class Session:
 
     def aside(self, size: float) -> np.ndarray:
         """A random vector in space of some length."""
-        return size * _unit(self.generator.normal(size=3))
+        direction = self.generator.normal(size=3)
+        return size * _unit(direction)
 
     def by_cause(self, flaw: Flaw) -> np.ndarray:
         """By how much a flaw moves the balls, by the columns of its cause, shape (N, 3) [m]."""
-        names = self.robot.joint_names
-        placement = Placement.of_arrays("session", self.positions, self.sockets, names)
+        placement = Placement.of_arrays(
+            "session",
+            self.positions,
+            self.sockets,
+            self.robot.joint_names,
+        )
         measured = measure(placement, self.robot, sockets=1)
         return shift_by(self.robot, measured, flaw, self.generator)
 
@@ -80,10 +78,10 @@ def _bent_ball(s: Session, size: float) -> np.ndarray:
 
 
 def _lost_zero(s: Session, size: float) -> np.ndarray:
-    joint = s.positions.shape[1] // 2
+    _, joints = s.positions.shape
     model = BallModel(s.robot, [])
     linear = model.linearise(model.nominal, s.positions)
-    return -size * linear.by_joints[:, :, joint]
+    return -size * linear.by_joints[:, :, joints // 2]
 
 
 def _other_socket(s: Session, _: float) -> np.ndarray:
@@ -92,7 +90,8 @@ def _other_socket(s: Session, _: float) -> np.ndarray:
 
 
 def _longer_distance(s: Session, size: float) -> np.ndarray:
-    return size * _unit(s.centres[1] - s.centres[0])
+    first, second = s.centres[:2]
+    return size * _unit(second - first)
 
 
 def _thrown_ball(s: Session, size: float) -> np.ndarray:
@@ -100,7 +99,8 @@ def _thrown_ball(s: Session, size: float) -> np.ndarray:
 
 
 def _loose_ball(s: Session, size: float) -> np.ndarray:
-    return s.generator.normal(0, size, (len(s.sockets), 3))
+    shape = (len(s.sockets), 3)
+    return s.generator.normal(0, size, shape)
 
 
 Shift = Callable[[Session, float], np.ndarray]
@@ -143,30 +143,44 @@ class SessionFault:
         allowed = (unit, None) if kind in _KINDS else (unit,)
         if not match or match[5] not in allowed:
             raise ValueError(
-                f"fault {text!r}: expected KIND[@SAMPLE[+COUNT]][:SIZE{unit}], as in base@6:5mm"
+                f"fault {text!r}: expected KIND[@SAMPLE[+COUNT]][:SIZE{unit}], "
+                f"as in {kind}@6:5{unit}"
             )
         _, start, count, number, _ = match.groups()
-        size = float(number) * _UNITS[unit] if number else _KINDS[kind][0]
+        if number:
+            size = float(number) * _UNITS[unit]
+        else:
+            size, _ = _KINDS[kind]
         if count is None and kind == "ball":
             count = 1
-        return cls(kind, int(start or 1), None if count is None else int(count), size)
+        return cls(
+            kind,
+            int(start or 1),
+            None if count is None else int(count),
+            size,
+        )
 
     def shift(self, session: Session) -> np.ndarray:
         """Return by how much it moves the ball of each sample, shape (N, 3) [m]."""
+        if self.kind in _KINDS:
+            _, shift = _KINDS[self.kind]
+            shifts = shift(session, self.size)
+        else:
+            flaw = Flaw.parse(self.kind)
+            shifts = session.by_cause(flaw.of_size(self.size))
+        return self._share(session)[:, None] * shifts
+
+    def _share(self, session: Session) -> np.ndarray:
+        """Return the share of the shift that each sample has, 0 to 1, shape (N,)."""
+        if self.kind == "distance":
+            return (session.sockets == 1).astype(float)
         numbers = np.arange(1, len(session.positions) + 1)
         last = np.inf if self.count is None else self.start + self.count
         concerned = (numbers >= self.start) & (numbers < last)
         share = concerned.astype(float)
         if self.kind == "drift":
-            share = share.cumsum() / max(share.sum(), 1)
-        elif self.kind == "distance":
-            share = (session.sockets == 1).astype(float)
-        if self.kind in _KINDS:
-            _, shift = _KINDS[self.kind]
-            shifts = shift(session, self.size)
-        else:
-            shifts = session.by_cause(Flaw.parse(self.kind).of_size(self.size))
-        return share[:, None] * shifts
+            return share.cumsum() / max(share.sum(), 1)
+        return share
 
 
 def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
@@ -175,18 +189,19 @@ def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
     The joints follow by the least change.
     """
     q = session.positions
+    balls = nominal_balls(session.robot, q)
     shifts = sum(fault.shift(session) for fault in faults)
-    return seated(session.robot, q, nominal_balls(session.robot, q) + shifts)
+    return seated(session.robot, q, balls + shifts)
 
 
 def seated(robot: Robot, q: np.ndarray, balls: np.ndarray) -> np.ndarray:
     """Return the configurations near others, shape (N, m), with the balls elsewhere, (N, 3) [m]."""
     model = BallModel(robot, [])
-    for _ in range(6):
-        linear = model.linearise(np.zeros(0), q)
-        back = np.linalg.pinv(linear.by_joints, rcond=0.05)
-        change = np.einsum("nij,nj->ni", back, balls - linear.points)
-        q = q + change.clip(-0.2, 0.2)
+    for _ in range(STEPS):
+        linear = model.linearise(model.nominal, q)
+        inverse = np.linalg.pinv(linear.by_joints, rcond=0.05)
+        change = np.einsum("nij,nj->ni", inverse, balls - linear.points)
+        q = q + change.clip(-LARGEST_STEP, LARGEST_STEP)
     return q
 
 
@@ -202,9 +217,13 @@ def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
     samples = Samples(q, sockets, np.zeros_like(balls))
     arm = RigidModel(robot).fitted(samples)
     balls = nominal_balls(arm, q)
-    centres = [np.median(balls[sockets == k], axis=0) for k in range(sockets.max() + 1)]
+    centres: list[np.ndarray] = []
+    for socket in range(sockets.max() + 1):
+        balls_in_socket = balls[sockets == socket]
+        centres.append(np.median(balls_in_socket, axis=0))
     two_centres = np.array([*centres, balls[0]])[:2]
-    return Session(arm, q, sockets, two_centres, np.random.default_rng(seed))
+    generator = np.random.default_rng(seed)
+    return Session(arm, q, sockets, two_centres, generator)
 
 
 def session_faults(address: str) -> tuple[str, list[SessionFault]]:
@@ -217,14 +236,12 @@ def session_faults(address: str) -> tuple[str, list[SessionFault]]:
     others: list[str] = []
     faults: list[SessionFault] = []
     for word in query.split("&"):
-        try:
-            fault = (
-                SessionFault.parse(word.removeprefix("fault="))
-                if "fault=" in word
-                else None
-            )
-        except ValueError as error:
-            raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
+        fault = None
+        if "fault=" in word:
+            try:
+                fault = SessionFault.parse(word.removeprefix("fault="))
+            except ValueError as error:
+                raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
         if fault is None:
             others.append(word)
         elif fault not in faults:
@@ -240,61 +257,15 @@ def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:
     wrongly written is a DriverError.
     """
     motion_address, faults = session_faults(address)
+    names = robot.joint_names
     if not faults:
-        return lambda: Mock(motion_address, robot.joint_names)
+        return lambda: Mock(motion_address, names)
     arm = arm_at(motion_address)
     q = np.array(arm.motion.configurations)
-    if q.shape[1] != len(robot.joint_names):
-        # The mock says what is wrong.
-        return lambda: Mock(motion_address, robot.joint_names)
-    led = with_faults(fitted_session(q, robot, arm.seed), faults)
+    _, joints = q.shape
+    if joints != len(names):
+        return lambda: Mock(motion_address, names)  # which says what is wrong
+    session = fitted_session(q, robot, arm.seed)
+    led = with_faults(session, faults)
     arm.motion = replace(arm.motion, configurations=led.tolist())
-    return lambda: Mock(joint_names=robot.joint_names, arm=arm)
-
-
-DEMO_SEED = 2920
-"""Such a draw is off by 20 mm at the median; with this seed it is 7 to 9 mm, as real arms are."""
-ORIGIN_DEVIATION = (5e-3, 12e-3)
-"""Standard deviation of the true origins from the nominal ones [m, rad]."""
-TURN = 6
-"""Samples in a socket before it is the other's turn."""
-SEAT_NOISE = 5e-5
-"""Standard deviation of the ball's seat, per axis [m]."""
-
-
-def demo_arm(seed: int = DEMO_SEED, *, keep_size: bool = True) -> tuple[Robot, Robot]:
-    """Return the nominal Panda and the demo arm as it truly is, of nominal size; or one like it."""
-    nominal = load_robot("panda")
-    generator = np.random.default_rng(seed)
-    return nominal, perturb(nominal, generator, *ORIGIN_DEVIATION, keep_size=keep_size)
-
-
-def demo_bases(distance: float = DEFAULT_DISTANCE) -> list[Base]:
-    """Return the socket base [m] in front of the arm, and to its left and right."""
-    along_y = np.array([0.0, 1.0, 0.0])
-    places = {
-        "front": (0.5, 0.0, 0.1),
-        "left": (0.35, 0.4, 0.1),
-        "right": (0.35, -0.4, 0.1),
-    }
-    return [
-        Base(name, np.array(place), along_y, distance) for name, place in places.items()
-    ]
-
-
-def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
-    """Write the poses that a hand leads the demo arm to at each base, and the keys pressed.
-
-    The sockets, so far apart [m], take turns by sixes, as ``mukca record`` asks for.
-    """
-    _, arm = demo_arm()
-    generator = np.random.default_rng(0)
-    for base in demo_bases(distance):
-        led = record(arm, base, generator, noise=SEAT_NOISE)
-        moments = gravity_moments(arm, led.positions)[:, : len(arm.actuated)]
-        pairs = zip(led.samples, moments.tolist(), strict=True)
-        loaded = [replace(sample, effort=tuple(effort)) for sample, effort in pairs]
-        order = np.arange(len(loaded)).reshape(2, -1, TURN).swapaxes(0, 1).ravel()
-        in_turns = replace(led, samples=tuple(loaded[i] for i in order))
-        write_files(folder / base.name, sample_files(in_turns))
-    write_files(keys.parent, {keys.name: b"a*6 s  " * 9 + b"a*6 q\n"})
+    return lambda: Mock(joint_names=names, arm=arm)
