@@ -1,3 +1,4 @@
+from .accuracy import predicted_in_words as predicted_in_words
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .assessment import rows_since as rows_since

@@ -1,39 +1,25 @@
-"""Rows on the recordings: diagnostics, numbers of samples, travel of the joints, accuracy."""
+"""Rows on the recordings: diagnostics, distances, size of the arm, numbers of samples."""
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-import numpy as np
-
 from ..data import SAMPLES_ADVISED, Measurement, whole_name
-from ..diagnostics import predicted_limit
 from ..results import (
-    Better,
     Diagnostic,
-    DistanceDeviation,
     Hypothesis,
-    Improvement,
     Scale,
-    Uncertainty,
 )
-from ..robot import InverseKinematics
-from .formatting import joined, mm, plural
+from .accuracy import accuracy_rows, joints_held, size_known_row, travel_row
+from .formatting import plural
 from .held_out import drift_rows
 from .limits import (
-    NEAR,
-    TITLES,
-    WORKSPACE,
-    Limit,
     LimitResult,
     Limits,
-    Status,
     limit_row,
-    with_full,
 )
-from .predictions import Coverage, Predictions, travels
+from .predictions import Coverage, Predictions
 from .scale_check import (
     assumed_distances,
     distance_row,
@@ -42,105 +28,13 @@ from .scale_check import (
     scale_row,
 )
 
-WELL_TURNED = math.radians(60)
-"""A joint that turned less is named where too little is known [rad]."""
-LENGTH_TOLERANCE = 1e-3
-"""Links are machined, and a socket base is measured, to this share of their length: no predicted
-distance has to be known better."""
-SIZE_DEVIATION = 5e-3
-"""The paper's method must know an arm's size to this share of it, so that a distance of the sockets
-that is 1 % wrong is seen. With 30 samples in each socket it knows it to 0.1 to 0.3 %."""
 LEAST_SAMPLES = 10
 """In each of two sockets: fewer determine the sockets' centres and the noise badly."""
 LEAST_HELD_OUT = 5
 """In each of two sockets held out: of fewer, the mean follows the single samples."""
-LEAST_TRAVEL = math.radians(20)
-"""A joint that turned less than this over all that was trained on is hardly seen [rad]."""
-LEAST_FREEDOM = 0.01
-"""Share of a joint's motion that the ball in its socket allows; an arm of five joints in a plane
-cannot turn its first one."""
 OF_THE_MODEL = ("copies",)
 """Codes of warnings that no fit makes good. The consequence of others is small, or noise that the
 posterior has, or another row judges them."""
-
-
-def accuracy_rows(
-    uncertainty: Uncertainty | None,
-    better: Better | None,
-    limit: Limit,
-    coverage: Coverage,
-) -> list[LimitResult]:
-    """Return whether the errors of distances that are predicted are small beside the limit."""
-    if uncertainty is None:
-        words = "how well the calibration is known could not be computed; record more samples"
-        return [limit_row("known", "fail", words, text=words)]
-    near, everywhere = uncertainty.near, uncertainty.distance_deviation
-    rows = [_row(WORKSPACE, everywhere, better and better.workspace, limit, coverage)]
-    if near is not None:
-        rows.insert(
-            0, _row(NEAR, near, better and better.recorded_places, limit, coverage)
-        )
-    return rows
-
-
-def _row(
-    name: str,
-    predicted: DistanceDeviation,
-    improvement: Improvement | None,
-    limit: Limit,
-    coverage: Coverage,
-) -> LimitResult:
-    """Return whether the upper end of the 68 % interval of an error is within its limit.
-
-    Older files have a standard deviation in its place.
-    """
-    error = predicted.median if predicted.alone is None else predicted.alone
-    by_full_model = None if predicted.alone is None else predicted.median
-    if improvement is not None:
-        error = improvement.now.high
-        by_full_model = improvement.corrected and improvement.corrected.high
-    if limit.value is None:
-        return limit_row(name, "not evaluated", limit.source, error)
-    allowed = predicted_limit(limit.value)
-    words = f"{allowed / limit.value:.2g} times the limit on the held-out error"
-    if predicted.length is not None and LENGTH_TOLERANCE * predicted.length > allowed:
-        allowed = LENGTH_TOLERANCE * predicted.length
-        words = f"{100 * LENGTH_TOLERANCE:g} % of {mm(predicted.length)}, their median length"
-    text = f"{TITLES[name]} are right to {mm(error)}, where {mm(allowed)} is asked"
-    status: Status = "pass"
-    if error > allowed:
-        status = "not enough"
-        text = f"{TITLES[name]} are right to {mm(error)} only, where {mm(allowed)} is asked"
-        text += f"; record more varied samples{_least_travel(coverage)}"
-        text += ", and a second placement far from the first"
-    row = limit_row(name, status, words, error, allowed, text=text)
-    return with_full(row, by_full_model, "not enough")
-
-
-def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
-    """Return whether the paper's method, which predicts no errors, knows the arm's size."""
-    deviation = scale and scale.deviation
-    if deviation is None or deviation <= SIZE_DEVIATION:
-        words = "the paper's method does not say how well it knows; --method auto does"
-        return limit_row("known", "warning", words)
-    text = (
-        f"the arm's size is known to {100 * deviation:.1f} % only, and a wrong distance of the "
-        f"sockets could hide in that; record more varied samples{_least_travel(coverage)}, with "
-        "sockets farther apart, or use --method auto"
-    )
-    return limit_row("known", "not enough", text)
-
-
-def _least_travel(coverage: Coverage) -> str:
-    turned = {
-        joint: travel
-        for joint, travel in travels(coverage).items()
-        if travel < WELL_TURNED
-    }
-    if not turned:
-        return ""
-    least = min(turned, key=turned.__getitem__)
-    return f" ({least} turned by {math.degrees(turned[least]):.0f} deg only)"
 
 
 def rows_of_the_fit(
@@ -164,14 +58,12 @@ def rows_of_the_fit(
     )
     rows = recording_rows(document.checks, recordings, drift_doubted=doubted)
     rows += [*drift_rows(predictions, limits), distortion_row(document)]
-    rows.append(travel_row(covered, _bound(predictions)))
+    rows.append(travel_row(covered, joints_held(predictions)))
     if document.uncertainty is None and document.method == "paper":
         return [*rows, size_known_row(document.scale, covered)]
     limit = limits.mean_absolute_error
-    return [
-        *rows,
-        *accuracy_rows(document.uncertainty, document.better, limit, covered),
-    ]
+    rows += accuracy_rows(document.uncertainty, document.better, limit, covered)
+    return rows
 
 
 @dataclass(frozen=True)
@@ -290,39 +182,3 @@ def _most_samples(
         return sum(of_all)
     groups = [of_all] if tied else by_placement
     return max((sorted(group)[-2] for group in groups if len(group) > 1), default=0)
-
-
-def _bound(predictions: Predictions) -> list[str]:
-    """Return the joints that a ball in its socket lets not move, whatever the others do."""
-    guide = InverseKinematics(predictions.robot)
-    q = [
-        p.measured.positions
-        for p in predictions.placements
-        if p.measured.kind == "sockets"
-    ]
-    if not q:
-        return []
-    J = guide.ball_and_neck(np.concatenate(q))[1][:, :3]
-    bound = np.einsum("nij,nji->ni", np.linalg.pinv(J, rcond=1e-3), J)
-    pairs = zip(
-        predictions.robot.joint_names, 1 - np.median(bound, axis=0), strict=True
-    )
-    return [name for name, freedom in pairs if freedom < LEAST_FREEDOM]
-
-
-def travel_row(coverage: Coverage, exact: Sequence[str] = ()) -> LimitResult:
-    """Return whether each joint turned enough, but those that a socket holds."""
-    turned = {
-        name: travel for name, travel in travels(coverage).items() if name not in exact
-    }
-    still = [name for name, travel in turned.items() if travel < LEAST_TRAVEL]
-    smallest = math.degrees(min(turned.values(), default=0.0))
-    if not still:
-        return limit_row(
-            "travel", "pass", f"each joint turned {smallest:.0f} deg or more"
-        )
-    text = (
-        f"{joined(still)} turned by {smallest:.0f} deg or little more; record samples in which "
-        f"each joint turns by {math.degrees(LEAST_TRAVEL):.0f} deg at least, better 90"
-    )
-    return limit_row("travel", "not enough", text)

@@ -18,6 +18,8 @@ from .repeatability import ARMS, RESOLUTION, Arm, known_arm
 
 Status = Literal["pass", "warning", "fail", "not enough", "not evaluated"]
 """``warning``: look at it; ``not enough``: too little was recorded to say."""
+OF_ERRORS = 3
+"""Held-out errors may come to so many times the arm's repeatability."""
 BAND = 1.96
 """Half the width of a 95 % interval, in standard deviations."""
 
@@ -203,20 +205,15 @@ def limits_of(document: CalibrationDocument, source: str, options: Options) -> L
             "no maker's figure: so far these samples scatter about their sockets",
         )
     servos = 2 if document.settings.get("zeros") else 1  # their gears have play
+    source = "no repeatability is known for this arm" if arm is None else arm.source
+    errors, distances = options.mean_absolute_error, options.distance_error
+    between = options.between_placements
     return Limits(
         repeatability=arm and arm.repeatability,
-        repeatability_source=arm.source
-        if arm
-        else "no repeatability is known for this arm",
-        mean_absolute_error=_limit(
-            arm, 3, options.mean_absolute_error, "--limit-mae-mm"
-        ),
-        distance_error=_limit(
-            arm, servos, options.distance_error, "--limit-distance-mm"
-        ),
-        between_placements=_limit(
-            arm, 3, options.between_placements, "--limit-between-mm"
-        ),
+        repeatability_source=source,
+        mean_absolute_error=_limit(arm, OF_ERRORS, errors, "--limit-mae-mm"),
+        distance_error=_limit(arm, servos, distances, "--limit-distance-mm"),
+        between_placements=_limit(arm, OF_ERRORS, between, "--limit-between-mm"),
     )
 
 
@@ -230,6 +227,13 @@ def _scatter(document: CalibrationDocument) -> float | None:
     if error is None or error > LARGEST_PREDICTED or placements < 2:
         return None
     return round(max(error, RESOLUTION), 5)
+
+
+def error_limit(repeatability: float | None) -> float | None:
+    """Return the limit on held-out errors by an arm's repeatability [m]; None where unknown."""
+    if repeatability is None:
+        return None
+    return OF_ERRORS * max(repeatability, RESOLUTION)
 
 
 def _limit(arm: Arm | None, margin: int, size: float | None, option: str) -> Limit:

@@ -153,6 +153,8 @@ class Accuracy(NamedTuple):
     """Median over random poses of the errors of distances, one standard deviation [m]."""
     scale: Scale
     """By how much the arm comes out larger than its model."""
+    length: float | None
+    """Median of those distances [m]."""
 
 
 def accuracy_by(
@@ -182,7 +184,7 @@ def accuracy_by(
     if not fits:
         return None
     arm = max(fits, key=lambda fit: fit.log_evidence).arm
-    error = workspace_errors(arm, load).median
-    if not np.isfinite(error):
+    errors = workspace_errors(arm, load)
+    if not np.isfinite(errors.median):
         return None
-    return Accuracy(error, scale(arm))
+    return Accuracy(errors.median, scale(arm), errors.length)

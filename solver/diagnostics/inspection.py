@@ -306,7 +306,7 @@ def next_placement(robot: Robot, survey: Survey) -> str:
     aside = y / float(np.hypot(x, y))
     side = "left" if aside > 0.1 else "right" if aside < -0.1 else "front"
     words.append(
-        f"Next, record a placement near x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m in the frame of "
+        f"Another placement serves best near x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m in the frame of "
         f"{robot.base} (to its {side}), {gap:.2f} m from the nearest so far, or as far that "
         "way as the arm reaches."
     )

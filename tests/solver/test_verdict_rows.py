@@ -5,7 +5,14 @@ from dataclasses import replace
 import pytest
 from altered import with_errors
 
-from mukca.solver.assessment import Options, limit_row, limits_of, rows_since, worst
+from mukca.solver.assessment import (
+    Options,
+    limit_row,
+    limits_of,
+    predicted_in_words,
+    rows_since,
+    worst,
+)
 from mukca.solver.assessment.conclusion import conclude
 from mukca.solver.assessment.held_out import error_rows
 from mukca.solver.assessment.scale_check import scale_row
@@ -76,3 +83,18 @@ def test_a_deviation_larger_than_its_limit_tells_nothing(simulated):
         metrics = replace(summary.train.loaded, distance_error=error)
         row = error_rows(metrics, None, limits, "", deviations=deviations)[1]
         assert row.status == "not enough" and "or hold out more placements" in row.text
+
+
+@pytest.mark.parametrize(
+    ("predicted", "length", "repeatability", "words"),
+    [
+        (0.8e-3, None, 1e-4, "where 0.90 mm is asked: no other placement is needed for that"),
+        (1.0e-3, None, 1e-4, "where 0.90 mm is asked: record another placement"),
+        (1.0e-3, 1.1, 1e-4, "where 1.10 mm is asked: no other placement is needed for that"),
+        (1.0e-3, None, None, "whether that is enough follows from your arm's --repeatability-mm"),
+    ],
+)
+def test_one_judgement_says_whether_another_placement_is_needed(
+    predicted, length, repeatability, words
+):
+    assert predicted_in_words(predicted, length, repeatability).endswith(words)

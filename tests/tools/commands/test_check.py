@@ -114,7 +114,10 @@ def test_crossval_ends_with_advice(session, run, answer):
     status, told = run(*words)
     assert status == 0
     last = told.strip().splitlines()[-1]
-    assert last.startswith(("Train on all", "More placements would bring little")), told
+    assert last.startswith(("Train on all", "At these places training on all gains little")), told
+    _, _, asked = last.partition("distances in the workspace")
+    _, checked = run("check", str(session), "--robot", "panda")
+    assert asked and asked in checked and "0.90 mm is asked: no other placement is needed" in asked
     result = answer(*words)
     for row in (*result["left_out"], result["summary"]):  # this method corrects nothing
         assert row["loaded"].items() <= row.items()

@@ -85,9 +85,10 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     predicted = None if accuracy is None else accuracy.distance_deviation
     scale = None if accuracy is None else accuracy.scale
     hint = diagnostics.next_placement(robot, survey)
+    repeatability = assessment.repeatability_of(robot, settings.repeatability_mm)
     lines = [
         *_seen(survey, shared),
-        _amount(placements, predicted, broken=broken),
+        _amount(placements, accuracy, repeatability, broken=broken),
         hint,
     ]
     in_sockets = [m for m in placements if m.kind == "sockets" and m.has_distance]
@@ -196,17 +197,19 @@ def _seen(
 
 
 def _amount(
-    placements: "Sequence[data.Measurement]", predicted: float | None, *, broken: bool
+    placements: "Sequence[data.Measurement]",
+    accuracy: "design.Accuracy | None",
+    repeatability: float | None,
+    *,
+    broken: bool,
 ) -> str:
     """Return the number of samples, and the accuracy of a calibration on them."""
     total = sum(sum(measured.counts) for measured in placements)
-    text = (
-        f"In all {total} samples in {assessment.plural(len(placements), 'placement')}"
-    )
-    if predicted is not None:
-        return (
-            f"{text}: calibrated on them, distances in the workspace would be known to "
-            f"{1e3 * predicted:.2f} mm (1 sigma, median)."
-        )
+    count = assessment.plural(len(placements), "placement")
+    text = f"In all {total} samples in {count}"
+    if accuracy is not None:
+        predicted, _, length = accuracy
+        words = assessment.predicted_in_words(predicted, length, repeatability)
+        return f"{text}: calibrated on them, {words}."
     why = "mend the errors first" if broken else "a fit to them does not settle"
     return f"{text}; what a calibration would know by them cannot be told: {why}."

@@ -7,7 +7,7 @@ from pathlib import Path
 from statistics import fmean, stdev
 from typing import Any
 
-from ....solver import assessment, calibration, data, diagnostics, results
+from ....solver import assessment, calibration, data, design, diagnostics, results
 from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
@@ -24,7 +24,8 @@ class _CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
     )
     settings: SolveOptions = cli.part(
         SolveOptions,
-        "method distance known distance_deviation zeros type_prior payload gravity",
+        "method distance known distance_deviation zeros type_prior payload gravity "
+        "repeatability_mm",
     )
 
 
@@ -58,7 +59,8 @@ def run_crossval(options: _CrossvalOptions, terminal: cli.Terminal) -> int:
         for inspection in survey.placements
         if not inspection.sound
     ]
-    result["advice"] = advice(result, faulty)
+    further = "" if faulty else accuracy_in_words(problem)
+    result["advice"] = f"{advice(result, faulty)} {further}".strip()
     show(result, terminal)
     terminal.emit(result)
     return 0
@@ -169,9 +171,30 @@ def advice(result: Mapping[str, Any], faulty: Sequence[str]) -> str:
             f"less than by the best alone, {best} ({1e3 * least:.3f} mm)."
         )
     return (
-        f"More placements would bring little: {best} alone leaves {1e3 * least:.3f} "
+        f"At these places training on all gains little: {best} alone leaves {1e3 * least:.3f} "
         f"mm in the others, all but one together {1e3 * error:.3f} mm."
     )
+
+
+def accuracy_in_words(problem: "calibration.CalibrationProblem") -> str:
+    """Return whether another placement is needed, as ``mukca check`` does; empty if unknown."""
+    settings = problem.options
+    accuracy = design.accuracy_by(
+        problem.robot,
+        problem.measurements,
+        settings.load,
+        settings.distances,
+        settings.deviation,
+        zeros=bool(settings.zeros),
+    )
+    if accuracy is None:
+        return ""
+    repeatability = assessment.repeatability_of(
+        problem.robot, settings.repeatability_mm
+    )
+    predicted, _, length = accuracy
+    words = assessment.predicted_in_words(predicted, length, repeatability)
+    return f"Calibrated on all, {words}."
 
 
 def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:

@@ -1,0 +1,196 @@
+"""Rows on how well an arm is known: predicted errors of distances, its size, its joints' travel."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..data import whole_name
+from ..diagnostics import predicted_limit
+from ..results import Better, DistanceDeviation, Improvement, Scale, Uncertainty
+from ..robot import InverseKinematics
+from .formatting import joined, mm
+from .limits import (
+    NEAR,
+    TITLES,
+    WORKSPACE,
+    Limit,
+    LimitResult,
+    Status,
+    error_limit,
+    limit_row,
+    with_full,
+)
+from .predictions import Coverage, Predictions, travels
+
+WELL_TURNED = math.radians(60)
+"""A joint that turned less is named where too little is known [rad]."""
+LENGTH_TOLERANCE = 1e-3
+"""Links are machined, and a socket base is measured, to this share of their length: no predicted
+distance has to be known better."""
+SIZE_DEVIATION = 5e-3
+"""The paper's method must know an arm's size to this share of it, so that a distance of the sockets
+that is 1 % wrong is seen. With 30 samples in each socket it knows it to 0.1 to 0.3 %."""
+LEAST_TRAVEL = math.radians(20)
+"""A joint that turned less than this over all that was trained on is hardly seen [rad]."""
+LEAST_FREEDOM = 0.01
+"""Share of a joint's motion that the ball in its socket allows; an arm of five joints in a plane
+cannot turn its first one."""
+
+
+class Allowance(NamedTuple):
+    """The largest predicted error of distances that passes."""
+
+    value: float
+    """[m]."""
+    reason: str
+
+
+def allowance(limit: float, length: float | None) -> Allowance:
+    """Return what a predicted error may come to, by the limit on held-out errors [m].
+
+    No distance has to be known better than to 0.1 % of the median ``length`` of distances [m].
+    """
+    allowed = predicted_limit(limit)
+    if length is not None and LENGTH_TOLERANCE * length > allowed:
+        reason = f"{100 * LENGTH_TOLERANCE:g} % of {mm(length)}, their median length"
+        return Allowance(LENGTH_TOLERANCE * length, reason)
+    return Allowance(
+        allowed, f"{allowed / limit:.2g} times the limit on the held-out error"
+    )
+
+
+def predicted_in_words(
+    predicted: float, length: float | None, repeatability: float | None
+) -> str:
+    """Return a predicted error of distances [m], and whether it asks for another placement.
+
+    The allowance is that of the verdict on a calibration, so that all say the same.
+    """
+    words = f"distances in the workspace would be known to {mm(predicted)} (1 sigma, median)"
+    limit = error_limit(repeatability)
+    if limit is None:
+        return f"{words}; whether that is enough follows from your arm's --repeatability-mm"
+    allowed = allowance(limit, length).value
+    words = f"{words}, where {mm(allowed)} is asked"
+    if predicted > allowed:
+        return f"{words}: record another placement"
+    return f"{words}: no other placement is needed for that"
+
+
+def accuracy_rows(
+    uncertainty: Uncertainty | None,
+    better: Better | None,
+    limit: Limit,
+    coverage: Coverage,
+) -> list[LimitResult]:
+    """Return whether the errors of distances that are predicted are small beside the limit."""
+    if uncertainty is None:
+        words = "how well the calibration is known could not be computed; record more samples"
+        return [limit_row("known", "fail", words, text=words)]
+    everywhere = better and better.workspace
+    near = better and better.recorded_places
+    rows: list[LimitResult] = []
+    if uncertainty.near is not None:
+        rows.append(_predicted_row(NEAR, uncertainty.near, near, limit, coverage))
+    predicted = uncertainty.distance_deviation
+    rows.append(_predicted_row(WORKSPACE, predicted, everywhere, limit, coverage))
+    return rows
+
+
+def _predicted_row(
+    name: str,
+    predicted: DistanceDeviation,
+    improvement: Improvement | None,
+    limit: Limit,
+    coverage: Coverage,
+) -> LimitResult:
+    """Return whether the upper end of the 68 % interval of an error is within its limit.
+
+    Older files have a standard deviation in its place.
+    """
+    error = predicted.median if predicted.alone is None else predicted.alone
+    by_full_model = None if predicted.alone is None else predicted.median
+    if improvement is not None:
+        error = improvement.now.high
+        by_full_model = improvement.corrected and improvement.corrected.high
+    if limit.value is None:
+        return limit_row(name, "not evaluated", limit.source, error)
+    allowed, reason = allowance(limit.value, predicted.length)
+    status: Status = "pass"
+    text = f"{TITLES[name]} are right to {mm(error)}, where {mm(allowed)} is asked"
+    if error > allowed:
+        status = "not enough"
+        text = f"{TITLES[name]} are right to {mm(error)} only, where {mm(allowed)} is asked"
+        text += f"; record more varied samples{_least_travel(coverage)}"
+        text += f", and {_next_placement(coverage)}"
+    row = limit_row(name, status, reason, error, allowed, text=text)
+    return with_full(row, by_full_model, "not enough")
+
+
+def _next_placement(coverage: Coverage) -> str:
+    """Return which placement to record beside those trained on."""
+    trained = [
+        socket.placement for socket in coverage.sockets if socket.role == "train"
+    ]
+    if len(set(map(whole_name, trained))) > 1:
+        return "another placement far from the others"
+    return "a second placement far from the first"
+
+
+def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
+    """Return whether the paper's method, which predicts no errors, knows the arm's size."""
+    deviation = scale and scale.deviation
+    if deviation is None or deviation <= SIZE_DEVIATION:
+        words = "the paper's method does not say how well it knows; --method auto does"
+        return limit_row("known", "warning", words)
+    text = (
+        f"the arm's size is known to {100 * deviation:.1f} % only, and a wrong distance of the "
+        f"sockets could hide in that; record more varied samples{_least_travel(coverage)}, with "
+        "sockets farther apart, or use --method auto"
+    )
+    return limit_row("known", "not enough", text)
+
+
+def _least_travel(coverage: Coverage) -> str:
+    """Return the joint that turned least, in words; empty where all turned well."""
+    travel = travels(coverage)
+    joint = min(travel, key=travel.__getitem__, default="")
+    if not joint or travel[joint] >= WELL_TURNED:
+        return ""
+    return f" ({joint} turned by {math.degrees(travel[joint]):.0f} deg only)"
+
+
+def joints_held(predictions: Predictions) -> list[str]:
+    """Return the joints that a ball in its socket lets not move, whatever the others do.
+
+    With J the ball's derivatives, shape (3, m), the ball stays for motions in the null space of J;
+    joint i is free by the share 1 - (J^+ J)_ii.
+    """
+    measured = [placement.measured for placement in predictions.placements]
+    q = [m.positions for m in measured if m.kind == "sockets"]
+    if not q:
+        return []
+    guide = InverseKinematics(predictions.robot)
+    J = guide.ball_and_neck(np.concatenate(q))[1][:, :3]
+    inverses = np.linalg.pinv(J, rcond=1e-3)
+    freedoms = 1 - np.median(np.einsum("nij,nji->ni", inverses, J), axis=0)
+    pairs = zip(predictions.robot.joint_names, freedoms, strict=True)
+    return [name for name, freedom in pairs if freedom < LEAST_FREEDOM]
+
+
+def travel_row(coverage: Coverage, held: Sequence[str] = ()) -> LimitResult:
+    """Return whether each joint turned enough, but those that a socket holds."""
+    turned = travels(coverage)
+    turned = {name: travel for name, travel in turned.items() if name not in held}
+    still = [name for name, travel in turned.items() if travel < LEAST_TRAVEL]
+    smallest = math.degrees(min(turned.values(), default=0.0))
+    if not still:
+        words = f"each joint turned {smallest:.0f} deg or more"
+        return limit_row("travel", "pass", words)
+    text = (
+        f"{joined(still)} turned by {smallest:.0f} deg or little more; record samples in which "
+        f"each joint turns by {math.degrees(LEAST_TRAVEL):.0f} deg at least, better 90"
+    )
+    return limit_row("travel", "not enough", text)
