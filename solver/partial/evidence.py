@@ -71,35 +71,45 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
     With the prior p_k, the slopes A by all unknowns that any explanation frees, and the widths S_k
     of explanation k, its evidence Z_k is the sum over the noise of N(e; 0, C + A S_k^2 A^T).
     """
-    task = system.task
-    errors = system.errors
+    task, errors = system.task, system.errors
     unchanged = replace(task, free=dict.fromkeys(task.prior.zeros, UNCHANGED))
     wandering = replace(system, task=unchanged)
     samples = len(errors) - len(task.distances)
     by_lengths = np.eye(len(errors))[:, samples:]
     slopes = np.hstack([system.slopes, by_lengths])
-    widths = np.zeros((len(candidates), slopes.shape[1]))
-    for row, explanation in zip(widths, candidates, strict=True):
-        freed = {**task.free, **explanation.widths}
-        row[[*freed]] = [*freed.values()]
-    some = widths.any(axis=0)
-    columns = np.column_stack([errors, slopes[:, some]])
+    widths = _widths(task, candidates, slopes.shape[1])
+    freed = widths.any(axis=0)
+    columns = np.column_stack([errors, slopes[:, freed]])
     logs: list[np.ndarray] = []
-    for place in LEVELS * task.noise.place:
-        level = replace(task.noise, place=float(place))
-        root = np.linalg.cholesky(wandering.covariance(level))
+    for factor in LEVELS.tolist():
+        noise = replace(task.noise, place=factor * task.noise.place)
+        root = np.linalg.cholesky(wandering.covariance(noise))
         white = np.linalg.solve(root, columns)
         M = white.T @ white
-        factors = log_bayes_factor(M[1:, 1:], M[0, 1:], widths[:, some])
-        logs.append(wandering.log_evidence(level) + factors)
-    priors = np.array([candidate.prior for candidate in candidates])
+        information, pull = M[1:, 1:], M[0, 1:]
+        factors = log_bayes_factor(information, pull, widths[:, freed])
+        logs.append(wandering.log_evidence(noise) + factors)
+    priors = [candidate.prior for candidate in candidates]
     return np.log(priors) + np.logaddexp.reduce(logs)
+
+
+def _widths(task: Task, candidates: Sequence[Explanation], unknowns: int) -> np.ndarray:
+    """Return S_k, the deviations of what each explanation frees, shape (E, unknowns)."""
+    widths = np.zeros((len(candidates), unknowns))
+    for row, candidate in zip(widths, candidates, strict=True):
+        freed = {**task.free, **candidate.widths}
+        row[[*freed]] = [*freed.values()]
+    return widths
 
 
 def geometry_changes(task: Task) -> dict[int, float]:
     """Return the prior standard deviations of a chain all of whose numbers may have changed."""
     parameters = enumerate(task.prior.model.parameters)
-    return {i: GEOMETRY_CHANGES[p.unit] for i, p in parameters if not p.of_ball}
+    return {
+        i: GEOMETRY_CHANGES[parameter.unit]
+        for i, parameter in parameters
+        if not parameter.of_ball
+    }
 
 
 def explanations(task: Task) -> list[Explanation]:
@@ -108,24 +118,22 @@ def explanations(task: Task) -> list[Explanation]:
     joints = prior.robot.joint_names
     lengths = range(task.size, task.size + len(task.distances))
     ball = [i for i in prior.ball if i not in task.free]
-    base = task.places[task.known].ravel()
+    base = task.places[task.known].ravel().tolist()
     share = PRIOR["joint"] / len(joints)
     candidates = [Explanation(NOTHING, PRIOR[NOTHING], {})]
     candidates += changes_of(LENGTHS, PRIOR[LENGTHS], lengths)
     for joint, zero in zip(joints, prior.zeros, strict=True):
         candidates += changes_of(joint, share, [zero])
     candidates += changes_of("tool", PRIOR["tool"], ball)
-    candidates += changes_of("base", PRIOR["base"], base.tolist())
-    return [
-        *candidates,
-        Explanation(EVERYTHING, PRIOR[EVERYTHING], geometry_changes(task)),
-    ]
+    candidates += changes_of("base", PRIOR["base"], base)
+    geometry = geometry_changes(task)
+    return [*candidates, Explanation(EVERYTHING, PRIOR[EVERYTHING], geometry)]
 
 
 def changes_of(name: str, prior: float, unknowns: Sequence[int]) -> list[Explanation]:
     """Return the hypotheses that unknowns changed by what is typical; none without unknowns."""
+    if not unknowns:
+        return []
     share = prior / len(TYPICAL)
-    widths = TYPICAL if unknowns else ()
-    return [
-        Explanation(name, share, dict.fromkeys(unknowns, width)) for width in widths
-    ]
+    widths = [dict.fromkeys(unknowns, width) for width in TYPICAL]
+    return [Explanation(name, share, by_unknown) for by_unknown in widths]

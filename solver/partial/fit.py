@@ -37,12 +37,18 @@ def fit(task: Task) -> System:
         # while the unknowns are far astray all samples count alike
         weights = _weights(system) if round_ > 1 else state.weights
         state = replace(_moved(system), noise=_noise(system), weights=weights)
-        change = _step(system, state) / system.state.noise.place
-        scales = abs(np.log(state.noise.place / system.state.noise.place))
-        reweighted = float(np.abs(state.weights - system.state.weights).max())
-        if round_ > 2 and max(change, scales, reweighted) < SETTLED:
+        if round_ > 2 and _is_settled(system, state):
             break
     return linear(task, state)
+
+
+def _is_settled(system: System, state: State) -> bool:
+    """Tell whether a step moved neither the samples, nor the scale of noise, nor the weights."""
+    before = system.state
+    step = _step(system, state) / before.noise.place
+    rescaled = abs(np.log(state.noise.place / before.noise.place))
+    reweighted = float(np.abs(state.weights - before.weights).max())
+    return max(step, rescaled, reweighted) < SETTLED
 
 
 def next_step(system: System) -> float:
@@ -55,18 +61,21 @@ def _start(task: Task) -> State:
     rows, prior, start = task.rows, task.prior, task.start
     x = np.zeros(task.size)
     x[: len(prior.mean)] = prior.mean
-    new = [k for k in range(len(rows.names)) if k not in task.known]
+    count = len(rows.names)
+    new = [k for k in range(count) if k not in task.known]
     tool = place = np.eye(3)
     if start is None:
-        poses = prior.flanges(x, rows.q, rows.moments)
-        tips = poses.p + poses.R @ prior.tip(x)
+        flanges = prior.flanges(x, rows.q, rows.moments)
+        tips = flanges.p + flanges.R @ prior.tip(x)
         for k in new:
-            x[task.places[k, :3]] = np.median(tips[rows.places == k], axis=0)
+            tips_there = tips[rows.places == k]
+            x[task.places[k, :3]] = np.median(tips_there, axis=0)
     else:
         tool, place = start.tool.rotation, start.frame.rotation
         x[task.places[new, :3]] = start.frame.translation
-    places = np.tile(place, (len(rows.names), 1, 1))
-    return State(x, tool, places, task.noise, np.ones(len(rows.q)))
+    places = np.tile(place, (count, 1, 1))
+    weights = np.ones(len(rows.q))
+    return State(x, tool, places, task.noise, weights)
 
 
 def _moved(system: System) -> State:
@@ -86,38 +95,35 @@ def _step(system: System, state: State) -> float:
     """Return by how much samples and places moved in a step [m], [rad]."""
     task, before = system.task, system.state
     moved = state.x - before.x
-    n = len(task.prior.mean)
+    of_arm = slice(len(task.prior.mean))
     places = np.concatenate([task.prior.ball, task.places[:, :3].ravel()])
-    parts = [
-        system.slopes[:, :n] @ moved[:n],
+    steps = [
+        system.slopes[:, of_arm] @ moved[of_arm],
         moved[places],
         moved[task.scale],
         np.ravel(state.tool - before.tool),
         np.ravel(state.places - before.places),
     ]
-    return float(np.abs(np.concatenate(parts)).max())
+    return float(np.abs(np.concatenate(steps)).max())
 
 
 def _noise(system: System) -> NoiseBelief:
     """Return the scales of noise after a step towards more evidence."""
     now, belief = system.state.noise, system.task.noise
     turns = STEPS if system.task.rows.turns else (1.0,)
-    tried = [
-        replace(now, place=a * now.place, turn=b * now.turn)
-        for a, b in product(STEPS, turns)
-    ]
-    large = [
-        noise
-        for noise in tried
-        if noise.place >= SMALLEST * belief.place
-        and noise.turn >= SMALLEST * belief.turn
-    ]
-    return max(large, key=system.log_evidence)
+    candidates: list[NoiseBelief] = []
+    for a, b in product(STEPS, turns):
+        place, turn_ = a * now.place, b * now.turn
+        if place >= SMALLEST * belief.place and turn_ >= SMALLEST * belief.turn:
+            candidates.append(replace(now, place=place, turn=turn_))
+    return max(candidates, key=system.log_evidence)
 
 
 def _weights(system: System) -> np.ndarray:
     """Return the robust weights of the samples."""
     e, noise = system.residuals, system.state.noise
+    axes = e.shape[1]
     roots = np.linalg.cholesky(system.noise_blocks(noise))
     whitened = np.linalg.solve(roots, e[:, :, None])[:, :, 0]
-    return student_weights(np.sum(whitened**2, axis=1), noise.nu, e.shape[1])
+    squares = np.sum(whitened**2, axis=1)
+    return student_weights(squares, noise.nu, axes)

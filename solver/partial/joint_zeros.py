@@ -121,8 +121,8 @@ def _errors_of_model(factor: float) -> tuple[str, ...]:
     return (
         "The nominal model's own errors cannot be told from changed zeros, so deviations contain "
         f"them: its lengths are off by some {length:.2g} mm and its angles by {angle:.2g} mrad.",
-        "Calibrate the arm first by mukca solve, which finds its zeros, too. Then give mukca "
-        "rezero the calibration in place of the model.",
+        "If it is this arm's model, calibrate the arm first by mukca solve, which finds its zeros, "
+        "too. Then give mukca rezero the calibration in place of the model.",
     )
 
 

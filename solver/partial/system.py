@@ -15,6 +15,7 @@ import numpy as np
 from ..bayes.model import Gaussian
 from ..data import CALIPER_DEVIATION, Pose
 from ..robot import rotation_vectors
+from .prior import Flanges
 from .task import NoiseBelief, State, Task
 
 OUTLIER = 0.25
@@ -63,7 +64,8 @@ class System:
     def noise_blocks(self, noise: NoiseBelief) -> np.ndarray:
         """Return Sigma_i of each sample, shape (N, axes, axes)."""
         J = self.by_joints
-        scales = np.repeat([noise.place, noise.turn], 3)[: J.shape[1]]
+        axes = J.shape[1]
+        scales = np.repeat([noise.place, noise.turn], 3)[:axes]
         of_joints = noise.joint**2 * J @ J.transpose(0, 2, 1)
         return np.diag(scales**2) + of_joints
 
@@ -75,12 +77,13 @@ class System:
         self, noise: NoiseBelief, *, gaussian: bool = False
     ) -> np.ndarray:
         """Return the same where all unknowns are known, shape (R, R)."""
-        N, d, _ = self.by_joints.shape
-        blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
+        N, axes, _ = self.by_joints.shape
+        weights = self.state.weights[:, None, None]
+        blocks = self.noise_blocks(noise) / weights
         if gaussian:
-            blocks = blocks * (1 + 2 / (noise.nu + d))
+            blocks = blocks * (1 + 2 / (noise.nu + axes))
         C = CALIPER_DEVIATION**2 * np.eye(len(self.errors))
-        rows = np.arange(N * d, dtype=np.int64).reshape(N, d)
+        rows = np.arange(N * axes, dtype=np.int64).reshape(N, axes)
         C[rows[:, :, None], rows[:, None]] = blocks
         return C
 
@@ -91,14 +94,13 @@ class System:
         """
         noise = noise or self.state.noise
         belief = self.task.noise
+        ratios = [noise.place / belief.place, noise.turn / belief.turn]
+        scales = np.log(ratios) / belief.spread
         root = np.linalg.cholesky(self.covariance(noise))
         whitened = np.linalg.solve(root, self.errors)
-        log_ratios = (
-            np.log([noise.place / belief.place, noise.turn / belief.turn])
-            / belief.spread
-        )
-        squares = whitened @ whitened + log_ratios @ log_ratios
-        return float(-0.5 * squares - np.log(np.diag(root)).sum())
+        squares = whitened @ whitened + scales @ scales
+        log_determinant = np.log(np.diag(root)).sum()
+        return float(-0.5 * squares - log_determinant)
 
     @cached_property
     def change(self) -> np.ndarray:
@@ -118,9 +120,11 @@ class System:
         count = len(self.errors)
         noise = self.noise_covariance(self.state.noise, gaussian=True)
         root = np.linalg.cholesky(noise)
-        whitened = np.linalg.solve(root, np.eye(count, len(joint)))
+        of_errors = np.eye(count, len(joint))
+        whitened = np.linalg.solve(root, of_errors)
         posterior = prior.conditioned(whitened, np.zeros(count))
-        return posterior.marginal(slice(count, None)).covariance
+        unknowns = slice(count, None)
+        return posterior.marginal(unknowns).covariance
 
     def covariance_on_flange(self, some: np.ndarray) -> np.ndarray:
         """Return the same for an exact chain: how far the flange itself is off is left out."""
@@ -129,9 +133,9 @@ class System:
     @cached_property
     def residuals(self) -> np.ndarray:
         """Errors of the samples at the most probable unknowns, shape (N, axes) [m, rad]."""
-        N, d, _ = self.by_joints.shape
+        N, axes, _ = self.by_joints.shape
         residuals = self.errors + self.slopes @ self.change
-        return residuals[: N * d].reshape(N, d)
+        return residuals[: N * axes].reshape(N, axes)
 
     @property
     def rms_error(self) -> float:
@@ -147,40 +151,60 @@ class System:
 
 def linear(task: Task, state: State) -> System:
     """Return a task, linear about a state."""
-    prior = task.prior
-    rows = task.rows
-    x = state.x
-    R, p, by_unknowns, by_joints = prior.flanges(x, rows.q, rows.moments)
+    prior, rows, x = task.prior, task.rows, state.x
+    flanges = prior.flanges(x, rows.q, rows.moments)
     left, right = rows.resized(float(x[task.scale].sum()))
     turns = state.places[rows.places]
+    tools = flanges.R @ state.tool
+    arms = np.einsum("nij,nj->ni", tools, left[:, :3, 3])
+    levers = arms + flanges.R @ prior.tip(x)
+    reaches = np.einsum("nij,nj->ni", turns, right[:, :3, 3])
     centres = x[task.places[rows.places, :3]]
-    arm = np.einsum("nij,nj->ni", R @ state.tool, left[:, :3, 3])
-    lever = arm + R @ prior.tip(x)
-    reach = np.einsum("nij,nj->ni", turns, right[:, :3, 3])
-    measured = R @ state.tool @ left[:, :3, :3]
+    place_errors = flanges.p + levers - centres - reaches
+    measured = tools @ left[:, :3, :3]
     seen = turns @ right[:, :3, :3]
-    place_errors = p + lever - centres - reach
     turn_errors = rotation_vectors(measured @ seen.transpose(0, 2, 1))
     errors = np.hstack([place_errors, turn_errors])[:, : rows.axes]
 
+    G = _slopes(task, flanges, levers, arms, reaches)[:, : rows.axes]
+    lengths, by_lengths = _distances(task, x)
+    slopes = np.vstack([G.reshape(-1, task.size), by_lengths])
+    all_errors = np.concatenate([errors.ravel(), lengths])
+    at_mean = all_errors - slopes @ (x - task.mean(x))
+    by_joints = _at_end(flanges.by_joints, levers)[:, : rows.axes]
+    return System(task, state, at_mean, slopes, by_joints)
+
+
+def _slopes(
+    task: Task,
+    flanges: Flanges,
+    levers: np.ndarray,
+    arms: np.ndarray,
+    reaches: np.ndarray,
+) -> np.ndarray:
+    """Return derivatives of the errors of samples by all unknowns, shape (N, 6, size).
+
+    Args:
+        task: The samples and unknowns.
+        flanges: The flange's poses, and their derivatives.
+        levers: From the flange to the end of U L, shape (N, 3) [m].
+        arms: From the tip to the same, shape (N, 3) [m].
+        reaches: From the place to the end of V R, shape (N, 3) [m].
+    """
+    prior, rows, R = task.prior, task.rows, flanges.R
     N = len(R)
     G = np.zeros((N, 6, task.size))
-    G[:, :, : prior.model.size] = _at_end(by_unknowns, lever)
+    G[:, :, : prior.model.size] = _at_end(flanges.by_unknowns, levers)
     G[:, :3, prior.ball] = R
     if rows.turns:
-        G[:, :, task.tool_turn] = _at_end(np.hstack([0 * R, R]), arm)
-        G[:, :3, task.scale.start] = arm - reach
-    by_place = _at_end(np.tile(-np.eye(6), (N, 1, 1)), reach)
-    of_place = task.places[rows.places]
-    for sample, unknowns, columns in zip(G, of_place, by_place, strict=True):
-        sample[:, unknowns] = columns[:, : rows.axes]
-    lengths, by_lengths = _distances(task, x)
-    of_samples = G[:, : rows.axes].reshape(-1, task.size)
-    slopes = np.vstack([of_samples, by_lengths])
-    errors = np.concatenate([errors.ravel(), lengths])
-    errors -= slopes @ (x - task.mean(x))
-    by_joints = _at_end(by_joints, lever)[:, : rows.axes]
-    return System(task, state, errors, slopes, by_joints)
+        by_turns = np.hstack([0 * R, R])
+        G[:, :, task.tool_turn] = _at_end(by_turns, arms)
+        G[:, :3, task.scale.start] = arms - reaches
+    moved_back = np.tile(-np.eye(6), (N, 1, 1))
+    by_place = _at_end(moved_back, reaches)[:, :, : rows.axes]
+    samples = np.arange(N)[:, None]
+    G[samples, :, task.places[rows.places]] = by_place.transpose(0, 2, 1)
+    return G
 
 
 def _at_end(slopes: np.ndarray, levers: np.ndarray) -> np.ndarray:

@@ -249,7 +249,7 @@ def test_another_arms_calibration_is_told_where_both_fit(simulated, sound, tmp_p
     assert not mukca.tool(simulated.calibration, touches).untold
     assert any("another arm's" in line for line in mukca.tool(other, touches).untold)
     nominal = mukca.rezero(simulated.calibration.robot, simulated.read({}))
-    assert "calibration or model" in nominal.text[-1]
+    assert "If it is this arm's model" in nominal.text[-1]
     other.save(tmp_path / "cal")
     rows = views(simulated, "on-arm").tolist()
     write_rows(tmp_path / "poses.csv", rows, names_of(simulated))
