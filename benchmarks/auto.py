@@ -130,10 +130,10 @@ def misreading(seed: int) -> dict[str, np.ndarray]:
         ("150 mm base", long, ()),
     ):
         placements = [misread(record(arm, b, generator, noise=1e-4)) for b in there]
-        arm = RobotRecordings(robot, [measure(p, robot) for p in placements])
-        data = observe(arm, lengths=also, deviation=OFF)
+        recordings = RobotRecordings(robot, [measure(p, robot) for p in placements])
+        data = observe(recordings, lengths=also, deviation=OFF)
         without = (*EXTENSIONS, JOINT_NOISE)
-        found = select_models(arm, parameters, data, without=without).full.arm
+        found = select_models(recordings, parameters, data, without=without).full.arm
         truth = found.model.ball.parameters_at(origins)
         errors[kind] = distance_errors(found, truth, seed)
     return errors

@@ -295,7 +295,7 @@ def main() -> None:
     print("\n".join(workers.map(exact, arguments.robots)), flush=True)
     if arguments.draws:
         coverage(arguments.draws, workers)
-        face_to_face(arguments.draws // 5, workers)
+        face_to_face(max(1, arguments.draws // 5), workers)
 
 
 if __name__ == "__main__":

@@ -325,8 +325,7 @@ def nearest(
 
 
 def knowledge(coach: PoseSelector, samples: list[Sample]) -> ParameterCovariance:
-    counts = [sum(s.socket == k for s in samples) for k in (0, 1)]
-    return coach._covariance(samples, coach._fitted(samples, counts))
+    return coach._covariance(samples, coach._fitted(samples))
 
 
 def compare_travel(first: int, count: int, names: list[str], workers: Workers) -> None:

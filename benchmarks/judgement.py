@@ -1,71 +1,71 @@
-"""Share of the judgement in ``mukca solve`` on a real Panda, measured in pairs.
+"""Share of the judgement in ``mukca solve`` on a real Panda.
 
-    python benchmarks/judgement.py [--pairs 9]
+    python benchmarks/judgement.py [--rounds 9]
 
-A pair is the processor time of the whole command, each in a process of its own: as it is, and with
-nothing looked at before the fit and no verdict after it. Printed is the median of what the first
-takes more. It needs ``../shared/recordings/panda_3``.
+The judgement is what is looked at before the fit, and the verdict after it. A round is the
+processor time of the whole command, in this process. It needs ``../shared/recordings/panda_3``.
 """
 
 import argparse
+import contextlib
+import io
 import os
-import resource
 import statistics
-import subprocess
-import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from mukca.solver.calibration import calibration, preparation
+from mukca.tools.cli import main as mukca
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "recordings" / "panda_3"
-WITHOUT = """
-from types import SimpleNamespace
-from mukca.solver import assessment
-from mukca.solver.calibration import calibration, problem
-limits = SimpleNamespace(repeatability=None)
-nothing = SimpleNamespace(verdict=assessment.judge(()), limits=limits)
-for module, name, instead in (
-    (problem, "_inspected", lambda one: one),
-    (calibration, "assess", lambda *_: nothing),
-):
-    assert hasattr(module, name), f"{module.__name__}.{name} is no more: change the benchmark"
-    setattr(module, name, instead)
-"""
-RUN = "import sys\nfrom mukca.tools.cli import main\n{}\nsys.exit(main())"
+JUDGING = ((preparation, "mended"), (calibration, "assess"))
+"""Modules, and the functions in them that judge."""
 
 
-def seconds(change: str) -> float:
-    """Return the processor time of the command, with something changed in it [s]."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    words = [
-        "solve",
-        str(DATA / "frontcenter"),
-        "--test",
-        str(DATA),
-        "--robot",
-        "panda",
-    ]
-    full = [sys.executable, "-c", RUN.format(change), *words, "--distance", "0.05"]
-    done = subprocess.run(
-        full,
-        check=False,
-        capture_output=True,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-    )
-    assert done.returncode == 0, done.stderr.decode()
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+class Stopwatch:
+    """Adds up the processor time of functions [s]."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def timed(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a function whose time is added."""
+
+        def call(*arguments: Any, **options: Any) -> Any:
+            begin = time.process_time()
+            try:
+                return function(*arguments, **options)
+            finally:
+                self.seconds += time.process_time() - begin
+
+        return call
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--pairs", type=int, default=9)
-    pairs = parser.parse_args().pairs
-    seconds("")  # what is read from disk is read
+    parser.add_argument("--rounds", type=int, default=9)
+    rounds = parser.parse_args().rounds
+    stopwatch = Stopwatch()
+    for module, name in JUDGING:
+        setattr(module, name, stopwatch.timed(getattr(module, name)))
+    words = ["solve", str(DATA / "frontcenter"), "--test", str(DATA)]
+    words += ["--robot", "panda", "--distance", "0.05"]
     shares: list[float] = []
-    for _ in range(pairs):
-        judged, plain = seconds(""), seconds(WITHOUT)
-        shares.append(judged / plain - 1)
-        print(f"{judged:.2f} s, without judging {plain:.2f} s", flush=True)
-    print(f"judging adds {100 * statistics.median(shares):.0f} % (median of {pairs})")
+    for number in range(rounds + 1):
+        begin, judged = time.process_time(), stopwatch.seconds
+        with contextlib.redirect_stdout(io.StringIO()):
+            mukca(words)
+        seconds = time.process_time() - begin
+        judging = stopwatch.seconds - judged
+        if not number:  # in the first round modules are loaded
+            continue
+        shares.append(judging / seconds)
+        print(f"{seconds:.2f} s, of these judging {judging:.2f} s", flush=True)
+    print(f"judging is {100 * statistics.median(shares):.0f} % (median of {rounds})")
 
 
 if __name__ == "__main__":

@@ -101,7 +101,7 @@ def fit(method: str, samples: int, placements: int) -> None:
     (result,) = fit_robots([RobotRecordings(robot, train)], options)
     seconds = time.process_time() - begin
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(seconds, memory, sum(len(m.positions) for m in train), result.iterations)
+    print(seconds, memory, sum(len(m.positions) for m in train), len(result.iterates))
 
 
 def table(method: str, option: str, counts: list[int]) -> None:

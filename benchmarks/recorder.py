@@ -23,6 +23,7 @@ import termios
 import threading
 import time
 from pathlib import Path
+from urllib.error import URLError
 from urllib.request import urlopen
 
 import numpy as np
@@ -81,17 +82,19 @@ def write_hand(folder: Path, each: int) -> None:
 
 
 class Browser:
-    """Follows the page, as a tablet does."""
+    """Follows the page, as a tablet does: four states a second."""
 
     def __init__(self, url: str) -> None:
-        self.events = 0
+        self.states = 0
         self._url = url
         threading.Thread(target=self._follow, daemon=True).start()
 
     def _follow(self) -> None:
-        with contextlib.suppress(OSError), urlopen(self._url + "events") as stream:
-            for line in stream:
-                self.events += line.startswith(b"data")
+        with contextlib.suppress(URLError):
+            while True:
+                with urlopen(self._url + "state") as answer:
+                    self.states += bool(answer.read())
+                time.sleep(0.25)
 
 
 def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> float:
@@ -107,6 +110,8 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
         "panda",
         "--driver",
         driver,
+        "--distance",
+        "0.05",
     ]
     recorder = subprocess.Popen(
         [*words, "--out", str(out), "--target", "1000", "--page", "--goal-mm", "0.001"],
@@ -160,7 +165,7 @@ def soak(hand: Path, out: Path, seconds: float, columns: int, rows: int) -> floa
     print(
         f"  beside it            {' and '.join(f'{s:.1%}' for s in shares)} (page and fit)"
     )
-    print(f"  events to a browser  {browser.events / elapsed:.1f} /s")
+    print(f"  states to a browser  {browser.states / elapsed:.1f} /s")
     print(
         f"  predicted error      {terminal.last(r'predicted ([0-9.]+)')} mm at the end"
     )
