@@ -54,7 +54,7 @@ class Answers:
     doubted: tuple[Sample, ...] = ()
     """The last samples, as far as alarms took them back; what they have in common is evidence."""
     distance: float | None = None
-    """Distance of the sockets as it was measured again [m]; None where it was not."""
+    """Distance of the sockets, by the last reading [m]; None where nobody said it."""
 
     def open_alarms(self, alarms: Iterable[Alarm]) -> tuple[Alarm, ...]:
         """Return the alarms that are not answered."""

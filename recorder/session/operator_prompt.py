@@ -174,7 +174,7 @@ def _before_all(now: View) -> OperatorPrompt | None:
 
 def _enough_for(session: Session, advice: Advice, hint: str) -> str:
     """Return what the samples are enough for, and what is asked beside them."""
-    if not session.measured:
+    if session.sockets > 1 and not session.measured:
         return "m types the sockets' distance, without which solve gives no PASS; q finishes"
     if advice.near_only:
         return "for this place: q finishes; for all the workspace train on two: n, base elsewhere"

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
@@ -34,6 +35,8 @@ from .. import (
 class Recording:
     """The files of one placement, new or continued; no other recorder can open them meanwhile.
 
+    If an error ends the block of a ``with`` before the first capture, new files are removed.
+
     Raises:
         RecordingError: The folder cannot be written to, holds something else, belongs to another
             robot, joints or distance, or is being recorded by another program.
@@ -45,8 +48,10 @@ class Recording:
         self.remarks: list[str] = []
         """Remarks to the operator on files that were there already."""
         metadata_before = self._agree(metadata)
+        self._is_new = not self.file.exists()
+        self._new_folders: list[Path] = []
         try:
-            _make_folder(folder)
+            self._new_folders = _make_folder(folder)
             flags = os.O_RDWR | os.O_CREAT | APPEND
             self._fd = os.open(self.file, flags, 0o644)
         except OSError as error:
@@ -62,6 +67,8 @@ class Recording:
         except BaseException as error:
             os.close(self._fd)
             if isinstance(error, OSError):
+                if self._is_new:
+                    self._remove()
                 raise RecordingError(
                     f"{folder}: cannot be written: {error.strerror}"
                 ) from None
@@ -116,8 +123,18 @@ class Recording:
     def __enter__(self) -> "Recording":
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
         self.close()
+        if error is not None and self._is_new:
+            self._remove()
+
+    def _remove(self) -> None:
+        """Remove files without a sample, and the folders that were made for them."""
+        with suppress(OSError):
+            self.file.unlink(missing_ok=True)
+            (self.folder / METADATA).unlink(missing_ok=True)
+            for folder in self._new_folders:
+                folder.rmdir()
 
     def _agree(self, metadata: Metadata) -> dict[str, Any]:
         """Return the metadata of an earlier session, if they describe the same placement."""
@@ -202,6 +219,7 @@ class Recording:
                 f"{self.file.name} cannot be written to: {error.strerror}; nothing was lost"
             ) from None
         self._size += len(line)
+        self._is_new = False
 
     def _check_place(self) -> None:
         """See that the open file is still the one that its path names."""
@@ -216,12 +234,18 @@ class Recording:
             )
 
 
-def _make_folder(folder: Path) -> None:
-    """Make a folder and its parents, each one on the disk before the next is made in it."""
-    if not folder.exists():
-        _make_folder(folder.parent)
-        folder.mkdir(exist_ok=True)
-        sync_folder(folder.parent)
+def _make_folder(folder: Path) -> list[Path]:
+    """Make a folder and its parents, each one on the disk before the next is made in it.
+
+    Returns:
+        The new folders, the innermost first.
+    """
+    if folder.exists():
+        return []
+    new_parents = _make_folder(folder.parent)
+    folder.mkdir(exist_ok=True)
+    sync_folder(folder.parent)
+    return [folder, *new_parents]
 
 
 def _text(value: object) -> str:

@@ -58,7 +58,7 @@ class Session:
     reconnected: tuple[int, ...] = ()
     """Numbers of the samples before which the connection was lost, and came back."""
     distance: float | None = None
-    """Distance of the sockets as it was measured again [m]; None where it was not."""
+    """Distance of the sockets, by the last reading [m]; None where nobody said it."""
     measured: bool = True
     """True where somebody measured that distance, without which `solve` gives no PASS."""
     block: int | None = None

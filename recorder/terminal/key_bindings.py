@@ -154,7 +154,11 @@ class Step:
 
 
 class Script:
-    """The steps of a key script, read as they come from a file or pipe, not closed here."""
+    """The steps of a key script, read as they come from a file or pipe, not closed here.
+
+    Raises:
+        ScriptError: A first word that means nothing, or a script without end.
+    """
 
     def __init__(self, descriptor: int, name: str = "standard input") -> None:
         self._descriptor = descriptor
@@ -164,8 +168,7 @@ class Script:
         self._read_all = False
         self._empty = True
         self._begun: tuple[float, float] | None = None
-        if sys.platform == "win32":  # where it is nothing to wait on
-            self.read()
+        self.read()
 
     def fileno(self) -> int:
         """The descriptor to wait on."""

@@ -65,7 +65,8 @@ class Recorder:
     monitor: StreamMonitor
     recording: Recording
     display: Screen | Lines
-    title: str = ""
+    title: Callable[[Session], str] = lambda _: ""
+    """First line of the screen."""
     keyboard: Keyboard | None = None
     script: Script | None = None
     contact: ContactDetector | None = None
@@ -271,7 +272,7 @@ class Recorder:
         return View(
             self._actions.session,
             position=pose.position if pose else latest and latest.position,
-            title=self.title,
+            title=self.title(self._actions.session),
             trouble=self._trouble(now),
             moving=None if pose else self.monitor.moving,
             fast=self.monitor.fast,

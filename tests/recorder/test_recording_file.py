@@ -34,6 +34,26 @@ def record(folder, *numbers):
             recording.capture(sample(number))
 
 
+@pytest.mark.parametrize("numbers", [(), (1,)])
+def test_an_error_before_the_first_sample_leaves_nothing_behind(tmp_path, numbers):
+    folder, there = tmp_path / "data/front", tmp_path / "there"
+    there.mkdir()
+    for place in (folder, there):
+        with pytest.raises(MukcaError), Recording(place, METADATA) as recording:
+            for number in numbers:
+                recording.capture(sample(number))
+            raise MukcaError
+        assert (place / "samples.csv").exists() == bool(numbers)
+        assert (place / "placement.json").exists() == bool(numbers)
+    assert folder.parent.exists() == bool(numbers) and there.exists()
+    with Recording(there, METADATA), pytest.raises(MukcaError):
+        Recording(there, METADATA)  # it is open
+    assert (there / "samples.csv").exists()
+    with pytest.raises(MukcaError), Recording(there, METADATA):
+        raise MukcaError
+    assert (there / "samples.csv").exists()
+
+
 @pytest.mark.slow
 @settings(max_examples=30)
 @given(rows=st.lists(st.tuples(pairs, st.none() | pairs, st.none() | pairs, exact), max_size=5))
@@ -95,6 +115,9 @@ def test_a_full_disk_leaves_the_file_as_it_was_and_nothing_beside_it(tmp_path):
         with full_disk(10), pytest.raises(MukcaError, match=r"samples\.csv cannot be written"):
             recording.capture(sample(1))
         assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+    with full_disk(0), pytest.raises(MukcaError, match="front: cannot be written"):
+        Recording(tmp_path / "data/front", METADATA)
+    assert not (tmp_path / "data").exists()
 
 
 def test_joints_are_checked_even_without_metadata(tmp_path):

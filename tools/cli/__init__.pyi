@@ -17,7 +17,6 @@ from .commands.main import VERBS as VERBS
 from .commands.main import build_parser as build_parser
 from .commands.main import main as main
 from .console import Terminal as Terminal
-from .console import table as table
 from .defect import report_defect as report_defect
 from .each_arm import for_each_arm as for_each_arm
 from .each_arm import one_arm as one_arm
@@ -30,3 +29,4 @@ from .robots import WorkerOptions as WorkerOptions
 from .robots import measured_of as measured_of
 from .robots import read_data as read_data
 from .robots import split_by_robot as split_by_robot
+from .tables import FittingTable as FittingTable

@@ -4,21 +4,14 @@ import os
 import sys
 from contextlib import contextmanager
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
+
+from .tables import FittingTable, in_words, wrapped
 
 if TYPE_CHECKING:
-    from collections.abc import (
-        Callable,
-        Collection,
-        Generator,
-        Iterable,
-        Mapping,
-        Sequence,
-    )
+    from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 
     from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
 
     from ...solver.results import Document
 
@@ -40,7 +33,8 @@ class Terminal:
         """A rich console on the people's stream; plain text where that is no terminal."""
         from rich.console import Console
 
-        console = Console(stderr=self.json, highlight=False, soft_wrap=True)
+        console = Console(stderr=self.json, highlight=False)
+        console.soft_wrap = not console.is_terminal
         if not console.is_terminal and "COLUMNS" not in os.environ:
             console.width = PIPED_WIDTH
         return console
@@ -59,10 +53,22 @@ class Terminal:
             yield lambda step: bar.update(task, description=step, advance=1)
 
     def say(self, *texts: str) -> None:
-        """Write lines for people, as they are."""
+        """Write lines for people, broken between words where a terminal is narrower."""
         sys.stdout.flush()
-        stream = sys.stderr if self.json else sys.stdout
-        stream.writelines(f"{text}\n" for text in texts)
+        _write(sys.stderr if self.json else sys.stdout, texts)
+
+    def say_rows(
+        self,
+        rows: "Sequence[Sequence[str]]",
+        line_of: "Callable[[Sequence[str]], str]",
+    ) -> None:
+        """Write rows as lines, or in words where a terminal is narrower; the heads come first."""
+        lines = list(map(line_of, rows))
+        columns = _columns(sys.stderr if self.json else sys.stdout)
+        if columns is not None and max(map(len, lines)) > columns:
+            heads, *others = rows
+            lines = [heads[0], *(in_words(heads, row) for row in others)]
+        self.say(*lines)
 
     def say_in_short(self, *texts: str, below: int) -> None:
         """Write the first lines, so that some ``below`` fit on the same screen, and what is left.
@@ -91,15 +97,15 @@ class Terminal:
         self,
         title: str,
         heads: "Sequence[str]",
-        rows: "Iterable[Sequence[str]]",
+        rows: "Sequence[Sequence[str]]",
         **more: Any,
     ) -> None:
-        """Print a table for people; see :func:`table`."""
-        self.console.print(table(title, heads, rows, **more))
+        """Print a table for people; see :class:`FittingTable`."""
+        self.console.print(FittingTable(title, heads, rows, **more))
 
     def warn(self, *texts: str, level: str = "warning") -> None:
         """Write lines about something that may be wrong, or is, to standard error."""
-        sys.stderr.writelines(f"{level}: {' '.join(text.split())}\n" for text in texts)
+        _write(sys.stderr, [f"{level}: {' '.join(text.split())}" for text in texts])
 
     def emit(self, value: "Mapping[str, Any] | Document") -> None:
         """Write one JSON object on one line, if JSON is asked for; a NaN is a ValueError."""
@@ -110,35 +116,16 @@ class Terminal:
             sys.stdout.flush()
 
 
-def table(
-    title: str,
-    heads: "Sequence[str]",
-    rows: "Iterable[Sequence[str | Text]]",
-    *,
-    left_columns: "Collection[int]" = (0,),
-    bold: "Collection[int]" = (),
-    no_wrap: bool = False,
-) -> "Table":
-    """Table with columns of words to the left, folded where narrow, and of figures to the right.
+def _columns(stream: TextIO) -> int | None:
+    """Return the width of a terminal; None where a stream goes elsewhere."""
+    if not stream.isatty():
+        return None
+    return os.get_terminal_size(stream.fileno()).columns or SCREEN[1]
 
-    The rows named in ``bold`` sum up others; ``no_wrap`` keeps figures on one line.
-    """
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-    from rich.text import Text
 
-    drawn = Table(
-        box=SIMPLE_HEAD, title=Text(title) if title else None, title_justify="left",
-        padding=(0, 1, 0, 0),
-    )  # fmt: skip
-    for column, head in enumerate(heads):
-        if column in left_columns:
-            drawn.add_column(
-                Text(head), overflow="fold", min_width=16 if no_wrap else None
-            )
-        else:
-            drawn.add_column(Text(head), justify="right", no_wrap=no_wrap)
-    for number, cells in enumerate(rows):
-        texts = [cell if isinstance(cell, Text) else Text(cell) for cell in cells]
-        drawn.add_row(*texts, style="bold" if number in bold else None)
-    return drawn
+def _write(stream: TextIO, texts: "Iterable[str]") -> None:
+    """Write lines, on a terminal broken between words."""
+    columns = _columns(stream)
+    for text in texts:
+        lines = [text] if columns is None else wrapped(text, columns)
+        stream.writelines(f"{line}\n" for line in lines)

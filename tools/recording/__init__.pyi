@@ -1,5 +1,6 @@
 # keep: BackgroundGuidance
 from .checks import worth_calibrating as worth_calibrating
+from .earlier_placements import recorded_beside as recorded_beside
 from .goals import goal_for as goal_for
 from .goals import limit_for as limit_for
 from .guidance import SHARE as SHARE
@@ -12,6 +13,5 @@ from .options import with_second_reading as with_second_reading
 from .session_alarms import SessionAlarms as SessionAlarms
 from .session_start import SessionStart as SessionStart
 from .session_start import page_of as page_of
-from .session_start import recorded_beside as recorded_beside
 from .setup import record_session as record_session
 from .zero_guidance import ZeroSelector as ZeroSelector

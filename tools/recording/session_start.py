@@ -2,10 +2,9 @@
 
 import time
 from collections.abc import Generator, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ... import recorder
@@ -34,34 +33,6 @@ def page_of(options: RecordOptions) -> "Generator[PageProcess | None, None, None
 
     with closing(PageProcess(options, options.page_host)) as page:
         yield page
-
-
-def recorded_beside(out: Path, robot: robots.Robot) -> tuple[recorder.Placement, ...]:
-    """Return the earlier placements in the same folder, recorded with this model, oldest first.
-
-    Those before joints read otherwise are left out: they tell nothing of the readings now.
-    """
-    rows: list[tuple[float, recorder.Placement, bool]] = []
-    for file in out.parent.glob(f"*/{recorder.SAMPLES}"):
-        folder = file.parent
-        with suppress(recorder.RecordingError):
-            metadata = recorder.read_metadata(folder / recorder.METADATA)
-            if metadata.get("model_sha256") == robot.sha256:
-                placement = recorder.read_placement(folder).for_joints(
-                    robot.joint_names
-                )
-                changed = metadata.get(recorder.READINGS_CHANGED) is True
-                rows.append((placement.samples[0].time or 0.0, placement, changed))
-    rows.sort(key=lambda row: row[0])
-    stored = recorder.read_metadata(out / recorder.METADATA)
-    if stored.get(recorder.READINGS_CHANGED) is True:
-        return ()
-    placements = list[recorder.Placement]()
-    for _, placement, changed in rows:
-        placements = [] if changed else placements
-        if placement.files[0].parent.resolve() != out.resolve():
-            placements.append(placement)
-    return tuple(placements)
 
 
 @dataclass(frozen=True)
@@ -117,7 +88,8 @@ class SessionStart:
         session = Session(
             joints_of(self.robot),
             sockets=metadata.sockets,
-            measured=metadata.measured or metadata.sockets == 1,
+            distance=metadata.distance,
+            measured=metadata.measured,
             target=self.options.samples,
             socket=min(socket, metadata.sockets - 1),
             samples=(*content.samples, *samples),

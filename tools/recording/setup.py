@@ -9,15 +9,16 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from ...recorder import DEFAULT_DISTANCE, Metadata, StreamLog, next_log_file
-from ...recorder.session import BLOCK
+from ...recorder import DEFAULT_DISTANCE, StreamLog, next_log_file
+from ...recorder.session import BLOCK, Session
 from ...recorder.stream import STILL, ContactDetector, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
 from ..cli import Terminal, one_arm
 from .checks import gravity_of, odd_pose
+from .earlier_placements import recorded_beside
 from .guidance_process import BackgroundGuidance
 from .options import RecordOptions
-from .session_start import SessionStart, recorded_beside
+from .session_start import SessionStart
 
 
 def record_session(start: SessionStart) -> Outcome:
@@ -63,7 +64,7 @@ def record_session(start: SessionStart) -> Outcome:
             ),
             recording=recording,
             display=_display(start.terminal),
-            title=_title(options, metadata),
+            title=partial(_title, options, metadata.robot),
             keyboard=keyboard,
             script=script,
             contact=ContactDetector(session.joints, gravity),
@@ -107,12 +108,12 @@ def _guidance(start: SessionStart) -> BackgroundGuidance:
     return BackgroundGuidance(options, **settings)
 
 
-def _title(options: RecordOptions, metadata: Metadata) -> str:
+def _title(options: RecordOptions, robot: str, session: Session) -> str:
     out = str(options.out)
-    distance = metadata.distance
     folder = out if len(out) <= 36 else f"…{out[-35:]}"
+    distance = session.distance
     distance_text = "unmeasured" if distance is None else f"{1e3 * distance:g} mm"
-    return f"{metadata.robot}  {folder}  sockets {distance_text}  {options.driver}"
+    return f"{robot}  {folder}  sockets {distance_text}  {options.driver}"
 
 
 @contextmanager

@@ -4,11 +4,10 @@ from collections.abc import Iterable
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from ...solver.assessment import RESOLUTION, Limits, Verdict, mm
-from ..cli import table
+from ..cli import FittingTable
 from .figures import ReportDocument, Step
 
 BARS = 24
@@ -77,7 +76,8 @@ def show_limits(
         cells = ["-" if value is None else mm(value, 3) for value in values]
         rows.append([row.title, status, *cells])
     if rows:
-        console.print(table("", ["limit on", "", *lengths], rows, left_columns=(0, 1)))
+        heads = ["limit on", "", *lengths]
+        console.print(FittingTable("", heads, rows, left_columns=(0, 1)))
     for row in verdict.reasons:
         console.print(Text(f"{row.status.capitalize()}: {row.text}."))
     show_steps(console, todo)
@@ -96,7 +96,7 @@ def show_steps(console: Console, todo: Iterable[Step]) -> None:
         console.print(Text(f"   Expected: {step.expected}."))
 
 
-def _placements(console: Console, report: ReportDocument) -> Table:
+def _placements(console: Console, report: ReportDocument) -> FittingTable:
     curves = console.is_terminal and (console.encoding or "").lower().startswith("utf")
     asked = report.task is not None
     within = (
@@ -129,4 +129,4 @@ def _placements(console: Console, report: ReportDocument) -> Table:
         levels = (int(len(_BARS) * max(part) / top) for part in parts)
         bars = "".join(_BARS[min(level, len(_BARS) - 1)] for level in levels)
         rows.append([*cells, *([bars] if curves else [])])
-    return table("", heads, rows, left_columns=(0, 1, 5, 6))
+    return FittingTable("", heads, rows, left_columns=(0, 1, 5, 6))

@@ -9,7 +9,9 @@ import pytest
 from altered import write_rows, write_samples
 from cameras import LYING, POSE, columns_of, flanges
 from kept import NUMBER, compare
+from terminal_session import MUKCA, TerminalSession
 
+FIGURE = re.compile(r"[-+]?\d+\.\d{2,3}(?=[\s,;:)]|$)")
 SCREENS = Path(__file__).with_name("screens")
 
 
@@ -79,6 +81,28 @@ def test_what_is_found_on_a_calibrated_arm_comes_first(simulated, cal, screen, t
         answer, *_ = screen(*words)[1].splitlines()
         whole = screen(*words, "--details")[1]
         assert whole.startswith(answer[:14]) and "--details" not in whole
+
+
+@pytest.mark.slow
+@pytest.mark.waits
+@pytest.mark.parametrize("columns", [20, 40])
+@pytest.mark.parametrize("verb", ["check", "solve", "validate"])
+def test_no_figure_is_cut_on_a_narrow_terminal(session, cal, command, columns, verb):
+    """Lines are broken between words; rows of a table that is too wide are told in words."""
+    front, left = str(session / "front"), str(session / "left")
+    words = {
+        "check": ("check", front, left, "--robot", "panda"),
+        "solve": ("solve", front, "--test", left, "--robot", "panda", "--method", "paper"),
+        "validate": ("validate", str(cal), left),
+    }[verb]
+    status, out, err = command(*words)
+    with TerminalSession([*MUKCA, *words], columns=columns, rows=200) as terminal:
+        assert terminal.wait() == status
+        terminal.wait_for(out.split()[-1])
+        shown = terminal.text
+    assert "…" not in shown
+    figures = set(FIGURE.findall(out + err))
+    assert len(figures) > 3 and figures <= set(FIGURE.findall(shown))
 
 
 def seen_by_camera(simulated):

@@ -39,6 +39,16 @@ def test_a_script_that_waits_in_vain_fails(tmp_path):
     assert len(read(tmp_path / "front").samples) == 1
 
 
+def test_a_refused_script_leaves_no_placement_behind(tmp_path, scripted):
+    done = scripted(tmp_path / "data/front", "a b q")
+    assert done.status == 2 and "'b' is no word of a key script" in done.errors
+    assert "connecting" not in done.output and not (tmp_path / "data").exists()
+    assert scripted(tmp_path / "front", "a q").status == 0
+    before = (tmp_path / "front/samples.csv").read_bytes()
+    assert scripted(tmp_path / "front", "a b q").status == 2
+    assert (tmp_path / "front/samples.csv").read_bytes() == before
+
+
 @by_table("keys", "told")
 def test_refused_captures_of_a_script_fail_it(tmp_path, scripted, keys, told):
     done = scripted(tmp_path / "front", keys)

@@ -112,6 +112,32 @@ def test_after_joints_read_otherwise_earlier_placements_tell_nothing(panda, tmp_
     assert beside("3") == ["1", "2"] and beside("1") == []
 
 
+@pytest.mark.parametrize(
+    ("change", "count"),
+    [
+        ({}, 1),
+        ({"driver": "franka:10.0.0.2"}, 0),
+        ({"driver": "mock:left.csv"}, 0),
+        ({"serial_number": "2"}, 0),
+        ({"serial_number": None}, 1),
+        ({"robot_name": "left"}, 0),
+        ({"sockets": 1}, 0),
+        ({"sockets": 3}, 1),
+    ],
+)
+def test_placements_of_another_arm_beside_it_are_none_of_its(panda, tmp_path, change, count):
+    origin = {"driver": "franka:10.0.0.1", "serial_number": "1"}
+    origin |= {"robot_name": "right", "sockets": 2}
+    for name, facts in (("before", {**origin, **change}), ("now", origin)):
+        facts = {key: value for key, value in facts.items() if value is not None}
+        session = {key: facts.pop(key) for key in ("driver", "serial_number") if key in facts}
+        placement = mukca.Placement("here", (Sample((0.1,) * 7, 0),), panda.joint_names, 0.05)
+        write_files(tmp_path / name, sample_files(placement))
+        metadata = {"model_sha256": panda.sha256, "sessions": [{}, session], **facts}
+        (tmp_path / name / "placement.json").write_text(json.dumps(metadata))
+    assert len(recorded_beside(tmp_path / "now", panda)) == count
+
+
 def test_no_new_placement_is_offered_to_take_all_samples(panda, session, virtual_time):
     placement = led_with(panda, session, "&fault=ball@1:500mm")
     (alarm,) = SessionAlarms(panda)([replace(placement, samples=placement.samples[:12])])

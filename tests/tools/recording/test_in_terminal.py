@@ -36,6 +36,8 @@ def test_a_whole_session_by_keys(hand, tmp_path):
         terminal.wait_for("undo the last capture", gone=["panda_joint7"])
         terminal.press("?")
         terminal.wait_for("panda_joint7")
+        terminal.press("m51\r")
+        terminal.wait_for("the sockets are 51 mm apart, before 50", "sockets 51 mm")
         assert terminal.settings != terminal.before
         terminal.press("q")
         assert terminal.wait() == 0

@@ -87,7 +87,7 @@ def _steps(arms: "Sequence[fleet.FleetArm]") -> list[str]:
 def show_details(result: "fleet.FleetDocument", terminal: cli.Terminal) -> None:
     """Show all arms, their answers, the next steps, and how far error curves agree."""
     terminal.say(f"{fleet.summary_of(result)}.")
-    rows = map(fleet.line_of, result.arms)
+    rows = list(map(fleet.line_of, result.arms))
     terminal.tabulate("", HEADS, rows, left_columns=(0, 1, 4))
     last = ((arm.name, arm.sessions[-1].answer) for arm in result.arms if arm.sessions)
     terminal.say(*(f"{name}: {' '.join(words)}" for name, words in last if words))

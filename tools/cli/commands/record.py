@@ -94,13 +94,12 @@ def _recorded(
         while True:
             options = start.options
             outcome = recording.record_session(start)
-            again = outcome.session.distance
-            if again is not None:
-                start = replace(
-                    start,
-                    metadata=replace(start.metadata, distance=again, measured=True),
-                )
-            live = outcome.session.live
+            session = outcome.session
+            metadata = replace(
+                start.metadata, distance=session.distance, measured=session.measured
+            )
+            start = replace(start, metadata=metadata)
+            live = session.live
             distance = start.metadata.distance or recorder.DEFAULT_DISTANCE
             placement = recorder.Placement(
                 options.out.name, live, robot.joint_names, distance

@@ -1,23 +1,17 @@
-"""``mukca report`` and ``compare``, and tables of errors that other verbs show, too."""
+"""``mukca report`` and ``compare``: a report of a calibration, and calibrations side by side."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from .... import recorder
-from ....solver import assessment, calibration, results
-from ....solver.assessment import millimetres, plural, short_names
+from ....solver import assessment, results
+from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import SolveOptions
 from ....solver.data import measure
 from ....solver.results import write_files
 from ... import cli, report
 from ...report import figures
-
-MOST_ROWS = 6
-"""Placements in the short table, the worst ones."""
-LONGEST = 26
-"""Letters of a placement's name there."""
-
 
 PAGE = "report.html"
 _LIMITS = "limits (default: by the arm's repeatability)"
@@ -269,56 +263,3 @@ def show_comparison(
     bold = (len(rows) - 1,)
     terminal.tabulate(figures.comparison_title(result), heads, rows, bold=bold)
     terminal.say(*(figures.comparison_sentence(result, pair) for pair in result.pairs))
-
-
-def table_of_placements(errors: "calibration.Errors") -> list[str]:
-    """Return lines with mean errors before, by the URDF, and with corrected joints [mm]."""
-    names = short_names([row.name for row in errors])
-    roles = {"train": "trained on", "test": "held out"}
-    two = any(row.geometric is not None for row in errors)
-    heads = ["before", "now", *(["corrected joints"] if two else [])]
-    lines = [_line("mean error, mm", "", "samples", heads)]
-    worst = sorted(errors, key=lambda row: -row.loaded.mean_absolute_error)[:MOST_ROWS]
-    for name, row in zip(names, errors, strict=True):
-        if row in worst:
-            samples = "+".join(map(str, row.samples))
-            lines.append(
-                _line(name[-LONGEST:], roles[row.role], samples, _cells(row, two=two))
-            )
-    if len(errors) > MOST_ROWS:
-        lines.append(
-            f"  and {plural(len(errors) - MOST_ROWS, 'placement')} with smaller errors"
-        )
-    for role, summary in (
-        ("train", errors.summary.train),
-        ("test", errors.summary.test),
-    ):
-        if summary is not None:
-            removed = f"{-100 * summary.removed_when_loaded:+.1f} %"
-            lines.append(
-                _line("= mean", roles[role], removed, _cells(summary, two=two))
-            )
-    return lines
-
-
-def _line(name: str, role: str, samples: str, cells: Sequence[str]) -> str:
-    return f"{name:{LONGEST}} {role:10} {samples:>8}  " + "  ".join(
-        f"{c:>6}" for c in cells
-    )
-
-
-def _cells(row: results.PlacementErrors | results.Summary, *, two: bool) -> list[str]:
-    models = (row.before, row.loaded, row.calibrated)
-    return [millimetres(model.mean_absolute_error) for model in models[: 2 + two]]
-
-
-def show_errors(
-    errors: "calibration.Errors", terminal: cli.Terminal, *, short: bool = False
-) -> None:
-    """Show the nominal and the calibrated errors of each placement, and the summaries."""
-    if short:
-        terminal.say(*table_of_placements(errors))
-        return
-    summed, rows = zip(*errors.table(), strict=True)
-    bold = [number for number, sums_up in enumerate(summed) if sums_up]
-    terminal.tabulate(errors.title, calibration.HEADS, rows, bold=bold, no_wrap=True)

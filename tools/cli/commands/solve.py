@@ -17,7 +17,7 @@ from .. import (
     part,
     split_by_robot,
 )
-from .report import show_errors
+from .placement_errors import show_errors
 from .solve_details import show_details
 
 MORE = "--details shows limits, joints and choices"

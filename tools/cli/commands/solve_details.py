@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from ....solver import assessment, calibration, results
 from ....solver.assessment import millimetres
 from .. import Terminal
-from .report import show_errors
+from .placement_errors import show_errors
 
 
 def show_details(terminal: Terminal, calibrated: "calibration.Calibration") -> None:

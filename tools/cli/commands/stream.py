@@ -20,7 +20,7 @@ from ....drivers import (
     clock,
     open_driver,
 )
-from .. import POSITIVE, Options, Terminal, option, table
+from .. import POSITIVE, FittingTable, Options, Terminal, option
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -181,7 +181,8 @@ class _Monitor:
         lines = list(
             chain.from_iterable(textwrap.wrap(part, width) for part in self._figures())
         )
-        return Group(table("", ("joint", "deg", "rad", "N m"), rows), *map(Text, lines))
+        table = FittingTable("", ("joint", "deg", "rad", "N m"), rows)
+        return Group(table, *map(Text, lines))
 
 
 def _finite(value: float) -> float | None:

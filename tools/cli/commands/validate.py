@@ -8,7 +8,8 @@ from pathlib import Path
 from ....solver import calibration, data, partial, results
 from ....solver.calibration import SolveOptions
 from ... import cli
-from .report import emit_with_page, metres, show_errors
+from .placement_errors import show_errors
+from .report import emit_with_page, metres
 from .tool_to_tool import compare_tools, document_of, lines_of, status_of
 
 MOST_PLACEMENTS = 3
