@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import numbers_of
-from .columns import ColumnError, Match, match_joints, missing_joints
+from .columns import Match
 from .files import RecordingError
+from .joint_order import joint_order
 from .samples import Sample
 
 SOCKETS = 2
@@ -185,18 +186,10 @@ class Placement:
         Raises:
             RecordingError: Another number of joints, or a header that names only some of them.
         """
-        match = self._match(tuple(joint_names))
+        match = self._order(tuple(joint_names))
         if match is None:
             return self
-        samples: list[Sample] = []
-        for sample in self.samples:
-            position, spread, effort = (
-                row and tuple(row[i] for i in match.order)
-                for row in (sample.position, sample.spread, sample.effort)
-            )
-            samples.append(
-                replace(sample, position=position or (), spread=spread, effort=effort)
-            )
+        samples = [_reordered(sample, match.order) for sample in self.samples]
         read = [s for s in samples if not all(map(math.isnan, s.position))] or samples
         for sample in read:
             for name, value in zip(joint_names, sample.position, strict=True):
@@ -221,7 +214,7 @@ class Placement:
 
     def order_note(self, joint_names: Sequence[str]) -> str:
         """Return the remark that columns are taken in order; empty where they go by name."""
-        match = self._match(tuple(joint_names))
+        match = self._order(tuple(joint_names))
         return match.note if match else ""
 
     @property
@@ -229,47 +222,11 @@ class Placement:
         """The first of its files, for messages; its name where it was made in memory."""
         return self.files[0] if self.files else self.name
 
-    def _match(self, joint_names: tuple[str, ...]) -> Match | None:
+    def _order(self, joint_names: tuple[str, ...]) -> Match | None:
         """Return where a model's joints stand; None where the files name none."""
-        columns = self.joint_names
-        try:
-            match = None if columns is None else match_joints(columns, joint_names)
-        except ColumnError as error:
-            raise RecordingError(
-                f"{self.first_file}: {error}; keep those of one arm"
-            ) from None
-        if match is not None:
-            return match
-        m = len(joint_names)
-        count = len(self.samples[0].position)
-        hint = ""
-        if columns is not None:
-            absent = missing_joints(columns, joint_names)
-            if len(absent) < m:
-                lacking = (
-                    f"missing: {', '.join(absent)}"
-                    if absent
-                    else "no arm has all of them"
-                )
-                raise RecordingError(
-                    f"{self.first_file}: the header names {m - len(absent)} of the robot's {m} "
-                    f"joints; {lacking}. Name all of them, or none (columns then go by order)"
-                )
-            if count == m:
-                raise RecordingError(
-                    f"{self.first_file}: no column holds the positions of the robot's joints "
-                    f"({', '.join(joint_names)}); the header is {','.join(columns):.150}"
-                )
-            hint = f"; the header is {','.join(columns):.100}"
-        elif count == 2 * m and not np.any(self.positions % 1):
-            # 1,5,2,5 for 1.5 and 2.5: nobody could tell, but for the count.
-            hint = "; these look like decimal commas: separate by semicolons"
-        if count != m:
-            raise RecordingError(
-                f"{self.samples[0].where or self.name}: {count} joint positions, but the robot's "
-                f"chain has {m} actuated joints ({', '.join(joint_names)}){hint}"
-            )
-        return None
+        return joint_order(
+            self.joint_names, joint_names, self.samples, self.first_file, self.name
+        )
 
     def distinct(self) -> "Placement":
         """Return the placement with samples that are equal once, and a remark on the others.
@@ -293,6 +250,20 @@ class Placement:
             f"and do not count{f' (lines {some})' if all(lines) else ''}"
         )
         return replace(self, samples=samples, remarks=(*self.remarks, remark))
+
+
+def _reordered(sample: Sample, order: Sequence[int]) -> Sample:
+    """Return a sample with its joints in another order."""
+
+    def reordered(values: Sequence[float]) -> tuple[float, ...]:
+        return tuple(values[i] for i in order)
+
+    return replace(
+        sample,
+        position=reordered(sample.position),
+        spread=sample.spread and reordered(sample.spread),
+        effort=sample.effort and reordered(sample.effort),
+    )
 
 
 def _counted(samples: Sequence[Sample]) -> tuple[Sample, ...]:

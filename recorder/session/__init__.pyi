@@ -15,4 +15,5 @@ from .recording_file import Recording as Recording
 from .session import BLOCK as BLOCK
 from .session import STOOD_STILL as STOOD_STILL
 from .session import TARGET as TARGET
+from .session import Message as Message
 from .session import Session as Session

@@ -4,6 +4,6 @@ from .key_bindings import Script as Script
 from .key_bindings import keys_with as keys_with
 from .keyboard import ConsoleKeyboard as ConsoleKeyboard
 from .keyboard import Keyboard as Keyboard
-from .record import Outcome as Outcome
+from .outcome import Outcome as Outcome
 from .record import Recorder as Recorder
 from .screen import render as render

@@ -32,6 +32,11 @@ class Screen:
         with suppress(HangUp):
             self._write(_LEAVE)
 
+    def restore(self) -> None:
+        """Draw all lines again, since a shell had the terminal meanwhile."""
+        self._write(_ENTER)
+        self._size = ConsoleDimensions(0, 0)
+
     def show(self, view: View) -> None:
         """Draw a view."""
         width, height = size = self._terminal_size()
@@ -94,6 +99,9 @@ class Lines:
 
     def __exit__(self, *_: object) -> None:
         return
+
+    def restore(self) -> None:
+        """Do nothing: lines that were printed stay."""
 
     def show(self, view: View) -> None:
         """Print what is new: messages, advice, the prompt, the help when it is asked for."""

@@ -88,7 +88,7 @@ def _known(name: str, setting: str) -> str:
 ASKS = {
     "delete": "delete sample",
     "relabel": "relabel: sample, blank, socket",
-    "measure": "sockets apart, measured again, mm",
+    "measure": "sockets apart, in mm",
 }
 """Words that ask for the numbers of each action that takes some."""
 _NUMBER = re.compile(r"\d+\.?\d*|\.\d+")

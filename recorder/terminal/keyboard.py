@@ -58,6 +58,15 @@ class Keyboard:
         import termios
 
         self._before = termios.tcgetattr(self._descriptor)
+        self.restore()
+        return self
+
+    def restore(self) -> None:
+        """Set the terminal again as it must be, since a shell changed it while we were stopped."""
+        if sys.platform == "win32":
+            return
+        import termios
+
         mode = termios.tcgetattr(self._descriptor)
         mode[0] &= ~(termios.IXON | termios.ICRNL)
         mode[3] &= ~(termios.ICANON | termios.ECHO)
@@ -65,7 +74,6 @@ class Keyboard:
         disabled = os.fpathconf(self._descriptor, "PC_VDISABLE")
         mode[6][termios.VSUSP] = bytes([disabled & 0xFF])
         termios.tcsetattr(self._descriptor, termios.TCSANOW, mode)
-        return self
 
     def __exit__(self, *_: object) -> None:
         if sys.platform != "win32" and self._before is not None:
@@ -147,7 +155,7 @@ class ConsoleKeyboard(Keyboard):
 
 HANG_UP = 1
 """SIGHUP, which Windows does not have."""
-_NAMES = ("SIGHUP", "SIGINT", "SIGQUIT", "SIGTERM", "SIGBREAK", "SIGWINCH")
+_NAMES = ("SIGHUP", "SIGINT", "SIGQUIT", "SIGTERM", "SIGBREAK", "SIGWINCH", "SIGCONT")
 _KNOWN = {
     name: signal.Signals[name] for name in _NAMES if name in signal.Signals.__members__
 }
@@ -155,11 +163,13 @@ _KNOWN = {
 
 
 class Signals:
-    """Notes the signals that end the program, and the one for a resized terminal."""
+    """Notes the signals that end the program, and those of a terminal resized or given back."""
 
     def __init__(self) -> None:
         self.received: int | None = None
         """The first signal that asked the program to end."""
+        self.continued = False
+        """True if the program was stopped, and goes on."""
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> "Signals":
@@ -190,5 +200,7 @@ class Signals:
         self._reader.recv(1024)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        if number != _KNOWN.get("SIGWINCH") and self.received is None:
+        if number == _KNOWN.get("SIGCONT"):
+            self.continued = True
+        elif number != _KNOWN.get("SIGWINCH") and self.received is None:
             self.received = number

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from ...drivers import clock
 from .. import Sample
 from ..session import (
-    Advice,
     Check,
     GuidanceClient,
     GuidanceProvider,
@@ -23,6 +22,7 @@ from .display import Lines, Screen
 from .key_bindings import KEYS, Script, capture_key
 from .key_handler import RESUME, KeyHandler
 from .keyboard import HANG_UP, HangUp, Keyboard, Signals
+from .outcome import Outcome
 
 FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
@@ -32,25 +32,6 @@ MARGIN = 0.1
 """Time beyond a window of which a recorder that is behind still looks at states [s]."""
 SHOWN = 1.0
 """Duration of the banner of a capture [s]."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """End of a session."""
-
-    session: Session
-    signal: int | None
-    """The signal that ended it; None where the operator did."""
-    refused: int
-    """Number of refused captures."""
-    new_placement: bool = False
-    """True if the operator goes on at a new placement."""
-    readings_changed: bool = False
-    """True if joints read otherwise since: earlier placements tell nothing of the new one."""
-    moved: tuple[Sample, ...] = ()
-    """Samples that belong to it."""
-    advice: Advice | None = None
-    """The last that was given."""
 
 
 @dataclass
@@ -150,6 +131,11 @@ class Recorder:
         ready = clock.wait(sources, pause)
         if signals in ready:
             signals.read()
+        if signals.continued:
+            signals.continued = False
+            self.display.restore()
+            if self.keyboard:
+                self.keyboard.restore()
         if self.script and self.script in ready:
             self.script.read()
         if self.keyboard and self.keyboard in ready:

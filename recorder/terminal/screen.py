@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.text import Text
 
 from .. import Sample
-from ..session import Session, View
+from ..session import Message, Session, View
 from ..stream import JointLimits
 from .facts import fit, gauge, kept, progress_bar, stream
 
@@ -38,12 +38,10 @@ def render(
     """
     lowest = rows_needed(len(view.session.joints))
     if width < _WIDTH or height < lowest:
-        text = f"needs {_WIDTH} x {lowest}, has {width} x {height}: {view.prompt.words}"
-        return [_shown(Text(text), width, ascii_only=ascii_only)]
-    return [
-        _shown(line, width, ascii_only=ascii_only)
-        for line in _lines(view, width, height)
-    ]
+        lines = _brief(view, width, height)
+    else:
+        lines = _lines(view, width, height)
+    return [_shown(line, width, ascii_only=ascii_only) for line in lines]
 
 
 def advice_lines(view: View, width: int) -> list[str]:
@@ -62,6 +60,20 @@ def _shown(line: Text, width: int, *, ascii_only: bool) -> Text:
         line.plain = line.plain.translate(_PLAIN)
     line.truncate(width)
     return line
+
+
+def _brief(view: View, width: int, height: int) -> list[Text]:
+    """The next step, the counts, and the last message, where the whole screen has no room."""
+    session = view.session
+    counts = [f"{socket}: {count}" for socket, count in enumerate(session.counts)]
+    lowest = rows_needed(len(session.joints))
+    needs = f"The whole screen needs {_WIDTH} x {lowest}, not {width} x {height}."
+    lines = [
+        *_wrapped([f"SOCKET {session.socket}  {view.prompt.text}"], width, "bold"),
+        *_wrapped([f"samples {'  '.join(counts)}", needs], width, ""),
+        *_last_message(session, width, height),
+    ]
+    return [*lines, *[Text()] * height][:height]
 
 
 def _lines(view: View, width: int, height: int) -> list[Text]:
@@ -96,7 +108,9 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
 
 def _wrapped(texts: Iterable[str], width: int, style: str) -> list[Text]:
     """Return texts in as many lines as they need."""
-    lines = chain.from_iterable(textwrap.wrap(text, width - 2) for text in texts)
+    lines = chain.from_iterable(
+        textwrap.wrap(text, max(1, width - 2)) for text in texts
+    )
     return [Text(f" {line}", style=style) for line in lines]
 
 
@@ -236,15 +250,25 @@ def _capture(session: Session, sample: Sample) -> str:
 def _messages(session: Session, width: int, room: int) -> list[Text]:
     """The last messages, the newest at the end and in full."""
     lines: list[Text] = []
-    for message in session.messages[: -room - 1 : -1]:
-        mark = "!" if message.alarm else ">"
-        if lines:
-            parts, style = [fit(message.text, width - 4)], "dim"
-        else:
-            parts = textwrap.wrap(message.text, width - 4)[:room]
-            style = "bold red" if message.alarm else ""
-        lines = [*(Text(f" {mark} {part}", style=style) for part in parts), *lines]
+    for message in session.messages[-room:-1]:
+        text = fit(f" {_mark(message)} {message.text}", width - 1)
+        lines.append(Text(text, style="dim"))
+    lines += _last_message(session, width, room)
     return lines[-room:]
+
+
+def _last_message(session: Session, width: int, room: int) -> list[Text]:
+    """The last message in full, as far as there is room."""
+    if not session.messages:
+        return []
+    message = session.messages[-1]
+    style = "bold red" if message.alarm else ""
+    parts = textwrap.wrap(message.text, max(1, width - 4))[:room]
+    return [Text(f" {_mark(message)} {part}", style=style) for part in parts]
+
+
+def _mark(message: Message) -> str:
+    return "!" if message.alarm else ">"
 
 
 _ROWS = (_TEXTS / "letters.txt").read_text(encoding="utf-8").split("\n")

@@ -2,11 +2,7 @@
 from .arguments import MILLIMETRES as MILLIMETRES
 from .arguments import NOT_NEGATIVE as NOT_NEGATIVE
 from .arguments import POSITIVE as POSITIVE
-from .arguments import DetailsOptions as DetailsOptions
-from .arguments import JsonOption as JsonOption
 from .arguments import Options as Options
-from .arguments import OutputOptions as OutputOptions
-from .arguments import PayloadOptions as PayloadOptions
 from .arguments import add_options as add_options
 from .arguments import argument as argument
 from .arguments import option as option
@@ -16,6 +12,10 @@ from .arguments import read_options as read_options
 from .commands.main import VERBS as VERBS
 from .commands.main import build_parser as build_parser
 from .commands.main import main as main
+from .common_options import DetailsOptions as DetailsOptions
+from .common_options import JsonOption as JsonOption
+from .common_options import OutputOptions as OutputOptions
+from .common_options import PayloadOptions as PayloadOptions
 from .console import Terminal as Terminal
 from .defect import report_defect as report_defect
 from .each_arm import for_each_arm as for_each_arm

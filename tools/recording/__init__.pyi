@@ -1,5 +1,7 @@
 # keep: BackgroundGuidance
 from .checks import worth_calibrating as worth_calibrating
+from .distance_question import with_distance as with_distance
+from .distance_question import with_second_reading as with_second_reading
 from .earlier_placements import recorded_beside as recorded_beside
 from .goals import goal_for as goal_for
 from .goals import limit_for as limit_for
@@ -8,8 +10,6 @@ from .guidance import PoseSelector as PoseSelector
 from .guidance_process import BackgroundGuidance as BackgroundGuidance
 from .options import RecordOptions as RecordOptions
 from .options import joints_of as joints_of
-from .options import with_distance as with_distance
-from .options import with_second_reading as with_second_reading
 from .session_alarms import SessionAlarms as SessionAlarms
 from .session_start import SessionStart as SessionStart
 from .session_start import page_of as page_of

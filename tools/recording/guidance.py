@@ -15,6 +15,7 @@ from ...solver.robot import Robot
 from .goals import goal_for
 from .pose_pool import SEAT, PosePool, positions_in
 from .session_alarms import SessionAlarms
+from .stopping_rule import StoppingRule
 from .sufficiency import rigid_fit, sufficiency_of, with_fit
 
 MIN_FITTED = 6
@@ -62,7 +63,7 @@ class PoseSelector:
         self._last_alarms: tuple[object, tuple[Alarm, ...]] = None, ()
         self._earlier = tuple(parts)
         self._history: dict[int, float] = {}
-        self._enough = False
+        self._rule = StoppingRule(near_suffices=goal is None)
         self._route = _NO_ROUTE
 
     def alarms(
@@ -99,14 +100,12 @@ class PoseSelector:
         solved = posterior and sufficiency_of(
             self._model, [*self._earlier, placement], zeros=self._alarms.coarse
         )
-        predicted, goal = (solved.predicted, solved.asked) if solved else (rigid, None)
-        goal = self._given or goal or self._goal
+        predicted = rigid
+        goal = self._given or self._goal
+        if solved:
+            predicted = solved.predicted
+            goal = self._given or solved.asked or self._goal
         fewest = 0 if posterior is None else min(self._counts(samples)[:2])
-        # it is first said with a margin, so that further samples do not take it back
-        enough = bool(
-            solved and solved.enough and not alarms and (solved.sized or self._enough)
-        )
-        reached = enough and predicted <= goal
         reserve = goal * rigid / predicted
         exhausted = fewest >= SHARE and self._exhausted(
             state, where, samples, gain, reserve
@@ -114,36 +113,40 @@ class PoseSelector:
         # more samples mend no fault that is kept
         kept_fault = bool(answers.kept and solved and solved.fails)
         exhausted |= kept_fault and fewest >= LEAST_SAMPLES
-        # near the recorded places, if no more can be had here, or once it was said: more samples
-        # tell more of the noise, so that an error can be predicted larger; a given goal stands
-        enough = reached or (
-            enough and (exhausted or self._enough) and self._given is None
+        reaches_goal = predicted <= goal
+        end = self._rule.end(
+            None if alarms else solved, exhausted=exhausted, reaches_goal=reaches_goal
         )
-        self._enough = enough
         block_done = self._sockets > 1 and _run(samples, socket) >= BLOCK
-        stays = bool(samples) and samples[-1].socket == order[0]
-        lift = (
-            stays
-            and target is not None
-            and self._pool.lifted(samples, position, target)
-        )
         advice = Advice(
             count=len(samples),
             socket=socket,
             predicted=predicted,
             goal=goal,
-            leave=block_done and not (enough or exhausted),
-            enough=enough,
-            near_only=enough and not reached,
-            exhausted=exhausted and not enough,
+            leave=block_done and not (end.enough or end.exhausted),
+            enough=end.enough,
+            near_only=end.near_only,
+            exhausted=end.exhausted,
             target=target,
-            lift=lift,
+            lift=self._lifts(samples, order, position, target),
             gain=gain,
             alarms=alarms,
             fails=solved.fails if solved and not alarms else "",
             route=self._steps(),
         )
         return advice if posterior is None else with_fit(advice, posterior, samples)
+
+    def _lifts(
+        self,
+        samples: Sequence[Sample],
+        order: Sequence[int],
+        position: Sequence[float] | None,
+        target: Sequence[float] | None,
+    ) -> bool:
+        """Return whether the ball must leave its socket on the way to the next pose there."""
+        if target is None or not samples or samples[-1].socket != order[0]:
+            return False
+        return self._pool.lifted(samples, position, target)
 
     def _steps(self) -> tuple[tuple[int, tuple[float, ...]], ...]:
         """Return the socket and pose of each sample to come, as far as they are planned."""

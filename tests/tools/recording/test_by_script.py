@@ -54,7 +54,7 @@ def test_refused_captures_of_a_script_fail_it(tmp_path, scripted, keys, told):
     done = scripted(tmp_path / "front", keys)
     assert done.status == 1, done.output
     assert "! refused: " in done.output and told in done.output
-    assert "1 captures were refused" in done.output
+    assert "Refused: 1 capture\n" in done.output
 
 
 def test_the_closing_words_run_as_they_are_printed(session, tmp_path, scripted, monkeypatch):

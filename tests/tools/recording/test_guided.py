@@ -68,7 +68,7 @@ def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated
     centres, at = simulated.truth.ball(starts), starts[0]
     hand.write_text(",".join(map(repr, (at - zero).tolist())))
     words = led(steps, hand, out, PACE, "--calibration", str(cal))
-    with TerminalSession(words, columns=100, rows=30) as terminal:
+    with TerminalSession(words, columns=200, rows=30) as terminal:
         for number in range(1, 2 * BLOCK + 1):
             socket = int(number > BLOCK)
             if number == BLOCK + 1:

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import termios
 import time
 
 import pytest
@@ -41,7 +42,7 @@ def test_a_whole_session_by_keys(hand, tmp_path):
         assert terminal.settings != terminal.before
         terminal.press("q")
         assert terminal.wait() == 0
-        terminal.wait_for("1 in socket 0, 1 in socket 1 (1 taken back)")
+        terminal.wait_for("in socket 1 (1 taken back)")
         assert terminal.settings == terminal.before
         assert b"\x1b[?1049l" in terminal.output and b"\x1b[?25h" in terminal.output
     assert (out / "samples.csv").read_text().count("\ncapture") == 3
@@ -79,8 +80,26 @@ def test_the_screen_follows_the_terminal_s_size(hand, tmp_path):
                 time.sleep(0.05)
                 shown = terminal.screen.display
             assert max(len(line.rstrip()) for line in shown) > columns - 15
-        terminal.resize(20, 5)
-        terminal.wait_for("needs 60 x 14")
+        terminal.resize(40, 12)
+        terminal.wait_for("SOCKET 0", "The whole screen needs 60 x 14")
+
+
+def test_a_recorder_that_was_stopped_has_its_terminal_again(hand, tmp_path):
+    """As by ``kill -TSTP`` and ``fg``: the shell had the terminal meanwhile."""
+    with TerminalSession(command(hand, tmp_path / "front")) as terminal:
+        terminal.wait_for("SOCKET 0", "panda_joint7")
+        mode = terminal.settings
+        terminal.process.send_signal(signal.SIGSTOP)
+        time.sleep(0.5)
+        termios.tcsetattr(terminal.slave, termios.TCSANOW, terminal.before)
+        os.write(terminal.slave, b"\x1b[?1049l\x1b[8;1Hsomething from the shell")
+        terminal.wait_for("something from the shell")
+        terminal.process.send_signal(signal.SIGCONT)
+        terminal.wait_for("panda_joint7", gone=["something from the shell"])
+        assert terminal.settings == mode
+        terminal.press("q")
+        assert terminal.wait() == 0
+        assert terminal.settings == terminal.before
 
 
 @pytest.mark.parametrize(
@@ -89,7 +108,7 @@ def test_the_screen_follows_the_terminal_s_size(hand, tmp_path):
 )
 def test_every_end_saves_and_restores(hand, tmp_path, end, status):
     out = tmp_path / "front"
-    with TerminalSession(command(hand, out)) as terminal:
+    with TerminalSession(command(hand, out), columns=160) as terminal:
         capture(terminal, "a", "captured sample 1")
         if end == "Ctrl-C":
             terminal.press("\x03")

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....recorder import METADATA
 from ....recorder.stream import STILL, WINDOW
@@ -19,6 +19,11 @@ NO_RESTS = (
 NO_SAMPLES = (
     "No rest is a sample, so there is nothing to write: 4 and more of one socket lie together; "
     "--assign front:0=1-30 says which rests were samples."
+)
+
+NOTHING_WRITTEN = "Nothing was written; --out DIR writes a folder for each placement."
+LOOK = (
+    "Look at the picture: only you know whether the ball sat in a socket at each rest."
 )
 
 
@@ -70,6 +75,68 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     """Find the rests, show which samples they may be, and write them."""
     options.check_out()
     robot = options.load_robot()
+    log, found = _find_rests(options, robot, terminal)
+    terminal.say(*log.notes)
+    start = float(log.stamps[0])
+    terminal.warn(*(_left_out(stretch, start) for stretch in found.lost))
+    joints = joints_of(robot)
+    rests = extract.propose_samples(robot, found.rests, joints, options.distance)
+    if options.assign:
+        rests = extract.assign(rests, options.assign)
+    if rests:
+        _show(rests, terminal)
+    folders = extract.placements_of(rests, robot.joint_names, options.distance)
+    outputs: dict[str, str] = {}
+    if options.out is not None and folders:
+        session = {
+            "extracted_from": str(options.log),
+            "window": found.window,
+            "still": found.still,
+        }
+        metadata = _metadata(robot, options.distance, session)
+        outputs = _write(options.out, folders, metadata)
+        picture = extract.rests_picture(log, robot.joint_names, rests)
+        pictures = write_files(options.out, {"rests.svg": picture})
+        outputs["picture"] = str(pictures["rests.svg"])
+    if not rests:
+        terminal.say(NO_RESTS.format(found.window))
+    elif not folders:
+        terminal.say(NO_SAMPLES)
+    elif not outputs:
+        terminal.say(NOTHING_WRITTEN)
+    terminal.say(*(f"Wrote {path}" for path in outputs.values()))
+    if outputs:
+        terminal.say(LOOK, f"Next: mukca check {options.out} --robot {options.robot}")
+    left_out = [{"begin": s.begin, "end": s.end, "why": s.why} for s in found.lost]
+    terminal.emit(
+        {
+            "robot": options.robot,
+            "rests": [_row(pause) for pause in rests],
+            "outputs": outputs,
+            "left_out": left_out,
+        }
+    )
+    if not folders:
+        return NOT_ENOUGH
+    return 1 if found.lost else 0
+
+
+class _FoundRests(NamedTuple):
+    """Rests of the arm in a log."""
+
+    rests: "list[extract.Rest]"
+    lost: "list[extract.Stretch]"
+    """Stretches of the log that are unsound, and last."""
+    window: float
+    """Length of the average that makes a sample [s]."""
+    still: float
+    """Largest standard deviation of a joint at rest [rad]."""
+
+
+def _find_rests(
+    options: _ExtractOptions, robot: Robot, terminal: cli.Terminal
+) -> "tuple[extract.Log, _FoundRests]":
+    """Read the log, and find the rests of the arm in it."""
     joints = joints_of(robot)
     question = extract.Question(
         path=options.log,
@@ -91,51 +158,7 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
             log, joints, window=window, still=still, unsound=stretches
         )
     lost = [stretch for stretch in stretches if stretch.lasts]
-    terminal.say(*log.notes)
-    terminal.warn(*(_left_out(stretch, float(log.stamps[0])) for stretch in lost))
-    rests = extract.propose_samples(robot, rests, joints, options.distance)
-    if options.assign:
-        rests = extract.assign(rests, options.assign)
-    if rests:
-        _show(rests, terminal)
-    folders = extract.placements_of(rests, robot.joint_names, options.distance)
-    outputs: dict[str, str] = {}
-    if options.out is not None and folders:
-        session = {"extracted_from": str(options.log), "window": window, "still": still}
-        outputs = _write(
-            options.out, folders, _metadata(robot, options.distance, session)
-        )
-        picture = extract.rests_picture(log, robot.joint_names, rests)
-        outputs["picture"] = str(
-            write_files(options.out, {"rests.svg": picture})["rests.svg"]
-        )
-    if not rests:
-        terminal.say(NO_RESTS.format(window))
-    elif not folders:
-        terminal.say(NO_SAMPLES)
-    elif not outputs:
-        terminal.say(
-            "Nothing was written; --out DIR writes a folder for each placement."
-        )
-    terminal.say(*(f"Wrote {path}" for path in outputs.values()))
-    if outputs:
-        terminal.say(
-            "Look at the picture: only you know whether the ball sat in a socket at each rest. "
-            f"Next: mukca check {options.out} --robot {options.robot}"
-        )
-    rows = [_row(pause) for pause in rests]
-    left_out = [{"begin": s.begin, "end": s.end, "why": s.why} for s in lost]
-    terminal.emit(
-        {
-            "robot": options.robot,
-            "rests": rows,
-            "outputs": outputs,
-            "left_out": left_out,
-        }
-    )
-    if not folders:
-        return NOT_ENOUGH
-    return 1 if lost else 0
+    return log, _FoundRests(rests, lost, window, still)
 
 
 def _metadata(robot: Robot, distance: float, session: dict[str, Any]) -> dict[str, Any]:
@@ -179,19 +202,21 @@ def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:
         "spread mrad",
         "sample of",
     )
-    rows = [
-        (
+    rows: list[list[str]] = []
+    for number, pause in enumerate(rests, start=1):
+        ball = " ".join(f"{1e3 * value:7.0f}" for value in pause.ball)
+        sample = f"none: {pause.why}"
+        if pause.placement:
+            sample = f"{pause.placement}, socket {pause.socket}"
+        row = [
             str(number),
             f"{pause.begin - rests[0].begin:.1f}",
             f"{pause.end - pause.begin:.1f}",
-            " ".join(f"{1e3 * value:7.0f}" for value in pause.ball),
+            ball,
             f"{1e3 * max(pause.pose.spread):.3f}",
-            f"{pause.placement}, socket {pause.socket}"
-            if pause.placement
-            else f"none: {pause.why}",
-        )
-        for number, pause in enumerate(rests, start=1)
-    ]
+            sample,
+        ]
+        rows.append(row)
     terminal.tabulate("rests", heads, rows, left_columns=(5,))
 
 

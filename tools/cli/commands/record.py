@@ -14,6 +14,7 @@ from types import FrameType
 from .... import recorder
 from ....recorder import terminal as recorder_terminal
 from ....solver import calibration, partial
+from ....solver.assessment import plural
 from ....solver.calibration import UsageError
 from ... import recording, simulation
 from ...recording import RecordOptions
@@ -166,7 +167,7 @@ def _say_outcome(
             f"and gives no PASS. Measure it: {set_it}"
         )
     if outcome.refused:
-        terminal.say(f"{outcome.refused} captures were refused")
+        terminal.say(f"Refused: {plural(outcome.refused, 'capture')}")
     if terminal.brief or options.quick or options.calibration:
         return
     if outcome.signal is None and min(session.counts) > 0:

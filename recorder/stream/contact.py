@@ -1,0 +1,56 @@
+"""Detector of a hand on a resting arm: efforts beyond gravity, or that tremble."""
+
+from collections.abc import Callable, Sequence
+
+from .stationarity import JointLimits, StationaryPose
+
+LOAD = 2.0
+"""Deviation from the gravity torque that is always allowed [N m]."""
+LOAD_SHARE = 0.1
+"""Further deviation that is allowed, as a share of the gravity torque."""
+TREMOR = 4.0
+"""A torque may tremble by this many times its tremor at the quietest rest."""
+LEAST_TREMOR = 0.1
+"""Standard deviation of a torque that is always allowed [N m]."""
+
+
+class ContactDetector:
+    """Compares each rest with gravity, and with the quietest rest before.
+
+    ``gravity`` returns each joint's torque [N m] at joint positions; None where the model has no
+    masses.
+    """
+
+    def __init__(
+        self,
+        joints: Sequence[JointLimits],
+        gravity: Callable[[Sequence[float]], Sequence[float]] | None = None,
+    ) -> None:
+        self._joints = tuple(joints)
+        self._gravity = gravity
+        self._quietest: tuple[float, ...] | None = None
+
+    def evidence(self, pose: StationaryPose) -> str | None:
+        """Return the evidence that the arm is being pushed, in words; None without any."""
+        if pose.effort is None or pose.effort_spread is None:
+            return None
+        return self._load(pose.position, pose.effort) or self._tremor(
+            pose.effort_spread
+        )
+
+    def _load(self, position: Sequence[float], effort: Sequence[float]) -> str | None:
+        if self._gravity is None:
+            return None
+        torques = self._gravity(position)
+        for joint, tau, torque in zip(self._joints, effort, torques, strict=True):
+            if abs(tau - torque) > LOAD + LOAD_SHARE * abs(torque):
+                return f"{joint.name} exerts {tau - torque:+.1f} N m beyond gravity"
+        return None
+
+    def _tremor(self, spread: tuple[float, ...]) -> str | None:
+        quietest = self._quietest or spread
+        self._quietest = tuple(map(min, quietest, spread))
+        for joint, now, quiet in zip(self._joints, spread, quietest, strict=True):
+            if now > max(LEAST_TREMOR, TREMOR * quiet):
+                return f"the effort of {joint.name} trembles by {now:.2f} N m"
+        return None

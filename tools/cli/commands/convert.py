@@ -1,0 +1,124 @@
+"""``mukca convert``: recordings in another form, or of columns that users name."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from .... import recorder
+from ....recorder import Placement
+from ....solver.calibration import UsageError
+from ....solver.results import OutputError, refuse_existing, write_files
+from .. import POSITIVE, Options, Terminal, argument, option
+from .named_columns import PLACE, placement_of_table
+
+
+def point_files(placement: Placement) -> dict[str, bytes]:
+    """Return the content of ``points.csv`` by its name; orientations have no place in it."""
+    lines = [",".join([*(placement.joint_names or ()), *PLACE])]
+    for sample in placement.samples:
+        if sample.point is None:
+            raise UsageError(
+                f"{placement.name}: no instrument measured it; give --to samples"
+            )
+        lines.append(",".join(map(repr, [*sample.position, *sample.point])))
+    return {"points.csv": ("\n".join(lines) + "\n").encode()}
+
+
+FORMS = {
+    "samples": recorder.sample_files,
+    "holes": recorder.hole_files,
+    "points": point_files,
+}
+
+
+class _ConvertOptions(Options):
+    path: Path = argument(
+        "a placement, or a folder of them; with --columns a table", "PATH"
+    )
+    to: str = option(
+        ...,
+        "samples.csv; hole_0.csv and hole_1.csv; or points.csv of an instrument",
+        choices=FORMS,
+    )
+    columns: Sequence[str] = option(
+        (),
+        "what the columns of another program's table are, as in 'q=joint_1..6 [deg]' "
+        "'x=x_t+x_dif [mm]'; also y, z, socket, effort",
+        "NAME=COLUMNS",
+    )
+    out: Path = option(..., "where to write", "DIR")
+    force: bool = option(False, "overwrite files in DIR")
+    distance: float | None = option(
+        None,
+        "distance of the sockets' centres in metres, where the recording does not say",
+        "M",
+        between=POSITIVE,
+    )
+
+
+def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
+    """Read all placements, then write them."""
+    refuse_existing(options.out, force=options.force)
+    if options.columns:
+        placements = {options.path: placement_of_table(options.path, options.columns)}
+    else:
+        folders = recorder.find_placements([options.path])
+        placements = {folder: recorder.read_placement(folder) for folder in folders}
+    outs: dict[Path, Path] = {}
+    for folder in placements:
+        out = options.out if folder == options.path else options.out / folder.name
+        if out.resolve() == folder.resolve():
+            raise OutputError(f"{out}: is what is read; choose another --out")
+        outs[folder] = out
+    for folder, placement in placements.items():
+        terminal.warn(*placement.remarks)
+        files = _files(folder, placement, options)
+        _refuse_another_form(outs[folder], files)
+        written = write_files(outs[folder], files)
+        terminal.say(*(f"Wrote {file}" for file in written.values()))
+        if options.to == "holes":
+            terminal.warn(*(f"{folder}: {loss}" for loss in _losses(placement)))
+    return 0
+
+
+def _files(
+    folder: Path, placement: Placement, options: _ConvertOptions
+) -> dict[str, bytes]:
+    """Return the files of a placement in the form that is asked for, by their names."""
+    distance = placement.distance or options.distance
+    files = FORMS[options.to](replace(placement, distance=distance))
+    metadata: dict[str, Any] = {}
+    if not options.columns:
+        metadata = recorder.read_metadata(folder / recorder.METADATA)
+    if metadata:
+        metadata["distance"] = distance
+        files[recorder.METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
+    return files
+
+
+def _refuse_another_form(out: Path, files: Mapping[str, bytes]) -> None:
+    """Refuse a folder that holds a recording which would not be overwritten.
+
+    Raises:
+        OutputError: There is one.
+    """
+    for file in [*out.glob("hole_*.csv"), *out.glob("samples.csv")]:
+        if file.name not in files:
+            raise OutputError(
+                f"{file}: another recording is there; choose another --out"
+            )
+
+
+def _losses(placement: Placement) -> list[str]:
+    """Return what the paper's form has no place for, in words."""
+    losses: list[str] = []
+    if placement.efforts is not None:
+        losses.append("this form has no place for efforts; they are left out")
+    if any(later < before for before, later in pairwise(placement.sockets)):
+        losses.append(
+            "this form loses the order of recording, by which a base that moved is seen"
+        )
+    return losses

@@ -1,0 +1,189 @@
+"""``mukca info``: what recordings hold."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from .... import recorder
+from .. import JsonOption, Terminal, argument, option
+
+HALF = 0.5
+"""Share of a joint's range below which the rest are turns that its readings gained or lost."""
+
+
+class _InfoOptions(JsonOption):
+    paths: Sequence[Path] = argument("placements, or folders of them", "PATH")
+    set_distance: float | None = option(
+        None,
+        "correct the distance between the sockets' centres first; what it was is kept",
+        "M",
+        between=(1e-3, 10),
+    )
+
+
+def run_info(options: _InfoOptions, terminal: Terminal) -> int:
+    """Read and describe all placements."""
+    folders = recorder.find_placements(options.paths)
+    if options.set_distance is not None:
+        for folder in folders:
+            before = recorder.set_distance(folder, options.set_distance)
+            if not options.json:
+                change = _change(before, options.set_distance, "changed from")
+                terminal.say(f"distance {change} in {folder / recorder.METADATA}")
+    placements = [_describe(folder) for folder in folders]
+    terminal.emit({"placements": placements})
+    for placement in placements if not options.json else []:
+        _show(placement, terminal)
+    return 0
+
+
+def _describe(folder: Path) -> dict[str, Any]:
+    samples = folder / recorder.SAMPLES
+    content = recorder.read_samples(samples) if samples.exists() else None
+    facts: dict[str, Any] = {
+        "name": recorder.placement_name(folder),
+        "files": [str(samples)],
+        "taken_back": len(content.withdrawn) if content else 0,
+        "distance": recorder.read_keys(folder / recorder.METADATA).distance,
+        "metadata": recorder.read_metadata(folder / recorder.METADATA),
+    }
+    if content and not content.live:
+        nothing = dict.fromkeys(("lowest", "highest", "largest_spread"))
+        joints = list(content.joint_names)
+        return (
+            facts
+            | nothing
+            | {"samples": {}, "joints": joints, "efforts": False, "remarks": []}
+        )
+    placement = recorder.read_placement(folder)
+    positions = placement.positions
+    sockets = placement.sockets.tolist()
+    unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))
+    spreads = [sample.spread for sample in placement.samples if sample.spread]
+    lowest, highest, turned = _ranges(
+        positions, _listed(facts["metadata"].get("units"))
+    )
+    return facts | {
+        "name": placement.name,
+        "files": [str(file) for file in placement.files],
+        "samples": {
+            str(socket): sockets.count(socket) for socket in sorted(set(sockets))
+        },
+        "kind": placement.kind,
+        "joints": list(placement.joint_names or unnamed),
+        "lowest": lowest,
+        "highest": highest,
+        "largest_spread": [max(column) for column in zip(*spreads, strict=True)]
+        or None,
+        "efforts": placement.efforts is not None,
+        "distance": placement.distance,
+        "remarks": [*placement.distinct().remarks, *turned],
+    }
+
+
+def _ranges(
+    positions: np.ndarray, units: list[Any]
+) -> tuple[list[float], list[float], list[str]]:
+    """Return the least and the largest position of each joint, and a remark on whole turns."""
+    rounds: list[int] = []
+    ends: list[tuple[float, float]] = []
+    for i, column in enumerate(np.nan_to_num(positions).T):
+        low = float(column.min())
+        high = float(column.max())
+        start, end = recorder.arc((x, x) for x in column.tolist())
+        if units[i : i + 1] != ["m"] and end - start < HALF * (high - low):
+            low = start
+            high = end
+            rounds.append(i + 1)
+        ends.append((low, high))
+    some = ", ".join(map(str, rounds))
+    remarks = [f"joint {some}: ranges are given without whole turns"] if rounds else []
+    return [low for low, _ in ends], [high for _, high in ends], remarks
+
+
+def _show(facts: dict[str, Any], terminal: Terminal) -> None:
+    metadata = facts["metadata"]
+    counts = ", ".join(
+        f"{count} in socket {socket}" for socket, count in facts["samples"].items()
+    )
+    if facts.get("kind") == "points":
+        counts = f"{facts['samples']['0']} points that an instrument measured"
+    taken_back = f" ({facts['taken_back']} taken back)" if facts["taken_back"] else ""
+    terminal.say(
+        f"{facts['name']}: {counts or 'no sample'}{taken_back}",
+        f"  robot      {metadata.get('robot', 'not known')}",
+        f"  distance   {_length(facts['distance'])} between sockets 0 and 1",
+        *(
+            f"  changed    {_told(change)}"
+            for change in _listed(metadata.get("changes"))
+        ),
+        f"  efforts    {'recorded' if facts['efforts'] else 'none'}",
+        *(f"  {line}" for line in _joint_lines(facts)),
+        *(
+            f"  session    {_told(session)}"
+            for session in _listed(metadata.get("sessions"))
+        ),
+    )
+    terminal.warn(*facts["remarks"])
+
+
+def _listed(value: Any) -> list[Any]:
+    """Return a list of the metadata, which may be written by hand, and hold anything."""
+    return cast("list[Any]", value) if isinstance(value, list) else []
+
+
+def _length(distance: Any) -> str:
+    if isinstance(distance, int | float):
+        return f"{1e3 * distance:g} mm"
+    return "not known" if distance is None else str(distance)
+
+
+def _change(before: Any, after: Any, words: str = "from") -> str:
+    """Change of a distance; the same one given again is known to be measured."""
+    if before == after:
+        return f"of {_length(after)} as before, and measured"
+    return f"{words} {_length(before)} to {_length(after)}"
+
+
+def _told(row: Any) -> str:
+    """Correction of a distance and its time, or a session's facts."""
+    if not isinstance(row, dict):
+        return str(row)
+    facts = cast("dict[str, Any]", row)
+    if "distance" not in facts:
+        return ", ".join(f"{key} {value}" for key, value in facts.items())
+    changes = _listed(facts["distance"])
+    changed = (
+        _change(*changes) if len(changes) == 2 else ", ".join(map(_length, changes))
+    )
+    return f"distance {changed}, {facts.get('time', 'at an unknown time')}"
+
+
+def _joint_lines(facts: dict[str, Any]) -> list[str]:
+    """One line a joint: the range covered, in degrees, or mm for a prismatic joint."""
+    if not facts["samples"]:
+        return []
+    count = len(facts["joints"])
+    units = _listed(facts["metadata"].get("units"))
+    units_shown = units if len(units) == count else [""] * count
+    spreads = facts["largest_spread"] or [None] * count
+    rows = zip(
+        facts["joints"],
+        units_shown,
+        facts["lowest"],
+        facts["highest"],
+        spreads,
+        strict=True,
+    )
+    width = max(map(len, facts["joints"]))
+    lines: list[str] = []
+    for name, unit, lowest, highest, spread in rows:
+        scale, sign = (1e3, " mm") if unit == "m" else (math.degrees(1), "°")
+        line = f"{name:<{width}}  {scale * lowest:8.1f}{sign} to {scale * highest:7.1f}{sign}"
+        lines.append(
+            line + (f"  spread up to {scale * spread:.4f}{sign}" if spread else "")
+        )
+    return lines
