@@ -57,10 +57,8 @@ def table_bytes(file: Path) -> bytes:
     lines = content.split(b"\n") if b"\n" in content else content.split(b"\r")
     longest = max(range(len(lines)), key=lambda i: len(lines[i]))
     if len(lines[longest]) > LONGEST_LINE:
-        size, limit = (
-            f"{len(lines[longest]) / 1e6:,.1f} MB",
-            f"{LONGEST_LINE / 1e6:g} MB",
-        )
+        size = f"{len(lines[longest]) / 1e6:,.1f} MB"
+        limit = f"{LONGEST_LINE / 1e6:g} MB"
         raise RecordingError(
             f"{file}:{longest + 1}: a line of {size}; at most {limit} are read"
         )
@@ -124,11 +122,13 @@ def records_of(text: str) -> list[tuple[int, list[str]]]:
     first = next((line for line in text.splitlines() if line.strip()), "")
     first = re.sub('"[^"]*"', '""', first)
     delimiter = next((d for d in ";\t" if d in first), None)
-    if delimiter is None and (
-        _DECIMAL_COMMAS.fullmatch(first.strip()) or "," not in first
-    ):
-        lines = enumerate(text.splitlines(), start=1)
-        return [(i, _with_points(line.split())) for i, line in lines if line.strip()]
+    has_decimal_commas = _DECIMAL_COMMAS.fullmatch(first.strip())
+    if delimiter is None and (has_decimal_commas or "," not in first):
+        rows: list[tuple[int, list[str]]] = []
+        for number, line in enumerate(text.splitlines(), start=1):
+            if line.strip():
+                rows.append((number, _with_points(line.split())))
+        return rows
     reader = csv.reader(
         io.StringIO(text, newline=""),
         delimiter=delimiter or ",",

@@ -89,11 +89,10 @@ class Column:
     @property
     def aside(self) -> bool:
         """True where it counts or dates the rows, or has a unit that no joint has."""
-        has_unit = not self.unit or self.unit in ANGLES or self.unit in LENGTHS
+        if not self.words or (self.unit and not _is_unit(self.unit)):
+            return True
         letters = list(filter(_is_word, self.words))
-        return (
-            not self.words or (bool(letters) and _all(_ASIDE, letters)) or not has_unit
-        )
+        return bool(letters) and _all(_ASIDE, letters)
 
 
 @dataclass(frozen=True)
@@ -107,20 +106,25 @@ class Match:
 
 def column_of(index: int, cell: str, below: str = "") -> Column:
     """Return the column that a header's cell names, and the cell below it where units stand."""
-    text = cell.strip()
-    match = _UNIT.fullmatch(text)
-    name, unit = text, below.strip(" []()")
-    in_parentheses = match and match[3]
-    if match and (
-        not in_parentheses or in_parentheses.strip().lower() in {*ANGLES, *LENGTHS}
-    ):
+    name = cell.strip()
+    unit = below.strip(" []()")
+    match = _UNIT.fullmatch(name)
+    metres = _METRES.fullmatch(name)
+    degrees = _DEGREES.search(name)
+    if match and (match[3] is None or _is_unit(match[3])):
         name = match[1]
-        unit = match[2] or in_parentheses or match[4]
-    elif metres := _METRES.fullmatch(text):
-        name, unit = metres[1], "m"
-    elif not unit and (degrees := _DEGREES.search(text)):
+        unit = match[2] or match[3] or match[4]
+    elif metres:
+        name = metres[1]
+        unit = "m"
+    elif not unit and degrees:
         unit = degrees[1]
     return Column(index, name.strip(), unit.strip().lower())
+
+
+def _is_unit(text: str) -> bool:
+    unit = text.strip().lower()
+    return unit in ANGLES or unit in LENGTHS
 
 
 def words_of(name: str) -> Words:
@@ -237,9 +241,10 @@ def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
     core = column
     while core and _POSITION.fullmatch(core[-1]):
         core = core[:-1]
-    partial = any(map(_is_word, core)) and len(core) < len(joint)
-    if partial and joint[-len(core) :] == core:
-        return ("lacks", *joint[: -len(core)]), column[len(core) :]
+    size = len(core)
+    is_partial = any(map(_is_word, core)) and size < len(joint)
+    if is_partial and joint[-size:] == core:
+        return ("lacks", *joint[:-size]), column[size:]
     return None
 
 
@@ -270,10 +275,13 @@ def _series(names: Sequence[str]) -> Ways:
     ways: Ways = {}
     for i, name in enumerate(names):
         words = words_of(name)
-        last = max((k for k, word in enumerate(words) if word.isdecimal()), default=0)
-        before, after = words[:last], words[last + 1 :]
+        numbers = [k for k, word in enumerate(words) if word.isdecimal()]
+        last = numbers[-1] if numbers else 0
+        before = words[:last]
+        after = words[last + 1 :]
         if _any(_STEM, before) and not _any(_OTHER, words) and _all(_POSITION, after):
-            ways.setdefault((before, after), {}).setdefault(int(words[last]), [i])
+            way = ways.setdefault((before, after), {})
+            way.setdefault(int(words[last]), [i])
     series: Ways = {}
     for way, columns in ways.items():
         first = min(columns)

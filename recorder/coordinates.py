@@ -33,10 +33,10 @@ def match_coordinates(
     ways: Ways = {}
     for i, column in enumerate(columns):
         before, name = _coordinate(column.words)
-        if name in names and not (reserved and reserved in before):
-            ways.setdefault((before, ()), {}).setdefault(names.index(name), []).append(
-                i
-            )
+        if name not in names or (reserved and reserved in before):
+            continue
+        places = ways.setdefault((before, ()), {})
+        places.setdefault(names.index(name), []).append(i)
     labels = [f"{column.name} (column {column.index + 1})" for column in columns]
     order = in_one_way(ways, names, labels)
     return None if order is None else [columns[i] for i in order]
@@ -44,10 +44,13 @@ def match_coordinates(
 
 def _coordinate(words: Words) -> tuple[Words, str]:
     """Return what a coordinate's name begins with, and x, y, z, qx, .. as it is called here."""
+    if not words:
+        return (), ""
     joined = "".join(words[-2:])
     if joined in MATRIX:
         return words[:-2], joined
-    before, last = words[:-1], (words or ("",))[-1]
+    *_, last = words
+    before = words[:-1]
     # Universal Robots number it so.
     if words[-3:-1] == ("tcp", "pose") and last in "012345":
         return before, (*AXES, *VECTOR)[int(last)]

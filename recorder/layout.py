@@ -92,17 +92,19 @@ class _Search:
         if table.header is None:
             return self._in_order()
         for form in self.forms:
-            beside = coordinates(table, form) if form else []
-            if beside is None or (_TURNED.isdisjoint(form) and self._has_more(form)):
+            form_columns = coordinates(table, form) if form else []
+            if form_columns is None or (
+                _TURNED.isdisjoint(form) and self._has_more(form)
+            ):
                 continue
             try:
-                joints = find_joints(table, self.joint_names, beside)
+                joints = find_joints(table, self.joint_names, form_columns)
             except ColumnError as error:
                 raise RecordingError(
                     f"{table.file}:1: {error}; keep those of one arm"
                 ) from None
             if joints is not None:
-                return [*joints[0], *beside], form, joints[1]
+                return [*joints[0], *form_columns], form, joints[1]
         header = ",".join(table.header)
         raise RecordingError(
             f"{table.file}: its header is {header:.60}; needed: {self._wanted()}"
@@ -122,21 +124,17 @@ class _Search:
         size = len(columns) - len(self.joint_names)
         fitting = [form for form in self.forms if len(form) == size]
         if len(fitting) != 1:
-            reason = (
-                "that many are several kinds of pose"
-                if fitting
-                else "no such number is known"
-            )
+            reason = "no such number is known"
+            if fitting:
+                reason = "that many are several kinds of pose"
             raise RecordingError(
                 f"{self.table.file}: its header is missing, and {len(columns)} columns without one "
                 f"tell nothing: {reason}; needed: {self._wanted()}"
             )
-        names = ",".join((*self.joint_names, *fitting[0]))
-        return (
-            columns,
-            fitting[0],
-            f"no header; the columns are taken in order, as {names:.120}",
-        )
+        form = fitting[0]
+        names = ",".join((*self.joint_names, *form))
+        note = f"no header; the columns are taken in order, as {names:.120}"
+        return columns, form, note
 
     def _wanted(self) -> str:
         """Return the headers that would do."""
@@ -159,16 +157,16 @@ def find_joints(
     if not joint_names:
         return [], ""
     columns = table.joints(reserved)
-    match = match_joints([column.name for column in columns], joint_names)
-    if (
-        match
-        and match.note
-        and {*AXES} <= {columns[i].name.lower() for i in match.order}
-    ):
-        return None
+    names = [column.name for column in columns]
+    match = match_joints(names, joint_names)
+    if match and match.note:
+        in_order = {names[i].lower() for i in match.order}
+        if in_order.issuperset(AXES):
+            return None
     if match is None:  # a joint may be called like a time
         columns = [column for column in table.columns if column not in reserved]
-        match = match_joints(
-            [column.name for column in columns], joint_names, in_order=False
-        )
-    return None if match is None else ([columns[i] for i in match.order], match.note)
+        names = [column.name for column in columns]
+        match = match_joints(names, joint_names, in_order=False)
+    if match is None:
+        return None
+    return [columns[i] for i in match.order], match.note

@@ -20,6 +20,8 @@ from .samples import SAMPLES
 METADATA = "placement.json"
 KEPT_ALARMS = "kept_alarms"
 READINGS_CHANGED = "readings_changed"
+NAMES = ("frame", "robot_name", "place", "poses_of")
+"""Keys that are names."""
 _NAME = re.compile(r"[\w.-]+")
 
 
@@ -135,9 +137,7 @@ def read_keys(file: Path) -> PlacementKeys:
         raise RecordingError(
             f"{file}: payload {payload!r}: expected kilograms, zero or more"
         )
-    names = {
-        key: metadata.get(key) for key in ("frame", "robot_name", "place", "poses_of")
-    }
+    names = {key: metadata.get(key) for key in NAMES}
     for key, name in names.items():
         if not (name is None or (isinstance(name, str) and _NAME.fullmatch(name))):
             raise RecordingError(

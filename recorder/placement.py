@@ -124,11 +124,9 @@ class Placement:
         for position, seat, effort in rows:
             measured = None if efforts is None else tuple(effort)
             samples.append(Sample(tuple(position), int(seat), measured))
-        metres = (
-            None
-            if distance is None
-            else float(numbers_of(distance, f"{where}: distance"))
-        )
+        metres = None
+        if distance is not None:
+            metres = float(numbers_of(distance, f"{where}: distance"))
         return cls(str(name), tuple(samples), names, metres)
 
     def __repr__(self) -> str:
@@ -190,8 +188,8 @@ class Placement:
         if match is None:
             return self
         samples = [_reordered(sample, match.order) for sample in self.samples]
-        read = [s for s in samples if not all(map(math.isnan, s.position))] or samples
-        for sample in read:
+        filled = [s for s in samples if not all(map(math.isnan, s.position))] or samples
+        for sample in filled:
             for name, value in zip(joint_names, sample.position, strict=True):
                 if math.isnan(value):
                     raise RecordingError(
@@ -199,7 +197,7 @@ class Placement:
                         "the capture failed"
                     )
         remarks = list(self.remarks)
-        if blank := len(samples) - len(read):
+        if blank := len(samples) - len(filled):
             remarks.append(
                 f"{self.first_file}: {blank} lines without joint positions are left out"
             )
@@ -207,7 +205,7 @@ class Placement:
             remarks.append(f"{self.first_file}: {match.note}")
         return replace(
             self,
-            samples=tuple(read),
+            samples=tuple(filled),
             joint_names=tuple(joint_names),
             remarks=tuple(remarks),
         )
@@ -244,11 +242,14 @@ class Placement:
             return self
         samples = tuple(s for i, s in enumerate(self.samples) if i not in copies)
         lines = [self.samples[i].where.rpartition(":")[2] for i in sorted(copies)]
-        some = ", ".join(lines[:LISTED]) + ", .." * (len(lines) > LISTED)
         remark = (
             f"{self.first_file}: {len(copies)} of {len(self.samples)} samples repeat another one "
-            f"and do not count{f' (lines {some})' if all(lines) else ''}"
+            "and do not count"
         )
+        if all(lines):
+            listed = ", ".join(lines[:LISTED])
+            ellipsis = ", .." if len(lines) > LISTED else ""
+            remark = f"{remark} (lines {listed}{ellipsis})"
         return replace(self, samples=samples, remarks=(*self.remarks, remark))
 
 
@@ -268,7 +269,8 @@ def _reordered(sample: Sample, order: Sequence[int]) -> Sample:
 
 def _counted(samples: Sequence[Sample]) -> tuple[Sample, ...]:
     """Return samples that know their place among those of their socket, from 1."""
-    last, counted = Counter[int](), list[Sample]()
+    last = Counter[int]()
+    counted: list[Sample] = []
     for sample in samples:
         last[sample.socket] += 1
         counted.append(replace(sample, place=sample.place or last[sample.socket]))

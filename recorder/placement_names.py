@@ -26,18 +26,21 @@ def distinctly_named(placements: Sequence[Placement]) -> list[Placement]:
     for placement in placements:
         if placement.path is not None:
             folders[placement.name].add(placement.path.resolve())
-    counts, renamed = Counter[str](), list[Placement]()
+    counts = Counter[str]()
+    renamed: list[Placement] = []
     for placement in placements:
-        name, path = placement.name, placement.path
+        name = placement.name
+        path = placement.path
         if path is not None and len(folders[name]) > 1:
             name = _name_among(path.resolve(), folders[name])
         elif path is None:
             counts[name] += 1
             number = counts[name] + bool(folders[name])
-            name += f" ({number})" * (number > 1)
-        renamed.append(
-            replace(placement, name=name) if name != placement.name else placement
-        )
+            if number > 1:
+                name = f"{name} ({number})"
+        if name != placement.name:
+            placement = replace(placement, name=name)
+        renamed.append(placement)
     return renamed
 
 
@@ -45,6 +48,8 @@ def _name_among(folder: Path, folders: Iterable[Path]) -> str:
     """Return the shortest name of a folder, of two parts at least, that no other one has."""
     parts = folder.parts[1:]
     others = [other.parts[1:] for other in folders if other != folder]
-    lengths = range(NAMED, len(parts))
-    unique = (n for n in lengths if all(parts[-n:] != other[-n:] for other in others))
-    return "/".join(parts[-next(unique, len(parts)) :])
+    for length in range(NAMED, len(parts)):
+        name = parts[-length:]
+        if all(name != other[-length:] for other in others):
+            return "/".join(name)
+    return "/".join(parts)

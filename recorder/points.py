@@ -8,7 +8,7 @@ a ``time`` [s] and a ``temperature``, too. Other units stand in the header, as `
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -62,15 +62,15 @@ def read_points(file: Path, name: str) -> Placement:
         clock_times = {c.name.lower(): t for c, t in zip(clocks, times[i], strict=True)}
         samples.append(replace(sample, **clock_times))
     comment = comment_line(file).lower()
+    meanings = [meaning for meaning, word in _MEANINGS if word in comment]
+    joint_names = tuple(column.name for column in joints)
     return Placement(
         name=name,
         samples=tuple(samples),
-        joint_names=None if headless else tuple(column.name for column in joints),
+        joint_names=None if headless else joint_names,
         files=(file,),
         remarks=table.notes,
-        poses_of=next(
-            (meaning for meaning, word in _MEANINGS if word in comment), None
-        ),
+        poses_of=meanings[0] if meanings else None,
     )
 
 
@@ -107,7 +107,11 @@ def coordinates(
     except ColumnError as error:
         raise RecordingError(f"{table.file}:1: {error}") from None
     for name, column in zip(names, columns or (), strict=False):
-        units = LENGTHS if name in AXES else ANGLES if name in (*VECTOR, *RPY) else ()
+        units: Container[str] = ()
+        if name in AXES:
+            units = LENGTHS
+        elif name in (*VECTOR, *RPY):
+            units = ANGLES
         if column.unit and column.unit not in units:
             some = ", ".join(
                 f"[{unit}]" for unit in ("m", "mm", "rad", "deg") if unit in units

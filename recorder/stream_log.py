@@ -158,26 +158,26 @@ def read_stream_log(file: Path) -> LoggedStates:
     try:
         described = json.loads(head)
         joints = tuple(map(str, described["joints"]))
-        fields = {FORMAT: described.get("digits"), FORMAT_1: DIGITS_1}[
-            described["format"]
-        ]
-        stamp, position, effort = map(float, fields)
+        digits_by_format = {FORMAT: described.get("digits"), FORMAT_1: DIGITS_1}
+        digits = digits_by_format[described["format"]]
+        stamp, position, effort = map(float, digits)
     except (ValueError, KeyError, TypeError, AttributeError):
         raise RecordingError(f"{file}: not a stream of states ({FORMAT})") from None
     blocks, gaps = _blocks(body, 3 + 2 * len(joints))
     rows = np.concatenate(blocks)
     numbers = rows.astype(np.float64)
     m = len(joints)
-    has_efforts = len(rows) and rows[:, 2].all()
+    efforts = None
+    if len(rows) and rows[:, 2].all():
+        efforts = numbers[:, 3 + m :] * effort
+    remarks = [_remark(file, blocks[gap - 1], blocks[gap:], stamp) for gap in gaps]
     return LoggedStates(
         joints,
         stamps=numbers[:, 0] * stamp,
         positions=numbers[:, 3 : 3 + m] * position,
-        efforts=numbers[:, 3 + m :] * effort if has_efforts else None,
+        efforts=efforts,
         connections=rows[:, 1],
-        remarks=tuple(
-            _remark(file, blocks[gap - 1], blocks[gap:], stamp) for gap in gaps
-        ),
+        remarks=tuple(remarks),
     )
 
 

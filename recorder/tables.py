@@ -192,14 +192,16 @@ def _require_header(
     first: tuple[int, list[str]],
     others: Sequence[tuple[int, list[str]]],
 ) -> None:
-    """Refuse a first line of words that are fewer than the cells of each line below it.
+    """Refuse a first line of words that is a title, or does not name all columns below it.
 
     Raises:
-        RecordingError: It is a title, or a header that does not name all columns.
+        RecordingError: Each line below has more cells, or is not parted by the same separator.
     """
     line, words = first
     widths = {len(_trimmed(cells, len(words))) for _, cells in others}
-    if len(widths) == 1 and len(words) < min(widths) and not _has_number(words):
+    has_width = len(widths) == 1 and len(words) not in widths
+    no_header = has_width and (min(widths) == 1 or len(words) < min(widths))
+    if no_header and not _has_number(words):
         title = text.splitlines()[line - 1].strip()
         raise RecordingError(
             f"{file}:{line}: {title!r:.60} is no header of the lines below it, which have another "

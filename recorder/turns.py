@@ -22,9 +22,10 @@ def without_turn(difference: float) -> float:
 
 def within(position: float, lower: float, upper: float) -> bool:
     """Return whether a joint that turns is inside its limits, some whole turns on."""
-    return lower <= position - TURN * math.floor(
-        (position - lower) / TURN
-    ) <= upper or (not math.isfinite(upper - lower))
+    if not math.isfinite(upper - lower):
+        return True
+    turns = math.floor((position - lower) / TURN)
+    return lower <= position - TURN * turns <= upper
 
 
 def arc(intervals: Iterable[tuple[float, float]]) -> tuple[float, float]:
@@ -67,20 +68,26 @@ def without_turns(
 def _unwound(q: np.ndarray, low: float, high: float) -> np.ndarray:
     """Return positions of one joint, the first of some choices that is inside its limits."""
     choices = [q]
-    start, end = arc((x, x) for x in q.tolist())
     if high - low >= ALL_ROUND:
-        on_arc = q
-        if np.ptp(q) > end - start + _ROUNDING:
-            on_arc = start + (q - start + _ROUNDING) % TURN - _ROUNDING
-        turns = np.rint((q - on_arc) / TURN)
-        numbers, counts = np.unique(turns, return_counts=True)
-        usual_first = numbers[np.argsort(-counts)].tolist()
-        near = [on_arc + TURN * k for k in (*usual_first, -1, 1, -2, 2)]
-        choices = [*near, q]
+        choices = [*_on_arc(q), q]
     if math.isfinite(high - low):
         choices.append(low + (q - low) % TURN)
-    inside = (
-        choice for choice in choices if low <= choice.min() and choice.max() <= high
-    )
-    best = next(inside, q)
-    return np.where(np.abs(best - q) < 1.0, q, best)
+    for choice in choices:
+        if low <= choice.min() and choice.max() <= high:
+            return np.where(np.abs(choice - q) < 1.0, q, choice)
+    return q
+
+
+def _on_arc(q: np.ndarray) -> list[np.ndarray]:
+    """Return positions of one joint on the least arc that holds them, some whole turns on.
+
+    First comes the turn on which most of the positions are.
+    """
+    start, end = arc((x, x) for x in q.tolist())
+    on_arc = q
+    if np.ptp(q) > end - start + _ROUNDING:
+        on_arc = start + (q - start + _ROUNDING) % TURN - _ROUNDING
+    turns = np.rint((q - on_arc) / TURN)
+    numbers, counts = np.unique(turns, return_counts=True)
+    usual_first = numbers[np.argsort(-counts)].tolist()
+    return [on_arc + TURN * k for k in (*usual_first, -1, 1, -2, 2)]

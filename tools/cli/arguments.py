@@ -65,10 +65,10 @@ def argument(text: str, metavar: str | None = None, **more: Any) -> Any:
 
 def part(options: type[Any], names: str = "", group: str | None = None) -> Any:
     """Field of a dataclass that holds another one, of which the options named are offered."""
-    every = [entry.name for entry in fields(options)]
+    all_names = [entry.name for entry in fields(options)]
     return field(
         default_factory=options,
-        metadata={"names": names.split() or every, "group": group},
+        metadata={"names": names.split() or all_names, "group": group},
     )
 
 

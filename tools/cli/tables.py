@@ -106,8 +106,8 @@ class FittingTable:
         )
         for column, head in enumerate(self.heads):
             if column in self.left_columns:
-                least = NAME if self.no_wrap else None
-                drawn.add_column(Text(head), overflow="fold", min_width=least)
+                name_width = NAME if self.no_wrap else None
+                drawn.add_column(Text(head), overflow="fold", min_width=name_width)
             else:
                 drawn.add_column(Text(head), justify="right", no_wrap=self.no_wrap)
         for number, row in enumerate(self.rows):

@@ -15,8 +15,7 @@ from ...solver.robot import Robot
 from .goals import goal_for
 from .pose_pool import SEAT, PosePool, positions_in
 from .session_alarms import SessionAlarms
-from .stopping_rule import StoppingRule
-from .sufficiency import rigid_fit, sufficiency_of, with_fit
+from .sufficiency import StoppingRule, rigid_fit, sufficiency_of, with_fit
 
 MIN_FITTED = 6
 """Samples in each of two sockets from which on a fit is tried."""

@@ -92,11 +92,11 @@ class SessionAlarms:
         first = fault.samples[0]
         size = _size(hypothesis)
         concerned = fault.samples
-        again = hypothesis.name == "ball_sample" and size > FAR and doubted
-        if again:
+        is_repeated = hypothesis.name == "ball_sample" and size > FAR and doubted
+        if is_repeated:
             first = doubted[0].number
             concerned = (*(sample.number for sample in doubted), *concerned)
-        if again or (size > BEYOND and fault.socket is None):
+        if is_repeated or (size > BEYOND and fault.socket is None):
             text = BEYOND_WORDS.format(first=first, metres=f"{size:.1f}")
             return Alarm("joints", "JOINTS?", text, concerned)
         cause, words, form = CAUSES[hypothesis.name]
@@ -109,10 +109,11 @@ class SessionAlarms:
         rival = _rival(fault)
         if rival is None or form == AROUND:
             return Alarm(cause, words, text, fault.samples, fault.socket or 0)
-        other = rival.hypothesis
+        rival_hypothesis = rival.hypothesis
         statement = text.partition(";")[0]  # without the question that follows
-        text = f"{statement}; as likely {ALSO[other.name].format_map(_shown(other))}"
-        if other.name != "base_moved":
+        form = ALSO[rival_hypothesis.name]
+        text = f"{statement}; as likely {form.format_map(_shown(rival_hypothesis))}"
+        if rival_hypothesis.name != "base_moved":
             return Alarm(cause, words, text, fault.samples)
         # its cure moves the samples since then: a drift concerns all
         return Alarm("base", words, text, rival.samples)

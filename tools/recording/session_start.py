@@ -136,13 +136,13 @@ class SessionStart:
         if last:
             when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last))
         distance = self.metadata.distance
-        apart = (
+        distance_text = (
             "at an unknown distance"
             if distance is None
             else f"{1e3 * distance:g} mm apart"
         )
         return (
             f"Continues {counts}; the last {when}; in {recording.folder}",
-            f"Sockets {apart}. The ball was last in socket {session.socket}.",
+            f"Sockets {distance_text}. The ball was last in socket {session.socket}.",
             "Is the base where it was?",
         )

@@ -75,12 +75,12 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     """Find the rests, show which samples they may be, and write them."""
     options.check_out()
     robot = options.load_robot()
-    log, found = _find_rests(options, robot, terminal)
+    log, search = _find_rests(options, robot, terminal)
     terminal.say(*log.notes)
     start = float(log.stamps[0])
-    terminal.warn(*(_left_out(stretch, start) for stretch in found.lost))
+    terminal.warn(*(_left_out(stretch, start) for stretch in search.lost))
     joints = joints_of(robot)
-    rests = extract.propose_samples(robot, found.rests, joints, options.distance)
+    rests = extract.propose_samples(robot, search.rests, joints, options.distance)
     if options.assign:
         rests = extract.assign(rests, options.assign)
     if rests:
@@ -90,8 +90,8 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     if options.out is not None and folders:
         session = {
             "extracted_from": str(options.log),
-            "window": found.window,
-            "still": found.still,
+            "window": search.window,
+            "still": search.still,
         }
         metadata = _metadata(robot, options.distance, session)
         outputs = _write(options.out, folders, metadata)
@@ -99,7 +99,7 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
         pictures = write_files(options.out, {"rests.svg": picture})
         outputs["picture"] = str(pictures["rests.svg"])
     if not rests:
-        terminal.say(NO_RESTS.format(found.window))
+        terminal.say(NO_RESTS.format(search.window))
     elif not folders:
         terminal.say(NO_SAMPLES)
     elif not outputs:
@@ -107,7 +107,7 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     terminal.say(*(f"Wrote {path}" for path in outputs.values()))
     if outputs:
         terminal.say(LOOK, f"Next: mukca check {options.out} --robot {options.robot}")
-    left_out = [{"begin": s.begin, "end": s.end, "why": s.why} for s in found.lost]
+    left_out = [{"begin": s.begin, "end": s.end, "why": s.why} for s in search.lost]
     terminal.emit(
         {
             "robot": options.robot,
@@ -118,11 +118,11 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     )
     if not folders:
         return NOT_ENOUGH
-    return 1 if found.lost else 0
+    return 1 if search.lost else 0
 
 
-class _FoundRests(NamedTuple):
-    """Rests of the arm in a log."""
+class _Search(NamedTuple):
+    """Outcome of the search for rests in a log."""
 
     rests: "list[extract.Rest]"
     lost: "list[extract.Stretch]"
@@ -135,7 +135,7 @@ class _FoundRests(NamedTuple):
 
 def _find_rests(
     options: _ExtractOptions, robot: Robot, terminal: cli.Terminal
-) -> "tuple[extract.Log, _FoundRests]":
+) -> "tuple[extract.Log, _Search]":
     """Read the log, and find the rests of the arm in it."""
     joints = joints_of(robot)
     question = extract.Question(
@@ -158,7 +158,7 @@ def _find_rests(
             log, joints, window=window, still=still, unsound=stretches
         )
     lost = [stretch for stretch in stretches if stretch.lasts]
-    return log, _FoundRests(rests, lost, window, still)
+    return log, _Search(rests, lost, window, still)
 
 
 def _metadata(robot: Robot, distance: float, session: dict[str, Any]) -> dict[str, Any]:

@@ -180,8 +180,8 @@ def _next_steps(
     """Return the commands to go on with, as they can be typed in the same folder."""
     options = start.options
     metadata = start.metadata
-    earlier = recording.recorded_beside(options.out, start.robot)
-    folders = [str(placement.files[0].parent) for placement in earlier]
+    earlier_placements = recording.recorded_beside(options.out, start.robot)
+    folders = [str(placement.files[0].parent) for placement in earlier_placements]
     settings = replace(
         options, distance=metadata.distance if metadata.measured else None
     )
@@ -197,11 +197,11 @@ def _next_steps(
     words_again += ["--out", str(next_folder(options.out))]
     advised = outcome.advice.closing if outcome.advice else ()
     zeros = ["--zeros"] if recording.SessionAlarms(start.robot).coarse else []
-    again = ["mukca", "record", *robot, *words_again]
+    record_again = ["mukca", "record", *robot, *words_again]
     solve = ["mukca", "solve", *folders, out, *robot, *zeros, "--out", calibrated]
     return [
         *advised,
         f"Next: {shlex.join(['mukca', 'check', *folders, out, *robot, *zeros])}",
         f"then: {shlex.join(solve)}",
-        f"or, better, the base elsewhere first: {shlex.join(again)}",
+        f"or, better, the base elsewhere first: {shlex.join(record_again)}",
     ]

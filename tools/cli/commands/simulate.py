@@ -256,10 +256,10 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
 
 def _summary(folder: Path) -> list[str]:
     """Return what the demo arm's error was, what it is, and which file to open."""
-    found = load_calibration(folder).errors.summary.test
-    assert found is not None  # two placements are held out
-    before = 1e3 * found.before.mean_absolute_error
-    now = 1e3 * found.loaded.mean_absolute_error
+    summary = load_calibration(folder).errors.summary.test
+    assert summary is not None  # two placements are held out
+    before = 1e3 * summary.before.mean_absolute_error
+    now = 1e3 * summary.loaded.mean_absolute_error
     return [
         "",
         f"It was: {before:.2f} mm, the mean error at places held out, with the ball refitted.",

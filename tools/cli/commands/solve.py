@@ -33,56 +33,69 @@ class _CalibrateOptions(RobotsOptions, DetailsOptions):
 def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     """Calibrate, show the figures, and write the results."""
     options.check_out()
-    found, left_out = calibrated(options, terminal)
-    robots = found if isinstance(found, Mapping) else {"": found}
-    for name, one in robots.items():
+    result, left_out = calibrated(options, terminal)
+    arms = result if isinstance(result, Mapping) else {"": result}
+    for name, arm in arms.items():
         if name:
             terminal.say(f"Robot {name}")
-        report.show_answer(terminal.console, one.verdict)
-        if options.details:
-            show_details(terminal, one)
-        else:
-            show_errors(one.errors, terminal, short=True)
-            terminal.say(assessment.distance_text(one.document.placements))
-        if (parts := one.document.error_parts) is not None:
-            terminal.say(parts.text if options.details else parts.brief)
-        _warn(terminal, one.document)
+        _show_answer(arm, terminal, details=options.details)
     terminal.say(*left_out)
-    refusals = list(filter(None, (one.refusal() for one in robots.values())))
+    refusals = list(filter(None, (arm.refusal() for arm in arms.values())))
     outputs: dict[str, str] = {}
     if options.out and not refusals:
-        outputs = found.save(
-            options.out, force=options.force, pages=report.report_files
-        )
-    for name, one in robots.items():
-        saved = one.saved_in(options.out / name) if options.out and outputs else one
-        result = saved.assessment
-        todo = figures.steps(result)
-        if name and (todo or options.details):
-            terminal.say(f"Robot {name}")
-        if options.details:
-            report.show_limits(terminal.console, result.verdict, result.limits, todo)
-        else:
-            report.show_steps(terminal.console, todo)
-    verdicts = {name: one.verdict for name, one in robots.items()}
+        pages = report.report_files
+        outputs = result.save(options.out, force=options.force, pages=pages)
+    for name, arm in arms.items():
+        saved = arm.saved_in(options.out / name) if options.out and outputs else arm
+        _show_steps(name, saved, terminal, details=options.details)
     for reason in refusals:
         terminal.warn(reason)
         terminal.say("Nothing was written.")
-    if isinstance(found, Mapping):
-        terminal.say(*(pair.text for pair in found.document.between.values()))
+    if isinstance(result, Mapping):
+        terminal.say(*(pair.text for pair in result.document.between.values()))
     if not options.details:
         terminal.say(f"{MORE}; the report has all." if outputs else f"{MORE}.")
     if not refusals:
-        usable = all(verdict.use for verdict in verdicts.values())
+        usable = all(arm.verdict.use for arm in arms.values())
         terminal.say(*_closing_lines(outputs, usable=usable))
-    said = {name: verdict.as_said() for name, verdict in verdicts.items()}
-    if isinstance(found, Mapping):
-        terminal.emit({**found.as_dict(), "outputs": outputs, "verdicts": said})
+    verdicts = {name: arm.verdict.as_said() for name, arm in arms.items()}
+    if isinstance(result, Mapping):
+        terminal.emit({**result.as_dict(), "outputs": outputs, "verdicts": verdicts})
     else:
-        terminal.emit(
-            {**found.result.as_dict(), "outputs": outputs, "verdict": said[""]}
-        )
-    return assessment.worst(verdict.exit_status for verdict in verdicts.values())
+        fit = result.result.as_dict()
+        terminal.emit({**fit, "outputs": outputs, "verdict": verdicts[""]})
+    return assessment.worst(arm.verdict.exit_status for arm in arms.values())
+
+
+def _show_answer(
+    arm: "calibration.Calibration", terminal: Terminal, *, details: bool
+) -> None:
+    """Show whether to load a model, its errors, and what is wrong in the recordings."""
+    document = arm.document
+    report.show_answer(terminal.console, arm.verdict)
+    if details:
+        show_details(terminal, arm)
+    else:
+        show_errors(arm.errors, terminal, short=True)
+        terminal.say(assessment.distance_text(document.placements))
+    parts = document.error_parts
+    if parts is not None:
+        terminal.say(parts.text if details else parts.brief)
+    _warn(terminal, document)
+
+
+def _show_steps(
+    name: str, arm: "calibration.Calibration", terminal: Terminal, *, details: bool
+) -> None:
+    """Show what to do next with an arm, and with the details each limit."""
+    result = arm.assessment
+    todo = figures.steps(result)
+    if name and (todo or details):
+        terminal.say(f"Robot {name}")
+    if details:
+        report.show_limits(terminal.console, result.verdict, result.limits, todo)
+    else:
+        report.show_steps(terminal.console, todo)
 
 
 def calibrated(
