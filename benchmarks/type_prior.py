@@ -55,7 +55,7 @@ def learned(robot: Robot, placements: list[Measurement]) -> dict[str, Expected]:
     found = fit_robots([RobotRecordings(robot, placements)], options)[0].posterior
     assert found is not None
     return {
-        effect.name: (found.x[own], deviations(found)[own])
+        effect.name: Expected(found.x[own], deviations(found)[own])
         for effect, own in zip(found.model.effects, found.model.slices, strict=True)
         if effect.shared_by_type
     }
@@ -83,8 +83,14 @@ def draw(robots: list[str], samples: int, case: tuple[int, float]) -> dict[str, 
     priors: dict[str, dict[str, Expected]] = {
         "none": {},
         "of the type": other,
-        "five times": {name: (5 * x, 5 * d) for name, (x, d) in other.items()},
-        "reversed": {name: (turned(x), turned(d)) for name, (x, d) in other.items()},
+        "five times": {
+            name: Expected(5 * mean, 5 * deviation)
+            for name, (mean, deviation) in other.items()
+        },
+        "reversed": {
+            name: Expected(turned(mean), turned(deviation))
+            for name, (mean, deviation) in other.items()
+        },
     }
     trained = [RobotRecordings(robot, [train])]
     ways = {

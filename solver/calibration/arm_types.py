@@ -152,5 +152,5 @@ def _expected(
         names = effect.coefficient_names(robot.joint_names)
         if by_name.keys() >= set(names):
             values, deviations = np.array([by_name[name] for name in names]).T
-            expected[effect.name] = values, deviations
+            expected[effect.name] = Expected(values, deviations)
     return expected

@@ -9,4 +9,5 @@ from .objective import linearise as linearise
 from .posterior import FitPosterior as FitPosterior
 from .posterior import Posterior as Posterior
 from .state import FRAME_PRIOR_PRECISION as FRAME_PRIOR_PRECISION
+from .state import State as State
 from .width_averaging import with_average_width as with_average_width

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...data import Observations, Pose
 from ..model import scaled_inverse, submatrix
-from .curve_marginal import CurveFit
+from .curve_fit import CurveFit
 from .curve_prior import CurvePrior, add_blocks
 from .linear_samples import samples_around
 from .objective import Objective, linearise
@@ -36,53 +36,61 @@ class GivenRest:
 def given_rest(fit: CurveFit) -> GivenRest:
     """Return the curves by what a fit's samples tell."""
     if len(fit.weights) <= MOST_SAMPLES:
-        gain = -fit.prior.times(fit.samples.basis.T @ fit.solved)
+        pulls = fit.samples.basis.T @ fit.solved
+        gain = -fit.prior.times(pulls)
         return GivenRest(fit.information, gain, partial(_by_marginal, fit))
-    columns = fit.columns.reshape(3 * len(fit.columns), -1)
-    weighted = fit.weights[:, None, None] * np.linalg.inv(fit.scales)
-    curvature, across = _normal_equations(fit, weighted)
+    w = fit.weights[:, None, None]
+    W = w * np.linalg.inv(fit.scales)
+    curvature, across = _normal_equations(fit, W)
     add_blocks(curvature, fit.prior.inverse)
     gain = -np.linalg.solve(curvature, across)
-    weighted_columns = (weighted @ fit.columns).reshape(columns.shape)
-    information = columns.T @ weighted_columns + across.T @ gain
+    columns = fit.columns.reshape(3 * len(W), -1)
+    weighted = (W @ fit.columns).reshape(columns.shape)
+    information = columns.T @ weighted + across.T @ gain
     return GivenRest(information, gain, partial(scaled_inverse, curvature))
 
 
 def _by_marginal(fit: CurveFit) -> np.ndarray:
     """Return the covariance of e given y by M, shape (coefficients, coefficients)."""
     across = fit.prior.times(fit.samples.basis.T)
-    covariance = -(across @ fit.inverse[0]) @ across.T
+    M_inverse = fit.inverse[0]
+    covariance = -(across @ M_inverse) @ across.T
     add_blocks(covariance, fit.prior.block)
     return covariance
 
 
 def with_curves(
-    fit: CurveFit, remainder: GivenRest, covariance: np.ndarray
+    fit: CurveFit,
+    remainder: GivenRest,
+    covariance: np.ndarray,
 ) -> np.ndarray:
     """Return the covariance of y, then of all curves, by that of y, shape (d, d)."""
-    gain = (remainder.gain + fit.shift)[:, : len(covariance)]
+    gain = remainder.gain + fit.shift
+    gain = gain[:, : len(covariance)]
     across = gain @ covariance
     of_curves = remainder.covariance() + across @ gain.T
-    return np.block([[covariance, across.T], [across, of_curves]])
+    of_rest = [covariance, across.T]
+    return np.block([of_rest, [across, of_curves]])
 
 
-def _normal_equations(
-    fit: CurveFit, weighted: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return F^T W F and F^T W [G, a] of the coefficients of all curves."""
+def _normal_equations(fit: CurveFit, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return F^T W F and F^T W [G, a] of the coefficients of all curves; W is (N, 3, 3)."""
     samples, size = fit.samples, len(fit.shift)
-    (places, basis), m = samples.places, samples.readings.shape[1]
+    places, weights = samples.places
+    N, m, _ = places.shape
     curvature = np.zeros(size * size)
     across = np.zeros((size, fit.columns.shape[2]))
-    for begin in range(0, len(places), BATCH):
+    for begin in range(0, N, BATCH):
         batch = slice(begin, begin + BATCH)
         index = places[batch].reshape(-1, 4 * m)
-        slopes = samples.slopes[batch][..., None] * basis[batch][:, None]
-        F = slopes.reshape(-1, 3, 4 * m)
-        FW = F.swapaxes(1, 2) @ weighted[batch]
+        S = samples.slopes[batch][..., None]
+        basis = S * weights[batch][:, None]
+        F = basis.reshape(-1, 3, 4 * m)
+        FW = F.swapaxes(1, 2) @ W[batch]
         np.add.at(across, index, FW @ fit.columns[batch])
         pairs = index[:, :, None] * size + index[:, None]
-        curvature += np.bincount(pairs.ravel(), (FW @ F).ravel(), size * size)
+        FWF = FW @ F
+        curvature += np.bincount(pairs.ravel(), FWF.ravel(), size * size)
     return curvature.reshape(size, size), across
 
 
@@ -97,19 +105,30 @@ def restored_covariance(
     That is the covariance of what the data tell, frames between unknowns and sockets. Scales
     are amplitude and length of the curves [rad], zero without any.
     """
-    model, size, of_rest = result.model, result.model.scalars, result.covariance
-    x, d, curves = result.x[:size], len(of_rest), result.deflection.curves
+    of_rest, curves = result.covariance, result.deflection.curves
+    d, size = len(of_rest), result.model.scalars
     sockets = np.arange(d - result.centres.size, d)
     if curves is None:
-        return submatrix(of_rest, np.append(np.arange(size), sockets))
-    rigid = model.without_curves
-    objective = Objective(rigid, (), data)
+        rows = np.r_[:size, sockets]
+        return submatrix(of_rest, rows)
+    x = result.x[:size]
+    objective = Objective(result.model.without_curves, (), data)
     noises = tuple(result.noises[kind] for kind in data.source_kinds)
-    linear = linearise(objective, x, frames)
-    state = State(objective, x, result.centres, frames, (), noises, x != x, linear)
-    samples = samples_around(state, data, curves)
+    state = State(
+        objective=objective,
+        x=x,
+        centres=result.centres,
+        frames=frames,
+        groups=(),
+        noises=noises,
+        at_zero=np.zeros(size, dtype=bool),
+        linear=linearise(objective, x, frames),
+    )
     nu = state.degrees
-    effective = result.weights * (nu + 3) ** 2 / (nu * (nu + 5))
-    fit = CurveFit(*samples, CurvePrior(*scales), effective)
+    weights = result.weights * (nu + 3) / nu
+    information = weights * (nu + 3) / (nu + 5)
+    state, samples = samples_around(state, data, curves)
+    fit = CurveFit(state, samples, CurvePrior(*scales), information)
     joint = with_curves(fit, given_rest(fit), of_rest)
-    return submatrix(joint, np.r_[:size, d : len(joint), sockets])
+    rows = np.r_[:size, d : len(joint), sockets]
+    return submatrix(joint, rows)

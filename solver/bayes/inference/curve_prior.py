@@ -29,9 +29,11 @@ class GivenCurves:
 
     def shift(self, x: np.ndarray, d: int) -> np.ndarray:
         """Return R, padded to d unknowns, and c without e at x, shape (KNOTS m, d + 1)."""
-        size = self.by_unknowns.shape[1]
-        padded = np.pad(self.by_unknowns, ((0, 0), (0, d - size)))
-        return np.column_stack([padded, self.at_zero + self.by_unknowns @ x[:size]])
+        R = self.by_unknowns
+        rows, size = R.shape
+        padding = np.zeros((rows, d - size))
+        at_x = self.at_zero + R @ x[:size]
+        return np.column_stack([R, padding, at_x])
 
 
 @dataclass(frozen=True)
@@ -50,20 +52,24 @@ class CurvePrior:
         """Covariance of one joint's coefficients, or of all that are given."""
         if self.given is not None:
             return self.given.covariance
-        return self.amplitude**2 * circulant(spectrum(self.length))
+        correlations = circulant(spectrum(self.length))
+        return self.amplitude**2 * correlations
 
     @cached_property
     def inverse(self) -> np.ndarray:
         """Inverse of the block."""
         if self.given is None:
-            return circulant(1 / spectrum(self.length)) / self.amplitude**2
+            inverse = circulant(1 / spectrum(self.length))
+            return inverse / self.amplitude**2
         variances = np.diag(self.block).clip(min=LEAST)
-        return scaled_inverse(self.block + JITTER * np.diag(variances))
+        jitter = JITTER * np.diag(variances)
+        return scaled_inverse(self.block + jitter)
 
     def times(self, columns: np.ndarray) -> np.ndarray:
         """Return the product of the covariance of all coefficients with columns."""
         by_block = columns.reshape(len(self.block), -1)
-        return (self.block @ by_block).reshape(columns.shape)
+        products = self.block @ by_block
+        return products.reshape(columns.shape)
 
 
 def add_blocks(matrix: np.ndarray, block: np.ndarray) -> None:
@@ -75,22 +81,26 @@ def add_blocks(matrix: np.ndarray, block: np.ndarray) -> None:
 
 def given_curves(model: ExtendedModel) -> CurvePrior | None:
     """Return the prior of a robot's curves by an earlier calibration; None without one."""
-    if model.given is None:
+    given = model.given
+    if given is None:
         return None
     names = CURVE.coefficient_names(model.robot.joint_names)
-    of_curves, of_model = model.given.of(names), model.given.of(model.names)
-    if not of_curves.names:
+    c = given.of(names)
+    x = given.of(model.names)
+    if not c.names:
         return None
-    n = len(of_curves.names)
-    S = model.given.of([*of_curves.names, *of_model.names]).covariance
-    by_others = S[:n, n:] @ scaled_inverse(S[n:, n:])
-    rows = [names.index(name) for name in of_curves.names]
-    columns = [model.names.index(name) for name in of_model.names]
+    n = len(c.names)
+    S = given.of([*c.names, *x.names]).covariance
+    S_cx = S[:n, n:]
+    S_xx = S[n:, n:]
+    R = S_cx @ scaled_inverse(S_xx)
+    rows = [names.index(name) for name in c.names]
+    columns = [model.names.index(name) for name in x.names]
     at_zero = np.zeros(len(names))
-    at_zero[rows] = of_curves.mean - by_others @ of_model.mean
+    at_zero[rows] = c.mean - R @ x.mean
     by_unknowns = np.zeros((len(names), model.size))
-    by_unknowns[np.ix_(rows, columns)] = by_others
-    remainder = S[:n, :n] - by_others @ S[n:, :n]
+    by_unknowns[np.ix_(rows, columns)] = R
+    remainder = S[:n, :n] - R @ S_cx.T
     covariance = block_matrix(len(names), [(rows, remainder)])
     curves = GivenCurves(at_zero, by_unknowns, covariance)
-    return CurvePrior(*model.given.curve_scales, curves)
+    return CurvePrior(*given.curve_scales, curves)

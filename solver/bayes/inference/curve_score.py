@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from .curve_marginal import LONGEST, SHORTEST, CurveFit
+from .curve_fit import CurveFit
 from .curve_prior import CurvePrior
+from .curve_scales import LONGEST, SHORTEST
 
 LENGTHS = np.geomspace(SHORTEST, LONGEST, 3)
 """Lengths that are tried [rad]; curves of those between are much like both neighbours."""
@@ -23,21 +24,24 @@ def promised_gain(flat: CurveFit) -> float:
     of each part of the noise. Beside the noise, K keeps 1 / (I^-1)_00 of it (Rao's test of scores).
     """
     V, p = flat.projection, flat.pulls
-    by_noise = [
-        _times_blocks(V, blocks) for blocks in flat.parts_of_noise if blocks.any()
-    ]
+    parts = [part for part in flat.parts_of_noise if part.any()]
+    by_noise = [_times_blocks(V, part) for part in parts]
     gains: list[float] = []
     for length in LENGTHS.tolist():
-        K, _ = replace(flat, prior=CurvePrior(1.0, length)).curves
-        products = [V @ K, *by_noise]
-        T = 0.5 * float(p @ K @ p - np.trace(products[0]))
-        information: np.ndarray = 0.5 * np.einsum("aij,bji->ab", products, products)
-        variance = float(np.linalg.inv(information)[0, 0])
+        curved = replace(flat, prior=CurvePrior(1.0, length))
+        K = curved.curves[0]
+        VK = V @ K
+        T = 0.5 * float(p @ K @ p - np.trace(VK))
+        products = [VK, *by_noise]
+        traces: np.ndarray = np.einsum("aij,bji->ab", products, products)
+        inverse = np.linalg.inv(0.5 * traces)
+        variance = float(inverse[0, 0])
         gains.append(0.5 * T * abs(T) * variance)
     return max(gains)
 
 
 def _times_blocks(V: np.ndarray, blocks: np.ndarray) -> np.ndarray:
     """Return the product of V, shape (3 N, 3 N), with a matrix of diagonal blocks, (N, 3, 3)."""
-    columns = V.reshape(len(V), -1, 3).swapaxes(0, 1)
-    return (columns @ blocks).swapaxes(0, 1).reshape(V.shape)
+    columns = V.reshape(len(V), -1, 3)
+    products = columns.swapaxes(0, 1) @ blocks
+    return products.swapaxes(0, 1).reshape(V.shape)

@@ -7,8 +7,7 @@ import numpy as np
 
 from ...data import Observations
 from ..model.effects import KNOTS, curve_values, splines
-from .normal_equations import inverse_of_free
-from .objective import linearise
+from .normal_equations import NormalEquations, Solution, prior_equations
 from .state import State
 
 
@@ -27,8 +26,12 @@ class LinearSamples:
 
     def of(self, rows: np.ndarray) -> "LinearSamples":
         """Return some of the samples."""
-        arrays = ("columns", "readings", "slopes", "sources")
-        return replace(self, **{name: getattr(self, name)[rows] for name in arrays})
+        return LinearSamples(
+            self.columns[rows],
+            self.readings[rows],
+            self.slopes[rows],
+            self.sources[rows],
+        )
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -38,63 +41,74 @@ class LinearSamples:
     @cached_property
     def places(self) -> tuple[np.ndarray, np.ndarray]:
         """The four coefficients of each sample and joint among all, and their weights."""
-        index, weights = splines(self.readings)
+        knots, weights = splines(self.readings)
         _, m = self.shape
-        return index * m + np.arange(m, dtype=np.int64)[:, None], weights
+        joints = np.arange(m, dtype=np.int64)[:, None]
+        return knots * m + joints, weights
 
     @cached_property
     def basis(self) -> np.ndarray:
         """F, derivatives of the errors by all coefficients, shape (3 N, KNOTS m)."""
         places, weights = self.places
-        basis = np.zeros((len(places), 3, np.prod(self.shape)))
-        rows = np.arange(len(places))[:, None, None]
-        for k in range(3):
-            basis[rows, k, places] = self.slopes[:, k, :, None] * weights
-        return basis.reshape(3 * len(places), -1)
+        N = len(places)
+        basis = np.zeros((N, 3, np.prod(self.shape)))
+        rows = np.arange(N)[:, None, None]
+        for axis in range(3):
+            S = self.slopes[:, axis, :, None]
+            basis[rows, axis, places] = S * weights
+        return basis.reshape(3 * N, -1)
 
     @cached_property
     def distances(self) -> np.ndarray:
         """Of all pairs of samples, 2 sin(d / 2) of each joint, shape (N, m, N)."""
-        s, c = np.sin(self.readings / 2), np.cos(self.readings / 2)
-        return 2 * (s[..., None] * c.T - c[..., None] * s.T)
+        halves = self.readings / 2
+        s, c = np.sin(halves), np.cos(halves)
+        sines = s[..., None] * c.T - c[..., None] * s.T
+        return 2 * sines
 
 
 def samples_around(
-    state: State, readings: Observations, curves: np.ndarray | None = None
+    state: State,
+    readings: Observations,
+    curves: np.ndarray | None = None,
 ) -> tuple[State, LinearSamples]:
     """Return a state at the joint positions that curves, (KNOTS, m), make of readings."""
-    objective, positions = state.objective, readings.positions
-    turning = np.array(
-        [joint.type != "prismatic" for joint in objective.model.robot.actuated]
-    )
+    positions = readings.positions
     shifts = np.zeros(positions.shape)
     if curves is not None:
         shifts = curve_values(positions, curves.ravel())
     data = replace(readings, positions=positions + shifts)
-    objective = replace(objective, data=data)
-    linear = linearise(objective, state.x, state.frames)
-    state = replace(state, objective=objective, linear=linear)
-    slopes = linear.by_joints * turning
-    beside_curves = state.errors[:, :, None] - slopes @ shifts[:, :, None]
-    columns = np.concatenate([linear.by_unknowns, beside_curves], axis=2)
+    objective = replace(state.objective, data=data)
+    state = replace(state, objective=objective).linearised()
+    joints = objective.model.robot.actuated
+    revolute = np.array([joint.type != "prismatic" for joint in joints])
+    slopes = state.linear.by_joints * revolute
+    by_curves = slopes @ shifts[:, :, None]
+    a = state.errors[:, :, None] - by_curves
+    G = state.linear.by_unknowns
+    columns = np.concatenate([G, a], axis=2)
     return state, LinearSamples(columns, positions, slopes, data.source_of)
 
 
-def priors_of_rest(
-    state: State, share: float = 1.0, *, widened: bool = False
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return precision and slope of y by priors, known distances, and a share of the volume."""
-    prior, (B, b) = state.prior_precision(widened=widened), state.constraints
-    return (
-        B.T @ B + prior,
-        B.T @ b + prior @ state.offset + share * state.linear.by_volume,
-    )
+def equations_of_rest(
+    state: State,
+    share: float = 1.0,
+    *,
+    widened: bool = False,
+) -> NormalEquations:
+    """Return those of y by priors, known distances, and a share of the volume."""
+    B, b = state.constraints
+    distances = NormalEquations(B.T @ B, B.T @ b)
+    equations = distances + prior_equations(state, widened=widened)
+    return equations.tilted(share * state.linear.volume.slope)
 
 
-def posterior_of_rest(
-    state: State, equations: tuple[np.ndarray, np.ndarray], information: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return y and its covariance Sigma, zero for what is held, by [G, a]^T M^-1 [G, a]."""
-    precision, gradient = equations
-    covariance = inverse_of_free(information[:-1, :-1] + precision, state.free)
-    return -covariance @ (information[:-1, -1] + gradient), covariance
+def solution_of_rest(
+    state: State,
+    equations: NormalEquations,
+    information: np.ndarray,
+) -> Solution:
+    """Return y and its covariance Sigma by [G, a]^T M^-1 [G, a] and other equations."""
+    H, g = information[:-1, :-1], information[:-1, -1]
+    of_samples = NormalEquations(H, g)
+    return (of_samples + equations).solution(state.free)

@@ -11,13 +11,15 @@ from ...paper import NotConverged
 from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
 from .laplace import posterior
 from .normal_equations import (
-    active_set_step,
+    BoundedProblem,
+    data_equations,
     inverse_of_free,
     leverage,
-    normal_equations,
+    prior_equations,
 )
 from .objective import Objective
 from .posterior import FitPosterior
+from .start import start
 from .state import State
 from .steps import (
     Step,
@@ -25,7 +27,6 @@ from .steps import (
     following_noise,
     moved,
     prune_groups,
-    start,
     updated_groups,
     updated_noises,
     with_tails,
@@ -67,17 +68,21 @@ def estimate(
         NotConverged: The widths and the noise did not settle.
         FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
-    state: State = start(_objective(model, data, movements), joint_noise, start_from)
-    iterates: list[np.ndarray] = [state.x]
+    objective = _objective(model, data, movements)
+    state = start(objective, joint_noise, start_from)
+    iterates = [state.x]
     departures = np.zeros(len(state.x), dtype=int)
     try:
         for count in range(MAX_ITERATIONS):
-            at_bound, step = state.at_zero, gauss_newton(state, departures < LEAVES)
-            state, change = _advance(state, step, np.inf if count < RESTLESS else CALM)
-            departures += at_bound & ~state.at_zero
+            at_zero = state.at_zero
+            step = gauss_newton(state, may_leave=departures < LEAVES)
+            limit = np.inf if count < RESTLESS else CALM
+            state, change = _advance(state, step, limit)
+            departures += at_zero & ~state.at_zero
             iterates.append(state.x)
             noisy = any(noise.space > SMALLEST for noise in state.noises)
-            if change >= (SETTLED if noisy else SETTLED_EXACT) or step.slope < -FALL:
+            settled = SETTLED if noisy else SETTLED_EXACT
+            if change >= settled or step.slope < -FALL:
                 continue
             pruned = prune_groups(state)
             if pruned is state:
@@ -116,41 +121,55 @@ def stepped(result: FitPosterior, data: Observations) -> State:
     Raises:
         FrameError: Nothing ties a frame to the robot any more.
     """
-    state = start(
-        _objective(result.model, data, result.objective.movements), True, result
-    )
-    return moved(state, gauss_newton(state, np.zeros(len(state.x), dtype=bool)).change)
+    objective = _objective(result.model, data, result.objective.movements)
+    state = start(objective, True, result)
+    none = np.zeros(len(state.x), dtype=bool)
+    step = gauss_newton(state, may_leave=none)
+    return moved(state, step.change)
 
 
 def _objective(
-    model: ExtendedModel, data: Observations, movements: Sequence[Movement]
+    model: ExtendedModel,
+    data: Observations,
+    movements: Sequence[Movement],
 ) -> Objective:
     """Return the objective, with the movements of placements that are among the data."""
-    return Objective(
-        model, tuple(m for m in movements if m.placement in data.placements), data
-    )
+    of_data = [m for m in movements if m.placement in data.placements]
+    return Objective(model, tuple(of_data), data)
 
 
 def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     """Return the step to the minimum of L's quadratic approximation."""
-    information, slope = normal_equations(state)
-    covariance = inverse_of_free(information + state.prior_precision(), state.free)
-    spread = state.information[:, None, None] * leverage(state, covariance)
+    data = data_equations(state)
+    held = data + prior_equations(state)
+    covariance = inverse_of_free(held.H, state.free)
+    L = leverage(state, covariance)
+    spread = state.information[:, None, None] * L
     volume = _volume_weight(state, spread)
     bounded = state.bounded
-    fixed = state.at_zero & ~(may_leave & bounded[: len(state.x)])
-    released = replace(state, at_zero=fixed)
-    mask, prior = released.free, released.prior_precision()
-    gradient = slope + prior @ state.offset + volume * state.linear.by_volume
-    known = covariance if (fixed == state.at_zero).all() else None
-    change, covariance = active_set_step(
-        information + prior, gradient, state.padded, mask, bounded & mask, known
+    leaves = may_leave & bounded[: len(state.x)]
+    at_zero = state.at_zero & ~leaves
+    released = replace(state, at_zero=at_zero)
+    equations = data + prior_equations(released)
+    equations = equations.tilted(volume * state.linear.volume.slope)
+    free = released.free
+    problem = BoundedProblem(equations, state.padded, free, bounded & free)
+    none_released = (at_zero == state.at_zero).all()
+    change, covariance = problem.solution(covariance if none_released else None)
+    return Step(
+        change=change,
+        covariance=covariance,
+        leverage=spread,
+        volume=volume,
+        slope=float(equations.g @ change),
     )
-    return Step(change, covariance, spread, volume, float(gradient @ change))
 
 
 def _volume_weight(state: State, spread: np.ndarray) -> float:
-    """Return by how much to multiply the volume's slope: as the errors' squares fit the noise."""
+    """Return by how much to multiply the volume's slope: as the errors' squares fit the noise.
+
+    It is sum_i w_i e_i^T C_i^-1 e_i / sum_i (3 - tr(C_i^-1 L_i)), over samples in sockets.
+    """
     # While the noise is still too large or small, all of it would let size and noise run away.
     in_socket = state.objective.data.seated
     weights = state.weights[in_socket]
@@ -158,14 +177,15 @@ def _volume_weight(state: State, spread: np.ndarray) -> float:
         return 0.0
     squares = float(weights @ state.squares[in_socket])
     total = 3 * len(weights)
-    freedom = total - float(np.sum(state.inverse_scales[in_socket] * spread[in_socket]))
+    traces = state.inverse_scales[in_socket] * spread[in_socket]
+    freedom = total - float(np.sum(traces))
     return squares / freedom if freedom > 0.5 * total else 1.0
 
 
 def _advance(state: State, step: Step, limit: float) -> tuple[State, float]:
     """Return the state after a step of everything, and the largest relative change of a scale."""
     next_state, step = _downhill(state, step)
-    linear, data = next_state.linear, state.objective.data
+    data = state.objective.data
     groups, change = state.groups, 1.0
     noises = updated_noises(state, next_state, step)
     # -slope is the step's length squared, in standard deviations of the unknowns
@@ -174,16 +194,22 @@ def _advance(state: State, step: Step, limit: float) -> tuple[State, float]:
             next_state,
             next_state.x,
             step.covariance,
-            lambda g: effect_of(next_state, g) > NEGLIGIBLE,
+            lambda group: effect_of(next_state, group) > NEGLIGIBLE,
             limit,
         )
-        freedom = 1 - np.einsum("nij,nji->n", state.inverse_scales, step.leverage) / 3
+        C_inverse, L = state.inverse_scales, step.leverage
+        traces: np.ndarray = np.einsum("nij,nji->n", C_inverse, L)
+        freedom = 1 - traces / 3
         noises = with_tails(noises, data.source_of, next_state.squares, freedom)
     groups = following_noise(groups, noises)
-    for source, before, noise in zip(data.sources, state.noises, noises, strict=True):
-        change = max(change, abs(log(noise.space / before.space)))
-        if before.joint_effect(linear.by_joints[source]) > NEGLIGIBLE:
-            change = max(change, abs(log(noise.joint / before.joint)))
+    for k, rows in enumerate(data.sources):
+        before, noise = state.noises[k], noises[k]
+        by_space = log(noise.space / before.space)
+        change = max(change, abs(by_space))
+        effect = before.joint_effect(next_state.linear.by_joints[rows])
+        if effect > NEGLIGIBLE:
+            by_joint = log(noise.joint / before.joint)
+            change = max(change, abs(by_joint))
     return replace(next_state, groups=groups, noises=noises), change
 
 
@@ -195,6 +221,7 @@ def _downhill(state: State, step: Step) -> tuple[State, Step]:
         rise = next_state.value(step.volume) - before
         if rise <= RISE * abs(before):
             return next_state, step
-        part = min(0.5, max(0.1, -0.5 * step.slope / (rise - step.slope)))
-        step = replace(step, change=part * step.change, slope=part * step.slope)
+        share = -0.5 * step.slope / (rise - step.slope)  # the top of the parabola
+        share = min(0.5, max(0.1, share))
+        step = step.shortened(share)
     return moved(state, step.change), step

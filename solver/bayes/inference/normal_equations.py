@@ -1,4 +1,7 @@
-"""Curvature and slope of the data's part of the objective, and a Gauss-Newton step."""
+"""Curvature and slope of the objective (A3), and the step to its least value within bounds."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,70 +13,145 @@ REFINEMENTS = 3
 data show nearly nothing of one unknown, and the others very well."""
 
 
+class Solution(NamedTuple):
+    """The unknowns by some normal equations, as a Gaussian."""
+
+    change: np.ndarray
+    """Mean d of all unknowns' changes, shape (n,); zero for those that are held."""
+    covariance: np.ndarray
+    """Sigma, shape (n, n); zero for what is held."""
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """L to second order, g^T d + d^T H d / 2 for a change d of all unknowns, or a part of it."""
+
+    H: np.ndarray
+    """Curvature, shape (n, n)."""
+    g: np.ndarray
+    """Slope, shape (n,)."""
+
+    def __add__(self, part: "NormalEquations") -> "NormalEquations":
+        return NormalEquations(H=self.H + part.H, g=self.g + part.g)
+
+    def tilted(self, slope: np.ndarray) -> "NormalEquations":
+        """Return them with a further slope, shape (n,)."""
+        return NormalEquations(self.H, self.g + slope)
+
+    def solution(self, free: np.ndarray) -> Solution:
+        """Return the least value, d = -H^-1 g, and the covariance H^-1 of what is free."""
+        covariance = inverse_of_free(self.H, free)
+        return Solution(-covariance @ self.g, covariance)
+
+
 def inverse_of_free(H: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Return the inverse of the rows and columns that are free, zero for what is held."""
-    return block_matrix(len(H), [(free, scaled_inverse(submatrix(H, free)))])
+    inverse = scaled_inverse(submatrix(H, free))
+    return block_matrix(len(H), [(free, inverse)])
 
 
-def active_set_step(
-    H: np.ndarray,
-    gradient: np.ndarray,
-    x: np.ndarray,
-    free: np.ndarray,
-    bounded: np.ndarray,
-    inverse: np.ndarray | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the step to the minimum of a quadratic function within the bounds, and H^-1 there.
+def data_equations(state: State) -> NormalEquations:
+    """Return the samples' and the measured distances' part (A3).
 
-    The inverse of all that is free may be known from before.
+    H = sum_i k w_i J_i^T C_i^-1 J_i + B^T B
+    g = sum_i w_i J_i^T C_i^-1 e_i + B^T b
     """
-    at_bound = bounded & (x == 0) & (gradient > 0)
-    change, covariance = np.zeros(len(x)), inverse
-    if covariance is None or at_bound.any():
-        covariance = inverse_of_free(H, free & ~at_bound)
-    for _ in range(3 * int(bounded.sum()) + 1):
-        change = np.where(at_bound, -x, 0.0)
-        for _ in range(REFINEMENTS):
-            change -= covariance @ (gradient + H @ change)
-        below = bounded & ~at_bound & (x + change < 0)
-        slope = np.where(at_bound, gradient + H @ change, 0.0)
-        if not below.any() and not (slope < 0).any():
-            break
-        if below.any():
-            at_bound |= below
-        else:
-            at_bound[np.argmin(slope)] = False
-        covariance = inverse_of_free(H, free & ~at_bound)
-    return change, covariance
-
-
-def normal_equations(state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Return curvature and slope of the samples' and the measured distances' part of L (A3)."""
-    inverse, errors = state.inverse_scales, state.errors[:, :, None]
-    weighed = (state.weights[:, None, None] * inverse @ errors)[:, :, 0]
+    J = state.linear.by_unknowns
+    e = state.errors[:, :, None]
+    w = state.weights[:, None, None]
+    columns = w * state.inverse_scales @ e
+    pulls = columns[:, :, 0]
     B, b = state.constraints
-    slope = np.tensordot(weighed, state.linear.by_unknowns, 2) + B.T @ b
-    slope -= _by_turning(state, weighed)
-    return curvature(state, state.information[:, None, None] * inverse), slope
+    slope = np.tensordot(pulls, J, 2) + B.T @ b
+    by_turning = _slope_by_turning(state, pulls)
+    k_w = state.information[:, None, None]
+    H = curvature(state, k_w * state.inverse_scales)
+    return NormalEquations(H, slope - by_turning)
 
 
-def _by_turning(state: State, weighed: np.ndarray) -> np.ndarray:
-    """Return the slope that errors would have if the noise did not turn along with the robot."""
-    model, slope = state.objective.model, np.zeros(state.objective.size)
-    torque = np.cross(state.errors, weighed).sum(axis=0)
-    turns = model.ball.turns(model.values(state.x[: model.size]))
+def prior_equations(state: State, *, widened: bool = False) -> NormalEquations:
+    """Return the priors' part: H = P and g = P (x - mu)."""
+    P = state.prior_precision(widened=widened)
+    return NormalEquations(P, P @ state.offset)
+
+
+def _slope_by_turning(state: State, pulls: np.ndarray) -> np.ndarray:
+    """Return the slope that errors would have if the noise did not turn along with the robot.
+
+    ``pulls`` are w_i C_i^-1 e_i, shape (N, 3).
+    """
+    model = state.objective.model
+    torques = np.cross(state.errors, pulls)
+    torque = torques.sum(axis=0)
+    turns = model.ball.turns(model.values(state.x))
+    slope = np.zeros(state.objective.size)
     slope[: model.geometry] = torque @ turns
     return slope
 
 
 def curvature(state: State, weights: np.ndarray) -> np.ndarray:
     """Return sum_i J_i^T V_i J_i + B^T B for weights V of samples, shape (N, 3, 3)."""
-    J, (B, _) = state.linear.by_unknowns, state.constraints
-    samples_and_axes = (0, 1)
-    return np.tensordot(J, weights @ J, (samples_and_axes, samples_and_axes)) + B.T @ B
+    J = state.linear.by_unknowns
+    B = state.constraints.jacobian
+    VJ = weights @ J
+    axes = 0, 1  # of samples, and of space
+    of_samples = np.tensordot(J, VJ, (axes, axes))
+    return of_samples + B.T @ B
 
 
 def leverage(state: State, covariance: np.ndarray) -> np.ndarray:
     """Return how uncertain each error is because the unknowns are: J_i Sigma J_i^T."""
     J = state.linear.by_unknowns
-    return (J @ covariance) @ J.transpose(0, 2, 1)
+    J_T = J.transpose(0, 2, 1)
+    return (J @ covariance) @ J_T
+
+
+@dataclass(frozen=True)
+class BoundedProblem:
+    """The search for the least value of L to second order, with some unknowns never below zero."""
+
+    equations: NormalEquations
+    x: np.ndarray
+    """The unknowns before the change, shape (n,)."""
+    free: np.ndarray
+    """True for those that are not held, shape (n,)."""
+    bounded: np.ndarray
+    """True for those that cannot be below zero, shape (n,)."""
+
+    def solution(self, covariance: np.ndarray | None = None) -> Solution:
+        """Return the change to the minimum within the bounds, by the method of active sets.
+
+        The inverse of all that is free may be known from before.
+        """
+        H, g = self.equations.H, self.equations.g
+        x, bounded = self.x, self.bounded
+        at_bound = bounded & (x == 0) & (g > 0)
+        if covariance is None or at_bound.any():
+            covariance = self._covariance(at_bound)
+        change = self._step(at_bound, covariance)
+        for _ in range(3 * int(bounded.sum())):
+            below = bounded & ~at_bound & (x + change < 0)
+            slope = np.where(at_bound, g + H @ change, 0.0)
+            if below.any():
+                at_bound |= below
+            elif (slope < 0).any():
+                at_bound[np.argmin(slope)] = False
+            else:
+                break
+            covariance = self._covariance(at_bound)
+            change = self._step(at_bound, covariance)
+        return Solution(change, covariance)
+
+    def _covariance(self, at_bound: np.ndarray) -> np.ndarray:
+        """Return the inverse of the curvature of what is neither held nor at its bound."""
+        free = self.free & ~at_bound
+        return inverse_of_free(self.equations.H, free)
+
+    def _step(self, at_bound: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+        """Return the change to the minimum, with unknowns at their bounds held there."""
+        equations = self.equations
+        change = np.where(at_bound, -self.x, 0.0)
+        for _ in range(REFINEMENTS):
+            slope = equations.g + equations.H @ change
+            change -= covariance @ slope
+        return change

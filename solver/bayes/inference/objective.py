@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ...data import Observations, Pose, distance_covariance
 from ...robot import rotation_vectors
-from ..model import ExtendedModel, Movement
+from ..model import ExtendedModel, Movement, Prediction
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,8 @@ class Objective:
     @cached_property
     def x_size(self) -> int:
         """Number of unknowns x, of the model and then of movements."""
-        return self.model.size + sum(movement.size for movement in self.movements)
+        of_movements = [movement.size for movement in self.movements]
+        return self.model.size + sum(of_movements)
 
     @cached_property
     def dense(self) -> int:
@@ -36,41 +38,58 @@ class Objective:
 
     def of_frame(self, k: int) -> slice:
         """Return which unknowns are those of a frame."""
-        return slice(self.x_size + 6 * k, self.x_size + 6 * k + 6)
+        begin = self.x_size + 6 * k
+        return slice(begin, begin + 6)
 
     def of_socket(self, k: int) -> slice:
         """Return which unknowns are those of a socket."""
-        return slice(self.dense + 3 * k, self.dense + 3 * k + 3)
+        begin = self.dense + 3 * k
+        return slice(begin, begin + 3)
 
     @cached_property
     def by_movements(self) -> np.ndarray:
         """Derivatives of the samples' places by the movements' unknowns, shape (N, 3, U)."""
-        none = np.zeros((len(self.data.sockets), 3, 0))
-        slopes = (movement.slopes(self.data) for movement in self.movements)
-        return np.concatenate([none, *slopes], axis=2)
+        N = len(self.data.sockets)
+        slopes = [np.zeros((N, 3, 0))]
+        for movement in self.movements:
+            slopes.append(movement.slopes(self.data))
+        return np.concatenate(slopes, axis=2)
 
     def moved_places(self, x: np.ndarray) -> np.ndarray:
         """Return how far the place of each sample has moved, shape (N, 3) [m]."""
-        return self.by_movements @ x[self.model.size :]
+        u = x[self.model.size :]
+        return self.by_movements @ u
 
     @cached_property
     def whiten(self) -> np.ndarray:
         """W, for K measured distances, shape (K, K) [1/m]."""
-        return np.linalg.inv(np.linalg.cholesky(distance_covariance(self.data.known)))
+        C = distance_covariance(self.data.known)
+        root = np.linalg.cholesky(C)
+        return np.linalg.inv(root)
 
     @cached_property
     def nominal_volume(self) -> float:
         """See :meth:`volume`, of the nominal robot."""
-        return self.volume(np.zeros(self.x_size))[0]
+        x = np.zeros(self.x_size)
+        return self.volume(x).value
 
-    def volume(self, x: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the last term of L but for a constant, and its slope by all unknowns, (n,)."""
-        size, count, slope = self.model.size, self.data.freedom, np.zeros(self.size)
-        if not count:
-            return 0.0, slope
-        log_volume, by_unknowns = self.model.log_volume(x[:size], self.data.positions)
-        slope[:size] = -count * by_unknowns
-        return -count * log_volume, slope
+    def volume(self, x: np.ndarray) -> "VolumeTerm":
+        """Return the last term of L, - (N - S) times the mean of log V_i, but for a constant."""
+        slope = np.zeros(self.size)
+        freedom = self.data.freedom
+        if not freedom:
+            return VolumeTerm(0.0, slope)
+        log_volume, by_unknowns = self.model.log_volume(x, self.data.positions)
+        slope[: self.model.size] = -freedom * by_unknowns
+        return VolumeTerm(-freedom * log_volume, slope)
+
+
+class VolumeTerm(NamedTuple):
+    """The last term of L, which holds the robot's size."""
+
+    value: float
+    slope: np.ndarray
+    """By all unknowns, shape (n,)."""
 
 
 @dataclass(frozen=True)
@@ -85,46 +104,71 @@ class Linearization:
     """J_i, derivatives of the errors by all unknowns, shape (N, 3, n)."""
     by_joints: np.ndarray
     """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m)."""
-    volume: float
+    volume: VolumeTerm
     """See :meth:`Objective.volume`."""
-    by_volume: np.ndarray
 
     @cached_property
     def reach(self) -> np.ndarray:
         """Mean square of how far each unknown moves the ball per axis, shape (n,)."""
-        return (
-            np.einsum("nij,nij->j", self.by_unknowns, self.by_unknowns)
-            / self.places.size
-        )
+        J = self.by_unknowns
+        squares: np.ndarray = np.einsum("nij,nij->j", J, J)
+        return squares / self.places.size
 
 
 def linearise(
-    objective: Objective, x: np.ndarray, frames: tuple[Pose, ...]
+    objective: Objective,
+    x: np.ndarray,
+    frames: tuple[Pose, ...],
 ) -> Linearization:
-    """Return the samples and their derivatives at some unknowns."""
-    model, data, size = objective.model, objective.data, objective.model.size
-    q, torques, clocks = data.positions, data.torques, data.clocks
-    J = np.zeros((len(q), 3, objective.size))
-    points, J[:, :, :size], by_joints = model.linearise(x[:size], q, torques, clocks)
-    places = points.copy()
+    """Return the samples and their derivatives at some unknowns.
+
+    The error e_i = Phi(x, q_i) - m_s(i) of a ball in a socket has the derivatives
+
+        [dPhi/dx, -dm/du, 0, -I]  by [x of the model, u of movements, frames, sockets]
+
+    A measured ball has -F y in place of the socket, a measured orientation the rotation vector
+    from F R_y to that of its link.
+    """
+    model, data = objective.model, objective.data
+    size, N = model.size, len(data.positions)
+    J = np.zeros((N, 3, objective.size))
+    balls = model.linearise(x, data.positions, data.torques, data.clocks)
+    places = balls.points.copy()
+    J[:, :, :size] = balls.by_unknowns
+    by_joints = balls.by_joints
     for k, frame in enumerate(frames):
-        balls, turned, columns = (
-            data.measured_in == k,
-            data.turned_in == k,
-            objective.of_frame(k),
-        )
-        places[balls] -= frame.apply(data.points[balls])
-        J[balls, :, columns] = -frame.slopes(data.points[balls])
+        of_frame = objective.of_frame(k)
+        in_frame = data.measured_in == k
+        coordinates = data.points[in_frame]
+        places[in_frame] -= frame.apply(coordinates)
+        J[in_frame, :, of_frame] = -frame.slopes(coordinates)
+        turned = data.turned_in == k
         if turned.any():
-            R, J[turned, :, :size], by_joints[turned] = model.linearise(
-                x[:size], q[turned], torques[turned], clocks[turned], of_turns=True
-            )
-            poses = frame.rotation @ data.rotations[turned]
-            places[turned] = rotation_vectors(R @ poses.swapaxes(1, 2))
-            J[turned, :, columns] = -np.eye(3, 6)
+            turns = _turns_in_frame(objective, x, frame, turned)
+            places[turned] = turns.points
+            J[turned, :, :size] = turns.by_unknowns
+            J[turned, :, of_frame] = -np.eye(3, 6)
+            by_joints[turned] = turns.by_joints
     if objective.movements:
         places -= objective.moved_places(x)
         J[:, :, size : objective.x_size] = -objective.by_movements
     for k in range(data.socket_count):
-        J[data.sockets == k, :, objective.of_socket(k)] = -np.eye(3)
-    return Linearization(points, places, J, by_joints, *objective.volume(x))
+        in_socket, of_socket = data.sockets == k, objective.of_socket(k)
+        J[in_socket, :, of_socket] = -np.eye(3)
+    volume = objective.volume(x)
+    return Linearization(balls.points, places, J, by_joints, volume)
+
+
+def _turns_in_frame(
+    objective: Objective,
+    x: np.ndarray,
+    frame: Pose,
+    rows: np.ndarray,
+) -> Prediction:
+    """Return rotation vectors from measured orientations to the link's, and their derivatives."""
+    model, data = objective.model, objective.data
+    q, clocks = data.positions[rows], data.clocks[rows]
+    links = model.linearise(x, q, data.torques[rows], clocks, of_turns=True)
+    measured_rotations = frame.rotation @ data.rotations[rows]
+    errors = links.points @ measured_rotations.swapaxes(1, 2)
+    return links._replace(points=rotation_vectors(errors))

@@ -12,12 +12,13 @@ from ..model import (
     ExtendedModel,
     Gaussian,
     Noise,
+    Prediction,
     PriorGroup,
     check,
     prior_covariance,
     submatrix,
 )
-from .objective import Objective, linearise
+from .objective import Objective
 from .state import State
 
 
@@ -62,7 +63,9 @@ class Posterior:
     @property
     def active(self) -> tuple[str, ...]:
         """Names of its groups that are not held at zero, but curves."""
-        return tuple(g.name for g in self.groups if g.width and g.length is None)
+        return tuple(
+            group.name for group in self.groups if group.width and group.length is None
+        )
 
     @property
     def prior_covariance(self) -> np.ndarray:
@@ -83,18 +86,24 @@ class Posterior:
     @property
     def residuals(self) -> np.ndarray:
         """Predicted ball centre minus its socket's, of samples in sockets, shape (N, 3) [m]."""
-        in_socket = self.data.sockets >= 0
-        offsets = self.points if self.moved is None else self.points - self.moved
-        return offsets[in_socket] - self.centres[self.data.sockets[in_socket]]
+        points = self.points
+        if self.moved is not None:
+            points = points - self.moved
+        data = self.data
+        return points[data.seated] - self.centres[data.seated_sockets]
 
     @property
     def of_unknowns(self) -> np.ndarray:
         """Covariance of x, shape (size, size)."""
-        return self.covariance[: self.model.size, : self.model.size]
+        size = self.model.size
+        return self.covariance[:size, :size]
 
     def linearise(
-        self, q: np.ndarray, moments: np.ndarray, clocks: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        self,
+        q: np.ndarray,
+        moments: np.ndarray,
+        clocks: np.ndarray | None = None,
+    ) -> Prediction:
         """Return balls at x and their derivatives, see :meth:`.ExtendedModel.linearise`."""
         return self.model.linearise(self.x, q, moments, clocks)
 
@@ -133,7 +142,8 @@ class FitPosterior:
         """All unknowns as changes from the state, by the root of :attr:`whole`."""
         if self.with_curves is None:
             return self.around
-        return Gaussian.of(np.zeros(len(self.whole)), self.whole)
+        none = np.zeros(len(self.whole))
+        return Gaussian.of(none, self.whole)
 
     @property
     def objective(self) -> Objective:
@@ -157,7 +167,8 @@ class FitPosterior:
 
     def frame_covariance(self, frame: str) -> np.ndarray:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6)."""
-        rows = self.objective.of_frame(self.data.frames.index(frame))
+        k = self.data.frames.index(frame)
+        rows = self.objective.of_frame(k)
         return self.whole[rows, rows]
 
     @cached_property
@@ -168,7 +179,8 @@ class FitPosterior:
         """
         if not self.objective.movements:
             return self.whole
-        indices = np.r_[: self.model.size, self.objective.x_size : len(self.whole)]
+        size, x_size = self.model.size, self.objective.x_size
+        indices = np.r_[:size, x_size : len(self.whole)]
         return submatrix(self.whole, indices)
 
     @property
@@ -177,9 +189,8 @@ class FitPosterior:
         return self.arm.active
 
     def changed(self, around: Gaussian) -> "FitPosterior":
-        """Return the result by more data: a Gaussian of all unknowns as changes from the state."""
-        state = self.state.changed(around.mean)
-        state = replace(state, linear=linearise(state.objective, state.x, state.frames))
+        """Return the result with another Gaussian of all unknowns, as changes from the state."""
+        state = self.state.changed(around.mean).linearised()
         return replace(
             self,
             state=state,
@@ -193,17 +204,19 @@ class FitPosterior:
         """The robot alone."""
         objective, state, size = self.objective, self.state, self.model.size
         rows = np.r_[:size, objective.dense : objective.size]
+        groups = tuple(group for group in state.groups if group.members[0] < size)
+        noises = dict(zip(self.data.source_kinds, state.noises, strict=True))
         return Posterior(
-            self.model,
-            self.data,
-            state.x[:size],
-            state.centres,
-            submatrix(self.whole, rows),
-            tuple(group for group in state.groups if group.members[0] < size),
-            dict(zip(self.data.source_kinds, state.noises, strict=True)),
-            state.linear.points,
-            self.weights,
-            self.log_evidence,
-            tuple(x[:size] for x in self.iterates),
-            objective.moved_places(state.x) if objective.movements else None,
+            model=self.model,
+            data=self.data,
+            x=state.x[:size],
+            centres=state.centres,
+            covariance=submatrix(self.whole, rows),
+            groups=groups,
+            noises=noises,
+            points=state.linear.points,
+            weights=self.weights,
+            log_evidence=self.log_evidence,
+            iterates=tuple(x[:size] for x in self.iterates),
+            moved=objective.moved_places(state.x) if objective.movements else None,
         )

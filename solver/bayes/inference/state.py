@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from ...data import WORLD, Pose
+from ...data import WORLD, Located, Pose
 from ..model import (
     Noise,
     PriorGroup,
@@ -14,11 +15,37 @@ from ..model import (
     sample_scales,
     student_weights,
 )
-from .objective import Linearization, Objective
+from .objective import Linearization, Objective, linearise
 
 FRAME_PRIOR_PRECISION = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
 """A weak prior, in 1/rad and 1/m, for frames that the data do not hold: one step then turns a frame
 by 1 rad at most, and shifts it by 10 m."""
+
+
+class Constraints(NamedTuple):
+    """K residuals of measured places and distances, each with a standard deviation of 1."""
+
+    jacobian: np.ndarray
+    """B, derivatives by all unknowns, shape (K, n)."""
+    residuals: np.ndarray
+    """b, shape (K,)."""
+
+
+class FreePrior(NamedTuple):
+    """A prior with a width, and those of its members that are not held at zero."""
+
+    group: PriorGroup
+    mask: np.ndarray
+    """True for these members."""
+
+    @property
+    def members(self) -> np.ndarray:
+        """Their indices among the unknowns."""
+        return self.group.members[self.mask]
+
+    def precision(self, width: float) -> np.ndarray:
+        """Return their prior precision P_g at a width s_g."""
+        return self.group.precision(width, self.mask)
 
 
 @dataclass(frozen=True)
@@ -46,20 +73,34 @@ class State:
 
         A joint never gives way against its load: what would be below zero is held there.
         """
-        size, dense = self.objective.x_size, self.objective.dense
-        x, at_zero = self.x + change[:size], self.at_zero.copy()
+        x_size, dense = self.objective.x_size, self.objective.dense
+        x = self.x + change[:x_size]
+        at_zero = self.at_zero.copy()
         for group in self.groups:
             if group.non_negative:
                 at_zero[group.members] = x[group.members] <= 0
         x[at_zero] = 0.0
-        frames = tuple(map(Pose.moved, self.frames, change[size:dense].reshape(-1, 6)))
-        centres = self.centres + change[dense:].reshape(-1, 3)
-        return replace(self, x=x, at_zero=at_zero, frames=frames, centres=centres)
+        of_frames = change[x_size:dense].reshape(-1, 6)
+        frames = tuple(map(Pose.moved, self.frames, of_frames))
+        of_centres = change[dense:].reshape(-1, 3)
+        return replace(
+            self,
+            x=x,
+            at_zero=at_zero,
+            frames=frames,
+            centres=self.centres + of_centres,
+        )
+
+    def linearised(self) -> "State":
+        """Return the state with its samples at x."""
+        linear = linearise(self.objective, self.x, self.frames)
+        return replace(self, linear=linear)
 
     @cached_property
     def errors(self) -> np.ndarray:
         """e_i, shape (N, 3) [m]."""
-        errors, data = self.linear.places.copy(), self.objective.data
+        data = self.objective.data
+        errors = self.linear.places.copy()
         errors[data.seated] -= self.centres[data.seated_sockets]
         return errors
 
@@ -76,12 +117,14 @@ class State:
     def inverse_scales(self) -> np.ndarray:
         """C_i^-1, shape (N, 3, 3) [1/m^2]."""
         sources = self.objective.data.source_of
-        return np.linalg.inv(sample_scales(self.noises, sources, self.linear.by_joints))
+        C = sample_scales(self.noises, sources, self.linear.by_joints)
+        return np.linalg.inv(C)
 
     @cached_property
     def squares(self) -> np.ndarray:
         """e_i^T C_i^-1 e_i, shape (N,)."""
-        return np.einsum("ni,nij,nj->n", self.errors, self.inverse_scales, self.errors)
+        e = self.errors
+        return np.einsum("ni,nij,nj->n", e, self.inverse_scales, e)
 
     @cached_property
     def weights(self) -> np.ndarray:
@@ -91,48 +134,69 @@ class State:
     @property
     def information(self) -> np.ndarray:
         """Information of each sample relative to Gaussian noise of scale C_i, k w_i, shape (N,)."""
-        return self.weights * (self.degrees + 3) / (self.degrees + 5)
+        nu = self.degrees
+        return self.weights * (nu + 3) / (nu + 5)
 
     @cached_property
-    def constraints(self) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives B, shape (K, n), and residuals b, (K,), of known places and distances."""
-        objective, data = self.objective, self.objective.data
-        rows = np.zeros((len(data.known), objective.size))
-        values = np.zeros(len(data.known))
-        for i, known in enumerate(data.known):
-            offset = self.centres[known.second] - self.centres[known.first]
+    def constraints(self) -> Constraints:
+        """Measured distances W (l - d), then measured places (m_k - F y_k) / s_k."""
+        lengths = self._lengths
+        W = self.objective.whiten
+        slopes = [W @ lengths.jacobian]
+        residuals = [W @ lengths.residuals]
+        for place in self.objective.data.located:
+            error = self._place_error(place)
+            slopes.append(error.jacobian / place.deviation)
+            residuals.append(error.residuals / place.deviation)
+        return Constraints(np.concatenate(slopes), np.concatenate(residuals))
+
+    @property
+    def _lengths(self) -> Constraints:
+        """Errors l_k - d_k of distances between sockets [m], and their derivatives."""
+        objective, distances = self.objective, self.objective.data.known
+        jacobian = np.zeros((len(distances), objective.size))
+        errors = np.zeros(len(distances))
+        for k, measured in enumerate(distances):
+            a, b = measured.first, measured.second
+            offset = self.centres[b] - self.centres[a]
             length = float(np.linalg.norm(offset))
-            rows[i, objective.of_socket(known.second)] = offset / length
-            rows[i, objective.of_socket(known.first)] = -offset / length
-            values[i] = length - known.distance
-        slopes = [objective.whiten @ rows]
-        residuals = [objective.whiten @ values]
-        for located in data.located:
-            row = np.zeros((3, objective.size))
-            row[:, objective.of_socket(located.socket)] = np.eye(3)
-            place = np.array([located.coordinates])
-            if located.frame != WORLD:
-                frame = self.frames[located.frame]
-                row[:, objective.of_frame(located.frame)] = -frame.slopes(place)[0]
-                place = frame.apply(place)
-            slopes.append(row / located.deviation)
-            residuals.append(
-                (self.centres[located.socket] - place[0]) / located.deviation
-            )
-        return np.concatenate(slopes), np.concatenate(residuals)
+            direction = offset / length
+            jacobian[k, objective.of_socket(b)] = direction
+            jacobian[k, objective.of_socket(a)] = -direction
+            errors[k] = length - measured.distance
+        return Constraints(jacobian, errors)
+
+    def _place_error(self, place: Located[int, int]) -> Constraints:
+        """Return the error m_k - F y_k of a socket's place [m], and its derivatives."""
+        objective = self.objective
+        of_socket = objective.of_socket(place.socket)
+        jacobian = np.zeros((3, objective.size))
+        jacobian[:, of_socket] = np.eye(3)
+        y = np.array([place.coordinates])
+        if place.frame != WORLD:
+            of_frame = objective.of_frame(place.frame)
+            F = self.frames[place.frame]
+            jacobian[:, of_frame] = -F.slopes(y)[0]
+            y = F.apply(y)
+        error = self.centres[place.socket] - y[0]
+        return Constraints(jacobian, error)
 
     @cached_property
-    def priors(self) -> list[tuple[PriorGroup, np.ndarray]]:
-        """The groups that have a width, and which members of each are not held."""
-        pairs = [(g, ~self.at_zero[g.members]) for g in self.groups if g.width]
-        return [(group, mask) for group, mask in pairs if mask.any()]
+    def priors(self) -> list[FreePrior]:
+        """The priors of all unknowns that are not held at zero."""
+        priors: list[FreePrior] = []
+        for group in self.groups:
+            mask = ~self.at_zero[group.members]
+            if group.width and mask.any():
+                priors.append(FreePrior(group, mask))
+        return priors
 
     @cached_property
     def free(self) -> np.ndarray:
         """True for all unknowns that are not held at zero, shape (n,)."""
         mask = np.arange(self.objective.size) >= self.objective.x_size
-        for group, members in self.priors:
-            mask[group.members[members]] = True
+        for prior in self.priors:
+            mask[prior.members] = True
         return mask
 
     @property
@@ -145,19 +209,23 @@ class State:
 
     def prior_precision(self, *, widened: bool = False) -> np.ndarray:
         """Return P of all unknowns, shape (n, n)."""
-        blocks = list[tuple[np.ndarray, np.ndarray]]()
-        for group, mask in self.priors:
+        blocks: list[tuple[np.ndarray, np.ndarray]] = []
+        for prior in self.priors:
+            group = prior.group
             width = group.deviation if widened else group.width
-            blocks.append((group.members[mask], group.precision(width, mask)))
-        P = block_matrix(self.objective.size, blocks)
-        frames = np.arange(self.objective.x_size, self.objective.dense)
-        P[frames, frames] = np.tile(FRAME_PRIOR_PRECISION**2, len(self.frames))
+            blocks.append((prior.members, prior.precision(width)))
+        objective = self.objective
+        P = block_matrix(objective.size, blocks)
+        of_frames = np.arange(objective.x_size, objective.dense)
+        of_frame = FRAME_PRIOR_PRECISION**2
+        P[of_frames, of_frames] = np.tile(of_frame, len(self.frames))
         return P
 
     @property
     def padded(self) -> np.ndarray:
         """The unknowns x, followed by a zero for each of frames and sockets, shape (n,)."""
-        return np.pad(self.x, (0, self.objective.size - len(self.x)))
+        beyond_x = self.objective.size - len(self.x)
+        return np.pad(self.x, (0, beyond_x))
 
     @cached_property
     def offset(self) -> np.ndarray:
@@ -169,12 +237,20 @@ class State:
         return offset
 
     def value(self, volume: float = 1.0) -> float:
-        """Return L of (A1), but for a constant; ``volume`` is a factor of its last term."""
-        sizes, nu = -np.linalg.slogdet(self.inverse_scales)[1], self.degrees
-        cost = 0.5 * float(np.sum(sizes + (nu + 3) * np.log1p(self.squares / nu)))
-        cost += 0.5 * float(np.sum(self.constraints[1] ** 2))
+        """Return L of (A1), but for a constant; ``volume`` is a factor of its last term.
+
+        A sample's t(e; C) is (ln |C| + (nu + 3) ln(1 + e^T C^-1 e / nu)) / 2.
+        """
+        nu = self.degrees
+        log_determinants = -np.linalg.slogdet(self.inverse_scales)[1]
+        log_kernels = (nu + 3) * np.log1p(self.squares / nu)
+        value = 0.5 * float(np.sum(log_determinants + log_kernels))
+        b = self.constraints.residuals
+        value += 0.5 * float(b @ b)
         for group in self.groups:
             if group.width:
                 offset = self.offset[group.members]
-                cost += 0.5 * float(offset @ group.precision(group.width) @ offset)
-        return cost + volume * (self.linear.volume - self.objective.nominal_volume)
+                P = group.precision(group.width)
+                value += 0.5 * float(offset @ P @ offset)
+        shrinkage = self.linear.volume.value - self.objective.nominal_volume
+        return value + volume * shrinkage

@@ -50,17 +50,22 @@ def with_average_width(group: PriorGroup) -> PriorGroup:
 
 def at_usual_widths(state: State) -> State:
     """Return the state with usual widths in the place of those that are uncertain."""
-    groups = tuple(
-        replace(group, width=usual_width(group), learned=False, average_width=0.0)
-        if has_uncertain_width(group)
-        else group
-        for group in state.groups
-    )
-    return replace(state, groups=groups)
+    groups = list(state.groups)
+    for k, group in enumerate(groups):
+        if has_uncertain_width(group):
+            groups[k] = replace(
+                group,
+                width=usual_width(group),
+                learned=False,
+                average_width=0.0,
+            )
+    return replace(state, groups=tuple(groups))
 
 
 def over_widths(
-    state: State, x: np.ndarray, change: Gaussian
+    state: State,
+    x: np.ndarray,
+    change: Gaussian,
 ) -> tuple[Gaussian, tuple[PriorGroup, ...]]:
     """Return a posterior averaged over uncertain widths, and the priors with their average widths.
 
@@ -77,7 +82,8 @@ def over_widths(
         for k, width in zip(uncertain, widths.tolist(), strict=True):
             groups[k] = replace(groups[k], average_width=width)
     spread = np.column_stack([change.root, change.mean])
-    return Gaussian(np.zeros(len(spread)), spread), tuple(groups)
+    around_estimate = Gaussian(np.zeros(len(spread)), spread)
+    return around_estimate, tuple(groups)
 
 
 @dataclass(frozen=True)
@@ -94,7 +100,8 @@ class WidthMixture:
     @cached_property
     def factors(self) -> np.ndarray:
         """Factors of each group's usual width, shape (K, groups)."""
-        return np.array(list(product(FACTORS, repeat=len(self.groups))))
+        nodes = product(FACTORS, repeat=len(self.groups))
+        return np.array([*nodes])
 
     @cached_property
     def usual_widths(self) -> np.ndarray:
@@ -109,13 +116,17 @@ class WidthMixture:
     def roots(self, widths: np.ndarray) -> np.ndarray:
         """Return L with L L^T the prior covariance at widths, (..., groups), as (..., n, n)."""
         shared = [replace(group, width=0.0) for group in self.groups]
-        C = submatrix(prior_covariance(shared, self.members.max() + 1), self.members)
+        of_all = prior_covariance(shared, self.members.max() + 1)
+        C = submatrix(of_all, self.members)
         sizes = [len(group.members) for group in self.groups]
         variances = np.repeat(widths**2, sizes, axis=-1)
-        return np.linalg.cholesky(C + variances[..., None] * np.eye(len(C)))
+        diagonal = variances[..., None] * np.eye(len(C))
+        return np.linalg.cholesky(C + diagonal)
 
     def posterior(
-        self, x: np.ndarray, gaussian: Gaussian
+        self,
+        x: np.ndarray,
+        gaussian: Gaussian,
     ) -> tuple[Gaussian, np.ndarray]:
         """Return the posterior of all unknowns, and the root mean square of each group's widths.
 
@@ -126,20 +137,27 @@ class WidthMixture:
             x: The estimate.
             gaussian: Posterior of all unknowns at the usual widths, as changes from it.
         """
-        L, marginal = self.roots(self.usual_widths), gaussian.marginal(self.members)
-        offset = x[self.members] - np.concatenate([group.mean for group in self.groups])
-        Q, s, V = np.linalg.svd(np.linalg.solve(L, marginal.root))
+        L = self.roots(self.usual_widths)
+        marginal = gaussian.marginal(self.members)
+        mu = np.concatenate([group.mean for group in self.groups])
+        offset = x[self.members] - mu + marginal.mean
+        scaled = np.linalg.solve(L, marginal.root)
+        Q, s, V = np.linalg.svd(scaled)
         s = s.clip(LEAST, 1.0)
-        axes = np.linalg.solve(L.T, Q)
-        H = (axes * (1 / s**2 - 1)) @ axes.T
-        h = (axes / s**2) @ (axes.T @ (offset + marginal.mean))
-        off_mean, odds = self.moments(H, h)
         k = len(s)
-        gain = (gaussian.root @ V[:k].T / s) @ axes.T
-        members = gain @ off_mean.root
-        mean = gain @ (off_mean.mean - offset - marginal.mean)
-        root = np.column_stack([members, gaussian.root @ V[k:].T])
-        return Gaussian(gaussian.mean + mean, root), np.sqrt(odds @ self.widths**2)
+        axes = np.linalg.solve(L.T, Q)
+        by_data = 1 / s**2 - 1
+        H = (axes * by_data) @ axes.T
+        h = (axes / s**2) @ (axes.T @ offset)
+        members, odds = self.moments(H, h)
+        across = gaussian.root @ V.T
+        decided = across[:, :k]
+        undecided = across[:, k:]
+        gain = (decided / s) @ axes.T
+        mean = gaussian.mean + gain @ (members.mean - offset)
+        root = np.column_stack([gain @ members.root, undecided])
+        squares = odds @ self.widths**2
+        return Gaussian(mean, root), np.sqrt(squares)
 
     def moments(self, H: np.ndarray, h: np.ndarray) -> tuple[Gaussian, np.ndarray]:
         """Return mean and spread of the members' distance from mu, and each node's probability.
@@ -154,14 +172,21 @@ class WidthMixture:
         L = self.roots(self.widths)
         L_T = L.swapaxes(1, 2)
         M = L_T @ H @ L
-        penalty = np.sum((np.log(self.factors) / TYPICAL_SPREAD) ** 2, axis=1)
-        odds = probabilities(log_bayes_factor(M, h @ L) - 0.5 * penalty)
+        spreads = np.log(self.factors) / TYPICAL_SPREAD
+        log_prior = -0.5 * np.sum(spreads**2, axis=1)
+        log_Z = log_bayes_factor(M, h @ L)
+        odds = probabilities(log_Z + log_prior)
         likely = np.flatnonzero(odds > NEGLIGIBLE)
-        factors = np.linalg.cholesky(np.eye(len(h)) + M[likely])
-        roots = np.linalg.solve(factors, L_T[likely])  # R_k^T R_k = S_k
-        means = roots.swapaxes(1, 2) @ (roots @ h)[:, :, None]
-        mean = np.tensordot(odds[likely], means, 1)
-        columns = np.concatenate([roots, (means - mean).swapaxes(1, 2)], axis=1)
-        columns *= np.sqrt(odds[likely])[:, None, None]
-        columns = columns.reshape(-1, len(h))
-        return Gaussian.of(mean[:, 0], columns.T @ columns), odds
+        shares = odds[likely]
+        identity = np.eye(len(h))
+        factors = np.linalg.cholesky(identity + M[likely])
+        R = np.linalg.solve(factors, L_T[likely])  # R_k^T R_k = S_k
+        pulls = (R @ h)[:, :, None]
+        means = R.swapaxes(1, 2) @ pulls
+        mean = np.tensordot(shares, means, 1)
+        spread = (means - mean).swapaxes(1, 2)
+        rows = np.concatenate([R, spread], axis=1)
+        rows *= np.sqrt(shares)[:, None, None]
+        root = rows.reshape(-1, len(h))
+        covariance = root.T @ root
+        return Gaussian.of(mean[:, 0], covariance), odds

@@ -6,13 +6,13 @@ from .blocks import log_determinant as log_determinant
 from .blocks import scaled_inverse as scaled_inverse
 from .blocks import submatrix as submatrix
 from .deflection import Deflection as Deflection
-from .deflection import deflected as deflected
 from .deflection import design_matrix as design_matrix
 from .difference import differences_of as differences_of
 from .difference import set_apart as set_apart
 from .difference import shifts_by as shifts_by
 from .difference import width_of as width_of
 from .extended_model import ExtendedModel as ExtendedModel
+from .extended_model import Prediction as Prediction
 from .extended_model import extend as extend
 from .extended_model import rare_in as rare_in
 from .gaussian import Gaussian as Gaussian

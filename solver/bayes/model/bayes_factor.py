@@ -6,7 +6,9 @@ import numpy as np
 
 
 def log_bayes_factor(
-    information: np.ndarray, pull: np.ndarray, widths: np.ndarray | None = None
+    information: np.ndarray,
+    pull: np.ndarray,
+    widths: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return ln N(r; 0, C + A S^2 A^T) - ln N(r; 0, C) = (g^T (1 + M)^-1 g - ln|1 + M|) / 2.
 
@@ -23,22 +25,29 @@ def log_bayes_factor(
         Shape (...).
     """
     S = np.ones(1) if widths is None else widths
-    M, g = S[..., :, None] * information * S[..., None, :], S * pull
+    g = S * pull
+    rows = S[..., :, None]
+    columns = S[..., None, :]
+    M = rows * information * columns
     N = np.eye(g.shape[-1]) + M
-    mean = np.linalg.solve(N, g[..., None])[..., 0]
-    squares: np.ndarray = np.sum(g * mean, axis=-1)
-    return 0.5 * (squares - np.linalg.slogdet(N)[1])
+    column = np.linalg.solve(N, g[..., None])
+    mean = column[..., 0]
+    squares = (g * mean).sum(axis=-1)
+    log_determinants = np.linalg.slogdet(N)[1]
+    return 0.5 * (squares - log_determinants)
 
 
 def probabilities(logs: np.ndarray) -> np.ndarray:
     """Return the probabilities of explanations, each by ln(prior times evidence); of any shape."""
-    odds: np.ndarray = np.exp(logs - logs.max())
+    relative = logs - logs.max()
+    odds: np.ndarray = np.exp(relative)
     return odds / odds.sum()
 
 
 def probabilities_by_name(names: Sequence[str], logs: np.ndarray) -> dict[str, float]:
     """Return the probability of each name, the sum of those of its explanations, shape (E,)."""
-    shares = dict.fromkeys(names, 0.0)
-    for name, share in zip(names, probabilities(logs).tolist(), strict=True):
-        shares[name] += share
-    return shares
+    by_name = dict.fromkeys(names, 0.0)
+    shares = probabilities(logs).tolist()
+    for name, share in zip(names, shares, strict=True):
+        by_name[name] += share
+    return by_name

@@ -33,11 +33,12 @@ def inverse_root(matrix: np.ndarray) -> np.ndarray:
         numpy.linalg.LinAlgError: The matrix is not positive definite.
     """
     variances = np.diag(matrix)
-    if not np.all(variances > 0):
+    if not (variances > 0).all():
         raise np.linalg.LinAlgError("a variance is not positive")
     unit = 1 / np.sqrt(variances)
-    correlations = matrix * unit[:, None] * unit
-    return np.linalg.inv(np.linalg.cholesky(correlations)) * unit
+    correlations = unit[:, None] * matrix * unit
+    factor = np.linalg.cholesky(correlations)
+    return np.linalg.inv(factor) * unit
 
 
 def scaled_inverse(matrix: np.ndarray) -> np.ndarray:
@@ -48,4 +49,5 @@ def scaled_inverse(matrix: np.ndarray) -> np.ndarray:
 
 def log_determinant(matrix: np.ndarray) -> float:
     """Return ln |matrix| of a covariance or precision, whose unknowns may have different units."""
-    return -2 * float(np.log(np.diag(inverse_root(matrix))).sum())
+    diagonal = np.diag(inverse_root(matrix))
+    return -2 * float(np.log(diagonal).sum())

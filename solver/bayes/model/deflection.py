@@ -2,36 +2,47 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect, Readings
 
 
-def design_matrix(
-    effects: Sequence[Effect], readings: Readings
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the axes that the coefficients of some effects turn, and the turns per unit."""
-    m = int(readings.q.shape[1])
-    columns: np.ndarray = np.arange(m)
-    turned: list[np.ndarray] = [columns[:0]]
-    turns: list[np.ndarray] = [np.zeros((len(readings.q), 0))]
+class DesignMatrix(NamedTuple):
+    """The turns of axes by p coefficients of effects, in N samples."""
+
+    axes: np.ndarray
+    """Index of the axis that each coefficient turns, shape (p,): the m joints, then their tilts."""
+    turns: np.ndarray
+    """Turn of this axis per unit of the coefficient, shape (N, p) [rad]."""
+
+    def true_positions(self, q: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+        """Return the true joint positions, followed by the tilts where there are any."""
+        m = q.shape[1]
+        tilts = (self.axes >= m).any()
+        every_axis = np.eye(3 * m if tilts else m)
+        turns = (self.turns * coefficients) @ every_axis[self.axes]
+        number = np.result_type(self.turns, q)  # q may be symbols
+        true = turns.astype(number)
+        true[:, :m] += q
+        return true
+
+
+def design_matrix(effects: Sequence[Effect], readings: Readings) -> DesignMatrix:
+    """Return the design matrix of all coefficients of some effects."""
+    N, m = map(int, readings.q.shape)
+    joints: np.ndarray = np.arange(m)
+    axes: list[np.ndarray] = [joints[:0]]
+    turns = [np.zeros((N, 0))]
     for effect in effects:
-        turned += [m * axis + columns[effect.columns] for axis in effect.axes.values()]
+        turned = joints[effect.columns]
+        axes += [m * axis + turned for axis in effect.axes.values()]
         turns.append(effect.turns(readings))
-    return np.concatenate(turned), np.concatenate(turns, axis=1)
-
-
-def deflected(
-    q: np.ndarray, turned: np.ndarray, turns: np.ndarray, coefficients: np.ndarray
-) -> np.ndarray:
-    """Return the true joint positions, followed by the tilts where there are any."""
-    m = q.shape[1]
-    onto = np.eye(3 * m if (turned >= m).any() else m)[turned]
-    # q may be symbols.
-    true = ((turns * coefficients) @ onto).astype(np.result_type(turns, q))
-    true[:, :m] += q
-    return true
+    return DesignMatrix(
+        axes=np.concatenate(axes),
+        turns=np.concatenate(turns, axis=1),
+    )
 
 
 @dataclass(frozen=True)
@@ -62,19 +73,22 @@ class Deflection:
     def curves(self) -> np.ndarray | None:
         """Coefficients of the joints' error curves, shape (KNOTS, m) [rad]; None without any."""
         coefficients = self.by_name.get(CURVE.name)
-        return None if coefficients is None else coefficients.reshape(KNOTS, -1)
+        if coefficients is None:
+            return None
+        return coefficients.reshape(KNOTS, -1)
 
     def without(self, *names: str) -> "Deflection":
         """Return all effects but some."""
-        coefficients = {
-            name: c for name, c in self.by_name.items() if name not in names
-        }
-        return Deflection(tuple(coefficients), tuple(coefficients.values()))
+        by_name = self.by_name
+        for name in names:
+            by_name.pop(name, None)
+        return Deflection(tuple(by_name), tuple(by_name.values()))
 
     @property
     def beyond_zeros(self) -> "Deflection":
         """The effects that joint origins cannot hold."""
-        return self.without(*(effect.name for effect in self.effects if effect.zeros))
+        zeros = [effect.name for effect in self.effects if effect.zeros]
+        return self.without(*zeros)
 
     @property
     def without_curves(self) -> "Deflection":
@@ -92,20 +106,30 @@ class Deflection:
         return any(effect.joint_noise is not None for effect in self.effects)
 
     def true_positions(
-        self, q: np.ndarray, moments: np.ndarray, clocks: np.ndarray | None = None
+        self,
+        q: np.ndarray,
+        moments: np.ndarray,
+        clocks: np.ndarray | None = None,
     ) -> np.ndarray:
         """Return the true joint positions q', shape (N, m), or with tilts (N, 3 m) [rad].
 
         Arguments are those of :class:`.Readings`.
         """
-        by_name = self.by_name
-        effects = [effect for effect in self.effects if effect.shift is None]
-        coefficients = np.concatenate(
-            [np.zeros(0), *(by_name[e.name] for e in effects)]
-        )
-        readings = Readings(q, moments, clocks)
-        true = deflected(q, *design_matrix(effects, readings), coefficients)
+        true = self._by_derivatives(Readings(q, moments, clocks))
+        m = q.shape[1]
         for effect in self.effects:
             if effect.shift is not None:
-                true[:, : q.shape[1]] += effect.shift(q, by_name[effect.name])
+                coefficients = self.by_name[effect.name]
+                true[:, :m] += effect.shift(q, coefficients)
         return true
+
+    def _by_derivatives(self, readings: Readings) -> np.ndarray:
+        """Return the true positions by effects that have no shorter way."""
+        effects: list[Effect] = []
+        coefficients = [np.zeros(0)]
+        for effect, c in zip(self.effects, self.coefficients, strict=True):
+            if effect.shift is None:
+                effects.append(effect)
+                coefficients.append(c)
+        design = design_matrix(effects, readings)
+        return design.true_positions(readings.q, np.concatenate(coefficients))

@@ -4,7 +4,6 @@ It has unknowns of its own beside the arm's, as a place that moves has; see :mod
 """
 
 from dataclasses import dataclass
-from itertools import chain, product
 
 import numpy as np
 
@@ -25,7 +24,10 @@ def width_of(difference: Apart) -> float:
 
 
 def shifts_by(
-    robot: Robot, q: np.ndarray, order: np.ndarray, difference: Apart
+    robot: Robot,
+    q: np.ndarray,
+    order: np.ndarray,
+    difference: Apart,
 ) -> np.ndarray:
     """Return by how much balls are predicted off for each unknown of a difference, (N, 3, k).
 
@@ -42,8 +44,10 @@ def shifts_by(
         return -model.rotations(nominal, q).points
     joint = robot.joint_names.index(difference.part)
     size = difference.size or 1e-6
-    true = q - size * np.eye(q.shape[1])[joint]
-    shift = model.points(nominal, q) - model.points(nominal, true)
+    true = q.copy()
+    true[:, joint] -= size
+    balls = model.points(nominal, q)
+    shift = balls - model.points(nominal, true)
     return shift[:, :, None] / size
 
 
@@ -64,10 +68,9 @@ class Difference(Movement):
         rows = data.rows_of(self.placement)
         slopes = np.zeros((len(rows), 3, self.size))
         if rows.any():
+            q = data.positions[rows]
             order = data.clocks[rows, 0]
-            slopes[rows] = shifts_by(
-                self.robot, data.positions[rows], order, self.apart
-            )
+            slopes[rows] = shifts_by(self.robot, q, order, self.apart)
         return slopes
 
     def prior(self, begin: int) -> PriorGroup:
@@ -75,20 +78,23 @@ class Difference(Movement):
         unit = "m" if self.apart.part in WIDTHS else "rad"
         name = f"{self.apart.part} of {self.placement}"
         members = np.arange(begin, begin + self.size)
-        return PriorGroup(name, unit, members, width_of(self.apart), learned=False)
+        width = width_of(self.apart)
+        return PriorGroup(name, unit, members, width, learned=False)
 
 
 def differences_of(recordings: RobotRecordings) -> list[Movement]:
     """Return all that is otherwise in single placements of a robot."""
-    pairs = chain.from_iterable(
-        product([m.name], m.apart) for m in recordings.measurements
-    )
-    return [
-        Difference(
-            placement=name, kind="difference", robot=recordings.robot, apart=apart
-        )
-        for name, apart in pairs
-    ]
+    differences: list[Movement] = []
+    for measured in recordings.measurements:
+        for apart in measured.apart:
+            difference = Difference(
+                placement=measured.name,
+                kind="difference",
+                robot=recordings.robot,
+                apart=apart,
+            )
+            differences.append(difference)
+    return differences
 
 
 def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndarray:
@@ -97,11 +103,10 @@ def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndar
     A drift is as large as it was seen to be. What else is otherwise in a placement in sockets
     follows from its own samples, about the places of these.
     """
-    samples = (measured.positions, measured.order)
     moved = np.zeros_like(balls)
-    shifts = list[np.ndarray]()
+    shifts: list[np.ndarray] = []
     for difference in measured.apart:
-        slopes = shifts_by(robot, *samples, difference)
+        slopes = shifts_by(robot, measured.positions, measured.order, difference)
         if difference.part == DRIFT:
             moved += slopes @ difference.shift
         elif measured.kind == "sockets":
@@ -114,5 +119,7 @@ def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndar
     for rows in measured.slices:
         centred[rows] -= slopes[rows].mean(axis=0)
         offsets[rows] -= offsets[rows].mean(axis=0)
-    flat = centred.reshape(-1, slopes.shape[2])
-    return moved + slopes @ np.linalg.lstsq(flat, offsets.ravel(), rcond=1e-6)[0]
+    flat = centred.reshape(offsets.size, -1)
+    flat_offsets = offsets.ravel()
+    sizes = np.linalg.lstsq(flat, flat_offsets, rcond=1e-6)[0]
+    return moved + slopes @ sizes

@@ -4,16 +4,28 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate, chain, compress
+from typing import NamedTuple
 
 import numpy as np
 
 from ...robot import BallModel, Parameter, Robot, RotationNumbers, workspace
-from .deflection import Deflection, deflected, design_matrix
+from .deflection import Deflection, design_matrix
 from .effects import CURVE, EFFECTS, Effect, Readings
 from .prior_group import Expected, GivenPrior
 
 SCALE_SAMPLES = 200
 """Random poses by which the size of a robot is measured."""
+
+
+class Prediction(NamedTuple):
+    """N predicted balls, or rotations of their links, and their derivatives."""
+
+    points: np.ndarray
+    """Centres, shape (N, 3) [m], or rotations, shape (N, 3, 3)."""
+    by_unknowns: np.ndarray
+    """Shape (N, 3, size); of a rotation, turns about the base's axes."""
+    by_joints: np.ndarray
+    """By the joint positions, shape (N, 3, m): with play, by as much as each is noisy."""
 
 
 @dataclass(frozen=True)
@@ -46,30 +58,29 @@ class ExtendedModel:
     @cached_property
     def coefficients(self) -> tuple[list[str], ...]:
         """Names of each effect's coefficients."""
-        return tuple(
-            effect.coefficient_names(self.robot.joint_names) for effect in self.effects
-        )
+        joints = self.robot.joint_names
+        return tuple(effect.coefficient_names(joints) for effect in self.effects)
 
     @cached_property
     def names(self) -> list[str]:
         """Names of all unknowns."""
-        return [
-            *(p.name for p in self.parameters),
-            *chain.from_iterable(self.coefficients),
-        ]
+        names = [p.name for p in self.parameters]
+        return [*names, *chain(*self.coefficients)]
 
     @cached_property
     def units(self) -> list[str]:
         """Units of all unknowns."""
         units = [p.unit for p in self.parameters]
-        for effect, coefficients in zip(self.effects, self.coefficients, strict=True):
-            units += [effect.unit] * len(coefficients)
+        for k, effect in enumerate(self.effects):
+            count = len(self.coefficients[k])
+            units += count * [effect.unit]
         return units
 
     @cached_property
     def slices(self) -> tuple[slice, ...]:
         """Place of each effect's coefficients among the unknowns."""
-        bounds = [*accumulate(map(len, self.coefficients), initial=self.geometry)]
+        counts = map(len, self.coefficients)
+        bounds = [*accumulate(counts, initial=self.geometry)]
         return tuple(map(slice, bounds, bounds[1:]))
 
     @cached_property
@@ -80,13 +91,14 @@ class ExtendedModel:
     @property
     def scalars(self) -> int:
         """Number of unknowns that mean something alone; the coefficients of curves follow."""
-        return self.slices[-1].start if CURVE.name in self.extensions else self.size
+        if CURVE.name not in self.extensions:
+            return self.size
+        return self.slices[-1].start
 
     def with_effects(self, names: Collection[str]) -> "ExtendedModel":
         """Return the model with the effects of some names in place of its own."""
-        return replace(
-            self, extensions=tuple(name for name in EFFECTS if name in names)
-        )
+        extensions = tuple(name for name in EFFECTS if name in names)
+        return replace(self, extensions=extensions)
 
     @property
     def without_curves(self) -> "ExtendedModel":
@@ -99,7 +111,8 @@ class ExtendedModel:
 
     def deflection(self, x: np.ndarray) -> Deflection:
         """Return the elasticity and transmission errors for unknowns x, shape (size,)."""
-        return Deflection(self.extensions, tuple(x[members] for members in self.slices))
+        coefficients = tuple(x[place] for place in self.slices)
+        return Deflection(self.extensions, coefficients)
 
     def predict(
         self,
@@ -111,7 +124,7 @@ class ExtendedModel:
         """Return the ball's centres Phi(x, q), shape (N, 3) [m].
 
         Args:
-            x: The unknowns, shape (size,).
+            x: The unknowns, shape (size,), and any others behind them.
             q: Joint positions as the encoders read them, shape (N, m) [rad].
             torque: What holds the joints, see :func:`~mukca.solver.robot.gravity_moments`, shape
                 (N, 3 m) [N m]; without tilt (N, m) is enough.
@@ -128,27 +141,28 @@ class ExtendedModel:
         clocks: np.ndarray | None = None,
         *,
         of_turns: bool = False,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    ) -> Prediction:
         """Return ball centres and their derivatives; arguments as for :meth:`predict`.
 
-        Returns:
-            The centres, shape (N, 3) [m], or ``of_turns`` the rotations of the ball's link,
-            shape (N, 3, 3); their derivatives by the unknowns, shape (N, 3, size), and by the joint
-            positions, shape (N, 3, m): with play, by as much as each is noisy.
+        ``of_turns`` returns the rotations of the ball's link in their place.
         """
-        turned, turns = design_matrix(self.effects, Readings(q, torque, clocks))
-        true = deflected(q, turned, turns, x[self.geometry :])
+        readings = Readings(q, torque, clocks)
+        design = design_matrix(self.effects, readings)
+        coefficients = x[self.geometry : self.size]
+        true = design.true_positions(q, coefficients)
         function = self.ball.rotations if of_turns else self.ball.linearise
         linear = function(self.values(x), true)
-        by_coefficients = linear.by_joints[:, :, turned] * turns[:, None]
-        by_unknowns = np.concatenate([linear.by_parameters, by_coefficients], axis=2)
-        by_joints = linear.by_joints[:, :, : q.shape[1]]
+        by_axes = linear.by_joints[:, :, design.axes]
+        by_coefficients = by_axes * design.turns[:, None]
+        parts = linear.by_parameters, by_coefficients
+        by_unknowns = np.concatenate(parts, axis=2)
+        m = q.shape[1]
+        by_joints = linear.by_joints[:, :, :m]
         for effect in self.effects:
             if effect.joint_noise is not None:
-                by_joints = (
-                    by_joints * effect.joint_noise(torque[:, : q.shape[1]])[:, None]
-                )
-        return linear.points, by_unknowns, by_joints
+                shares = effect.joint_noise(readings.torques)
+                by_joints = by_joints * shares[:, None]
+        return Prediction(linear.points, by_unknowns, by_joints)
 
     def log_volume(self, x: np.ndarray, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the mean logarithm of the volume that the ball sweeps, and its slope, (size,).
@@ -158,12 +172,13 @@ class ExtendedModel:
         """
         offsets = self.deflection(x).joint_offsets
         true = q if offsets is None else q + offsets
-        value, by_geometry, by_joints = self.ball.log_volume(self.values(x), true)
+        values = self.values(x)
+        log_volume, by_geometry, by_joints = self.ball.log_volume(values, true)
         slope = np.zeros(self.size)
         slope[: self.geometry] = by_geometry
         if offsets is not None:
             slope[self.slices[0]] = by_joints
-        return value, slope
+        return log_volume, slope
 
     def by_scale(self) -> np.ndarray:
         """Return the derivative of the logarithm of the robot's scale by the unknowns, (size,).
@@ -176,32 +191,47 @@ class ExtendedModel:
         """
         q = workspace(self.robot, SCALE_SAMPLES)
         model = self.without_curves
-        points, slopes, _ = model.linearise(np.zeros(model.size), q, np.tile(0 * q, 3))
-        cloud = points - points.mean(axis=0)
-        columns = [
-            i for i, p in enumerate(self.parameters) if p.of_ball and p.unit == "m"
-        ]
-        for effect, members in zip(model.effects, model.slices, strict=True):
-            columns += range(members.start, members.stop) if effect.of_encoder else ()
-        shifts = slopes[:, :, columns] - slopes[:, :, columns].mean(axis=0)
-        turns = np.cross(np.eye(3), cloud[:, None]).swapaxes(1, 2)
-        directions = np.concatenate([shifts, turns], axis=2).reshape(cloud.size, -1)
-        no_scale = np.linalg.lstsq(directions, cloud.ravel(), rcond=None)[0]
-        radial = cloud.ravel() - directions @ no_scale
-        by_scale = radial @ slopes.reshape(cloud.size, -1) / (radial @ radial)
-        return np.pad(by_scale, (0, self.size - model.size))
+        nominal = np.zeros(model.size)
+        no_load = np.tile(0 * q, 3)
+        balls = model.linearise(nominal, q, no_load)
+        cloud = balls.points - balls.points.mean(axis=0)
+        J = balls.by_unknowns.reshape(cloud.size, -1)
+        shifts = balls.by_unknowns[:, :, model.scaleless]
+        shifts = shifts - shifts.mean(axis=0)
+        turns = np.cross(np.eye(3), cloud[:, None])
+        turns = turns.swapaxes(1, 2)
+        directions = np.concatenate([shifts, turns], axis=2)
+        directions = directions.reshape(cloud.size, -1)
+        places = cloud.ravel()
+        sizes = np.linalg.lstsq(directions, places, rcond=None)[0]
+        radial = places - directions @ sizes
+        by_scale = radial @ J / (radial @ radial)
+        of_curves = self.size - model.size
+        return np.pad(by_scale, (0, of_curves))
+
+    @property
+    def scaleless(self) -> list[int]:
+        """Indices of the ball's place on the flange, and of zeros and gains of the encoders."""
+        indices: list[int] = []
+        for i, parameter in enumerate(self.parameters):
+            if parameter.of_ball and parameter.unit == "m":
+                indices.append(i)
+        for effect, place in zip(self.effects, self.slices, strict=True):
+            if effect.of_encoder:
+                indices += range(place.start, place.stop)
+        return indices
 
 
 def rare_in(
-    coefficients: Mapping[str, Sequence[float]], joints: Sequence[str]
+    coefficients: Mapping[str, Sequence[float]],
+    joints: Sequence[str],
 ) -> list[str]:
     """Return the names of coefficients of rare effects that are not 0, by those of each effect."""
     names: list[str] = []
     for name, effect in EFFECTS.items():
         if effect.rare:
-            names += compress(
-                effect.coefficient_names(joints), coefficients.get(name, ())
-            )
+            of_effect = effect.coefficient_names(joints)
+            names += compress(of_effect, coefficients.get(name, ()))
     return names
 
 
@@ -212,5 +242,7 @@ def extend(
     rotation_numbers: RotationNumbers = "vector",
 ) -> ExtendedModel:
     """Return the model of a robot with free parameters and some of :data:`.EFFECTS`."""
-    ball = BallModel(robot, [p.index for p in parameters], rotation_numbers)
-    return ExtendedModel(robot, tuple(parameters), ball, ()).with_effects(extensions)
+    indices = [p.index for p in parameters]
+    ball = BallModel(robot, indices, rotation_numbers)
+    rigid = ExtendedModel(robot, tuple(parameters), ball, ())
+    return rigid.with_effects(extensions)

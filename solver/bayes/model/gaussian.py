@@ -4,10 +4,11 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate
 from typing import Literal
 
 import numpy as np
+
+from .blocks import submatrix
 
 CHECK = "MUKCA_CHECK_COVARIANCES"
 """Environment variable that turns :func:`check` on, as tests and benchmarks do."""
@@ -32,39 +33,47 @@ class Gaussian:
     @staticmethod
     def of(mean: np.ndarray, covariance: np.ndarray) -> "Gaussian":
         """Return the Gaussian of a covariance, less what rounding alone has put into it."""
-        unit = np.sqrt(np.diag(covariance).clip(min=0))
+        variances = np.diag(covariance).clip(min=0)
+        unit = np.sqrt(variances)
         scale = np.divide(1, unit, out=np.zeros_like(unit), where=unit > 0)
-        values, axes = np.linalg.eigh(covariance * scale[:, None] * scale)
-        return Gaussian(mean, unit[:, None] * axes * np.sqrt(values.clip(min=0)))
+        correlations = scale[:, None] * covariance * scale
+        values, axes = np.linalg.eigh(correlations)
+        lengths = np.sqrt(values.clip(min=0))
+        return Gaussian(mean, unit[:, None] * axes * lengths)
 
     @staticmethod
     def of_precision(mean: np.ndarray, precision: np.ndarray) -> "Gaussian":
         """Return the Gaussian of a precision P whose rows have different units."""
         scale = 1 / np.sqrt(np.diag(precision))
-        values, axes = np.linalg.eigh(precision * scale[:, None] * scale)
+        scaled = scale[:, None] * precision * scale
+        values, axes = np.linalg.eigh(scaled)
         values = values.clip(min=NOTHING * values[-1])
-        return Gaussian(mean, scale[:, None] * axes / np.sqrt(values))
+        lengths = 1 / np.sqrt(values)
+        return Gaussian(mean, scale[:, None] * axes * lengths)
 
     @staticmethod
     def averaged(parts: Sequence["Gaussian"], shares: Sequence[float]) -> "Gaussian":
         """Return mean and spread of a mixture, in which each part has a share."""
-        pairs = [*zip(parts, shares, strict=True)]
-        mean = np.sum([share * part.mean for part, share in pairs], axis=0)
-        roots = [
-            share**0.5 * np.column_stack([part.mean - mean, part.root])
-            for part, share in pairs
-        ]
+        means = np.array([part.mean for part in parts])
+        mean = np.array(shares) @ means
+        roots: list[np.ndarray] = []
+        for part, share in zip(parts, shares, strict=True):
+            spread = np.column_stack([part.mean - mean, part.root])
+            roots.append(share**0.5 * spread)
         return Gaussian(mean, np.concatenate(roots, axis=1))
 
     @staticmethod
     def independent(parts: Sequence["Gaussian"]) -> "Gaussian":
         """Return the Gaussian of the unknowns of several, part after part."""
         mean = np.concatenate([part.mean for part in parts])
-        bounds = [*accumulate((len(part.mean) for part in parts), initial=0)]
-        rows = map(slice, bounds, bounds[1:])
-        roots = [
-            p.embedded(r, len(mean)).root for p, r in zip(parts, rows, strict=True)
-        ]
+        roots: list[np.ndarray] = []
+        begin = 0
+        for part in parts:
+            end = begin + len(part.mean)
+            rows = slice(begin, end)
+            embedded = part.embedded(rows, len(mean))
+            roots.append(embedded.root)
+            begin = end
         return Gaussian(mean, np.concatenate(roots, axis=1))
 
     @cached_property
@@ -84,23 +93,32 @@ class Gaussian:
     def embedded(self, rows: np.ndarray | slice, size: int) -> "Gaussian":
         """Return the Gaussian of more unknowns, the others being zero."""
         mean = np.zeros(size)
+        mean[rows] = self.mean
         root = np.zeros((size, self.root.shape[1]))
-        mean[rows], root[rows] = self.mean, self.root
+        root[rows] = self.root
         return Gaussian(mean, root)
 
     def conditioned(
-        self, slopes: np.ndarray, errors: np.ndarray, count: Literal[1, -1] = 1
+        self,
+        slopes: np.ndarray,
+        errors: np.ndarray,
+        count: Literal[1, -1] = 1,
     ) -> "Gaussian":
         """Return it where errors e + A (x - mu) were seen, each with a standard deviation of 1.
 
         With W = A R = U s V^T, the root becomes R (1 + V ((1 + s^2)^(-1/2) - 1) V^T) (Andrews
         1968). A count of -1 takes back errors that it was conditioned on before, by -s^2.
         """
-        U, s, Vt = np.linalg.svd(slopes @ self.root, full_matrices=False)
-        shares = 1 / (1 + count * s**2).clip(min=NOTHING)
+        W = slopes @ self.root
+        U, s, Vt = np.linalg.svd(W, full_matrices=False)
+        precisions = 1 + count * s**2
+        shares = 1 / precisions.clip(min=NOTHING)
         across = self.root @ Vt.T
-        mean = self.mean - count * across @ (shares * s * (U.T @ errors))
-        return Gaussian(mean, self.root + (across * (np.sqrt(shares) - 1)) @ Vt)
+        pulls = shares * s * (U.T @ errors)
+        shrinkage = across * (np.sqrt(shares) - 1)
+        mean = self.mean - count * across @ pulls
+        root = self.root + shrinkage @ Vt
+        return Gaussian(mean, root)
 
 
 def check(covariance: np.ndarray) -> None:
@@ -111,17 +129,17 @@ def check(covariance: np.ndarray) -> None:
     """
     if CHECK not in os.environ:
         return
-    variances = np.diag(covariance)
-    some = np.flatnonzero(np.any(covariance != 0, axis=1))
     assert np.isfinite(covariance).all(), "a covariance is not finite"
-    assert (variances[some] > 0).all(), f"a variance is {variances[some].min()}"
-    unit = 1 / np.sqrt(variances[some])
-    correlations = covariance[some][:, some] * unit[:, None] * unit
-    shifted = correlations + ROUNDING * np.eye(len(some))
+    some = np.any(covariance != 0, axis=1)
+    matrix = submatrix(covariance, some)
+    variances = np.diag(matrix)
+    assert (variances > 0).all(), f"a variance is {variances.min()}"
+    unit = 1 / np.sqrt(variances)
+    correlations = unit[:, None] * matrix * unit
+    shifted = correlations + ROUNDING * np.eye(len(unit))
     try:
         np.linalg.cholesky(shifted)
     except np.linalg.LinAlgError:
         eigenvalue = np.linalg.eigvalsh(shifted)[0] - ROUNDING
-        raise AssertionError(
-            f"a correlation matrix has the eigenvalue {eigenvalue:.3g}"
-        ) from None
+        message = f"a correlation matrix has the eigenvalue {eigenvalue:.3g}"
+        raise AssertionError(message) from None

@@ -42,29 +42,32 @@ class Movement:
     def course(self, data: Observations) -> np.ndarray:
         """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
         rows = data.rows_of(self.placement)
-        t = getattr(data, self.clock)
-        course = np.zeros((len(t), self.waves))
+        course = np.zeros((len(rows), self.waves))
         if not rows.any():
             return course
-        times = t[rows]
-        s = (times - times.min()) / max(float(np.ptp(times)), 1e-12)
+        t = getattr(data, self.clock)[rows]
+        duration = max(float(np.ptp(t)), 1e-12)
+        s = (t - t.min()) / duration
         if self.kind == "step":
-            course[rows, 0] = times >= self.at
+            course[rows, 0] = t >= self.at
         elif self.kind == "drift":
             course[rows, 0] = s - 0.5
         else:
-            halves = np.arange(1, self.waves + 1)
-            course[rows] = np.cos(np.pi * s[:, None] * halves)
+            k = np.arange(1, self.waves + 1)
+            halves = np.pi * k
+            course[rows] = np.cos(s[:, None] * halves)
         return course
 
     def slopes(self, data: Observations) -> np.ndarray:
         """Return the derivatives of m by the unknowns for all samples, shape (N, 3, size)."""
         course = self.course(data)
-        return np.einsum("nk,ij->nikj", course, np.eye(3)).reshape(len(course), 3, -1)
+        by_axis = np.einsum("nk,ij->nikj", course, np.eye(3))
+        return by_axis.reshape(len(course), 3, -1)
 
     def prior(self, begin: int) -> PriorGroup:
         """Return the prior of its unknowns, from some index on: of a slow process learned."""
         slow = self.kind == "slow"
+        variances = np.repeat(self.weights**2, 3)
         return PriorGroup(
             f"{self.kind} of {self.placement}",
             "m",
@@ -72,24 +75,25 @@ class Movement:
             SIZE,
             typical=SIZE if slow else 0.0,
             learned=slow,
-            shape=np.diag(np.repeat(self.weights**2, 3)),
+            shape=np.diag(variances),
         )
 
 
 def movements_of(data: Observations, placement: str) -> list[Movement]:
     """Return the movements that a placement's samples could tell, from its clocks."""
     rows = data.rows_of(placement)
+    clocks = {"time": data.time, "temperature": data.temperature}
     movements: list[Movement] = []
-    for clock, values in (("time", data.time), ("temperature", data.temperature)):
+    for clock, values in clocks.items():
         t = values[rows]
         waves = min(WAVES, len(t) // EACH)
-        if not len(t) or not np.isfinite(t).all() or not np.ptp(t) or waves < 1:
+        if waves < 1 or not np.isfinite(t).all():
+            continue
+        if not np.ptp(t):
             continue
         if clock == "time":
-            movements += [
-                Movement(placement, "step", at=rank)
-                for rank in _changes(t, data.sockets[rows])
-            ]
+            for change in _changes(t, data.sockets[rows]):
+                movements.append(Movement(placement, "step", at=change))
             movements.append(Movement(placement, "drift"))
         movements.append(Movement(placement, "slow", clock, waves=waves))
     return movements
@@ -100,5 +104,11 @@ def _changes(t: np.ndarray, sockets: np.ndarray) -> list[float]:
     order = np.argsort(t, kind="stable")
     ordered: list[int] = sockets[order].tolist()
     times: list[float] = t[order].tolist()
-    first = (np.flatnonzero(np.diff(ordered)) + 1).tolist()
-    return [times[i] for i in first if not {*ordered[:i]}.isdisjoint(ordered[i:])]
+    changes: list[float] = []
+    for i in range(1, len(times)):
+        if ordered[i] == ordered[i - 1]:
+            continue
+        before = {*ordered[:i]}
+        if not before.isdisjoint(ordered[i:]):
+            changes.append(times[i])
+    return changes

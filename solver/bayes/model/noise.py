@@ -41,10 +41,9 @@ class Noise:
 
     def as_gaussian(self, by_joints: np.ndarray) -> np.ndarray:
         """Return C_i / k, the covariance of Gaussian noise of which a sample tells as much."""
-        return (
-            sample_scales([self], np.zeros(len(by_joints), int), by_joints)
-            / self.information
-        )
+        sources = np.zeros(len(by_joints), int)
+        C = sample_scales([self], sources, by_joints)
+        return C / self.information
 
     def joint_effect(self, by_joints: np.ndarray) -> float:
         """Return how far the joints' noise moves the ball, relative to that in space."""
@@ -55,39 +54,48 @@ class Noise:
 
         s_x is kept from zero, since no ball sits without any play.
         """
-        squares = np.array([self.space, self.joint])[: len(step)] ** 2
-        updated = np.clip(
-            squares + step, squares / LARGEST_FACTOR, LARGEST_FACTOR * squares
-        )
-        s_x, s_q = np.append(np.sqrt(updated), 0.0)[:2].tolist()
-        return replace(
-            self, space=max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST), joint=s_q
-        )
+        scales = np.array([self.space, self.joint])
+        squares = scales[: len(step)] ** 2
+        lower, upper = squares / LARGEST_FACTOR, squares * LARGEST_FACTOR
+        clipped = np.clip(squares + step, lower, upper)
+        updated = np.sqrt(clipped)
+        s_x = float(updated[0])
+        s_q = float(updated[1]) if len(step) > 1 else 0.0
+        s_x = max(s_x, NEGLIGIBLE * s_q * reach, SMALLEST)
+        return replace(self, space=s_x, joint=s_q)
 
 
 def joint_reach(by_joints: np.ndarray) -> float:
     """Return how far joints that all err by 1 rad at random move the ball per axis [m/rad]."""
-    squares: np.ndarray = np.sum(by_joints**2, axis=(1, 2)) / 3
-    return float(np.mean(squares)) ** 0.5
+    squares = (by_joints**2).sum(axis=(1, 2))
+    square = float(squares.mean()) / 3
+    return square**0.5
 
 
 def sample_scales(
-    noises: Sequence[Noise], sources: np.ndarray, by_joints: np.ndarray
+    noises: Sequence[Noise],
+    sources: np.ndarray,
+    by_joints: np.ndarray,
 ) -> np.ndarray:
     """Return C_i of samples, by the index of each one's noise and its Jq_i, (N, 3, 3) [m^2]."""
-    scales = np.array([(noise.space, noise.joint) for noise in noises])
-    squares = scales[sources, :, None, None] ** 2
+    space = np.array([noise.space for noise in noises])
+    joint = np.array([noise.joint for noise in noises])
+    s_x = space[sources, None, None]
+    s_q = joint[sources, None, None]
     spread = by_joints @ by_joints.transpose(0, 2, 1)
-    return squares[:, 0] * np.eye(3) + squares[:, 1] * spread
+    return s_x**2 * np.eye(3) + s_q**2 * spread
 
 
 def sample_degrees(noises: Sequence[Noise], sources: np.ndarray) -> np.ndarray:
     """Return nu of samples, by the index of each one's noise, shape (N,)."""
-    return np.array([noise.nu for noise in noises])[sources]
+    nu = np.array([noise.nu for noise in noises])
+    return nu[sources]
 
 
 def student_weights(
-    squares: np.ndarray, nu: float | np.ndarray, axes: int = 3
+    squares: np.ndarray,
+    nu: float | np.ndarray,
+    axes: int = 3,
 ) -> np.ndarray:
     """Return w = (nu + d) / (nu + e^T C^-1 e), the robust weights of errors with d axes (A2).
 
@@ -97,7 +105,9 @@ def student_weights(
 
 
 def fitted_squares(
-    squares: np.ndarray, nu: float | np.ndarray, steps: int
+    squares: np.ndarray,
+    nu: float | np.ndarray,
+    steps: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return squares, shape (..., N), as large as Student's noise says, and by how much they grew.
 
@@ -107,8 +117,10 @@ def fitted_squares(
     growth = np.zeros(())
     for _ in range(steps):
         weights = student_weights(squares, nu)
-        shares = np.mean(weights * squares, axis=-1, keepdims=True)
-        factor = 3 * np.mean(weights, axis=-1, keepdims=True) / shares
+        weighted = weights * squares
+        square = weighted.mean(axis=-1, keepdims=True)
+        weight = weights.mean(axis=-1, keepdims=True)
+        factor = 3 * weight / square
         squares = squares * factor
         growth = growth + np.log(factor)
     return squares, growth
@@ -118,22 +130,27 @@ def degrees_of_freedom(squares: np.ndarray) -> float:
     """Return the most plausible nu of errors by (anything in proportion to) e^T C^-1 e, (N,)."""
     if not squares.any():
         return NU
-    nu = TAILS[:, None]
+    count, nu = len(squares), TAILS[:, None]
     errors, growth = fitted_squares(squares[None], nu, SCALE_STEPS)
-    sizes = 0.5 * (TAILS + 3) * np.log1p(errors / nu).sum(axis=1)
-    tried = [len(squares) * log_constant(nu) + log_prior(nu) for nu in TAILS.tolist()]
-    plausible = 1.5 * len(squares) * growth[:, 0] - sizes + tried
-    best = int(np.argmax(plausible))
+    log_kernels = np.log1p(errors / nu).sum(axis=1)
+    log_densities = 1.5 * count * growth[:, 0]
+    log_densities -= 0.5 * (TAILS + 3) * log_kernels
+    for k, tried in enumerate(TAILS.tolist()):
+        log_densities[k] += count * log_constant(tried) + log_prior(tried)
+    best = int(np.argmax(log_densities))
     aside = 0.0
     if 0 < best < len(TAILS) - 1:  # the top of the parabola through three
-        before, peak, after = plausible[best - 1 : best + 2].tolist()
-        aside = 0.5 * (before - after) / (before - 2 * peak + after)
-    return float(TAILS[best] * (TAILS[1] / TAILS[0]) ** aside)
+        before, peak, after = log_densities[best - 1 : best + 2].tolist()
+        bend = before - 2 * peak + after
+        aside = 0.5 * (before - after) / bend
+    ratio = TAILS[1] / TAILS[0]
+    return float(TAILS[best] * ratio**aside)
 
 
 def log_constant(nu: float) -> float:
     """Return the logarithm of Student's density of a 3-vector of size 0, for a scale of I."""
-    return lgamma((nu + 3) / 2) - lgamma(nu / 2) - 1.5 * log(nu * pi)
+    gammas = lgamma((nu + 3) / 2) - lgamma(nu / 2)
+    return gammas - 1.5 * log(nu * pi)
 
 
 def log_prior(nu: float) -> float:

@@ -3,14 +3,13 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
-from math import log
+from math import exp, log
+from typing import NamedTuple
 
 import numpy as np
 
 from .blocks import block_matrix, scaled_inverse, submatrix
 
-Expected = tuple[np.ndarray, np.ndarray]
-"""Prior means of coefficients, and the standard deviations of these."""
 TYPICAL_SPREAD = 1.0
 """Standard deviation of the logarithm of a width whose typical value is known: a factor e."""
 MIN_WIDTH, MAX_WIDTH = 0.3, 10.0
@@ -26,6 +25,14 @@ SMALLEST_WIDTH = 1e-8
 LEAST_VARIANCE = 1e-24
 """An unknown of less variance was held, and tells nothing."""
 EVERY = slice(None)
+
+
+class Expected(NamedTuple):
+    """Prior means of coefficients that are not zero."""
+
+    mean: np.ndarray
+    deviation: np.ndarray
+    """Standard deviations of these means."""
 
 
 @dataclass(frozen=True)
@@ -74,29 +81,35 @@ class PriorGroup:
         if self.shape is not None:
             return width**2 * self.shape
         D = np.diag(self._variances(width))
-        return D if self.common is None else D + np.outer(self.common, self.common)
+        if self.common is None:
+            return D
+        return D + np.outer(self.common, self.common)
 
     def precision(self, width: float, mask: np.ndarray | slice = EVERY) -> np.ndarray:
         """Return the prior precision of some members (Sherman and Morrison), the others held."""
         if self.shape is not None:
-            return scaled_inverse(self.shape[mask][:, mask]) / width**2
+            shape = self.shape[mask][:, mask]
+            return scaled_inverse(shape) / width**2
         inverse = 1 / self._variances(width)[mask]
         if self.common is None:
             return np.diag(inverse)
         t = self.common[mask]
         scaled = inverse * t
-        return np.diag(inverse) - np.outer(scaled, scaled) / (1 + t @ scaled)
+        outer = np.outer(scaled, scaled)
+        return np.diag(inverse) - outer / (1 + t @ scaled)
 
     @property
     def mean(self) -> np.ndarray:
         """Prior mean of the members, shape (members,)."""
-        return (
-            np.zeros(len(self.members)) if self.expected is None else self.expected[0]
-        )
+        if self.expected is None:
+            return np.zeros(len(self.members))
+        return self.expected.mean
 
     def _variances(self, width: float) -> np.ndarray:
-        variance = 0.0 if self.expected is None else self.expected[1] ** 2
-        return np.full(len(self.members), width**2) + variance
+        variances = np.full(len(self.members), width**2)
+        if self.expected is None:
+            return variances
+        return variances + self.expected.deviation**2
 
     @property
     def deviation(self) -> float:
@@ -107,8 +120,10 @@ class PriorGroup:
         """
         if self.average_width:
             return self.average_width
+        if not self.learned:
+            return self.width
         gamma = max(self.effective, 4.0)
-        return self.width * (gamma / (gamma - 2)) ** 0.5 if self.learned else self.width
+        return self.width * (gamma / (gamma - 2)) ** 0.5
 
     def following(self, noise: float) -> "PriorGroup":
         """Return the group with the mean that the noise of joints without load shows [rad].
@@ -117,9 +132,9 @@ class PriorGroup:
         """
         ones = np.ones(len(self.members))
         width = max(NOISE_DEVIATION * noise, SMALLEST_WIDTH)
-        return replace(
-            self, width=width, common=width * ones, expected=(noise * ones, 0 * ones)
-        )
+        expected = Expected(noise * ones, 0 * ones)
+        common = width * ones
+        return replace(self, width=width, common=common, expected=expected)
 
     def updated(
         self,
@@ -130,47 +145,74 @@ class PriorGroup:
     ) -> "PriorGroup":
         """Return the group with a width closer to what the evidence prefers (A4; MacKay 1992).
 
-        That is the root mean square of the free members' distances x from their mean, over those
-        that the data decide. Its logarithm changes by ``largest`` at most.
+            s_g^2 = |P x|^2 / gamma        P = s_g^2 P_g
+            gamma = tr P - tr(P Sigma P) / s_g^2
+
+        It is the mean square of the free members' distances x from their mean, over those that the
+        data decide.
+
+        Args:
+            x: Distances of the free members from their mean, shape (k,).
+            covariance: Sigma of these members, shape (k, k).
+            mask: True for the members that are free.
+            largest: Largest change of the logarithm of the width.
         """
-        P = self.width**2 * self.precision(self.width, mask)
-        effective = float(np.trace(P) - np.trace(P @ covariance @ P) / self.width**2)
-        squares = float(np.sum((P @ x) ** 2))
-        gamma = max(effective, 1e-9)
+        square = self.width**2
+        P = square * self.precision(self.width, mask)
+        undecided = np.trace(P @ covariance @ P) / square
+        effective = float(np.trace(P) - undecided)
+        distances = P @ x
+        squares = float(distances @ distances)
+        now = log(self.width)
+        change = self._target(squares, max(effective, 1e-9)) - now
+        step = self._step(now, change)
+        step = min(max(step, -largest), largest)
+        width = max(exp(now + step), SMALLEST_WIDTH)
+        trail = now, change
+        return replace(self, width=width, effective=effective, trail=trail)
+
+    def _target(self, squares: float, gamma: float) -> float:
+        """Return the logarithm of the width that (A4) wants; beside its own prior, by Newton."""
         square = squares / gamma
         if self.typical:
-            slope = np.log(self.width / self.typical) / TYPICAL_SPREAD**2
+            precision = 1 / TYPICAL_SPREAD**2
+            offset = log(self.width / self.typical)
             ratio = squares / self.width**2
-            step = (ratio - gamma - slope) / (2 * ratio + 1 / TYPICAL_SPREAD**2)
-            square = self.width**2 * np.exp(2 * np.clip(step, -1, 1))
-        target = 0.5 * np.log(max(square, SMALLEST_WIDTH**2))
-        now = float(np.log(self.width))
-        step = float(np.clip(self._step(now, target - now), -largest, largest))
-        width = max(float(np.exp(now + step)), SMALLEST_WIDTH)
-        return replace(
-            self, width=width, effective=effective, trail=(now, target - now)
-        )
+            slope = ratio - gamma - precision * offset
+            step = slope / (2 * ratio + precision)
+            step = min(max(step, -1), 1)
+            square = self.width**2 * exp(2 * step)
+        return 0.5 * log(max(square, SMALLEST_WIDTH**2))
 
     def _step(self, now: float, change: float) -> float:
         """Return by how much to change the logarithm of the width."""
-        if self.trail is None or now == self.trail[0] or not change:
+        if self.trail is None:
             return change
-        slope = (change - self.trail[1]) / (now - self.trail[0])
+        before, change_before = self.trail
+        if now == before or not change:
+            return change
+        slope = (change - change_before) / (now - before)
         if slope < 0:
-            return float(np.clip(-1 / slope, MIN_WIDTH, MAX_WIDTH)) * change
-        return min(change, -log(2)) if max(change, self.trail[1]) < -FALLING else change
+            factor = min(max(-1 / slope, MIN_WIDTH), MAX_WIDTH)
+            return factor * change
+        falls = max(change, change_before) < -FALLING
+        return min(change, -log(2)) if falls else change
 
 
 def prior_covariance(
-    groups: Iterable[PriorGroup], size: int, *, widened: bool = False
+    groups: Iterable[PriorGroup],
+    size: int,
+    *,
+    widened: bool = False,
 ) -> np.ndarray:
     """Return the prior covariance of all unknowns, zero for those of no group, shape (size, size).
 
     It is made at the groups' widths, or ``widened`` by what these are uncertain by.
     """
-    blocks = [
-        (g.members, g.covariance(g.deviation if widened else g.width)) for g in groups
-    ]
+    blocks: list[tuple[np.ndarray, np.ndarray]] = []
+    for group in groups:
+        width = group.deviation if widened else group.width
+        blocks.append((group.members, group.covariance(width)))
     return block_matrix(size, blocks)
 
 
@@ -189,16 +231,23 @@ class GivenPrior:
 
     def of(self, names: Sequence[str]) -> "GivenPrior":
         """Return what it says of those that are among some names, in their order (marginal)."""
-        place = {name: i for i, name in enumerate(self.names)}
-        rows = [place[name] for name in names if name in place]
-        subset = tuple(self.names[i] for i in rows)
+        places = {name: i for i, name in enumerate(self.names)}
+        subset = [name for name in names if name in places]
+        rows = [places[name] for name in subset]
         covariance = submatrix(self.covariance, rows)
-        return GivenPrior(subset, self.mean[rows], covariance, self.curve_scales)
+        return replace(
+            self,
+            names=tuple(subset),
+            mean=self.mean[rows],
+            covariance=covariance,
+        )
 
     def without(self, names: Collection[str]) -> "GivenPrior":
         """Return what it says of all but some names, and but what it holds."""
-        uncertain = compress(self.names, np.diag(self.covariance) > LEAST_VARIANCE)
-        return self.of([name for name in uncertain if name not in names])
+        mask = np.diag(self.covariance) > LEAST_VARIANCE
+        uncertain = compress(self.names, mask)
+        others = [name for name in uncertain if name not in names]
+        return self.of(others)
 
 
 Prior = Mapping[str, Expected] | GivenPrior | None

@@ -1,38 +1,25 @@
 """Decides by the data which extensions of the geometry to keep, and how much each counts."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
-from itertools import chain, compress
-from math import log
-
-import numpy as np
 
 from ...data import Observations, RobotRecordings
-from ...paper import NotConverged
-from ...robot import Parameter, Robot
+from ...robot import Parameter
 from ..inference import FitPosterior, estimate, refit, with_joint_curves
-from ..model import Expected, GivenPrior, Prior, differences_of, extend
+from ..model import (
+    Expected,
+    ExtendedModel,
+    GivenPrior,
+    Prior,
+    differences_of,
+    extend,
+)
 from ..model.effects import CURVE, EFFECTS, EXTENSIONS, effects_of
 from ..results import joint_offsets_in_words
-from .model_averaging import (
-    averaged,
-    beside_curves,
-    held_out_errors,
-    mean_fall,
-    model_probabilities,
-)
+from .model_averaging import beside_curves
+from .model_choice import ModelChoice, choose_models
+from .model_search import SearchedModels, models_by_type, search
 from .moved_places import FoundMovement, movements_by_evidence
-
-LOG_BAYES_FACTOR = log(150)
-"""Least rise of the logarithm of the evidence by all extensions together: what is called very
-strong (Kass and Raftery 1995). Of 216 simulated arms without any, one raised it by as much; six by
-log(20), for which errors of 48 that bend would be 2 % smaller after 10 + 10 samples."""
-LIKELY = 0.01
-"""Models less probable than this are left out of the mean."""
-ENOUGH_PLACEMENTS = 3
-NO_MASSES = "cannot be told without masses in the URDF, or measured torques"
 
 JOINT_NOISE = "joint-noise"
 """Named beside the extensions: the noise of the joints."""
@@ -76,207 +63,86 @@ def select_models(
         NotConverged: The fit of the geometry did not settle.
     """
     progress("geometry")
-    stages = {*EXTENSIONS, JOINT_NOISE} - {*without}
-    earlier = prior if isinstance(prior, GivenPrior) else None
     first = effects_of(zeros=zeros)
-    robot, differences = recordings.robot, differences_of(recordings)
-    effects = _effects_of(robot, earlier, recordings.effects)
-    base = extend(robot, parameters, (*first, *effects))
-    model = replace(base, given=earlier, seen=recordings.effects)
     geometric = estimate(
-        model, data, joint_noise=JOINT_NOISE in stages, movements=differences
+        _geometric_model(recordings, parameters, first, prior),
+        data,
+        joint_noise=JOINT_NOISE not in without,
+        movements=differences_of(recordings),
     )
-    names = [
-        name
-        for name in EXTENSIONS
-        if name in stages and _required(name) <= {"", *first}
-    ]
-    scalar = [name for name in names if name != CURVE.extension]
-    tryable = set(chain.from_iterable(EXTENSIONS[name] for name in names))
-    of_type = dict[str, Expected]()
-    if prior is not None and not isinstance(prior, GivenPrior):
-        of_type = {
-            name: expected for name, expected in prior.items() if name in tryable
-        }
-    tried = _search(geometric, scalar, progress)
-    movements, reported = movements_by_evidence(max(tried.models, key=_evidence))
-    if any(line.kept for line in reported):  # all again beside these
-        tried = _search(refit(geometric, movements=movements), scalar, progress)
-    choice = _supported([*tried.models, *_by_type(tried.fits, of_type, progress)])
+    stages = _stages(first, without)
+    of_type = _of_type(prior, stages)
+    scalar = [name for name in stages if name != CURVE.extension]
+    searched, movements = _search_beside_movements(geometric, scalar, progress)
+    by_type = models_by_type(searched.fits, of_type, progress)
+    choice = choose_models([*searched.models, *by_type])
     mean = result = choice.mean
-    note = ""
+    curves_note = ""
     if CURVE.extension in stages:
-        result, note = with_joint_curves(
-            mean, beside_curves(mean, tried.models), progress
-        )
+        alternative = beside_curves(mean, searched.models)
+        result, curves_note = with_joint_curves(mean, alternative, progress)
     if result.active != mean.active:
-        choice = _Choice([result], "; beside curves")
-    notes = [
-        f"{stage}: {choice.note(stage, gain)}" for stage, gain in tried.gains.items()
-    ]
+        choice = ModelChoice([result], "; beside curves")
+    notes = [f"{name}: {choice.note(name, g)}" for name, g in searched.gains.items()]
     if of_type:
         share = choice.share(lambda fit: bool(fit.model.of_type))
         notes.append(f"type prior: counts by {100 * share:.0f} %")
-    if note:
-        notes.append(f"{CURVE.extension}: {note}")
+    if curves_note:
+        notes.append(f"{CURVE.extension}: {curves_note}")
     if zeros:
         notes.append(joint_offsets_in_words(result.arm))
-    return Selected(result, tuple(notes), reported)
+    return Selected(result, tuple(notes), movements)
 
 
-def _evidence(model: FitPosterior) -> float:
-    return model.log_evidence
+def _geometric_model(
+    recordings: RobotRecordings,
+    parameters: Sequence[Parameter],
+    first: Sequence[str],
+    prior: Prior,
+) -> ExtendedModel:
+    """Return the model before any extension: the geometry, and effects that are there anyway.
+
+    These are the first ones, and but for curves, those that an earlier calibration tells of or that
+    the recordings show.
+    """
+    earlier = prior if isinstance(prior, GivenPrior) else None
+    names = {*recordings.effects, *(earlier.names if earlier else ())}
+    effects = [*first]
+    for effect in EFFECTS.values():
+        coefficients = effect.coefficient_names(recordings.robot.joint_names)
+        if effect is not CURVE and not names.isdisjoint(coefficients):
+            effects.append(effect.name)
+    model = extend(recordings.robot, parameters, effects)
+    return replace(model, given=earlier, seen=recordings.effects)
 
 
-def _required(extension: str) -> set[str]:
-    return {EFFECTS[effect].requires for effect in EXTENSIONS[extension]}
+def _stages(first: Sequence[str], without: Collection[str]) -> list[str]:
+    """Return the extensions to try, all of whose effects stand alone or beside the first ones."""
+    stages: list[str] = []
+    for name, effects in EXTENSIONS.items():
+        required = {EFFECTS[effect].requires for effect in effects}
+        if name not in without and required <= {"", *first}:
+            stages.append(name)
+    return stages
 
 
-def _effects_of(
-    robot: Robot, prior: GivenPrior | None, seen: Collection[str]
-) -> tuple[str, ...]:
-    """Return the effects but curves that a prior tells of, or that recordings show."""
-    names = {*seen, *(prior.names if prior is not None else ())}
-    joints = robot.joint_names
-    return tuple(
-        effect.name
-        for effect in EFFECTS.values()
-        if effect is not CURVE and names & {*effect.coefficient_names(joints)}
-    )
+def _of_type(prior: Prior, stages: Sequence[str]) -> Mapping[str, Expected]:
+    """Return what other arms of the type tell of effects that are tried."""
+    if prior is None or isinstance(prior, GivenPrior):
+        return {}
+    tried = {effect for stage in stages for effect in EXTENSIONS[stage]}
+    return {name: expected for name, expected in prior.items() if name in tried}
 
 
-@dataclass(frozen=True)
-class _Tried:
-    """All that was tried."""
-
-    models: list[FitPosterior]
-    """The models, that of the geometry alone first."""
-    gains: dict[str, float | None]
-    """Rise of the logarithm of the evidence by each extension; None where the fit does not settle
-    with it."""
-    fits: list[FitPosterior]
-    """All fits with extensions, also those that came out like another."""
-
-
-def _search(
-    geometric: FitPosterior, stages: Sequence[str], progress: Callable[[str], None]
-) -> _Tried:
-    """Add extension after extension to the best model; twice, since one may help beside another."""
-    best, gains = geometric, dict[str, float | None]()
-    models, tried = {best.active: best}, {best.model.extensions}
-    fits = list[FitPosterior]()
-    for stage in (*stages, *stages):
-        extended = best.model.with_effects((*best.model.extensions, *EXTENSIONS[stage]))
-        if extended.extensions in tried:
-            continue
-        tried.add(extended.extensions)
-        progress(stage)
-        try:
-            candidate = refit(best, extended)
-        except NotConverged:
-            gains.setdefault(stage)
-            continue
-        fits.append(candidate)
-        gain = gains[stage] = candidate.log_evidence - best.log_evidence
-        if candidate.active not in models:
-            candidate = models[candidate.active] = _without_idle(candidate)
-            best = candidate if gain > 0 else best
-    return _Tried(list(models.values()), gains, fits)
-
-
-def _without_idle(fit: FitPosterior) -> FitPosterior:
-    """Return a fit without effects that it holds at zero, as if they were known exactly."""
-    idle = {group.name for group in fit.state.groups if not group.width}
-    effects = {*fit.model.extensions} - idle
-    return refit(fit, fit.model.with_effects(effects)) if idle else fit
-
-
-def _by_type(
-    fits: Sequence[FitPosterior],
-    of_type: Mapping[str, Expected],
+def _search_beside_movements(
+    geometric: FitPosterior,
+    stages: Sequence[str],
     progress: Callable[[str], None],
-) -> list[FitPosterior]:
-    """Return the fits again, with all that other arms of a type tell of, as they tell it."""
-    models: dict[tuple[str, ...], FitPosterior] = {}
-    for fit in fits if of_type else ():
-        extended = fit.model.with_effects({*fit.model.extensions, *of_type})
-        if extended.extensions not in models:
-            progress("type prior")
-            with suppress(NotConverged):
-                like_type = refit(fit, replace(extended, of_type=of_type))
-                models[extended.extensions] = _without_idle(like_type)
-    return list({model.active: model for model in models.values()}.values())
-
-
-@dataclass(frozen=True)
-class _Choice:
-    """The models that count."""
-
-    models: Sequence[FitPosterior]
-    reason: str = ""
-    """Reason for which these count, in words."""
-
-    @cached_property
-    def probabilities(self) -> np.ndarray:
-        """Probability of each model."""
-        return model_probabilities(self.models)
-
-    @property
-    def mean(self) -> FitPosterior:
-        """The mean of the models."""
-        only, *others = self.models
-        return averaged(self.models, self.probabilities) if others else only
-
-    def share(self, counts: Callable[[FitPosterior], bool]) -> float:
-        """Return the probability of all models that count."""
-        return float(self.probabilities[[counts(model) for model in self.models]].sum())
-
-    def note(self, extension: str, gain: float | None) -> str:
-        """Return what became of an extension by which the evidence rose, in words."""
-        effects = [EFFECTS[name] for name in EXTENSIONS[extension]]
-        if not self.models[0].data.torques.any() and any(
-            e.shared_by_type for e in effects
-        ):
-            return NO_MASSES
-        if gain is None:
-            return "not supported by the data (with it, the fit does not settle)"
-        evidence = f"(log evidence {gain:+.1f})"
-        probability = self.share(
-            lambda fit: bool({*EXTENSIONS[extension]} & {*fit.active})
-        )
-        if not probability:
-            return f"not supported by the data {evidence}{self.reason}"
-        if probability > 1 - LIKELY:
-            return f"kept {evidence}{self.reason}"
-        weight = f"{100 * probability:.0f} % probable, averaged in with that weight"
-        return f"kept: {weight} {evidence}{self.reason}"
-
-
-def _supported(models: list[FitPosterior]) -> _Choice:
-    """Return the models that count: the geometry alone, or the probable ones."""
-    geometric, best = models[0], max(models, key=_evidence)
-    if best.log_evidence - geometric.log_evidence < LOG_BAYES_FACTOR:
-        return _Choice([geometric])
-    reason = ""
-    if len(best.data.placements) >= ENOUGH_PLACEMENTS:
-        candidates = [m for m in models if not m.model.of_type]
-        best_alone = max(candidates, key=_evidence)
-        try:
-            after = held_out_errors(best)
-            if best is not best_alone:  # a type's prior has to lower errors, too
-                before = held_out_errors(best_alone)
-                if mean_fall(before, after)[0] <= 0:
-                    models, after = candidates, before
-            helps, spread = mean_fall(held_out_errors(geometric), after)
-        except NotConverged:
-            return _Choice(
-                [geometric], "; the fit does not settle without each placement"
-            )
-        reason = (
-            f"; where one placement is left out, all together lower errors by {1e3 * helps:.4f} "
-            f"+- {1e3 * spread:.4f} mm"
-        )
-        if helps <= spread:
-            return _Choice([geometric], reason)
-    probable = compress(models, model_probabilities(models) > LIKELY)
-    return _Choice([*probable], reason)
+) -> tuple[SearchedModels, tuple[FoundMovement, ...]]:
+    """Return the models, beside movements of places if the data support any, and these."""
+    searched = search(geometric, stages, progress)
+    movements, reported = movements_by_evidence(searched.best)
+    if any(movement.kept for movement in reported):
+        geometric = refit(geometric, movements=movements)
+        searched = search(geometric, stages, progress)
+    return searched, reported

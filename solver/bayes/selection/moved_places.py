@@ -47,7 +47,8 @@ def movements_by_evidence(
     candidates = {place: movements_of(data, place) for place in data.placements}
     lines: list[FoundMovement] = []
     while candidates:
-        best, gain = _best_of(posterior, [*chain.from_iterable(candidates.values())])
+        movements = [*chain(*candidates.values())]
+        best, gain = _best_of(posterior, movements)
         if best is posterior:
             break
         new = best.objective.movements[-1]
@@ -63,28 +64,29 @@ def movements_by_evidence(
 
 
 def _best_of(
-    posterior: FitPosterior, movements: Sequence[Movement]
+    posterior: FitPosterior,
+    movements: Sequence[Movement],
 ) -> tuple[FitPosterior, float]:
     """Return the fit with the best further movement, or the same, and the evidence's rise by it.
 
     A step at one of many changes has to gain more, since it could be at any.
     """
-    counts = Counter((movement.placement, movement.kind) for movement in movements)
-    prices = [log(counts[movement.placement, movement.kind]) for movement in movements]
-    hints = [
-        _rise(posterior, m) - price for m, price in zip(movements, prices, strict=True)
-    ]
+    kinds = [(movement.placement, movement.kind) for movement in movements]
+    counts = Counter(kinds)
+    prices = [log(counts[kind]) for kind in kinds]
+    hints: list[tuple[float, int]] = []
+    for i, movement in enumerate(movements):
+        hints.append((_rise(posterior, movement) - prices[i], i))
     best, gain = posterior, -np.inf
-    for hint, i in nlargest(CLOSELY, zip(hints, range(len(hints)), strict=True)):
+    for hint, i in nlargest(CLOSELY, hints):
         if hint < HINT:
             break
         with suppress(NotConverged):
-            with_it = refit(
-                posterior, movements=(*posterior.objective.movements, movements[i])
-            )
-            rise = with_it.log_evidence - posterior.log_evidence - prices[i]
+            extended = (*posterior.objective.movements, movements[i])
+            candidate = refit(posterior, movements=extended)
+            rise = candidate.log_evidence - posterior.log_evidence - prices[i]
             if rise > gain:
-                best, gain = with_it, rise
+                best, gain = candidate, rise
     return best, gain
 
 
@@ -99,18 +101,19 @@ def _rise(posterior: FitPosterior, movement: Movement) -> float:
 def _line(posterior: FitPosterior, gain: float) -> FoundMovement:
     """Return the report on the last movement of a result."""
     movement, data = posterior.objective.movements[-1], posterior.data
-    course = movement.course(data) @ posterior.state.x[-movement.size :].reshape(-1, 3)
+    unknowns = posterior.state.x[-movement.size :]
+    course = movement.course(data) @ unknowns.reshape(-1, 3)
     size = 1e3 * float(np.linalg.norm(np.ptp(course, axis=0)))
     follows = "" if movement.clock == "time" else f", with {movement.clock}"
     rank = None
     if movement.kind == "step":
-        rank = int(np.sum(data.time[data.rows_of(movement.placement)] < movement.at))
+        times = data.time[data.rows_of(movement.placement)]
+        rank = int(np.sum(times < movement.at))
         follows = ", before its {first}"
     kept = gain >= KEPT
-    use = (
-        "; the fit takes it into account"
-        if kept
-        else ", too unsure to be taken into account"
-    )
-    text = f"{WORDS[movement.kind]} by {size:.2f} mm{follows} (log evidence {gain:+.1f}){use}"
+    use = "; the fit takes it into account"
+    if not kept:
+        use = ", too unsure to be taken into account"
+    cause = f"{WORDS[movement.kind]} by {size:.2f} mm{follows}"
+    text = f"{cause} (log evidence {gain:+.1f}){use}"
     return FoundMovement(movement.placement, text, kept, rank)

@@ -12,7 +12,6 @@ import numpy as np
 
 from ...bayes.model import (
     ExtendedModel,
-    deflected,
     design_matrix,
     extend,
     shifts_by,
@@ -248,16 +247,16 @@ class Scene:
     @cached_property
     def by_readings(self) -> np.ndarray:
         """Derivatives of the balls by true positions and tilts, whatever the load, (N, 3, 3 m)."""
-        turned, turns = design_matrix(self.effects, self.as_readings)
+        design = design_matrix(self.effects, self.as_readings)
         coefficients = self.start[len(self.parameters) :]
-        true = deflected(self.q, turned, turns, coefficients)
+        true = design.true_positions(self.q, coefficients)
         values = self.model.values(self.start)
         return self.model.ball.linearise(values, true).by_joints
 
     def of_effects(self, readings: Readings) -> np.ndarray:
         """Return derivatives of samples' residuals by effects, in their widths, (3 N, p)."""
-        turned, turns = design_matrix(self.effects, readings)
-        slopes = -self.by_readings[:, :, turned] * turns[:, None]
+        axes, turns = design_matrix(self.effects, readings)
+        slopes = -self.by_readings[:, :, axes] * turns[:, None]
         columns = slopes.reshape(3 * len(self.q), -1)
         return columns * self.widths_of_effects(readings)
 

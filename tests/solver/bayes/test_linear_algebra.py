@@ -5,8 +5,12 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.inference.laplace import expectation_propagation
-from mukca.solver.bayes.inference.normal_equations import active_set_step, inverse_of_free
+from mukca.solver.bayes.inference.bounds import expectation_propagation
+from mukca.solver.bayes.inference.normal_equations import (
+    BoundedProblem,
+    NormalEquations,
+    inverse_of_free,
+)
 from mukca.solver.bayes.model import log_determinant, scaled_inverse
 
 
@@ -42,7 +46,8 @@ def test_it_is_the_best_of_all_steps_within_the_bounds(seed):
         d[some] = -np.linalg.solve(H[np.ix_(some, some)], (gradient + H @ d)[some])
         if ((x + d)[bounded] >= -1e-12).all():
             values.append(value(d))
-    change, covariance = active_set_step(H, gradient, x, free, bounded)
+    equations = NormalEquations(H, gradient)
+    change, covariance = BoundedProblem(equations, x, free, bounded).solution()
     assert value(change) == pytest.approx(min(values), abs=1e-9)
     assert ((x + change)[bounded] >= 0).all() and change[5] == 0
     zero = bounded & (x + change == 0)
@@ -57,7 +62,8 @@ def test_it_is_exact_where_some_of_it_is_hardly_seen():
     H = (H + H.T) / 2
     gradient = -H @ generator.normal(0, 1, 40)
     none = np.zeros(40, dtype=bool)
-    change, _ = active_set_step(H, gradient, np.zeros(40), ~none, none)
+    equations = NormalEquations(H, gradient)
+    change = BoundedProblem(equations, np.zeros(40), ~none, none).solution().change
     assert np.abs(H @ change + gradient).max() < 1e-13
 
 

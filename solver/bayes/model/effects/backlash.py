@@ -19,7 +19,7 @@ def _side(torque: Array) -> Array:
 
 
 def _derivatives(readings: Readings) -> Array:
-    return -_side(readings.moments[:, : readings.q.shape[1]])
+    return -_side(readings.torques)
 
 
 def _joint_noise(torque: Array) -> Array:
@@ -37,7 +37,7 @@ BACKLASH = Effect(
     unit="rad",
     axes={"play": OWN},
     derivatives=_derivatives,
-    # That is the play of a servo, until the noise of its joints shows it.
+    # of a servo, until the noise of its joints shows it
     typical_shift=math.radians(0.3),
     learned=False,
     joint_noise=_joint_noise,

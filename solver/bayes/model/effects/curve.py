@@ -21,30 +21,39 @@ def splines(q: "np.ndarray") -> "tuple[np.ndarray, np.ndarray]":
     cell = np.floor(place)
     t = place - cell
     s = 1 - t
-    weights = [s**3, 3 * t**3 - 6 * t**2 + 4, 3 * s**3 - 6 * s**2 + 4, t**3]
-    first = cell.astype(np.int64)[..., None] + np.arange(-1, 3)
-    return first % KNOTS, np.stack(weights, axis=-1) / 6
+    second = 3 * t**3 - 6 * t**2 + 4
+    third = 3 * s**3 - 6 * s**2 + 4
+    weights = np.stack([s**3, second, third, t**3], axis=-1) / 6
+    knots = cell.astype(np.int64)[..., None] + np.arange(-1, 3)
+    return knots % KNOTS, weights
 
 
 def curve_values(q: "np.ndarray", coefficients: "np.ndarray") -> "np.ndarray":
     """Return delta_i(q_i) of all joints, (N, m) [rad], by coefficients knot after knot."""
     import numpy as np
 
-    m = q.shape[1]
-    table = coefficients.reshape(KNOTS, m)
-    # Symbols choose no entries of a table, so all splines are summed.
+    table = coefficients.reshape(KNOTS, -1)
     if q.dtype == object:
-        import casadi as ca
+        return _values_of_symbols(q, table)
+    knots, weights = splines(q)
+    joints = np.arange(len(table[0]))[:, None]
+    return (table[knots, joints] * weights).sum(axis=2)
 
-        places = ca.repmat(ca.vertcat(*q.ravel()) / SPACING, 1, KNOTS)
-        distance: Any = places - ca.repmat(ca.DM(range(KNOTS)).T, q.size, 1)
-        distance = ca.fabs(distance - KNOTS * ca.floor(distance / KNOTS + 0.5))
-        outer = (2.0 - distance + ca.fabs(2.0 - distance)) / 2
-        inner = (1.0 - distance + ca.fabs(1.0 - distance)) / 2
-        splined = ca.DM(np.tile(table.T, (len(q), 1))) * (outer**3 - 4 * inner**3)
-        return np.array((ca.sum2(splined) / 6).elements()).reshape(q.shape)
-    index, weights = splines(q)
-    return (table[index, [[k] for k in range(m)]] * weights).sum(axis=2)
+
+def _values_of_symbols(q: "np.ndarray", table: "np.ndarray") -> "np.ndarray":
+    """Return the same by all splines: symbols choose no entries of a table."""
+    import casadi as ca
+    import numpy as np
+
+    places = ca.repmat(ca.vertcat(*q.ravel()) / SPACING, 1, KNOTS)
+    knots = ca.repmat(ca.DM(range(KNOTS)).T, q.size, 1)
+    distance: Any = places - knots
+    distance = ca.fabs(distance - KNOTS * ca.floor(distance / KNOTS + 0.5))
+    outer = (2.0 - distance + ca.fabs(2.0 - distance)) / 2
+    inner = (1.0 - distance + ca.fabs(1.0 - distance)) / 2
+    by_knot = ca.DM(np.tile(table.T, (len(q), 1)))
+    splined = by_knot * (outer**3 - 4 * inner**3)
+    return np.array((ca.sum2(splined) / 6).elements()).reshape(q.shape)
 
 
 def kernel(distance: "np.ndarray", length: float) -> "tuple[np.ndarray, np.ndarray]":
@@ -56,7 +65,9 @@ def kernel(distance: "np.ndarray", length: float) -> "tuple[np.ndarray, np.ndarr
 
     r = 5**0.5 / length * np.abs(distance)
     decay = np.exp(-r)
-    return (1 + r + r**2 / 3) * decay, r**2 * (1 + r) / 3 * decay
+    k = (1 + r + r**2 / 3) * decay
+    by_log_length = r**2 * (1 + r) / 3 * decay
+    return k, by_log_length
 
 
 def spectrum(length: float) -> "np.ndarray":
@@ -68,36 +79,42 @@ def spectrum(length: float) -> "np.ndarray":
     import numpy as np
 
     turn = SPACING * np.arange(KNOTS)
-    values = np.fft.fft(kernel(2 * np.sin(turn / 2), length)[0]).real
-    return (values / ((2 + np.cos(turn)) / 3) ** 2).clip(min=1e-9)
+    first_row, _ = kernel(2 * np.sin(turn / 2), length)
+    values = np.fft.fft(first_row).real
+    filtered = (2 + np.cos(turn)) / 3
+    return (values / filtered**2).clip(min=1e-9)
 
 
 def circulant(eigenvalues: "np.ndarray") -> "np.ndarray":
     """Return the symmetric circulant matrix with such eigenvalues, shape (KNOTS, KNOTS)."""
     import numpy as np
 
-    row, k = np.fft.ifft(eigenvalues).real, np.arange(KNOTS)
-    return row[k - k[:, None]]
+    first_row = np.fft.ifft(eigenvalues).real
+    k = np.arange(KNOTS)
+    return first_row[k - k[:, None]]
 
 
 def random_curves(joints: int, generator: "np.random.Generator") -> "np.ndarray":
     """Return coefficients of curves drawn at random, of amplitude 1, shape (KNOTS joints,)."""
     import numpy as np
 
-    white = np.fft.fft(generator.standard_normal((KNOTS, joints)), axis=0)
-    drawn = np.fft.ifft(np.sqrt(spectrum(TYPICAL_LENGTH))[:, None] * white, axis=0)
+    numbers = generator.standard_normal((KNOTS, joints))
+    white = np.fft.fft(numbers, axis=0)
+    amplitudes = np.sqrt(spectrum(TYPICAL_LENGTH))
+    drawn = np.fft.ifft(amplitudes[:, None] * white, axis=0)
     return np.array(drawn.real).ravel()
 
 
 def _derivatives(readings: Readings) -> "np.ndarray":
     import numpy as np
 
-    (n, m), (index, weights) = readings.q.shape, splines(readings.q)
-    slopes = np.zeros((n, KNOTS, m))
-    rows = np.arange(n, dtype=np.int64)[:, None, None]
-    columns = np.arange(m, dtype=np.int64)[:, None]
-    slopes[rows, index, columns] = weights
-    return slopes.reshape(n, KNOTS * m)
+    N, m = readings.q.shape
+    knots, weights = splines(readings.q)
+    slopes = np.zeros((N, KNOTS, m))
+    rows = np.arange(N, dtype=np.int64)[:, None, None]
+    joints = np.arange(m, dtype=np.int64)[:, None]
+    slopes[rows, knots, joints] = weights
+    return slopes.reshape(N, KNOTS * m)
 
 
 TYPES_WITH_CURVES = ("ur5", "ur10")

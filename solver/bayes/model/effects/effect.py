@@ -28,6 +28,11 @@ class Readings:
     """Index, time and temperature, shape (N, 3); None for poses that are no samples."""
 
     @property
+    def torques(self) -> Array:
+        """Torques of the joints, shape (N, m) [N m]."""
+        return self.moments[:, : self.q.shape[1]]
+
+    @property
     def index(self) -> "Array | float":
         """Number of samples before each in its placement, shape (N, 1); 0 for no sample."""
         return self._clock(0)
@@ -141,14 +146,14 @@ class Effect:
 
     def coefficient_names(self, joints: Sequence[str]) -> list[str]:
         """Names of the coefficients, in the order of :meth:`turns`."""
-        return [
-            f"{joint}.{suffix}"
-            for suffix, joint in product(self.axes, joints[self.columns])
-        ]
+        pairs = product(self.axes, joints[self.columns])
+        return [f"{joint}.{suffix}" for suffix, joint in pairs]
 
     def turns(self, readings: Readings) -> Array:
         """Return the turn of its joints' axes per unit of each coefficient, shape (N, p) [rad]."""
-        turns, (N, m) = self.derivatives(readings), readings.q.shape
+        turns = self.derivatives(readings)
         if self.joints == "all":
             return turns
-        return turns.reshape(N, len(self.axes), m)[:, :, self.columns].reshape(N, -1)
+        N, m = readings.q.shape
+        by_joint = turns.reshape(N, len(self.axes), m)
+        return by_joint[:, :, self.columns].reshape(N, -1)

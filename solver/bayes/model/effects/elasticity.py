@@ -19,7 +19,7 @@ SHOWN = Display(
 
 
 def _twists(readings: Readings) -> Array:
-    return -readings.moments[:, : readings.q.shape[1]]
+    return -readings.torques
 
 
 def _bends(readings: Readings) -> Array:

@@ -19,15 +19,14 @@ def add_effect(effect: Effect) -> None:
 
     A study adds its own so. An effect of everybody has its line below.
     """
-    last = {name: EFFECTS.pop(name) for name in [*EFFECTS] if EFFECTS[name] is CURVE}
-    EFFECTS.update({effect.name: effect, **last})
+    curve = EFFECTS.pop(CURVE.name, effect)
+    EFFECTS[effect.name] = effect
+    EFFECTS[curve.name] = curve
     EXTENSIONS.clear()
     for each in EFFECTS.values():
         if each.extension:
-            EXTENSIONS[each.extension] = (
-                *EXTENSIONS.get(each.extension, ()),
-                each.name,
-            )
+            before = EXTENSIONS.get(each.extension, ())
+            EXTENSIONS[each.extension] = (*before, each.name)
 
 
 for _effect in (JOINT_OFFSET, GAIN, COMPLIANCE, TILT, BACKLASH, *HARMONICS, CURVE):
@@ -36,7 +35,9 @@ for _effect in (JOINT_OFFSET, GAIN, COMPLIANCE, TILT, BACKLASH, *HARMONICS, CURV
 
 def effects_of(*, zeros: bool) -> tuple[str, ...]:
     """Return the names of effects that an arm has before any is tried."""
-    return tuple(name for name, effect in EFFECTS.items() if zeros and effect.zeros)
+    if not zeros:
+        return ()
+    return tuple(name for name, effect in EFFECTS.items() if effect.zeros)
 
 
 def effect_named(name: str) -> Effect | None:

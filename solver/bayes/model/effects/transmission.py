@@ -9,7 +9,8 @@ def _derivatives(readings: Readings, *, k: int) -> Array:
     import numpy as np
 
     phases = k * readings.q
-    return np.concatenate([np.sin(phases), np.cos(phases)], axis=1)
+    waves = np.sin(phases), np.cos(phases)
+    return np.concatenate(waves, axis=1)
 
 
 HARMONICS = tuple(
