@@ -34,10 +34,12 @@ class ArmModel:
             self.model: Any = pin.buildModelFromXML(urdf.decode())
         except (ValueError, RuntimeError) as error:
             raise ModelError(f"not a model that Pinocchio reads: {error}") from None
-        names = tuple(self.model.names)[1:]
-        if names != joint_names:
+        _, *names = self.model.names  # the first is the universe
+        if names != [*joint_names]:
+            joints_of_model = ", ".join(names)
+            joints_of_arm = ", ".join(joint_names)
             raise ModelError(
-                f"its joints are {', '.join(names)}; the arm's are {', '.join(joint_names)}"
+                f"its joints are {joints_of_model}; the arm's are {joints_of_arm}"
             )
         if not self.model.existFrame(tip):
             raise ModelError(f"it has no link {tip!r}")
@@ -53,8 +55,13 @@ class ArmModel:
         """Return Phi(q), which the next call overwrites, and J(q), shape (6, m), base frame."""
         pin.computeJointJacobians(self.model, self.data, q)
         pose = pin.updateFramePlacement(self.model, self.data, self.tip)
-        frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        return pose, pin.getFrameJacobian(self.model, self.data, self.tip, frame)
+        J = pin.getFrameJacobian(
+            self.model,
+            self.data,
+            self.tip,
+            pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
+        )
+        return pose, J
 
     def bias(self, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
         """Return C(q, dq) dq + g(q), shape (m,) [N m]."""
@@ -65,8 +72,9 @@ def pose_error(goal: Pose, pose: Pose) -> np.ndarray:
     """Return x_goal - Phi in the base frame, shape (6,): translation, rotation vector [m, rad]."""
     # With equal stiffness k about all axes the rotation's torque is then the gradient of the
     # energy k |rotation|^2 / 2.
-    turn = pin.log3(goal.rotation @ pose.rotation.T)
-    return np.concatenate([goal.translation - pose.translation, turn])
+    translation = goal.translation - pose.translation
+    rotation = pin.log3(goal.rotation @ pose.rotation.T)
+    return np.concatenate([translation, rotation])
 
 
 class ImpedanceController:
@@ -78,11 +86,21 @@ class ImpedanceController:
         """The compensator's force and torque at the tool: the integral in Eq. (8)."""
 
     def torque(
-        self, goal: Pose, q: np.ndarray, dq: np.ndarray, dt: float, *, compensate: bool
+        self,
+        goal: Pose,
+        q: np.ndarray,
+        dq: np.ndarray,
+        dt: float,
+        *,
+        compensate: bool,
     ) -> np.ndarray:
         """Return tau_c + tau_comp, shape (m,) [N m], in a step of dt [s]; the latter may be off."""
         pose, J = self.model.linearise(q)
         spring = STIFFNESS * pose_error(goal, pose)
-        self.offset = self.offset + spring * dt if compensate else np.zeros(6)
-        wrench = spring - DAMPING * (J @ dq) + self.offset
+        damper = DAMPING * (J @ dq)
+        if compensate:
+            self.offset = self.offset + spring * dt
+        else:
+            self.offset = np.zeros(6)
+        wrench = spring - damper + self.offset
         return J.T @ wrench + self.model.bias(q, dq)

@@ -36,7 +36,12 @@ def smooth(fraction: float) -> float:
     return fraction**3 * (10 - 15 * fraction + 6 * fraction**2)
 
 
-def move(name: str, duration: float, start: Pose, end: Pose) -> Phase:
+def move(
+    name: str,
+    duration: float,
+    start: Pose,
+    end: Pose,
+) -> Phase:
     """Return a phase along a straight line, at rest at both ends (minimum jerk)."""
     turn = pin.log3(end.rotation @ start.rotation.T)
     way = end.translation - start.translation
@@ -44,12 +49,19 @@ def move(name: str, duration: float, start: Pose, end: Pose) -> Phase:
     def goal(fraction: float) -> Pose:
         s = smooth(fraction)
         rotation = pin.exp3(s * turn) @ start.rotation
-        return pin.SE3(rotation, start.translation + s * way)
+        translation = start.translation + s * way
+        return pin.SE3(rotation, translation)
 
     return Phase(name, duration, goal)
 
 
-def hold(name: str, duration: float, pose: Pose, *, compensate: bool = False) -> Phase:
+def hold(
+    name: str,
+    duration: float,
+    pose: Pose,
+    *,
+    compensate: bool = False,
+) -> Phase:
     """Return a phase that stays at a pose."""
     return Phase(name, duration, lambda _: pose, compensate)
 
@@ -83,7 +95,11 @@ class Log:
         return np.linalg.norm(self.force[rows], axis=1)
 
 
-def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) -> Log:
+def run(
+    scene: Scene,
+    controller: ImpedanceController,
+    phases: Sequence[Phase],
+) -> Log:
     """Move the arm through phases, and record it; the last row of each phase is kept."""
     names: list[str] = []
     rows: list[tuple[np.ndarray, ...]] = []
@@ -94,20 +110,31 @@ def run(scene: Scene, controller: ImpedanceController, phases: Sequence[Phase]) 
         for step in range(1, count + 1):
             goal = phase.goal(step / count)
             torque = controller.torque(
-                goal, q, dq, TIME_STEP, compensate=phase.compensate
+                goal,
+                q,
+                dq,
+                TIME_STEP,
+                compensate=phase.compensate,
             )
             scene.step(torque)
             if (count - step) % RECORD_EVERY == 0:
                 force = scene.contact_force()
                 names.append(phase.name)
                 rows.append((q.copy(), scene.tip, force, controller.offset))
-    return Log(tuple(names), *map(np.array, zip(*rows, strict=True)))
+    columns = map(np.array, zip(*rows, strict=True))
+    return Log(tuple(names), *columns)
 
 
 MARGIN = 0.1
 """Least distance of joints from their limits [rad]."""
 STEP = 0.02
 """Between neighbours on a self-motion, as the norm of the change of all joints [rad]."""
+MOST_STEPS = 60
+"""Newton steps to a pose."""
+LARGEST_STEP = 0.3
+"""Change of a joint in one of them, at most [rad]."""
+REACHED = 1e-11
+"""Norm of the error at which a pose is reached [m, rad]."""
 
 
 def pose_above(point: np.ndarray) -> Pose:
@@ -116,22 +143,32 @@ def pose_above(point: np.ndarray) -> Pose:
     return pin.SE3(downwards, np.asarray(point, dtype=float))
 
 
-def reach(model: ArmModel, q: np.ndarray, pose: Pose) -> np.ndarray:
+def reach(
+    model: ArmModel,
+    q: np.ndarray,
+    pose: Pose,
+) -> np.ndarray:
     """Return the configuration nearest to q, by Newton steps, that puts the tool at a pose."""
-    for _ in range(60):
+    for _ in range(MOST_STEPS):
         now, J = model.linearise(q)
         error = pose_error(pose, now)
-        if np.linalg.norm(error) < 1e-11:
+        if np.linalg.norm(error) < REACHED:
             return q
         damped = J @ J.T + 1e-9 * np.eye(6)
         dq = J.T @ np.linalg.solve(damped, error)
         largest = float(np.abs(dq).max())
-        q = q + dq * min(1.0, 0.3 / max(largest, 1e-12))
+        share = LARGEST_STEP / max(largest, 1e-12)
+        q = q + dq * min(1.0, share)
     where = [round(float(x), 3) for x in pose.translation]
     raise SimulationError(f"the arm cannot reach {where} from where it is")
 
 
-def _walk(model: ArmModel, q: np.ndarray, pose: Pose, sense: float) -> list[np.ndarray]:
+def _walk(
+    model: ArmModel,
+    q: np.ndarray,
+    pose: Pose,
+    sense: float,
+) -> list[np.ndarray]:
     """Return the steps of a self-motion, along the null vector of J, until a limit is near."""
     lower = np.asarray(model.model.lowerPositionLimit) + MARGIN
     upper = np.asarray(model.model.upperPositionLimit) - MARGIN
@@ -153,14 +190,16 @@ def _walk(model: ArmModel, q: np.ndarray, pose: Pose, sense: float) -> list[np.n
 def _null_vector(model: ArmModel, q: np.ndarray) -> np.ndarray:
     """Return the unit joint velocity that leaves the tool where it is, shape (m,)."""
     _, J = model.linearise(q)
-    vector = np.linalg.svd(J)[2][-1]
+    *_, Vt = np.linalg.svd(J)
+    vector = Vt[-1]
     largest = vector[np.argmax(np.abs(vector))]
     return vector * np.sign(largest)
 
 
 def stratified(count: int, generator: np.random.Generator) -> np.ndarray:
     """Return numbers in [0, 1), one drawn from each of ``count`` equal parts, shuffled."""
-    numbers = np.arange(count) + generator.uniform(0, 1, count)
+    parts = np.arange(count)
+    numbers = parts + generator.uniform(0, 1, count)
     return generator.permutation(numbers / count)
 
 
@@ -211,7 +250,10 @@ class Cell:
         return reach(self.truth, READY, pose_above(point))
 
     def start(
-        self, point: np.ndarray, fraction: float, generator: np.random.Generator
+        self,
+        point: np.ndarray,
+        fraction: float,
+        generator: np.random.Generator,
     ) -> np.ndarray:
         """Return a configuration near and above a point, from 0 to 1 of the elbow's range."""
         middle = self.guide(point)
@@ -220,8 +262,9 @@ class Cell:
         on = _walk(self.truth, middle, pose, 1.0)
         postures = [*back[::-1], middle, *on]  # evenly spaced, over the elbow's range
         posture = postures[int(fraction * len(postures))]
-        aside = START_ASIDE * generator.uniform([-1, -1, 0.5], [1, 1, 1.5])
-        return reach(self.truth, posture, pose_above(point + aside))
+        direction = generator.uniform([-1, -1, 0.5], [1, 1, 1.5])
+        start = pose_above(point + START_ASIDE * direction)
+        return reach(self.truth, posture, start)
 
     def perform(
         self,
@@ -232,15 +275,14 @@ class Cell:
     ) -> tuple[Log, Motion]:
         """Go to a goal, compensated there, and on; return the log and what was measured."""
         self.scene.reset(start)
-        phases = [
-            move("approach", 3.0, self.model.pose(start), goal),
-            hold("compensate", WINDOW, goal, compensate=True),
-            *then,
-        ]
-        log = run(self.scene, ImpedanceController(self.model), phases)
+        approach = move("approach", 3.0, self.model.pose(start), goal)
+        compensation = hold("compensate", WINDOW, goal, compensate=True)
+        controller = ImpedanceController(self.model)
+        log = run(self.scene, controller, [approach, compensation, *then])
         forces = log.forces(*touching)
-        return log, Motion(
+        motion = Motion(
             elbow=elbow_angle(self.truth, start),
             force=float(forces.mean()),
             peak_force=float(forces.max()),
         )
+        return log, motion

@@ -33,6 +33,8 @@ LETTERS = 18
 """Height of the title's font [pixels]."""
 COLOURS = 64
 """Of an animation: shades of one light, and few things."""
+LAST = 2000
+"""Time for which its last picture is shown [ms]."""
 
 
 class PictureError(MukcaError):
@@ -84,15 +86,15 @@ def _camera(scene: Scene) -> Generator[Callable[[np.ndarray, Any], Image.Image]]
 def _gl_context() -> Any:
     """Return an OpenGL context without a display: what MUJOCO_GL says, else EGL's or OSMesa's."""
     # One process can have but one of the two, so the library is looked for first.
-    installed = next(
-        (name for name, file in LIBRARIES.items() if find_library(file)), "egl"
-    )
-    name = os.environ.get("MUJOCO_GL") or installed
+    installed = [name for name, file in LIBRARIES.items() if find_library(file)]
+    name = os.environ.get("MUJOCO_GL") or next(iter(installed), "egl")
     try:
-        return importlib.import_module(f"mujoco.{name}").GLContext(*FRAME)
+        module = importlib.import_module(f"mujoco.{name}")
+        return module.GLContext(*FRAME)
     except Exception as error:  # OpenGL fails in as many ways as there are drivers
+        reason = " ".join(str(error).split())
         raise PictureError(
-            f"no pictures: {name} gives no OpenGL ({' '.join(str(error).split())}); "
+            f"no pictures: {name} gives no OpenGL ({reason}); "
             "apt-get install libegl1, or libosmesa6"
         ) from None
 
@@ -107,34 +109,42 @@ def film(models: Sequence[ExperimentRun]) -> tuple[bytes, bytes]:
     titles = [model.results.model for model in models]
     columns = map(_frames, models)
     pictures = [_side_by_side(titles, frames) for frames in zip(*columns, strict=False)]
+    png = io.BytesIO()
+    pictures[-1].save(png, "png", optimize=True)
+    return png.getvalue(), _animation(pictures)
+
+
+def _animation(pictures: Sequence[Image.Image]) -> bytes:
+    """Return a GIF file of pictures, at twice the speed of the motion; the last one stays."""
     # All share the last one's colours: where nothing moves, nothing is stored.
     palette = pictures[-1].quantize(COLOURS)
-    dither = Image.Dither.NONE
-    first, *images = (
-        picture.quantize(palette=palette, dither=dither) for picture in pictures
-    )
-    durations = [round(1e3 * INTERVAL / 2)] * len(images) + [2000]  # [ms]
-    png = io.BytesIO()
+    images: list[Image.Image] = []
+    for picture in pictures:
+        image = picture.quantize(palette=palette, dither=Image.Dither.NONE)
+        images.append(image)
+    first, *others = images
+    duration = round(1e3 * INTERVAL / 2)
     gif = io.BytesIO()
-    pictures[-1].save(png, "png", optimize=True)
     first.save(
         gif,
         "gif",
         save_all=True,
-        append_images=images,
-        duration=durations,
+        append_images=others,
+        duration=[duration] * len(others) + [LAST],
         loop=0,
         optimize=True,
     )
-    return png.getvalue(), gif.getvalue()
+    return gif.getvalue()
 
 
 def _side_by_side(
-    titles: Sequence[str], columns: Sequence[Sequence[Image.Image]]
+    titles: Sequence[str],
+    columns: Sequence[Sequence[Image.Image]],
 ) -> Image.Image:
     """Return two pictures of each model, one below the other, under its title."""
-    size = len(titles) * WIDTH, TITLE + 2 * HEIGHT
-    page = Image.new("RGB", size, "white")
+    width = len(titles) * WIDTH
+    height = TITLE + 2 * HEIGHT
+    page = Image.new("RGB", (width, height), "white")
     draw = ImageDraw.Draw(page)
     font = ImageFont.load_default(LETTERS)
     for i, (title, pictures) in enumerate(zip(titles, columns, strict=True)):
@@ -156,8 +166,9 @@ def _frames(model: ExperimentRun) -> list[list[Image.Image]]:
     frames: list[list[Image.Image]] = []
     with _camera(model.scene) as render:
         for row in reversed(range(len(q) - 1, 0, -step)):
+            arm = render(q[row], ALL)
             close = render(q[row], AT_HOLE) if insertion else _paper(model.trials, row)
-            frames.append([render(q[row], ALL), close])
+            frames.append([arm, close])
     return frames
 
 
@@ -168,17 +179,20 @@ def _paper(trials: Sequence[Trial[Any]], row: int) -> Image.Image:
     demonstrated = figure(np.linspace(0, 1, 200))
     draw.line(_pixels(demonstrated), fill="#c8ccd2", width=5)
     for i, trial in enumerate(trials):
-        drawn = trial.log.during("draw")
+        log = trial.log
+        drawn = log.during("draw")
         drawn = drawn[drawn <= row]
-        touching = np.linalg.norm(trial.log.force[drawn], axis=1) > 0
-        points = trial.log.tip[drawn[touching], :2]
+        touching = np.linalg.norm(log.force[drawn], axis=1) > 0
+        points = log.tip[drawn[touching], :2]
         if len(points) > 1:
-            draw.line(_pixels(points), fill=LINES[i % len(LINES)], width=1)
+            colour = LINES[i % len(LINES)]
+            draw.line(_pixels(points), fill=colour, width=1)
     return paper
 
 
 def _pixels(points: np.ndarray) -> list[tuple[float, float]]:
     """Return points on the table, shape (N, 2) [m], in the picture: x is up and y to the left."""
     middle = np.array([WIDTH, HEIGHT]) / 2
-    pixels = middle - SCALE * (points - PAPER)[:, ::-1]
+    aside_and_up = (points - PAPER)[:, ::-1]
+    pixels = middle - SCALE * aside_and_up
     return [(x, y) for x, y in pixels.tolist()]

@@ -97,9 +97,8 @@ def run_experiment(
 def record_placements(arm: Robot, seed: int) -> list[Placement]:
     """Return four placements recorded with an arm, 30 configurations in each socket."""
     generator = np.random.default_rng([seed, 2])
-    return [
-        record(arm, base, generator, noise=SEAT_NOISE) for base in (*demo_bases(), FAR)
-    ]
+    bases = (*demo_bases(), FAR)
+    return [record(arm, base, generator, noise=SEAT_NOISE) for base in bases]
 
 
 def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:

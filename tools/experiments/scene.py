@@ -30,30 +30,37 @@ BLUE = [0.3, 0.5, 0.7, 1]
 
 def add_visuals(spec: Any, arm: Robot) -> None:
     """Add a pale sky, a lamp, a capsule from each joint to the next, and a drum on each joint."""
-    sky = mujoco.mjtTexture.mjTEXTURE_SKYBOX
-    gradient = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
-    pale = {"rgb1": [0.97, 0.98, 0.99], "rgb2": [0.85, 0.88, 0.91]}
     spec.add_texture(
-        name="sky", type=sky, builtin=gradient, width=64, height=384, **pale
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        width=64,
+        height=384,
+        rgb1=[0.97, 0.98, 0.99],
+        rgb2=[0.85, 0.88, 0.91],
     )
     spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
     spec.visual.quality.shadowsize = SHADOW
-    spec.visual.quality.offsamples = (
-        0  # a picture is rendered larger, which takes half as long
-    )
+    # A picture is rendered larger, which takes half as long.
+    spec.visual.quality.offsamples = 0
     spec.worldbody.add_light(pos=[0.3, -1.0, 2.0], dir=[0.1, 0.5, -1.0])
-    ends = np.array([joint.origin.xyz for joint in arm.joints[1:]])
-    lengths = np.linalg.norm(ends, axis=1)
-    to_tip = np.cumsum(lengths[::-1])[::-1] - lengths
-    hidden = (TOOL - to_tip) / np.maximum(lengths, 1e-9)
-    visible = np.clip(1 - hidden, 0, 1)
-    ends *= visible[:, None]
-    for joint, end in zip(arm.joints, ends, strict=False):
+    for joint, end in zip(arm.joints, _link_ends(arm), strict=False):
         body = spec.body(joint.child)
         if joint.actuated:
             _ghost(body, "cylinder", [0.055, 0.06], rgba=DARK)
         if np.linalg.norm(end) > 0.02:
             _ghost(body, "capsule", [0.04], fromto=[0, 0, 0, *end], rgba=LIGHT)
+
+
+def _link_ends(arm: Robot) -> np.ndarray:
+    """Return where each link's capsule ends in the link's frame, TOOL before the tip [m]."""
+    ends = np.array([joint.origin.xyz for joint in arm.joints[1:]])
+    lengths = np.linalg.norm(ends, axis=1)
+    from_tip = np.cumsum(lengths[::-1])
+    to_tip = from_tip[::-1] - lengths
+    hidden = (TOOL - to_tip) / np.maximum(lengths, 1e-9)
+    visible = np.clip(1 - hidden, 0, 1)
+    return ends * visible[:, None]
 
 
 def add_stem(body: Any, end: float) -> None:
@@ -63,7 +70,10 @@ def add_stem(body: Any, end: float) -> None:
 
 
 def add_open_block(
-    spec: Any, body: Any, radii: tuple[float, float], height: float
+    spec: Any,
+    body: Any,
+    radii: tuple[float, float],
+    height: float,
 ) -> None:
     """Add a block with a hole, of two radii and a height [m], cut open so that the peg is seen."""
     inner, outer = radii
@@ -77,11 +87,14 @@ def add_open_block(
     angle = np.radians(360 - CUT)
     creation: Any = trimesh.creation
     block = creation.revolve(profile, angle, cap=True, sections=SLICES)
-    vertices = np.ravel(block.vertices)
     spec.add_mesh(
-        name="block", uservert=vertices, userface=np.ravel(block.faces), smoothnormal=0
+        name="block",
+        uservert=np.ravel(block.vertices),
+        userface=np.ravel(block.faces),
+        smoothnormal=0,
     )
-    turn = _about_z(np.radians(OPEN_TO + CUT / 2))
+    middle = np.radians(OPEN_TO + CUT / 2)
+    turn = _about_z(middle)
     _ghost(body, "mesh", [], meshname="block", quat=turn, rgba=BLUE)
 
 
@@ -93,12 +106,21 @@ def _about_z(angle: float) -> list[float]:
 def _geom(body: Any, kind: str, size: Sequence[float], **more: Any) -> None:
     """Add a shape, by MuJoCo's word for its kind, and its sizes [m]."""
     shape = getattr(mujoco.mjtGeom, f"mjGEOM_{kind.upper()}")
-    body.add_geom(type=shape, size=[*size, 0, 0, 0][:3], **more)
+    three_sizes = [*size, 0, 0, 0][:3]
+    body.add_geom(type=shape, size=three_sizes, **more)
 
 
 def _ghost(body: Any, kind: str, size: Sequence[float], **more: Any) -> None:
     """Add a shape that is only seen."""
-    _geom(body, kind, size, contype=0, conaffinity=0, mass=0, **more)
+    _geom(
+        body,
+        kind,
+        size,
+        contype=0,
+        conaffinity=0,
+        mass=0,
+        **more,
+    )
 
 
 TIME_STEP = 1e-3
@@ -132,25 +154,33 @@ PEN_TOUCH = {
 
 def urdf_of(robot: Robot) -> bytes:
     """Return a chain's model with the origins that its joints have now."""
-    return set_origins(robot.text, {joint.name: joint.origin for joint in robot.joints})
+    origins = {joint.name: joint.origin for joint in robot.joints}
+    return set_origins(robot.text, origins)
+
+
+def _spec_of(arm: Robot) -> Any:
+    """Return an arm with its motors and their friction, as MuJoCo is told of it."""
+    urdf = urdf_of(arm).decode()
+    spec = mujoco.MjSpec.from_string(urdf)
+    spec.compiler.fusestatic = False
+    spec.compiler.discardvisual = False
+    spec.option.timestep = TIME_STEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    for joint in spec.joints:  # MuJoCo keeps the URDF's effort limits
+        joint.armature = ROTOR_INERTIA
+        joint.frictionloss = JOINT_FRICTION
+        motor = spec.add_actuator(name=joint.name, target=joint.name)
+        motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
+        motor.gainprm[0] = 1.0
+    return spec
 
 
 class Scene:
     """A true arm above a table: a peg and a hole of a diameter [m], or a pen and paper."""
 
     def __init__(self, arm: Robot, hole: float | None = None) -> None:
-        spec = mujoco.MjSpec.from_string(urdf_of(arm).decode())
-        spec.compiler.fusestatic = False
-        spec.compiler.discardvisual = False
-        spec.option.timestep = TIME_STEP
-        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-        for joint in spec.joints:  # MuJoCo keeps the URDF's effort limits
-            joint.armature = ROTOR_INERTIA
-            joint.frictionloss = JOINT_FRICTION
-            motor = spec.add_actuator(name=joint.name, target=joint.name)
-            motor.trntype = mujoco.mjtTrn.mjTRN_JOINT
-            motor.gainprm[0] = 1.0
+        spec = _spec_of(arm)
         add_visuals(spec, arm)
         top = [0.55, 0, TABLE - 0.01]
         pale = [0.55, 0.6, 0.65, 1]
@@ -205,14 +235,28 @@ def _add_peg(body: Any) -> None:
     # contacts MuJoCo computes exactly.
     add_stem(body, 0.0)
     side = [0, 0, -PEG_LENGTH, 0, 0, -PEG_RADIUS]
-    _geom(body, "capsule", [PEG_RADIUS], fromto=side, group=HIDDEN, **PEG_TOUCH)
+    _geom(
+        body,
+        "capsule",
+        [PEG_RADIUS],
+        fromto=side,
+        group=HIDDEN,
+        **PEG_TOUCH,
+    )
     for angle in ANGLES:
         edge = (PEG_RADIUS - PEG_FILLET) * horizontal(angle)
         _bead(body, edge - [0, 0, PEG_FILLET], PEG_TOUCH)
 
 
 def _bead(body: Any, place: ArrayLike, touch: dict[str, Any]) -> None:
-    _geom(body, "sphere", [PEG_FILLET], pos=place, rgba=ORANGE, **touch)
+    _geom(
+        body,
+        "sphere",
+        [PEG_FILLET],
+        pos=place,
+        rgba=ORANGE,
+        **touch,
+    )
 
 
 def _add_hole(spec: Any, diameter: float) -> None:
@@ -220,11 +264,18 @@ def _add_hole(spec: Any, diameter: float) -> None:
     # They overlap and are not shown; what is shown in their place is cut open.
     block = spec.worldbody.add_body(name="block", mocap=True)
     radius = diameter / 2
-    half_width = (radius + HOLE_WALL) * np.tan(np.pi / HOLE_SIDES)
+    rim = radius + HOLE_WALL
+    half_width = rim * np.tan(np.pi / HOLE_SIDES)
+    half_depth = HOLE_DEPTH / 2
     out = radius + HOLE_WALL / 2
-    half = HOLE_DEPTH / 2
     for angle in ANGLES:
-        place = out * horizontal(angle) + [0, 0, half]
-        sizes = [HOLE_WALL / 2, half_width, half]
-        _geom(block, "box", sizes, pos=place, quat=_about_z(angle), group=HIDDEN)
-    add_open_block(spec, block, (radius, radius + HOLE_WALL), HOLE_DEPTH)
+        place = out * horizontal(angle) + [0, 0, half_depth]
+        _geom(
+            block,
+            "box",
+            [HOLE_WALL / 2, half_width, half_depth],
+            pos=place,
+            quat=_about_z(angle),
+            group=HIDDEN,
+        )
+    add_open_block(spec, block, (radius, rim), HOLE_DEPTH)

@@ -46,7 +46,8 @@ BRANCHES = np.array([[1, 1], [-1, -1], [1, -1], [-1, 1]]) / 2**0.5
 
 def tip_at(hole: np.ndarray, height: float = 0.0) -> np.ndarray:
     """Return where a tip truly is that is at the taught depth in a hole, or above that [m]."""
-    return np.array([*hole, TABLE + HOLE_DEPTH - TAUGHT_DEPTH + height])
+    taught_height = TABLE + HOLE_DEPTH - TAUGHT_DEPTH
+    return np.array([*hole, taught_height + height])
 
 
 def teach(
@@ -62,15 +63,24 @@ def teach(
     return goal, unit(mouth.translation - goal.translation)
 
 
-def _guided(cell: Cell, point: np.ndarray, generator: np.random.Generator) -> Pose:
+def _guided(
+    cell: Cell,
+    point: np.ndarray,
+    generator: np.random.Generator,
+) -> Pose:
     """Return what the model sees; the peg is guided into the tight hole with a little play."""
     radius = PLAY * generator.uniform() ** 0.5
     angle = generator.uniform(-np.pi, np.pi)
     aside = radius * horizontal(angle)
-    return cell.model.pose(cell.guide(point + aside))
+    q = cell.guide(point + aside)
+    return cell.model.pose(q)
 
 
-def insert_at_centre(cell: Cell, count: int, seed: int) -> Iterator[Trial[Insertion]]:
+def insert_at_centre(
+    cell: Cell,
+    count: int,
+    seed: int,
+) -> Iterator[Trial[Insertion]]:
     """Insert into the hole that was taught, from starts that span the elbow's range."""
     generator = np.random.default_rng([seed, 0])
     goal, out = teach(cell, CENTRE, generator)
@@ -78,13 +88,18 @@ def insert_at_centre(cell: Cell, count: int, seed: int) -> Iterator[Trial[Insert
         yield insert(cell, CENTRE, goal, out, float(fraction), generator)
 
 
-def insert_on_cross(cell: Cell, count: int, seed: int) -> Iterator[Trial[Insertion]]:
+def insert_on_cross(
+    cell: Cell,
+    count: int,
+    seed: int,
+) -> Iterator[Trial[Insertion]]:
     """Insert at the first positions of the X; taught are its centre and two branches' ends."""
     generator = np.random.default_rng([seed, 1])
     goal, out = teach(cell, CENTRE, generator)
     axes: list[np.ndarray] = []
+    length = PER_BRANCH * STEP
     for branch in BRANCHES[::2]:
-        end, _ = teach(cell, CENTRE + PER_BRANCH * STEP * branch, generator)
+        end, _ = teach(cell, CENTRE + length * branch, generator)
         axis = unit(end.translation - goal.translation)
         axes += [axis, -axis]
     for place, fraction in enumerate(stratified(count, generator)):
@@ -110,16 +125,19 @@ def insert(
     start = cell.start(tip_at(hole, HOVER), fraction, generator)
     cell.scene.place_hole(hole)
     hover = shifted(goal, HOVER * out)
-    then = [move("insert", 4.0, hover, goal), hold("rest", 1.0, goal)]
-    log, motion = cell.perform(start, hover, then, ("insert", "rest"))
-    depth = float(TABLE + HOLE_DEPTH - log.tip[-1, 2])
+    down = move("insert", 4.0, hover, goal)
+    rest = hold("rest", 1.0, goal)
+    log, motion = cell.perform(start, hover, [down, rest], ("insert", "rest"))
+    final_height = float(log.tip[-1, 2])
+    depth = TABLE + HOLE_DEPTH - final_height
     compensated = log.tip[log.during("compensate")[-1]]
+    miss = compensated - tip_at(hole, HOVER)
     result = Insertion.filled(
         motion,
         hole=tuple(hole.tolist()),
         inserted=depth > INSERTED_DEPTH,
         depth=depth,
-        miss=tuple((compensated - tip_at(hole, HOVER)).tolist()),
+        miss=tuple(miss.tolist()),
     )
     return Trial(log, result)
 
@@ -127,10 +145,12 @@ def insert(
 def insertion_results(trials: Sequence[Trial[Insertion]]) -> Insertions:
     """Return counts, tracking errors and forces of some insertions, and each by itself."""
     insertions = tuple(trial.result for trial in trials)
+    inserted = [insertion for insertion in insertions if insertion.inserted]
     misses = [float(np.linalg.norm(insertion.miss)) for insertion in insertions]
+    errors_and_forces = Trials.of(insertions, misses)
     return Insertions.filled(
-        Trials.of(insertions, misses),
-        inserted=sum(insertion.inserted for insertion in insertions),
+        errors_and_forces,
+        inserted=len(inserted),
         trials=len(insertions),
         each=insertions,
     )
@@ -154,7 +174,8 @@ PRESS = 0.003
 def figure(fraction: np.ndarray) -> np.ndarray:
     """Return points of the figure, an eight, from 0 to 1 along it; shape (..., 2) [m]."""
     t = 2 * np.pi * np.asarray(fraction)
-    return PAPER + SIZE * np.stack([np.sin(2 * t), np.sin(t)], axis=-1)
+    eight = np.stack([np.sin(2 * t), np.sin(t)], axis=-1)
+    return PAPER + SIZE * eight
 
 
 def demonstrate(cell: Cell) -> list[Pose]:
@@ -163,7 +184,8 @@ def demonstrate(cell: Cell) -> list[Pose]:
     points = figure(np.linspace(0, 1, POINTS))
     q = cell.guide(np.array([*points[0], TABLE]))
     for point in points:
-        q = reach(cell.truth, q, pose_above(np.array([*point, TABLE])))
+        on_paper = np.array([*point, TABLE])
+        q = reach(cell.truth, q, pose_above(on_paper))
         poses.append(cell.model.pose(q))
     return poses
 
@@ -176,7 +198,11 @@ def upwards(poses: Sequence[Pose]) -> np.ndarray:
     return normal * np.sign(normal[2])
 
 
-def retrace(cell: Cell, count: int, seed: int) -> Iterator[Trial[Retracing]]:
+def retrace(
+    cell: Cell,
+    count: int,
+    seed: int,
+) -> Iterator[Trial[Retracing]]:
     """Draw the demonstrated figure again from starts that span the elbow's range."""
     generator = np.random.default_rng([seed, 3])
     taught = demonstrate(cell)
@@ -185,7 +211,11 @@ def retrace(cell: Cell, count: int, seed: int) -> Iterator[Trial[Retracing]]:
     above = shifted(taught[0], PEN_HOVER * up)
     first = np.array([*figure(np.zeros(())), TABLE + PEN_HOVER])
     lower = move("lower", 2.0, above, path[0])
-    draw = Phase("draw", SECONDS, lambda fraction: _along(path, smooth(fraction)))
+
+    def goal(fraction: float) -> Pose:
+        return _along(path, smooth(fraction))
+
+    draw = Phase("draw", SECONDS, goal)
     for fraction in stratified(count, generator):
         start = cell.start(first, float(fraction), generator)
         log, motion = cell.perform(start, above, [lower, draw], ["draw"])
@@ -203,12 +233,14 @@ def _retracing(log: Log, motion: Motion) -> Retracing:
     path = drawn(log)
     demonstrated = figure(np.linspace(0, 1, 2000))
     separations = path[::4, None] - demonstrated
-    distances = np.linalg.norm(separations, axis=2).min(axis=1)
+    distances = np.linalg.norm(separations, axis=2)
+    nearest = distances.min(axis=1)
+    is_touching = log.forces("draw") > 0
     points = np.round(path[::LINE_EVERY], 6)
     return Retracing.filled(
         motion,
-        tracking_error=float(distances.mean()),
-        touching=float((log.forces("draw") > 0).mean()),
+        tracking_error=float(nearest.mean()),
+        touching=float(is_touching.mean()),
         line=tuple((x, y) for x, y in points.tolist()),
     )
 
@@ -221,14 +253,16 @@ def drawn(log: Log) -> np.ndarray:
 def drawing_results(trials: Sequence[Trial[Retracing]]) -> Drawing:
     """Return the distances between the lines, tracking errors and forces, and each line."""
     lines = np.array([drawn(trial.log) for trial in trials])
-    separations = np.linalg.norm(lines[:, None] - lines, axis=3)
-    distances = separations.max(axis=(0, 1))
+    separations = lines[:, None] - lines
+    distances = np.linalg.norm(separations, axis=3)
+    largest = distances.max(axis=(0, 1))
     drawings = tuple(trial.result for trial in trials)
     tracking_errors = [drawing.tracking_error for drawing in drawings]
+    errors_and_forces = Trials.of(drawings, tracking_errors)
     return Drawing.filled(
-        Trials.of(drawings, tracking_errors),
+        errors_and_forces,
         retracings=len(drawings),
-        spread=float(distances.mean()),
-        max_spread=float(distances.max()),
+        spread=float(largest.mean()),
+        max_spread=float(largest.max()),
         each=drawings,
     )

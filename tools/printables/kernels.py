@@ -7,7 +7,7 @@ import importlib
 import math
 import tempfile
 from collections.abc import Sequence
-from functools import lru_cache, reduce
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,11 +35,14 @@ def to_mesh(manifold: "Manifold") -> Mesh:
     """Return a body's triangles, without those that single precision folds to nothing."""
     import trimesh
 
-    mesh: Any = manifold.as_original().simplify(SLIVER).to_mesh()
-    rounded = np.asarray(mesh.vert_properties, dtype=np.float32)[:, :3]
-    vertices, number = np.unique(rounded, axis=0, return_inverse=True)
-    corners = number.ravel()[np.asarray(mesh.tri_verts, dtype=np.int64)]
-    folded = (corners == np.roll(corners, 1, axis=1)).any(axis=1)
+    simplified = manifold.as_original().simplify(SLIVER)
+    mesh: Any = simplified.to_mesh()
+    properties = np.asarray(mesh.vert_properties, dtype=np.float32)
+    triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
+    vertices, number = np.unique(properties[:, :3], axis=0, return_inverse=True)
+    corners = number.ravel()[triangles]
+    next_corners = np.roll(corners, 1, axis=1)
+    folded = (corners == next_corners).any(axis=1)
     return trimesh.Trimesh(vertices, corners[~folded], process=False)
 
 
@@ -53,19 +56,18 @@ def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
         case "sphere", radius:
             return Manifold.sphere(radius, _segments(radius, chord))
         case "frustum", height, low, high:
-            return Manifold.cylinder(
-                height, low, high, _segments(max(low, high), chord)
-            )
+            count = _segments(max(low, high), chord)
+            return Manifold.cylinder(height, low, high, count)
         case "prism", height, *outlines:
-            section = CrossSection(
-                [np.array(outline, dtype=float) for outline in outlines]
-            )
+            polygons = [np.array(outline, dtype=float) for outline in outlines]
+            section = CrossSection(polygons)
             return Manifold.extrude(section, height)
         case "moved", *offset:
             parts[0].num_tri()  # evaluates it: what is moved stands at several places
             return parts[0].translate(offset)
         case "leaned", lean, azimuth:
-            return parts[0].rotate((0.0, math.degrees(lean), math.degrees(azimuth)))
+            angles = (0.0, math.degrees(lean), math.degrees(azimuth))
+            return parts[0].rotate(angles)
         case _:
             return Manifold.batch_boolean(parts, OpType.__members__[solid.kind])
 
@@ -82,17 +84,11 @@ Shape = Any
 
 def step_bytes(name: str, solid: Solid) -> bytes:
     """Return a STEP file (AP214, millimetres) of a part."""
-    unify = _occ("ShapeUpgrade_UnifySameDomain")(_shape(solid), True, True, False)
-    unify.Build()  # no superfluous edges
-    explorer = _occ("TopExp_Explorer")(unify.Shape(), _occ("TopAbs_SOLID"))
-    body = explorer.Current() if explorer.More() else None
-    explorer.Next()
-    if body is None or explorer.More():
-        raise PrintableError(f"{name}: Open CASCADE does not make one body of it")
-    chatter = _occ(
-        "Message_PrinterOStream"
-    ).get_type_descriptor_s()  # goes to standard output
-    _occ("Message").DefaultMessenger_s().RemovePrinters(chatter)
+    body = _one_body(name, _shape(solid))
+    # What Open CASCADE says goes to standard output.
+    chatter = _occ("Message_PrinterOStream").get_type_descriptor_s()
+    messenger = _occ("Message").DefaultMessenger_s()
+    messenger.RemovePrinters(chatter)
     writer = _occ("STEPControl_Writer")()
     for key, text in (("product.name", name), ("unit", "MM")):
         _occ("Interface_Static").SetCVal_s(f"write.step.{key}", text)
@@ -104,11 +100,25 @@ def step_bytes(name: str, solid: Solid) -> bytes:
         return path.read_bytes()
 
 
+def _one_body(name: str, shape: Shape) -> Shape:
+    """Return the only body of a shape, without superfluous edges."""
+    unify = _occ("ShapeUpgrade_UnifySameDomain")(shape, True, True, False)
+    unify.Build()
+    explorer = _occ("TopExp_Explorer")(unify.Shape(), _occ("TopAbs_SOLID"))
+    body = explorer.Current() if explorer.More() else None
+    explorer.Next()
+    if body is None or explorer.More():
+        raise PrintableError(f"{name}: Open CASCADE does not make one body of it")
+    return body
+
+
 def _occ(name: str) -> Any:
     """Return a class or constant of Open CASCADE; its name begins with its module's."""
+    module_name, _, _ = name.partition("_")
     try:
         importlib.import_module("OCP")
-        return getattr(importlib.import_module(f"OCP.{name.partition('_')[0]}"), name)
+        module = importlib.import_module(f"OCP.{module_name}")
+        return getattr(module, name)
     except ImportError:
         raise PrintableError(
             "STEP needs Open CASCADE, which is not installed: pip install 'mukca[step]'"
@@ -125,31 +135,37 @@ def _shape(solid: Solid) -> Shape:
         case "frustum", height, low, high:
             return _occ("BRepPrimAPI_MakeCone")(low, high, height).Shape()
         # What runs anticlockwise, less what runs clockwise.
-        case (
-            "prism",
-            height,
-            *outlines,
-        ):
+        case "prism", height, *outlines:
             bodies = [_extruded(o, height) for o in outlines if signed_area(o) > 0]
             holes = [_extruded(o, height) for o in outlines if signed_area(o) < 0]
-            return _boolean("Cut", [_boolean("Fuse", bodies), *holes])
+            body = _boolean("Fuse", bodies)
+            return _boolean("Cut", [body, *holes])
         case "moved", *offset:
+            vector = _occ("gp_Vec")(*offset)
             move = _occ("gp_Trsf")()
-            move.SetTranslation(_occ("gp_Vec")(*offset))
-            return parts[0].Moved(_occ("TopLoc_Location")(move))
+            move.SetTranslation(vector)
+            return _moved(parts[0], move)
         case "leaned", lean, azimuth:
             about_y = _turn((0, 1, 0), lean)
             about_z = _turn((0, 0, 1), azimuth)
-            return parts[0].Moved(_occ("TopLoc_Location")(about_z.Multiplied(about_y)))
+            return _moved(parts[0], about_z.Multiplied(about_y))
         case _:
             kinds = {"Add": "Fuse", "Subtract": "Cut", "Intersect": "Common"}
             return _boolean(kinds[solid.kind], parts)
 
 
+def _moved(shape: Shape, motion: Any) -> Shape:
+    """Return a shape after a motion, a ``gp_Trsf``."""
+    location = _occ("TopLoc_Location")(motion)
+    return shape.Moved(location)
+
+
 def _turn(axis: tuple[int, int, int], angle: float) -> Any:
     """Return a turn about an axis through the origin."""
+    origin = _occ("gp_Pnt")(0, 0, 0)
+    direction = _occ("gp_Dir")(*axis)
+    line = _occ("gp_Ax1")(origin, direction)
     turn = _occ("gp_Trsf")()
-    line = _occ("gp_Ax1")(_occ("gp_Pnt")(0, 0, 0), _occ("gp_Dir")(*axis))
     turn.SetRotation(line, angle)
     return turn
 
@@ -157,13 +173,19 @@ def _turn(axis: tuple[int, int, int], angle: float) -> Any:
 def _extruded(outline: Outline, height: float) -> Shape:
     polygon = _occ("BRepBuilderAPI_MakePolygon")()
     for x, y in outline:
-        polygon.Add(_occ("gp_Pnt")(x, y, 0.0))
+        corner = _occ("gp_Pnt")(x, y, 0.0)
+        polygon.Add(corner)
     polygon.Close()
-    face = _occ("BRepBuilderAPI_MakeFace")(polygon.Wire(), True).Face()
-    return _occ("BRepPrimAPI_MakePrism")(face, _occ("gp_Vec")(0.0, 0.0, height)).Shape()
+    face = _occ("BRepBuilderAPI_MakeFace")(polygon.Wire(), True)
+    upwards = _occ("gp_Vec")(0.0, 0.0, height)
+    prism = _occ("BRepPrimAPI_MakePrism")(face.Face(), upwards)
+    return prism.Shape()
 
 
 def _boolean(operation: str, shapes: Sequence[Shape]) -> Shape:
     """Combine the first shape with the others, one by one: ``Fuse``, ``Cut`` or ``Common``."""
     combine = _occ(f"BRepAlgoAPI_{operation}")
-    return reduce(lambda shape, tool: combine(shape, tool).Shape(), shapes)
+    combined, *tools = shapes
+    for tool in tools:
+        combined = combine(combined, tool).Shape()
+    return combined

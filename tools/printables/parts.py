@@ -71,9 +71,8 @@ class Part:
     @property
     def making(self) -> str:
         """Its masses, settings of the printer and the time to print it, in a line."""
-        masses = ", ".join(
-            f"{1000 * m:.0f} g of {name}" for name, m in self.facts["mass"].items()
-        )
+        mass_by_plastic = self.facts["mass"].items()
+        masses = ", ".join(f"{1000 * m:.0f} g of {name}" for name, m in mass_by_plastic)
         recipe = self.facts["print"]
         infill = f"{WALLS} walls, {100 * recipe['infill']:.0f} % infill"
         brim = f", a brim of {1000 * recipe['brim']:g} mm" if recipe["brim"] else ""

@@ -71,11 +71,16 @@ def print_of(body: "Manifold", recipe: Recipe) -> Print:
     heights = (np.arange(SAMPLES) + 0.5) * top / SAMPLES
     layers = np.array([_layer(body, float(z), recipe) for z in heights])
     plastic, time = layers.mean(axis=0) * top / recipe.layer
-    first, _ = layers[0] / recipe.spacing / recipe.layer
-    x0, y0, x1, y1 = figure.slice(recipe.layer / 2).bounds()
+    plastic_of_first, _ = layers[0]
+    path_of_first = plastic_of_first / recipe.spacing / recipe.layer
+    footprint = figure.slice(recipe.layer / 2)
+    x0, y0, x1, y1 = footprint.bounds()
     is_slender = top > SLENDER * min(x1 - x0, y1 - y0)
-    brim = recipe.brim / 1000 if is_slender else 0.0
-    return Print(float(plastic) * 1e-9, float(time + first / FIRST), brim)
+    return Print(
+        plastic=float(plastic) * 1e-9,
+        time=float(time + path_of_first / FIRST),
+        brim=recipe.brim / 1000 if is_slender else 0.0,
+    )
 
 
 def _layer(body: "Manifold", z: float, recipe: Recipe) -> tuple[float, float]:
@@ -84,7 +89,8 @@ def _layer(body: "Manifold", z: float, recipe: Recipe) -> tuple[float, float]:
     within = _within(section, WALLS * recipe.spacing)
     outermost = _length(section)
     walls = (section.area() - within.area()) / recipe.spacing
-    wall_time = outermost / OUTER + max(walls - outermost, 0.0) / INNER
+    other_walls = max(walls - outermost, 0.0)
+    wall_time = outermost / OUTER + other_walls / INNER
     core = _core(body, z, within, recipe)
     solid = within.area() - core
     fill = (solid + recipe.infill * core) / recipe.spacing
@@ -94,7 +100,12 @@ def _layer(body: "Manifold", z: float, recipe: Recipe) -> tuple[float, float]:
     return plastic, wall_time + _fill_time(fill, within) + ways
 
 
-def _core(body: "Manifold", z: float, within: "CrossSection", recipe: Recipe) -> float:
+def _core(
+    body: "Manifold",
+    z: float,
+    within: "CrossSection",
+    recipe: Recipe,
+) -> float:
     """Return the area of a layer that has SHELLS of the part below and above it [mm²]."""
     if recipe.infill == 1.0:
         return 0.0

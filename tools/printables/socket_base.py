@@ -4,12 +4,11 @@ Three flat pads touch the ball in a point each. They fix its centre, even if a p
 Frame: origin in the middle of the sockets, z up from the table [mm].
 """
 
-import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
+from .screw_holes import Box, Point, place_holes
 from .solid import (
     BED,
     HEIGHT,
@@ -22,7 +21,6 @@ from .solid import (
     hexagon,
     prism,
     rectangle,
-    signed_area,
     sphere,
     text_width,
     union,
@@ -39,14 +37,6 @@ WASHER = 12.5  # M6, ISO 7089
 LEDGE = 1.0  # of the plate beyond a post at its edge
 EDGE = 8.0  # from a screw's axis to the plate's edge
 DIGIT_SCALE = 1.3
-PITCH = 25.0
-"""Of the grid [mm]."""
-
-Point = tuple[float, float]
-Box = tuple[float, float, float, float]
-"""Lowest x and y, highest x and y."""
-Disc = tuple[float, float, float]
-"""x and y of the centre, radius."""
 
 
 @dataclass(frozen=True)
@@ -167,12 +157,17 @@ class SocketBase:
         drop = self.corner + 1.2 + half_height
         low = -drop - half_height
         high = -drop + half_height
-        digits = [(x - 3.0, y + low, x + 3.0, y + high) for x, y in self.centres]
+        digits = [Box(x - 3.0, y + low, x + 3.0, y + high) for x, y in self.centres]
         half_width = max(map(text_width, self.readings)) / 2
         middle = (self.corner + self.plate[1][1]) / 2
         if self.sockets == 3:
             middle = self.plate[0][1] + 2 + HEIGHT + 0.6
-        lines = (-half_width, middle - 0.6 - HEIGHT, half_width, middle + 0.6 + HEIGHT)
+        lines = Box(
+            -half_width,
+            middle - 0.6 - HEIGHT,
+            half_width,
+            middle + 0.6 + HEIGHT,
+        )
         return (*digits, lines)
 
     @property
@@ -184,11 +179,10 @@ class SocketBase:
     def holes(self) -> tuple[Point, ...]:
         """The axes of the M6 screws, on a 25 mm grid of their own."""
         (x0, y0), (x1, y1) = self.plate
-        inner: Box = (x0 + EDGE, y0 + EDGE, x1 - EDGE, y1 - EDGE)
+        whole = Box(x0, y0, x1, y1)
         reach = self.corner + WASHER / 2 + 0.5
-        return place_holes(
-            inner, [(*c, reach) for c in self.centres], self.text_boxes, WASHER / 2
-        )
+        posts = [(*centre, reach) for centre in self.centres]
+        return place_holes(whole.grown(-EDGE), posts, self.text_boxes, WASHER / 2)
 
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""
@@ -230,60 +224,14 @@ class SocketBase:
         return beyond.leaned(math.pi - CONTACT, azimuth)
 
     def _engravings(self) -> list[Solid]:
-        *digits, (x0, y0, x1, y1) = self.text_boxes
-        x = (x0 + x1) / 2
-        y = (y0 + y1) / 2
+        *digits, lines = self.text_boxes
+        numbers: list[Solid] = []
+        for i, box in enumerate(digits):
+            number = engraving(str(i), *box.middle, PLATE, DIGIT_SCALE)
+            numbers.append(number)
+        x, y = lines.middle
         step = HEIGHT / 2 + 0.6
         outside, inside = self.readings
-        numbers = [
-            engraving(str(i), (a + c) / 2, (b + d) / 2, PLATE, DIGIT_SCALE)
-            for i, (a, b, c, d) in enumerate(digits)
-        ]
         upper = engraving(outside, x, y + step, PLATE)
         lower = engraving(inside, x, y - step, PLATE)
         return [*numbers, upper, lower]
-
-
-def place_holes(
-    area: Box, discs: Sequence[Disc], boxes: Sequence[Box], margin: float
-) -> tuple[Point, ...]:
-    """Return 3 or 4 holes, best symmetric about y, that hold a plate widest; none if fewer fit."""
-
-    def is_free(point: Point) -> bool:
-        u, v = point
-        if any(math.dist(point, (x, y)) < radius for x, y, radius in discs):
-            return False
-        return not any(
-            a - margin < u < c + margin and b - margin < v < d + margin
-            for a, b, c, d in boxes
-        )
-
-    x0, y0, x1, y1 = area
-    best: tuple[Point, ...] = ()
-    for columns in ((0.0, PITCH / 2), range(int(PITCH))):
-        for x, y in itertools.product(columns, range(int(PITCH))):
-            grid = itertools.product(_steps(x, x0, x1), _steps(y, y0, y1))
-            best = max(best, _outermost(list(filter(is_free, grid))), key=signed_area)
-        if len(best) >= 3:
-            return best
-    return ()
-
-
-def _steps(start: float, low: float, high: float) -> list[float]:
-    """Return the numbers of a grid through ``start`` from low to high."""
-    first = math.ceil((low - start) / PITCH)
-    last = math.floor((high - start) / PITCH)
-    return [start + PITCH * i for i in range(first, last + 1)]
-
-
-def _outermost(points: Sequence[Point]) -> tuple[Point, ...]:
-    """Return the points farthest out along the diagonals, in anticlockwise order."""
-    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1)) if points else ()
-    corners = [max(points, key=partial(_reach_along, sx, sy)) for sx, sy in signs]
-    return tuple(dict.fromkeys(corners))
-
-
-def _reach_along(sx: int, sy: int, point: Point) -> tuple[float, float]:
-    """Return how far out a point lies along a diagonal, and along y."""
-    x, y = point
-    return sx * x + sy * y, sy * y

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from ...errors import MukcaError, read_json
 
@@ -25,7 +25,12 @@ class PrintableError(MukcaError):
     """A part cannot be made as asked for."""
 
 
-def check_range(name: str, value: float, low: float, high: float) -> None:
+def check_range(
+    name: str,
+    value: float,
+    low: float,
+    high: float,
+) -> None:
     """Refuse a length out of its range [mm]."""
     if not low <= value <= high:
         raise PrintableError(f"{name} of {value:g} mm: expected {low:g} to {high:g} mm")
@@ -51,7 +56,12 @@ class Solid:
     def __and__(self, solid: "Solid") -> "Solid":
         return Solid("Intersect", (), (self, solid))
 
-    def at(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> "Solid":
+    def at(
+        self,
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+    ) -> "Solid":
         """Return the solid moved by an offset."""
         return Solid("moved", (x, y, z), (self,))
 
@@ -97,25 +107,38 @@ def rectangle(
     """Return the rectangle between two values of x and of y, its corners cut off at 45 degrees."""
     x0, x1 = x
     y0, y1 = y
-    c = corner
-    if c == 0.0:
+    if corner == 0.0:
         return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
-    right = ((x1 - c, y0), (x1, y0 + c), (x1, y1 - c), (x1 - c, y1))
-    left = ((x0 + c, y1), (x0, y1 - c), (x0, y0 + c))
-    return ((x0 + c, y0), *right, *left)
+    return (
+        (x0 + corner, y0),
+        (x1 - corner, y0),
+        (x1, y0 + corner),
+        (x1, y1 - corner),
+        (x1 - corner, y1),
+        (x0 + corner, y1),
+        (x0, y1 - corner),
+        (x0, y0 + corner),
+    )
 
 
 def hexagon(apothem: float) -> Outline:
     """Return the regular hexagon whose flats face 0, 60, 120, ... degrees at that distance."""
     radius = apothem / math.cos(math.pi / 6)
-    angles = [math.radians(30 + 60 * i) for i in range(6)]
-    return tuple((radius * math.cos(a), radius * math.sin(a)) for a in angles)
+    corners: list[tuple[float, float]] = []
+    for degrees in range(30, 390, 60):
+        angle = math.radians(degrees)
+        x = radius * math.cos(angle)
+        y = radius * math.sin(angle)
+        corners.append((x, y))
+    return tuple(corners)
 
 
 def signed_area(points: Sequence[tuple[float, float]]) -> float:
     """Return the area of a polygon by the shoelace formula, negative if it runs clockwise."""
-    pairs = zip(points, (*points[1:], *points[:1]), strict=True)
-    return math.fsum(x * v - u * y for (x, y), (u, v) in pairs) / 2
+    following = (*points[1:], *points[:1])
+    sides = zip(points, following, strict=True)
+    twice = math.fsum(x * v - u * y for (x, y), (u, v) in sides)
+    return twice / 2
 
 
 HEIGHT = 5.4
@@ -133,14 +156,22 @@ _GAP = 1.2  # between the strokes of neighbouring letters
 
 def text_width(text: str, scale: float = 1.0) -> float:
     """Return the width of a line of text, strokes included [mm]."""
-    return scale * (sum(_LETTERS[letter][0] + STROKE + _GAP for letter in text) - _GAP)
+    pitches = [_LETTERS[letter][0] + STROKE + _GAP for letter in text]
+    return scale * (sum(pitches) - _GAP)
 
 
-def engraving(text: str, x: float, y: float, top: float, scale: float = 1.0) -> Solid:
+def engraving(
+    text: str,
+    x: float,
+    y: float,
+    top: float,
+    scale: float = 1.0,
+) -> Solid:
     """Return the tool that engraves a line of text about x, y into a flat top [mm]."""
-    middle_x = x - (text_width(text, scale) - scale * STROKE) / 2
+    width = text_width(text, scale) - scale * STROKE
+    rise = scale * _RISE
     tool = prism(DEPTH + 1.0, *_outlines(text, scale))
-    return tool.at(middle_x, y - scale * _RISE / 2, top - DEPTH)
+    return tool.at(x - width / 2, y - rise / 2, top - DEPTH)
 
 
 def _outlines(text: str, scale: float) -> Iterator[Outline]:
@@ -155,11 +186,12 @@ def _outlines(text: str, scale: float) -> Iterator[Outline]:
             corners: list[CrossSection] = []
             for column, row in stroke.split():
                 x = begin + int(column) / 2 * width
-                corners.append(square.translate((x, int(row) / 4 * _RISE)))
-            bars += [
-                CrossSection.batch_hull([*pair]) for pair in itertools.pairwise(corners)
-            ]
+                y = int(row) / 4 * _RISE
+                corners.append(square.translate((x, y)))
+            for pair in itertools.pairwise(corners):
+                bars.append(CrossSection.batch_hull([*pair]))
         begin += width + STROKE + _GAP
-    shape = CrossSection.batch_boolean(bars, OpType.Add).scale((scale, scale))
-    for ring in cast("Any", shape).to_polygons():
+    union_of_bars = CrossSection.batch_boolean(bars, OpType.Add)
+    shape: Any = union_of_bars.scale((scale, scale))
+    for ring in shape.to_polygons():
         yield tuple((float(x), float(y)) for x, y in ring)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...drivers import Driver, match_joints
 from ...drivers.arms import Mock, Motion, arm_at
+from ...recorder.session import Session as RecordingSession
 from ...recorder.session import View
 from ...solver.robot import InverseKinematics, Robot, gravity_moments, nominal_balls
 from .demo import SEAT_NOISE
@@ -38,8 +39,12 @@ class LedMotion(Motion):
     def phase(self, time: float) -> tuple[int, float]:
         """Return the number of the last rest, and how far the move after it has come, 0 to 1."""
         count = len(self.begun)
-        progress = (time - self.begun[-1]) / self.move if count else 1.0
-        return (count, 0.0) if progress >= 1 else (count - 1, max(0.0, progress))
+        if not count:
+            return 0, 0.0
+        progress = (time - self.begun[-1]) / self.move
+        if progress >= 1:
+            return count, 0.0
+        return count - 1, max(0.0, progress)
 
 
 class FollowingHand:
@@ -56,7 +61,10 @@ class FollowingHand:
     """
 
     def __init__(
-        self, address: str, robot: Robot, distance: float | None = None
+        self,
+        address: str,
+        robot: Robot,
+        distance: float | None = None,
     ) -> None:
         motion_address, self._faults = session_faults(address)
         arm = arm_at(motion_address)
@@ -77,7 +85,8 @@ class FollowingHand:
         recorded_distance = float(np.linalg.norm(second - first))
         self._distance = distance or recorded_distance
         along = (second - first) / recorded_distance
-        self._sockets = np.array([first, first + self._distance * along])
+        second = first + self._distance * along
+        self._sockets = np.array([first, second])
         self._led: list[np.ndarray] = []
         self._labels: list[int] = []
         self._rows_led = {0}
@@ -86,9 +95,11 @@ class FollowingHand:
         first_socket = int(self._session.sockets[0])
         self._rest_at(self._session.positions[0], first_socket, row=0)
         self._motion = LedMotion(self._poses, move=arm.motion.move)
-        efforts = None if self._torques is None else self._efforts
         self._arm = replace(
-            arm, motion=self._motion, joint_names=names, efforts=efforts
+            arm,
+            motion=self._motion,
+            joint_names=names,
+            efforts=None if self._torques is None else self._efforts,
         )
         self.guided = True
         """False where no guide proposes poses: they are the recording's then, in its order."""
@@ -106,88 +117,116 @@ class FollowingHand:
         """Put the base elsewhere, within the arm's reach, for another placement."""
         (base,) = reachable_bases(self._truth, self._generator, 1, self._distance)
         self._sockets = np.array(base.sockets)
-        # These lie at the old place.
-        self._rows_led |= set(range(len(self._session.positions)))
+        rows_at_old_place = range(len(self._session.positions))
+        self._rows_led |= set(rows_at_old_place)
         self._lead(None, 0)
 
     def follow(self, view: View) -> None:
         """Lead the arm on, where its rest is captured or the ball belongs in another socket."""
         session = view.session
-        pose = self.rest
         rest, _ = self._motion.phase(self._arm.now())
         arrived = rest == len(self._motion.begun)
-        if not arrived or view.alarm or view.question:
+        if not arrived or view.alarm or view.question or session.finished:
             return
-        captured = any(
-            session.same(sample.position, pose) for sample in session.samples
-        )
-        same = session.socket == self._labels[-1]
-        done = session.turn_done or session.counts[session.socket] >= session.target
-        if session.finished or (same and (done or not captured)):
+        if session.socket == self._labels[-1] and self._waits_in_socket(session):
             return
         target = view.advice.target if view.advice and self.guided else None
-        if target is None and self.guided and session.live:
-            return  # the guide is not ready yet
-        self._lead(None if target is None else np.array(target), session.socket)
+        if target is not None:
+            self._lead(np.array(target), session.socket)
+        elif not self.guided or not session.live:
+            self._lead(None, session.socket)  # else the guide is not ready yet
 
-    def _lead(self, reference: np.ndarray | None, socket: int) -> None:
+    def _waits_in_socket(self, session: RecordingSession) -> bool:
+        """Return whether there is nothing more to lead to in the socket that the ball is in."""
+        if session.turn_done or session.counts[session.socket] >= session.target:
+            return True
+        samples = session.samples
+        return not any(session.same(sample.position, self.rest) for sample in samples)
+
+    def _lead(
+        self,
+        reference: np.ndarray | None,
+        socket: int,
+    ) -> None:
         """Begin a move to a pose with the ball in a socket; without one, where the hand likes."""
         row = None if self.guided else self._unused(socket)
         if row is None:
-            self._rest_at(self._seated_at(reference, socket), socket)
+            q = self._seated_at(reference, socket)
         else:
             self._rows_led.add(row)
-            self._rest_at(self._session.positions[row], socket, row)
+            q = self._session.positions[row]
+        self._rest_at(q, socket, row)
         # After the pose: another thread reads both.
         self._motion.begun.append(self._arm.now())
 
-    def _rest_at(self, q: np.ndarray, socket: int, row: int | None = None) -> None:
+    def _rest_at(
+        self,
+        q: np.ndarray,
+        socket: int,
+        row: int | None = None,
+    ) -> None:
         """Add a configuration, maybe of a row of the recording, with its torques."""
         self._led.append(q)
         self._labels.append(socket)
         goal = self._with_faults()
         if self._torques is not None:
-            by_masses = gravity_moments(self._truth, goal[None])[0, : len(q)]
-            efforts = by_masses if row is None else self._torques[row]
+            if row is None:
+                (moments,) = gravity_moments(self._truth, goal[None])
+                efforts = moments[: len(q)]
+            else:
+                efforts = self._torques[row]
             self._efforts.append(efforts.tolist())
         self._poses.append(tuple(goal.tolist()))
 
     def _unused(self, socket: int) -> int | None:
         """Return the first sample of the recording in a socket that was not led to, or None."""
         rows = np.flatnonzero(self._session.sockets == socket)
-        unused = set(rows.tolist()) - self._rows_led
-        return min(unused, default=None)
+        rows_unused = set(rows.tolist()) - self._rows_led
+        return min(rows_unused, default=None)
 
-    def _seated_at(self, reference: np.ndarray | None, socket: int) -> np.ndarray:
+    def _seated_at(
+        self,
+        reference: np.ndarray | None,
+        socket: int,
+    ) -> np.ndarray:
         """Return a configuration with the ball in a socket, near another if one is given."""
         noise = self._generator.normal(0, SEAT_NOISE, 3)
-        seat = self._sockets[min(socket, 1)] + noise
+        centre = self._sockets[min(socket, 1)]
+        seat = centre + noise
         if reference is not None:
             (q,) = seated(self._truth, reference[None], seat[None])
             if self._is_seated(q, seat):
                 return q
-        return self._reach.reach(seat[None], self._generator)[0]
+        (q,) = self._reach.reach(seat[None], self._generator)
+        return q
 
-    def _is_seated(self, q: np.ndarray, seat: np.ndarray) -> bool:
+    def _is_seated(
+        self,
+        q: np.ndarray,
+        seat: np.ndarray,
+    ) -> bool:
         """Return whether the ball is in its seat, and the joints are within their limits."""
         (ball,) = nominal_balls(self._truth, q[None])
+        gap = np.linalg.norm(ball - seat)
         inside = (q >= self._reach.lower) & (q <= self._reach.upper)
-        return bool(inside.all() and np.linalg.norm(ball - seat) < CLOSE)
+        return bool(inside.all() and gap < CLOSE)
 
     def _with_faults(self) -> np.ndarray:
         """Return the last of the configurations that the hand led to, as faults turn it."""
         if not self._faults:
             return self._led[-1]
         count = len(self._led)
-        recorded = self._session
+        later_positions = self._session.positions[count:]
+        later_sockets = self._session.sockets[count:]
         session = Session(
             self._truth,
-            np.concatenate([self._led, recorded.positions[count:]]),
-            np.concatenate([self._labels, recorded.sockets[count:]]),
+            np.concatenate([self._led, later_positions]),
+            np.concatenate([self._labels, later_sockets]),
             self._sockets,
             np.random.default_rng(self._seed),  # a fault stays as it was
         )
-        return with_faults(session, self._faults)[count - 1]
+        positions = with_faults(session, self._faults)
+        return positions[count - 1]
 
 
 def following_hand(
@@ -204,5 +243,7 @@ def following_hand(
     if name != "mock" or FOLLOW not in words:
         return None
     words.remove(FOLLOW)
-    query = "&".join(words)
-    return FollowingHand(f"{path}?{query}" if query else path, robot, distance)
+    other_words = "&".join(words)
+    if other_words:
+        path += f"?{other_words}"
+    return FollowingHand(path, robot, distance)

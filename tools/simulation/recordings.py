@@ -211,7 +211,8 @@ def lead(
 
     Without a guide the poses are random; a seat out of the arm's reach is a SimulationError.
     """
-    seats = seats + generator.normal(0, 1, seats.shape) * how.noise
+    noise = how.noise * generator.normal(0, 1, seats.shape)
+    seats = seats + noise
     true = (guide or InverseKinematics(arm)).reach(seats, generator)
     moments = gravity_moments(arm, true, how.gravity)
     N, m = true.shape

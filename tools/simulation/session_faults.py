@@ -70,8 +70,10 @@ def _turned_base(s: Session, size: float) -> np.ndarray:
 
 
 def _bent_ball(s: Session, size: float) -> np.ndarray:
-    parameters = all_parameters(s.robot)
-    place = [p.index for p in parameters if p.of_ball and p.unit == "m"]
+    place: list[int] = []
+    for parameter in all_parameters(s.robot):
+        if parameter.of_ball and parameter.unit == "m":
+            place.append(parameter.index)
     model = BallModel(s.robot, place)
     linear = model.linearise(model.nominal, s.positions)
     return linear.by_parameters @ s.aside(size)
@@ -194,7 +196,11 @@ def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
     return seated(session.robot, q, balls + shifts)
 
 
-def seated(robot: Robot, q: np.ndarray, balls: np.ndarray) -> np.ndarray:
+def seated(
+    robot: Robot,
+    q: np.ndarray,
+    balls: np.ndarray,
+) -> np.ndarray:
     """Return the configurations near others, shape (N, m), with the balls elsewhere, (N, 3) [m]."""
     model = BallModel(robot, [])
     for _ in range(STEPS):
@@ -205,7 +211,11 @@ def seated(robot: Robot, q: np.ndarray, balls: np.ndarray) -> np.ndarray:
     return q
 
 
-def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
+def fitted_session(
+    q: np.ndarray,
+    robot: Robot,
+    seed: int,
+) -> Session:
     """Return a session of recorded joint positions, shape (N, m), of an arm fitted to them.
 
     The sockets follow from where the balls lie.
@@ -214,7 +224,8 @@ def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
     distances: np.ndarray = np.linalg.norm(balls - balls[0], axis=1)
     apart = max(APART, 0.5 * float(distances.max()))
     sockets = (distances > apart).astype(int)
-    samples = Samples(q, sockets, np.zeros_like(balls))
+    in_sockets = np.zeros_like(balls)
+    samples = Samples(q, sockets, in_sockets)
     arm = RigidModel(robot).fitted(samples)
     balls = nominal_balls(arm, q)
     centres: list[np.ndarray] = []
@@ -233,7 +244,7 @@ def session_faults(address: str) -> tuple[str, list[SessionFault]]:
         DriverError: A fault is wrongly written.
     """
     path, mark, query = address.partition("?")
-    others: list[str] = []
+    words: list[str] = []
     faults: list[SessionFault] = []
     for word in query.split("&"):
         fault = None
@@ -243,10 +254,11 @@ def session_faults(address: str) -> tuple[str, list[SessionFault]]:
             except ValueError as error:
                 raise Reason.BAD_ADDRESS(f"mock:{address}: {error}") from None
         if fault is None:
-            others.append(word)
+            words.append(word)
         elif fault not in faults:
             faults.append(fault)
-    return f"{path}{mark}{'&'.join(others)}", faults
+    query = "&".join(words)
+    return f"{path}{mark}{query}", faults
 
 
 def practice_driver(address: str, robot: Robot) -> Callable[[], Driver]:

@@ -1,0 +1,91 @@
+"""Places of the screws that hold a plate: on a grid, as far out as posts and letters leave room."""
+
+import itertools
+import math
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+from .solid import signed_area
+
+PITCH = 25.0
+"""Of the grid [mm]."""
+Point = tuple[float, float]
+
+
+class Box(NamedTuple):
+    """A rectangle, by its lowest and its highest x and y."""
+
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+
+    @property
+    def middle(self) -> Point:
+        """Its centre."""
+        x = (self.x0 + self.x1) / 2
+        y = (self.y0 + self.y1) / 2
+        return x, y
+
+    def grown(self, margin: float) -> "Box":
+        """Return the rectangle with a margin on all sides."""
+        return Box(
+            self.x0 - margin,
+            self.y0 - margin,
+            self.x1 + margin,
+            self.y1 + margin,
+        )
+
+    def holds(self, point: Point) -> bool:
+        """Tell whether a point is inside."""
+        x, y = point
+        return self.x0 < x < self.x1 and self.y0 < y < self.y1
+
+
+Disc = tuple[float, float, float]
+"""x and y of the centre, radius."""
+
+
+def place_holes(
+    area: Box, discs: Sequence[Disc], boxes: Sequence[Box], margin: float
+) -> tuple[Point, ...]:
+    """Return 3 or 4 holes, best symmetric about y, that hold a plate widest; none if fewer fit."""
+    taken = [box.grown(margin) for box in boxes]
+
+    def is_free(point: Point) -> bool:
+        if any(math.dist(point, (x, y)) < radius for x, y, radius in discs):
+            return False
+        return not any(box.holds(point) for box in taken)
+
+    best: tuple[Point, ...] = ()
+    for columns in ((0.0, PITCH / 2), range(int(PITCH))):
+        for x, y in itertools.product(columns, range(int(PITCH))):
+            columns_of_grid = _steps(x, area.x0, area.x1)
+            rows_of_grid = _steps(y, area.y0, area.y1)
+            grid = itertools.product(columns_of_grid, rows_of_grid)
+            holes = _outermost(list(filter(is_free, grid)))
+            best = max(best, holes, key=signed_area)
+        if len(best) >= 3:
+            return best
+    return ()
+
+
+def _steps(start: float, low: float, high: float) -> list[float]:
+    """Return the numbers of a grid through ``start`` from low to high."""
+    first = math.ceil((low - start) / PITCH)
+    last = math.floor((high - start) / PITCH)
+    return [start + PITCH * i for i in range(first, last + 1)]
+
+
+def _outermost(points: Sequence[Point]) -> tuple[Point, ...]:
+    """Return the points farthest out along the diagonals, in anticlockwise order."""
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1)) if points else ()
+    corners = [max(points, key=partial(_reach_along, sx, sy)) for sx, sy in signs]
+    return tuple(dict.fromkeys(corners))
+
+
+def _reach_along(sx: int, sy: int, point: Point) -> tuple[float, float]:
+    """Return how far out a point lies along a diagonal, and along y."""
+    x, y = point
+    return sx * x + sy * y, sy * y
