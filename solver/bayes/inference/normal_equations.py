@@ -90,20 +90,55 @@ def _slope_by_turning(state: State, pulls: np.ndarray) -> np.ndarray:
 
 
 def curvature(state: State, weights: np.ndarray) -> np.ndarray:
-    """Return sum_i J_i^T V_i J_i + B^T B for weights V of samples, shape (N, 3, 3)."""
-    J = state.linear.by_unknowns
+    """Return sum_i J_i^T V_i J_i + B^T B for weights V of samples, shape (N, 3, 3).
+
+    J_i = [A_i, -I] by the other unknowns and the centre of the sample's own socket, and zero by the
+    other centres: so A_i^T V_i A_i, -V_i A_i and V_i are summed.
+    """
+    A, sockets = _by_others(state)
+    VA = weights @ A
     B = state.constraints.jacobian
-    VJ = weights @ J
+    H = B.T @ B
     axes = 0, 1  # of samples, and of space
-    of_samples = np.tensordot(J, VJ, (axes, axes))
-    return of_samples + B.T @ B
+    others = slice(A.shape[2])
+    H[others, others] += np.tensordot(A, VA, (axes, axes))
+    for in_socket, centre in sockets:
+        across = VA[in_socket].sum(axis=0)
+        H[centre, others] -= across
+        H[others, centre] -= across.T
+        H[centre, centre] += weights[in_socket].sum(axis=0)
+    return H
 
 
 def leverage(state: State, covariance: np.ndarray) -> np.ndarray:
-    """Return how uncertain each error is because the unknowns are: J_i Sigma J_i^T."""
-    J = state.linear.by_unknowns
-    J_T = J.transpose(0, 2, 1)
-    return (J @ covariance) @ J_T
+    """Return how uncertain each error is because the unknowns are: J_i Sigma J_i^T.
+
+    With J_i as in :func:`curvature`, it is A_i S A_i^T - A_i S_c - (A_i S_c)^T + S_cc for the
+    covariance S of the other unknowns, S_c theirs with the centre, and S_cc that of the centre.
+    """
+    A, sockets = _by_others(state)
+    others = slice(A.shape[2])
+    A_T = A.transpose(0, 2, 1)
+    L = (A @ covariance[others, others]) @ A_T
+    for in_socket, centre in sockets:
+        across = A[in_socket] @ covariance[others, centre]
+        L[in_socket] += covariance[centre, centre] - across
+        L[in_socket] -= across.transpose(0, 2, 1)
+    return L
+
+
+def _by_others(state: State) -> tuple[np.ndarray, list[tuple[np.ndarray, slice]]]:
+    """Return A, shape (N, 3, d), by all unknowns but the centres; and the sockets.
+
+    A socket is the indices of its samples, and its centre's place among the unknowns.
+    """
+    objective = state.objective
+    A = state.linear.by_unknowns[:, :, : objective.dense]
+    sockets: list[tuple[np.ndarray, slice]] = []
+    for k in range(objective.data.socket_count):
+        in_socket = np.flatnonzero(objective.data.sockets == k)
+        sockets.append((in_socket, objective.of_socket(k)))
+    return A, sockets
 
 
 @dataclass(frozen=True)
