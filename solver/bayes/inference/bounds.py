@@ -91,7 +91,8 @@ def expectation_propagation(mean: np.ndarray, covariance: np.ndarray) -> Factors
     after = (pull + nu) ** 2 / (precision + tau)
     before = pull**2 / precision
     log_ratios = np.log1p(tau / precision)
-    log_share += np.sum(log_half + 0.5 * (log_ratios - after + before))
+    by_bound = log_half + 0.5 * (log_ratios - after + before)
+    log_share += np.sum(by_bound)
     return Factors(tau / unit**2, nu / unit, float(log_share))
 
 

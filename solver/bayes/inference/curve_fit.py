@@ -88,7 +88,8 @@ class CurveFit:
             return ()
         S = samples.slopes
         N = len(S)
-        kernels = np.stack(kernel(samples.distances, prior.length))  # (2, N, m, N)
+        pair = kernel(samples.distances, prior.length)
+        kernels = np.stack(pair)  # (2, N, m, N)
         kernels *= prior.amplitude**2
         S_T = np.ascontiguousarray(S.T)
         columns = kernels[:, :, :, None] * S_T  # (2, N, m, 3, N)

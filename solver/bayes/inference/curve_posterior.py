@@ -82,7 +82,8 @@ def _normal_equations(fit: CurveFit, W: np.ndarray) -> tuple[np.ndarray, np.ndar
     across = np.zeros((size, fit.columns.shape[2]))
     for begin in range(0, N, BATCH):
         batch = slice(begin, begin + BATCH)
-        index = places[batch].reshape(-1, 4 * m)
+        of_batch = places[batch]
+        index = of_batch.reshape(-1, 4 * m)
         S = samples.slopes[batch][..., None]
         basis = S * weights[batch][:, None]
         F = basis.reshape(-1, 3, 4 * m)

@@ -31,7 +31,8 @@ def promised_gain(flat: CurveFit) -> float:
         curved = replace(flat, prior=CurvePrior(1.0, length))
         K = curved.curves[0]
         VK = V @ K
-        T = 0.5 * float(p @ K @ p - np.trace(VK))
+        square = p @ K @ p
+        T = 0.5 * float(square - np.trace(VK))
         products = [VK, *by_noise]
         traces: np.ndarray = np.einsum("aij,bji->ab", products, products)
         inverse = np.linalg.inv(0.5 * traces)

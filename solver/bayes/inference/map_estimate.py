@@ -47,6 +47,11 @@ LEAVES = 2
 """Times that a joint's elasticity may leave zero. One that gains nothing could else come and go
 forever."""
 SHORTER = 6
+DIVERGED = "the fit diverged: run mukca check on the recordings, or try --method paper"
+UNSETTLED = (
+    f"the fit did not settle in {MAX_ITERATIONS} iterations: "
+    "run mukca check on the recordings"
+)
 RISE = 1e-9
 """Relative rise of the objective in a step that is rounding alone."""
 
@@ -70,31 +75,35 @@ def estimate(
     """
     objective = _objective(model, data, movements)
     state = start(objective, joint_noise, start_from)
+    try:
+        result = _iterated(state)
+    except np.linalg.LinAlgError:
+        raise NotConverged(DIVERGED) from None
+    if result is None:
+        raise NotConverged(UNSETTLED)
+    return result
+
+
+def _iterated(state: State) -> FitPosterior | None:
+    """Return the posterior where unknowns, widths and noise settle; None where they do not."""
     iterates = [state.x]
     departures = np.zeros(len(state.x), dtype=int)
-    try:
-        for count in range(MAX_ITERATIONS):
-            at_zero = state.at_zero
-            step = gauss_newton(state, may_leave=departures < LEAVES)
-            limit = np.inf if count < RESTLESS else CALM
-            state, change = _advance(state, step, limit)
-            departures += at_zero & ~state.at_zero
-            iterates.append(state.x)
-            noisy = any(noise.space > SMALLEST for noise in state.noises)
-            settled = SETTLED if noisy else SETTLED_EXACT
-            if change >= settled or step.slope < -FALL:
-                continue
-            pruned = prune_groups(state)
-            if pruned is state:
-                return posterior(state, iterates)
-            state = pruned
-    except np.linalg.LinAlgError:
-        raise NotConverged(
-            "the fit diverged: run mukca check on the recordings, or try --method paper"
-        ) from None
-    raise NotConverged(
-        f"the fit did not settle in {MAX_ITERATIONS} iterations: run mukca check on the recordings"
-    )
+    for count in range(MAX_ITERATIONS):
+        at_zero = state.at_zero
+        step = gauss_newton(state, may_leave=departures < LEAVES)
+        limit = np.inf if count < RESTLESS else CALM
+        state, change = _advance(state, step, limit)
+        departures += at_zero & ~state.at_zero
+        iterates.append(state.x)
+        noisy = any(noise.space > SMALLEST for noise in state.noises)
+        settled = SETTLED if noisy else SETTLED_EXACT
+        if change >= settled or step.slope < -FALL:
+            continue
+        pruned = prune_groups(state)
+        if pruned is state:
+            return posterior(state, iterates)
+        state = pruned
+    return None
 
 
 def refit(

@@ -83,7 +83,8 @@ def _slope_by_turning(state: State, pulls: np.ndarray) -> np.ndarray:
     model = state.objective.model
     torques = np.cross(state.errors, pulls)
     torque = torques.sum(axis=0)
-    turns = model.ball.turns(model.values(state.x))
+    parameters = model.values(state.x)
+    turns = model.ball.turns(parameters)
     slope = np.zeros(state.objective.size)
     slope[: model.geometry] = torque @ turns
     return slope
@@ -158,7 +159,8 @@ class BoundedProblem:
 
         The inverse of all that is free may be known from before.
         """
-        H, g = self.equations.H, self.equations.g
+        H = self.equations.H
+        g = self.equations.g
         x, bounded = self.x, self.bounded
         at_bound = bounded & (x == 0) & (g > 0)
         if covariance is None or at_bound.any():

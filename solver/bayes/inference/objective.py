@@ -122,12 +122,9 @@ def linearise(
 ) -> Linearization:
     """Return the samples and their derivatives at some unknowns.
 
-    The error e_i = Phi(x, q_i) - m_s(i) of a ball in a socket has the derivatives
-
-        [dPhi/dx, -dm/du, 0, -I]  by [x of the model, u of movements, frames, sockets]
-
-    A measured ball has -F y in place of the socket, a measured orientation the rotation vector
-    from F R_y to that of its link.
+    The error Phi(x, q_i) - m_s(i) has the derivatives [dPhi/dx, -dm/du, 0, -I] by the model's
+    unknowns x, those of movements u, frames and sockets. A measured ball has -F y in place of the
+    socket, a measured orientation the rotation vector from F R_y to that of its link.
     """
     model, data = objective.model, objective.data
     size, N = model.size, len(data.positions)

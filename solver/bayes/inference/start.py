@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...data import first_frames
+from ...data import Observations, first_frames
 from ..model import SMALLEST, Noise, PriorGroup, joint_reach, prior_groups
-from .objective import Objective, linearise
+from .objective import Linearization, Objective, linearise
 from .posterior import FitPosterior
 from .state import State
 
@@ -37,14 +37,10 @@ def start(
     points = model.predict(x, data.positions, data.torques, data.clocks)
     frames = first_frames(data, points)
     linear = linearise(objective, x, frames)
-    medians: list[np.ndarray] = []
-    for k in range(data.socket_count):
-        places = linear.places[data.sockets == k]
-        medians.append(np.median(places, axis=0))
     state = State(
         objective=objective,
         x=x,
-        centres=np.reshape(medians, (-1, 3)),
+        centres=_centres(linear, data),
         frames=frames,
         groups=tuple(groups),
         noises=(),
@@ -58,6 +54,15 @@ def start(
         kinds = data.source_kinds
         noises = [arm.noises.get(kind) or arm.noise for kind in kinds]
     return replace(state, noises=tuple(noises))
+
+
+def _centres(linear: Linearization, data: Observations) -> np.ndarray:
+    """Return the median of the balls in each socket, shape (S, 3) [m]."""
+    medians: list[np.ndarray] = []
+    for k in range(data.socket_count):
+        places = linear.places[data.sockets == k]
+        medians.append(np.median(places, axis=0))
+    return np.reshape(medians, (-1, 3))
 
 
 def _carry_over(

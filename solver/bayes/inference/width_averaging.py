@@ -115,8 +115,9 @@ class WidthMixture:
 
     def roots(self, widths: np.ndarray) -> np.ndarray:
         """Return L with L L^T the prior covariance at widths, (..., groups), as (..., n, n)."""
+        size = self.members.max() + 1
         shared = [replace(group, width=0.0) for group in self.groups]
-        of_all = prior_covariance(shared, self.members.max() + 1)
+        of_all = prior_covariance(shared, size)
         C = submatrix(of_all, self.members)
         sizes = [len(group.members) for group in self.groups]
         variances = np.repeat(widths**2, sizes, axis=-1)
@@ -140,7 +141,8 @@ class WidthMixture:
         L = self.roots(self.usual_widths)
         marginal = gaussian.marginal(self.members)
         mu = np.concatenate([group.mean for group in self.groups])
-        offset = x[self.members] - mu + marginal.mean
+        estimate = x[self.members]
+        offset = estimate - mu + marginal.mean
         scaled = np.linalg.solve(L, marginal.root)
         Q, s, V = np.linalg.svd(scaled)
         s = s.clip(LEAST, 1.0)

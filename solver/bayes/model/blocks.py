@@ -10,15 +10,17 @@ Rows = np.ndarray | Sequence[int]
 
 def submatrix(matrix: np.ndarray, rows: Rows) -> np.ndarray:
     """Return the rows and columns of some unknowns: of a covariance, that of these alone."""
-    indices = np.arange(len(matrix))[rows]
+    every_row = np.arange(len(matrix))
+    indices = every_row[rows]
     return matrix[np.ix_(indices, indices)]
 
 
 def block_matrix(size: int, blocks: Iterable[tuple[Rows, np.ndarray]]) -> np.ndarray:
     """Return a matrix with blocks at the rows and columns of some unknowns, zero elsewhere."""
+    every_row = np.arange(size)
     matrix = np.zeros((size, size))
     for rows, block in blocks:
-        indices = np.arange(size)[rows]
+        indices = every_row[rows]
         matrix[np.ix_(indices, indices)] = block
     return matrix
 

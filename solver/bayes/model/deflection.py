@@ -62,7 +62,8 @@ class Deflection:
     @property
     def by_name(self) -> dict[str, np.ndarray]:
         """Coefficients of each effect."""
-        return dict(zip(self.extensions, self.coefficients, strict=True))
+        pairs = zip(self.extensions, self.coefficients, strict=True)
+        return dict(pairs)
 
     @property
     def joint_offsets(self) -> np.ndarray | None:

@@ -79,7 +79,13 @@ class Difference(Movement):
         name = f"{self.apart.part} of {self.placement}"
         members = np.arange(begin, begin + self.size)
         width = width_of(self.apart)
-        return PriorGroup(name, unit, members, width, learned=False)
+        return PriorGroup(
+            name,
+            unit,
+            members,
+            width,
+            learned=False,
+        )
 
 
 def differences_of(recordings: RobotRecordings) -> list[Movement]:

@@ -244,5 +244,10 @@ def extend(
     """Return the model of a robot with free parameters and some of :data:`.EFFECTS`."""
     indices = [p.index for p in parameters]
     ball = BallModel(robot, indices, rotation_numbers)
-    rigid = ExtendedModel(robot, tuple(parameters), ball, ())
+    rigid = ExtendedModel(
+        robot=robot,
+        parameters=tuple(parameters),
+        ball=ball,
+        extensions=(),
+    )
     return rigid.with_effects(extensions)

@@ -58,7 +58,8 @@ class Gaussian:
         mean = np.array(shares) @ means
         roots: list[np.ndarray] = []
         for part, share in zip(parts, shares, strict=True):
-            spread = np.column_stack([part.mean - mean, part.root])
+            offset = part.mean - mean
+            spread = np.column_stack([offset, part.root])
             roots.append(share**0.5 * spread)
         return Gaussian(mean, np.concatenate(roots, axis=1))
 

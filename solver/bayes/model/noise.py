@@ -149,8 +149,9 @@ def degrees_of_freedom(squares: np.ndarray) -> float:
 
 def log_constant(nu: float) -> float:
     """Return the logarithm of Student's density of a 3-vector of size 0, for a scale of I."""
-    gammas = lgamma((nu + 3) / 2) - lgamma(nu / 2)
-    return gammas - 1.5 * log(nu * pi)
+    numerator = lgamma((nu + 3) / 2)
+    denominator = lgamma(nu / 2) + 1.5 * log(nu * pi)
+    return numerator - denominator
 
 
 def log_prior(nu: float) -> float:

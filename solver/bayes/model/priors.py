@@ -69,7 +69,12 @@ def _geometry_groups(model: ExtendedModel, data: Observations) -> list[PriorGrou
             widths["translation"],
             common=by_scale,
         ),
-        PriorGroup("rotation", "rad", angles, widths["rotation"]),
+        PriorGroup(
+            "rotation",
+            "rad",
+            angles,
+            widths["rotation"],
+        ),
         PriorGroup(
             "ball",
             "m, rad",

@@ -1,6 +1,6 @@
 """The models that count for a result, by their evidence and by what they leave elsewhere."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import compress
@@ -50,7 +50,17 @@ class ModelChoice:
         mask = [counts(model) for model in self.models]
         return float(self.probabilities[mask].sum())
 
-    def note(self, extension: str, gain: float | None) -> str:
+    @property
+    def type_note(self) -> str:
+        """How much the prior by other arms of the type counts, in words."""
+        share = self.share(lambda fit: bool(fit.model.of_type))
+        return f"type prior: counts by {100 * share:.0f} %"
+
+    def notes(self, gains: Mapping[str, float | None]) -> list[str]:
+        """Return a line for each extension, by how much the evidence rose by it."""
+        return [f"{name}: {self._note(name, gain)}" for name, gain in gains.items()]
+
+    def _note(self, extension: str, gain: float | None) -> str:
         """Return what became of an extension by which the evidence rose, in words."""
         effects = EXTENSIONS[extension]
         of_torques = any(EFFECTS[name].shared_by_type for name in effects)

@@ -83,10 +83,9 @@ def select_models(
         result, curves_note = with_joint_curves(mean, alternative, progress)
     if result.active != mean.active:
         choice = ModelChoice([result], "; beside curves")
-    notes = [f"{name}: {choice.note(name, g)}" for name, g in searched.gains.items()]
+    notes = choice.notes(searched.gains)
     if of_type:
-        share = choice.share(lambda fit: bool(fit.model.of_type))
-        notes.append(f"type prior: counts by {100 * share:.0f} %")
+        notes.append(choice.type_note)
     if curves_note:
         notes.append(f"{CURVE.extension}: {curves_note}")
     if zeros:
