@@ -17,9 +17,9 @@ from .full_model import FullModel as FullModel
 from .joint_path import CommandError as CommandError
 from .joint_path import JointPath as JointPath
 from .joint_path import find_jumps as find_jumps
+from .loading import calibration_files as calibration_files
+from .loading import load_calibration as load_calibration
 from .multi_robot_calibration import MultiRobotCalibration as MultiRobotCalibration
-from .multi_robot_calibration import calibration_files as calibration_files
-from .multi_robot_calibration import load_calibration as load_calibration
 from .option import Method as Method
 from .option import Option as Option
 from .option import UsageError as UsageError

@@ -23,9 +23,10 @@ from ..assessment import (
 from ..assessment import Options as AssessmentOptions
 from ..data import Measurement, measure
 from .deviation import FittedModel
-from .errors import Errors, compared_models, placement_errors, refitted_at
+from .errors import Errors, compared_models, placement_errors
 from .option import UsageError
 from .preparation import as_list
+from .refitted_ball import refitted_at
 
 MOST_FINDINGS = 5
 """Findings that are printed; all are in the document."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from .. import results
 from ..bases import TiedRobots, base_to_base
 from ..data import IDENTITY, Pose, as_point
-from ..robot import Origin, link_poses, shipped_robots
+from ..robot import Origin, link_poses
 from .calibration import Calibration, DistortedError
 from .errors import Errors
 from .multi_robot_urdf import Placed, joined_urdf
@@ -179,65 +179,6 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         return "\n\n".join(
             [*parts, *(relative.text for relative in self.document.between.values())]
         )
-
-
-def calibration_files(file: str | Path) -> dict[str, Path]:
-    """Return the ``calibration.json`` of each robot that a file or its folder holds.
-
-    The file is ``calibration.json`` or ``arms.json``. A single robot's name is empty.
-    """
-    try:
-        path = Path(file)
-    except TypeError:
-        raise results.DocumentError(
-            f"{file!r:.60} is no path: give that of calibration.json, or of its folder"
-        ) from None
-    if str(file) in shipped_robots() and not path.exists():
-        raise results.DocumentError(
-            f"{file}: a robot's name, and there is no calibration of that name yet: calibrate it "
-            f"first, by mukca solve DATA --robot {file} --out DIR, and give DIR"
-        )
-    if path.is_dir():
-        single = path / "calibration.json"
-        arms = path / "arms.json"
-        path = arms if arms.is_file() and not single.is_file() else single
-        folders = sorted(
-            str(below.parent) for below in Path(file).glob("*/calibration.json")
-        )
-        if folders and not path.exists():
-            names = ", ".join(folders)
-            raise results.DocumentError(
-                f"{file}: holds no calibration.json; name one of {names}"
-            )
-    if path.name != "arms.json" and results.format_of(path) != results.ARMS_FORMAT:
-        return {"": path}
-    names = _arms(path).robots
-    return {name: path.parent / name / "calibration.json" for name in names}
-
-
-def load_calibration(file: str | Path) -> Calibration | Any:
-    """Read what a calibration's ``save`` wrote.
-
-    Args:
-        file: ``calibration.json``, or ``arms.json`` of several robots, or a folder with one.
-
-    Returns:
-        A :class:`Calibration`, or of several robots a :class:`MultiRobotCalibration`: no type
-        checker can know which.
-
-    Raises:
-        DocumentError: Missing, of another format, or damaged; the line names the key.
-    """
-    files = calibration_files(file)
-    loaded = {name: Calibration.of_file(path) for name, path in files.items()}
-    if "" in loaded:
-        return loaded[""]
-    arms = _arms(next(iter(files.values())).parents[1] / "arms.json")
-    return MultiRobotCalibration(loaded, arms)
-
-
-def _arms(file: Path) -> results.ArmsDocument:
-    return results.read(file, results.ArmsDocument, results.ARMS_FORMAT, "between")
 
 
 def common_document(

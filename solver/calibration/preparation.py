@@ -10,10 +10,11 @@ from .. import results
 from ..data import as_flange_poses, check_distinct, check_left_out
 from ..diagnostics import next_placement, single_socket_diagnostics
 from ..robot import Robot
+from .checking import checked
 from .model_warnings import check_zeros, model_warnings
 from .options import SolveOptions, UsageError
 from .problem import CalibrationProblem
-from .setting_right import checked, mended
+from .setting_right import mended
 
 Recordings = (
     Placement | Sequence[Placement] | Mapping[str, Placement | Sequence[Placement]]

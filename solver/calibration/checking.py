@@ -1,0 +1,29 @@
+"""Placements checked one by one, and those that are left out."""
+
+from collections.abc import Sequence
+
+from ...errors import MukcaError
+from ...recorder import Placement, RecordingError
+from ..data import Measurement, TooFewError, measure, spaced, without
+from ..robot import Robot
+from .options import SolveOptions
+
+
+def checked(
+    robot: Robot, placements: Sequence[Placement], options: SolveOptions
+) -> tuple[tuple[Measurement, ...], list[MukcaError]]:
+    """Return checked placements, and why others are left out, too short or not readable."""
+    sockets = 1 if options.method == "auto" else 2
+    measured = list[Measurement]()
+    errors = list[MukcaError]()
+    for placement in without(placements, options.leave_out):
+        try:
+            m = measure(
+                placement, robot, options.distance, sockets=sockets, load=options.load
+            )
+            measured.append(spaced(m, placement.name, options.located))
+        except (TooFewError, RecordingError) as error:
+            if options.as_recorded:
+                raise
+            errors.append(error)
+    return tuple(measured), errors
