@@ -23,8 +23,10 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     second = world.robots[robot]
     names = (first.name, second.name)
     shared = sorted({*first.sockets} & {*second.sockets})
-    pose = world.around.marginal(world.columns_of(second.frame))
-    variances, axes = np.linalg.eigh(pose.covariance[:3, :3])
+    columns = world.columns_of(second.frame)
+    pose = world.around.marginal(columns)
+    turns = pose.covariance[:3, :3]
+    variances, axes = np.linalg.eigh(turns)
     if variances[-1] > UNSEEN**2:
         return BaseToBase(
             xyz=None,
@@ -73,17 +75,20 @@ def _tool_deviation(
         return None
     frame = world.robots[robot].frame
     pose = world.poses[frame]
-    _, J1, _ = world.arms[0].linearise(*_unloaded(meetings.first))
-    points, J2, _ = world.arms[robot].linearise(*_unloaded(meetings.second))
-    size1 = J1.shape[2]
-    size2 = J2.shape[2]
-    A = np.zeros((len(points), 3, len(world.around.mean)))
-    A[:, :, world.columns[0]][:, :, :size1] = -J1
-    A[:, :, world.columns[robot]][:, :, :size2] = pose.rotation @ J2
+    first = _unloaded(meetings.first)
+    second = _unloaded(meetings.second)
+    _, J1, _ = world.arms[0].linearise(*first)
+    points, J2, _ = world.arms[robot].linearise(*second)
+    size = len(world.around.mean)
+    A = np.zeros((len(points), 3, size))
+    begin = world.columns[0].start
+    A[:, :, begin : begin + J1.shape[2]] = -J1
+    begin = world.columns[robot].start
+    A[:, :, begin : begin + J2.shape[2]] = pose.rotation @ J2
     A[:, :, world.columns_of(frame)] = pose.slopes(points)
     deviations = A @ world.around.root
-    squares: np.ndarray = np.sum(deviations**2, axis=(1, 2))
-    return float(squares.mean()) ** 0.5
+    square = float(np.sum(deviations**2)) / len(points)
+    return square**0.5
 
 
 def _meetings(
@@ -99,11 +104,15 @@ def _meetings(
         return Meetings(first.q[:0], second.q[:0])
     offsets = first.places[:, None] - second.places
     gaps = np.linalg.norm(offsets, axis=2)
-    starts = second.q[np.argmin(gaps, axis=1)]
+    nearest = np.argmin(gaps, axis=1)
+    starts = second.q[nearest]
     pose = world.poses[world.robots[robot].frame]
     targets = pose.inverse().apply(first.places)
     met = _led_to(world.arms[robot], targets, starts)
-    return Meetings(first.q[met.reached], met.positions[met.reached])
+    return Meetings(
+        first=first.q[met.reached],
+        second=met.positions[met.reached],
+    )
 
 
 def _led_to(
@@ -113,9 +122,11 @@ def _led_to(
 ) -> Solutions:
     """Return the joint positions of an arm with its ball at targets, shape (N, 3) [m]."""
     robot = arm.model.robot
-    rigid = PoseModel.of(robot, arm.model.ball.origins(arm.values))
+    origins = arm.model.ball.origins(arm.values)
+    rigid = PoseModel.of(robot, origins)
     limits = (robot.lower, robot.upper)
-    solver = PoseSolver(rigid, len(robot.joints) - 1, limits, "point")
+    ball = len(robot.joints) - 1
+    solver = PoseSolver(rigid, ball, limits, "point")
     upright = np.eye(4)[:3].ravel()
     poses = np.tile(upright, (len(targets), 1))
     poses[:, 3::4] = targets
@@ -127,7 +138,8 @@ def _recorded_by_both(world: TiedRobots, robot: int) -> np.ndarray:
     lowest: list[np.ndarray] = []
     highest: list[np.ndarray] = []
     for k in (0, robot):
-        balls = _balls(world, k, world.arms[k].data.positions)
+        recorded = world.arms[k].data.positions
+        balls = _balls(world, k, recorded)
         lowest.append(balls.min(axis=0))
         highest.append(balls.max(axis=0))
     low = np.max(lowest, axis=0)
@@ -137,7 +149,8 @@ def _recorded_by_both(world: TiedRobots, robot: int) -> np.ndarray:
 
 def _unloaded(q: np.ndarray) -> SocketSamples:
     """Return configurations without moments."""
-    moments = np.zeros((len(q), 3 * q.shape[1]))
+    count, joints = q.shape
+    moments = np.zeros((count, 3 * joints))
     return SocketSamples(q, moments)
 
 
@@ -147,7 +160,8 @@ def _balls(
     q: np.ndarray,
 ) -> np.ndarray:
     """Return balls of a robot without load in the world, shape (N, 3) [m]."""
-    points = world.arms[robot].predict(*_unloaded(q))
+    samples = _unloaded(q)
+    points = world.arms[robot].predict(*samples)
     base = world.poses[world.robots[robot].frame]
     return base.apply(points)
 

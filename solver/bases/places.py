@@ -21,9 +21,10 @@ def places_alone(
     sockets = [k for k, label in enumerate(places.labels) if label in labels]
     part = places.at(sockets)
     names = (*places.frames, robots[0].base_frame)
-    bases = {each.base_frame for each in robots}
+    bases = {arm.base_frame for arm in robots}
     used = {m.frame for m in recordings.measurements if m.kind == "points"}
-    used |= {names[item.frame] for item in part.located} - bases
+    located_in = {names[item.frame] for item in part.located}
+    used |= located_in - bases
     frames = [name for name in places.frames if name in used]
     indices = {name: k for k, name in enumerate(frames)}
     indices[recordings.base_frame] = WORLD
@@ -31,18 +32,20 @@ def places_alone(
     for item in part.located:
         name = names[item.frame]
         if name in indices:
-            located.append(replace(item, frame=indices[name]))
-    alone = replace(
+            item = replace(item, frame=indices[name])
+            located.append(item)
+    places_of_robot = replace(
         part,
         labels=tuple(labels[label] for label in part.labels),
         located=tuple(located),
         frames=tuple(frames),
     )
-    return alone, tuple(sockets)
+    return places_of_robot, tuple(sockets)
 
 
 def _own_labels(
-    recordings: RobotRecordings, robots: int
+    recordings: RobotRecordings,
+    robots: int,
 ) -> dict[tuple[str, int], tuple[str, int]]:
     """Return a robot's own label of each of its sockets, by that among so many robots."""
     labels: dict[tuple[str, int], tuple[str, int]] = {}

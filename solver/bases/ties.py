@@ -10,7 +10,6 @@ robots, and count once for all.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -50,9 +49,13 @@ class TiedRobots:
     @cached_property
     def columns(self) -> list[slice]:
         """For each robot, which unknowns are its own."""
-        sizes = [len(robot.fit.whole) for robot in self.robots]
-        bounds = accumulate(sizes, initial=0)
-        return [slice(begin, end) for begin, end in pairwise(bounds)]
+        columns: list[slice] = []
+        begin = 0
+        for robot in self.robots:
+            end = begin + len(robot.fit.whole)
+            columns.append(slice(begin, end))
+            begin = end
+        return columns
 
     @cached_property
     def arms(self) -> tuple[Posterior, ...]:
@@ -83,13 +86,14 @@ class TiedRobots:
     def _frame_pose(self, frame: int) -> FramePose:
         """Return a frame with the errors at its sockets."""
         name = "" if frame == WORLD else self.places.frames[frame]
+        points = [arm.data.points_in(name) for arm in self.arms]
         return frame_pose(
             self.places,
             frame,
             self.poses[frame],
             self.frame_covariance(frame),
             self.centres,
-            points=sum(arm.data.points_in(name) for arm in self.arms),
+            points=sum(points),
         )
 
     @cached_property
@@ -98,7 +102,8 @@ class TiedRobots:
         centres = np.empty((self.places.socket_count, 3))
         for robot in reversed(self.robots):
             base = self.poses[robot.frame]
-            centres[[*robot.sockets]] = base.apply(robot.fit.state.centres)
+            sockets = list(robot.sockets)
+            centres[sockets] = base.apply(robot.fit.state.centres)
         return centres
 
 
@@ -113,7 +118,8 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
         FrameError: Nothing ties a robot or a frame to the first robot.
     """
     prior = _prior(robots, places)
-    poses = (IDENTITY,) * (len(places.frames) + 1)
+    frames = len(places.frames) + 1
+    poses = (IDENTITY,) * frames
     tied = TiedRobots(tuple(robots), places, prior, poses)
     tied = replace(tied, poses=_first_poses(tied))
     change = np.zeros(len(prior.mean))
@@ -122,7 +128,8 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
         A, errors = _equations(tied, change)
         at_mean = errors + A @ (prior.mean - change)
         around = prior.conditioned(A, at_mean)
-        steps = around.mean[begin:].reshape(-1, 6)
+        of_poses = around.mean[begin:]
+        steps = of_poses.reshape(-1, 6)
         poses = tuple(map(Pose.moved, tied.poses, steps))
         tied = replace(tied, around=around, poses=poses)
         change = around.mean.copy()
@@ -142,11 +149,13 @@ def _prior(robots: Sequence[Visitor], places: Places) -> Gaussian:
     parts: list[Gaussian] = []
     for robot in robots:
         slopes, errors = robot.fit.state.constraints
-        parts.append(robot.fit.gaussian.conditioned(slopes, errors, count=-1))
-    deviations = np.tile(1 / FRAME_PRIOR_PRECISION, len(places.frames) + 1)
+        part = robot.fit.gaussian.conditioned(slopes, errors, count=-1)
+        parts.append(part)
+    frames = len(places.frames) + 1
+    deviations = np.tile(1 / FRAME_PRIOR_PRECISION, frames)
     deviations[-6:] = 0.0  # the world stands still
-    root = np.diag(deviations)
-    parts.append(Gaussian(np.zeros(len(root)), root))
+    mean = np.zeros(len(deviations))
+    parts.append(Gaussian(mean, np.diag(deviations)))
     return Gaussian.independent(parts)
 
 
@@ -165,7 +174,10 @@ def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
     return (*poses, world)
 
 
-def _views_of_robots(tied: TiedRobots, change: np.ndarray) -> list[View]:
+def _views_of_robots(
+    tied: TiedRobots,
+    change: np.ndarray,
+) -> list[View]:
     """Return what each robot sees, at a change of all unknowns, shape (n,)."""
     unknowns = np.eye(len(change))
     views: list[View] = []
@@ -199,13 +211,16 @@ def _equations(tied: TiedRobots, change: np.ndarray) -> Equations:
         seen.append(view.in_world(pose, unknowns[columns]))
     world = Seen(*map(np.concatenate, zip(*seen, strict=True)))
     # every socket is seen by a robot, so that the first places are the sockets
-    _, first, place = np.unique(world.numbers, return_index=True, return_inverse=True)
+    _, first, place = np.unique(
+        world.numbers,
+        return_index=True,
+        return_inverse=True,
+    )
     shared = _of_shared_places(world, first[place])
     lengths = _of_lengths(world, first, places)
-    return Equations(
-        slopes=np.concatenate([shared.slopes, lengths.slopes]),
-        errors=np.concatenate([shared.errors, lengths.errors]),
-    )
+    slopes = [shared.slopes, lengths.slopes]
+    errors = [shared.errors, lengths.errors]
+    return Equations(np.concatenate(slopes), np.concatenate(errors))
 
 
 def _of_shared_places(world: Seen, first: np.ndarray) -> Equations:
@@ -215,14 +230,16 @@ def _of_shared_places(world: Seen, first: np.ndarray) -> Equations:
         world: L places by their views.
         first: Index of the first view of the same place, shape (L,).
     """
-    again = np.flatnonzero(first != np.arange(len(first)))
+    numbers = np.arange(len(first))
+    again = np.flatnonzero(first != numbers)
     before = first[again]
     weights = 1 / world.deviations[again, None]
     offsets = world.points[again] - world.points[before]
     by_unknowns = world.slopes[again] - world.slopes[before]
     errors = offsets * weights
     slopes = by_unknowns * weights[:, :, None]
-    return Equations(slopes.reshape(errors.size, -1), errors.ravel())
+    slopes = slopes.reshape(errors.size, -1)
+    return Equations(slopes, errors.ravel())
 
 
 def _of_lengths(
@@ -236,11 +253,12 @@ def _of_lengths(
     """
     first = sockets[[length.first for length in places.known]]
     second = sockets[[length.second for length in places.known]]
+    distances = [length.distance for length in places.known]
     offsets = world.points[second] - world.points[first]
+    lengths = np.linalg.norm(offsets, axis=1)
+    errors = lengths - distances
     by_offsets = world.slopes[second] - world.slopes[first]
     slopes = np.einsum("ki,kin->kn", unit(offsets), by_offsets)
-    lengths = np.linalg.norm(offsets, axis=1)
-    errors = lengths - [length.distance for length in places.known]
     root = np.linalg.cholesky(distance_covariance(places.known))
     whiten = np.linalg.inv(root)
     return Equations(whiten @ slopes, whiten @ errors)

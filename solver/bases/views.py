@@ -104,7 +104,8 @@ class Visitor:
         centres = slice(objective.dense, objective.size)
         seen = self._sockets(places, change[centres])
         of_centres = unknowns[centres]
-        slopes = [of_centres.reshape(-1, 3, unknowns.shape[1])]
+        size = unknowns.shape[1]
+        slopes = [of_centres.reshape(-1, 3, size)]
         for k, name in enumerate(self.fit.data.frames):
             if self._knows(k):
                 columns = objective.of_frame(k)
@@ -115,23 +116,29 @@ class Visitor:
         deviations = np.full(len(seen.points), SAME)
         return View(self.frame, seen, np.concatenate(slopes), deviations)
 
-    def _sockets(self, places: Places, change: np.ndarray) -> FrameObservations:
+    def _sockets(
+        self,
+        places: Places,
+        change: np.ndarray,
+    ) -> FrameObservations:
         """Return its sockets, after a change of their centres, shape (3 S,) [m]."""
         lines: list[str] = []
         for k in self.sockets:
             placement, socket = places.labels[k]
             lines.append(f"{self.name}: socket {placement}:{socket}")
         numbers = np.array(self.sockets, dtype=np.int64)
-        points = self.fit.state.centres + change.reshape(-1, 3)
-        return FrameObservations(f"the base of {self.name}", numbers, points, lines)
+        shifts = change.reshape(-1, 3)
+        points = self.fit.state.centres + shifts
+        name = f"the base of {self.name}"
+        return FrameObservations(name, numbers, points, lines)
 
     def _knows(self, frame: int) -> bool:
         """Tell whether its fit knows how a frame is turned."""
         data = self.fit.data
-        measured = (data.measured_in == frame) | (data.turned_in == frame)
+        is_measured = (data.measured_in == frame) | (data.turned_in == frame)
         covariance = self.fit.frame_covariance(data.frames[frame])
-        turn = covariance[:3, :3]
-        return bool(measured.any() and np.trace(turn) < HELD**2)
+        variance = float(np.trace(covariance[:3, :3]))
+        return bool(is_measured.any()) and variance < HELD**2
 
 
 def _corners(
@@ -140,7 +147,8 @@ def _corners(
     points: np.ndarray,
 ) -> FrameObservations:
     """Return the corners of a frame by their coordinates, shape (3, 3) [m]."""
-    first = places.socket_count + len(CORNERS) * places.frames.index(name)
+    frame = places.frames.index(name)
+    first = places.socket_count + len(CORNERS) * frame
     numbers = first + np.arange(len(CORNERS))
     lines = len(CORNERS) * [f"frame {name}"]
     return FrameObservations(name, numbers, points, lines)

@@ -1,6 +1,5 @@
 from .base_placement import Plan as Plan
 from .base_placement import curve_advice as curve_advice
-from .base_placement import in_words as in_words
 from .base_placement import next_base_advice as next_base_advice
 from .base_placement import plan as plan
 from .curve_route import CurveAnnealing as CurveAnnealing
@@ -18,3 +17,4 @@ from .information import from_prior as from_prior
 from .information import workspace_of as workspace_of
 from .pose_route import plan_poses as plan_poses
 from .reachability import Reach as Reach
+from .sites import in_words as in_words

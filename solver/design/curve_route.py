@@ -44,9 +44,10 @@ class CurveAnnealing(Annealing):
     ) -> None:
         pools = {k: pool[:POOL] for k, pool in pools.items()}
         of_pools = [(pool, k) for k, pool in pools.items()]
-        K, lengths = _joint_covariance(state, [*taken, *of_pools])
-        count = sum(len(q) for q, _ in taken)
-        after = _after_first(K, 3 * count)
+        some = [*taken, *of_pools]
+        K, lengths = _joint_covariance(state, some)
+        counts = [len(q) for q, _ in taken]
+        after = _after_first(K, 3 * sum(counts))
         scale = unit(lengths)
         relative = np.eye(PAIRS) - np.outer(scale, scale)
         projection = np.vstack([scale, relative]) / PAIRS**0.5
@@ -54,11 +55,19 @@ class CurveAnnealing(Annealing):
         of_poses = after[:n, :n]
         across = projection @ after[n:, :n]
         of_distances = projection @ after[n:, n:] @ projection.T
-        self.joint = np.block([[of_poses, across.T], [across, of_distances]])
+        blocks = [[of_poses, across.T], [across, of_distances]]
+        self.joint = np.block(blocks)
         self.distances = np.arange(n, len(self.joint))
-        rows: np.ndarray = np.arange(n).reshape(-1, 3)
-        nothing = rows[:0].ravel()
-        super().__init__(nothing, rows, projection, pools, order, start)
+        numbers = np.arange(n)
+        rows: np.ndarray = numbers.reshape(-1, 3)
+        super().__init__(
+            rows[:0].ravel(),
+            rows,
+            projection,
+            pools,
+            order,
+            start,
+        )
 
     def updated(
         self,
@@ -72,7 +81,11 @@ class CurveAnnealing(Annealing):
         first = np.flatnonzero(covariance == rows[0])[0]
         return np.delete(covariance, first + np.arange(3))
 
-    def seen(self, covariance: np.ndarray, rows: np.ndarray) -> Prospect:
+    def seen(
+        self,
+        covariance: np.ndarray,
+        rows: np.ndarray,
+    ) -> Prospect:
         """Return as the base does, after the samples in some rows of K.
 
         With K_ss + 1 = L L^T and H = L^-1 K_s, the covariance of rows a and b is by then
@@ -80,19 +93,21 @@ class CurveAnnealing(Annealing):
         """
         K = self.joint
         d = self.distances
-        sampled = submatrix(K, covariance)
-        L = np.linalg.cholesky(sampled + np.eye(len(covariance)))
+        K_ss = submatrix(K, covariance)
+        noise = np.eye(len(covariance))
+        L = np.linalg.cholesky(K_ss + noise)
         H = np.linalg.inv(L) @ K[covariance]
-        Ha = H[:, rows].transpose(1, 2, 0)
-        Hd = H[:, d]
+        H_a = H[:, rows].transpose(1, 2, 0)
+        H_d = H[:, d]
         K_aa = K[rows[:, :, None], rows[:, None]]
         K_ad = K[rows][:, :, d]
-        of_samples = K_aa - Ha @ Ha.transpose(0, 2, 1)
-        variances = np.diag(K)[d]
+        of_samples = K_aa - H_a @ H_a.transpose(0, 2, 1)
+        before = np.diag(K)[d]
+        gains = np.sum(H_d**2, axis=0)
         return Prospect(
-            cross=K_ad - Ha @ Hd,
+            cross=K_ad - H_a @ H_d,
             S=of_samples + np.eye(3),
-            variances=variances - np.sum(Hd**2, axis=0),
+            variances=before - gains,
         )
 
 
@@ -121,7 +136,8 @@ class Ends(NamedTuple):
         """Return random ends; a weight is one over the noise [1/m]."""
         q = workspace(state.model.robot, 2 * PAIRS)
         points, J, by_joints = state.linearise(q)
-        directions = weight * unit(points[1::2] - points[::2])
+        offsets = points[1::2] - points[::2]
+        directions = weight * unit(offsets)
         along = np.repeat(directions, 2, axis=0)
         along[::2] *= -1
         return cls(
@@ -133,7 +149,8 @@ class Ends(NamedTuple):
 
 
 def _joint_covariance(
-    state: ParameterCovariance, some: Sequence[tuple[np.ndarray, int]]
+    state: ParameterCovariance,
+    some: Sequence[tuple[np.ndarray, int]],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return K of samples in some sockets and of distances, their noise 1, and the distances.
 
@@ -142,10 +159,12 @@ def _joint_covariance(
     """
     weight = state.noise.information**0.5 / state.noise.space
     ends = Ends.of(state, weight)
-    by_unknowns = np.zeros((len(ends.q), len(state.covariance)))
+    parts = [np.concatenate(state.whitened(q, k)) for q, k in some]
+    size = len(state.covariance)
+    by_unknowns = np.zeros((len(ends.q), size))
     by_unknowns[:, : state.model.size] = ends.by_unknowns
-    of_samples = [np.concatenate(state.whitened(p, k)) for p, k in some]
-    A = np.concatenate([*of_samples, by_unknowns])
+    parts.append(by_unknowns)
+    A = np.concatenate(parts)
     covariance = A @ state.covariance @ A.T
     # by the curve of each joint, at its angles
     q = np.concatenate([p for p, _ in some])
@@ -158,7 +177,7 @@ def _joint_covariance(
     for angle, slope in zip(angles.T, slopes.T, strict=True):
         half = np.subtract.outer(angle, angle) / 2
         chord = 2 * np.sin(half)
-        by_curve, *_ = kernel(chord, TYPICAL_LENGTH)
+        by_curve, _ = kernel(chord, TYPICAL_LENGTH)
         covariance += np.outer(slope, slope) * by_curve
     n = len(of_numbers)
     first = [*range(n), *range(n, len(angles), 2)]  # a distance has two ends

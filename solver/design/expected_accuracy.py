@@ -39,7 +39,8 @@ CELLS = 10
 
 
 def predicted_posterior(
-    posterior: Posterior, by_socket: Sequence[SocketSamples]
+    posterior: Posterior,
+    by_socket: Sequence[SocketSamples],
 ) -> Posterior:
     """Return the posterior of the model after recording the same base at another place.
 
@@ -87,7 +88,10 @@ def workspace_samples(
     return WorkspaceSamples(points, J)
 
 
-def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
+def error_map(
+    posterior: Posterior,
+    poses: WorkspaceSamples,
+) -> ErrorMap:
     """Return the predicted error of places over the workspace, seen from above.
 
     No ball shows the base frame itself, so the error of a place is that of its distance from the
@@ -96,8 +100,8 @@ def error_map(posterior: Posterior, poses: WorkspaceSamples) -> ErrorMap:
     """
     data = posterior.data
     _, J, _ = posterior.linearise(data.positions, data.torques, data.clocks)
-    offsets = poses.points - posterior.points.mean(axis=0)
-    directions = unit(offsets)
+    middle = posterior.points.mean(axis=0)
+    directions = unit(poses.points - middle)
     by_offsets = poses.slopes - J.mean(axis=0)
     slopes = np.einsum("ni,nij->nj", directions, by_offsets)
     variances = variances_of(slopes, posterior.of_unknowns)
@@ -133,16 +137,17 @@ def joint_effects(
     changes = np.equal.outer(joints, owners) * x
 
     def squares(J: np.ndarray) -> np.ndarray:
-        displacements = (J - J.mean(axis=0)) @ changes.T
+        offsets = J - J.mean(axis=0)
+        displacements = offsets @ changes.T
         return np.sum(displacements**2, axis=1)
 
     recorded: list[np.ndarray] = []
     for samples in by_socket:
         _, J, _ = model.linearise(x, *samples)
         recorded.append(squares(J))
-    near = np.concatenate(recorded).mean(axis=0)
+    at_samples = np.concatenate(recorded).mean(axis=0)
     anywhere = squares(poses.slopes).mean(axis=0)
-    columns = np.sqrt([near, anywhere]).tolist()
+    columns = np.sqrt([at_samples, anywhere]).tolist()
     return tuple(map(JointEffect, joints, *columns))
 
 

@@ -56,7 +56,8 @@ class Workspace:
         each other. All samples tell the scale alike, by the base's length. Poses differ in what
         they tell of all else, so they are chosen by the others.
         """
-        along = self.lengths / (np.linalg.norm(self.lengths) or 1.0)
+        length = np.linalg.norm(self.lengths) or 1.0
+        along = self.lengths / length
         scale = along @ self.slopes
         relative = self.slopes - np.outer(along, scale)
         directions = np.linalg.qr(relative, mode="r")
@@ -71,7 +72,8 @@ def workspace_of(
 ) -> Workspace:
     """Return random pairs of poses within the joints' limits."""
     q = workspace(model.robot, 2 * pairs)
-    lengths, slopes = distance_slopes(model, x, q, np.tile(0 * q, 2))
+    moments = np.tile(0 * q, 3)
+    lengths, slopes = distance_slopes(model, x, q, moments)
     return Workspace(slopes, lengths)
 
 
@@ -110,7 +112,9 @@ class ParameterCovariance:
         return replace(self, covariance=covariance)
 
     def with_lengths(
-        self, ends: Mapping[int, np.ndarray], deviation: float
+        self,
+        ends: Mapping[int, np.ndarray],
+        deviation: float,
     ) -> "ParameterCovariance":
         """Return the same with a measured sum of lengths between sockets.
 
@@ -135,11 +139,14 @@ class ParameterCovariance:
         Their configurations q have shape (N, m) [rad], and moments that hold the joints (N, 3 m) [N
         m]; None for a rigid arm.
         """
-        rows = np.concatenate(self.whitened(q, socket, moments))
+        of_samples = self.whitened(q, socket, moments)
+        rows = np.concatenate(of_samples)
         return replace(self, covariance=updated(self.covariance, rows))
 
     def linearise(
-        self, q: np.ndarray, moments: np.ndarray | None = None
+        self,
+        q: np.ndarray,
+        moments: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return balls and derivatives, see :meth:`.ExtendedModel.linearise`; rigid by default."""
         if moments is None:
@@ -154,7 +161,8 @@ class ParameterCovariance:
     ) -> np.ndarray:
         """Return L^-1 A of (D1) for each of some samples, shape (N, 3, n), with C = L L^T."""
         _, J, by_joints = self.linearise(q, moments)
-        A = np.zeros((len(q), 3, len(self.covariance)))
+        size = len(self.covariance)
+        A = np.zeros((len(q), 3, size))
         A[:, :, : self.model.size] = J
         A[:, :, self._centre(socket)] = -np.eye(3)
         C = self.noise.as_gaussian(by_joints)
@@ -201,11 +209,13 @@ def updated(
     covariance. With sign -1 in the place of both +, without measurements that are in it.
     """
     cross = A @ covariance
-    S = cross @ A.T + sign * np.eye(len(A))
+    noise = sign * np.eye(len(A))
+    S = cross @ A.T + noise
     K = np.linalg.solve(S, cross).T
     reduced = covariance - K @ cross
     by_noise = sign * K @ K.T
-    result = reduced - (reduced @ A.T) @ K.T + by_noise
+    by_gain = (reduced @ A.T) @ K.T
+    result = reduced - by_gain + by_noise
     return 0.5 * (result + result.T)
 
 
@@ -229,16 +239,19 @@ class Prospect(NamedTuple):
         """Return that of samples with whitened rows A, shape (N, 3, n), for F, (size, J)."""
         size = len(F)
         across = A @ covariance
-        S = across @ A.transpose(0, 2, 1) + np.eye(3)
+        of_samples = across @ A.transpose(0, 2, 1)
         by_numbers = covariance[:size, :size] @ F
-        variances = np.sum(F * by_numbers, axis=0)
-        return cls(across[:, :, :size] @ F, S, variances)
+        return cls(
+            cross=across[:, :, :size] @ F,
+            S=of_samples + np.eye(3),
+            variances=np.sum(F * by_numbers, axis=0),
+        )
 
     @property
     def mean_variances(self) -> np.ndarray:
         """Both mean variances after each sample, shape (2, N)."""
-        inverse = np.linalg.inv(self.S)
-        gains = np.sum(self.cross * (inverse @ self.cross), axis=1)
+        weighted = np.linalg.inv(self.S) @ self.cross
+        gains = np.sum(self.cross * weighted, axis=1)
         return with_and_without_scale(self.variances - gains)
 
 

@@ -53,8 +53,8 @@ def _costs(
     ``turns`` are those of the joints in all steps, shape (T, m), zero between those poses.
     """
     turned = _turns(ways)
-    others = turns.sum(axis=0)
-    total = others + turned.sum(axis=1)
+    of_other_steps = turns.sum(axis=0)
+    total = of_other_steps + turned.sum(axis=1)
     by_base = 1.2 * total[:, 0] / typical[0]
     by_largest = total.max(axis=1) / typical.max()
     by_all = total.sum(axis=1) / typical.sum()
@@ -98,8 +98,9 @@ class Annealing:
         self.pools: dict[int, slice] = {}
         begin = 0
         for k, pool in pools.items():
-            self.pools[k] = slice(begin, begin + len(pool))
-            begin += len(pool)
+            end = begin + len(pool)
+            self.pools[k] = slice(begin, end)
+            begin = end
         self.chosen = np.zeros(len(order), dtype=int)
         self.generator = np.random.default_rng(0)
         self._allowed = np.zeros(2)
@@ -112,13 +113,15 @@ class Annealing:
             pool = self.pools[k]
             prospect = self.seen(covariance, self.rows[pool])
             _, relative = prospect.mean_variances
-            self.chosen[t] = pool.start + np.argmin(relative)
-            covariance = self.updated(covariance, self.rows[self.chosen[t]])
+            pose = pool.start + np.argmin(relative)
+            self.chosen[t] = pose
+            covariance = self.updated(covariance, self.rows[pose])
         return covariance
 
     def near(self, poses: np.ndarray) -> None:
         """Choose the poses of the pools that are nearest to some, in their order."""
-        for t, q in enumerate(poses[: len(self.order)]):
+        count = len(self.order)
+        for t, q in enumerate(poses[:count]):
             pool = self.pools[self.order[t]]
             offsets = np.abs(self.poses[pool] - q)
             nearest = np.argmin(offsets.max(axis=1))
@@ -129,8 +132,8 @@ class Annealing:
         ways = self.poses[chosen]
         if self.start is None:
             return ways
-        shape = (*ways.shape[:-2], 1, len(self.start))
-        starts = np.broadcast_to(self.start, shape)
+        starts = np.empty_like(ways[..., :1, :])
+        starts[...] = self.start
         return np.concatenate([starts, ways], axis=-2)
 
     def covariance(self) -> np.ndarray:
@@ -147,13 +150,18 @@ class Annealing:
         """Return a covariance after more samples, or without some (sign -1)."""
         return updated(covariance, rows, sign)
 
-    def seen(self, covariance: np.ndarray, rows: np.ndarray) -> Prospect:
+    def seen(
+        self,
+        covariance: np.ndarray,
+        rows: np.ndarray,
+    ) -> Prospect:
         """Return what samples would tell, after a state of the annealing."""
         return Prospect.of(covariance, rows, self.judged)
 
     def allowed(self) -> np.ndarray:
         """Return both mean variances that no way may exceed, by the chosen poses, shape (2,)."""
-        prospect = self.seen(self.covariance(), self.rows[:0])
+        no_rows = self.rows[:0]
+        prospect = self.seen(self.covariance(), no_rows)
         return self.slack * with_and_without_scale(prospect.variances)
 
     def way(self, before: np.ndarray | None) -> np.ndarray:
@@ -161,7 +169,8 @@ class Annealing:
         self.greedy()
         self._allowed = self.allowed()
         turns = _turns(self.ways(self.chosen))
-        self._typical = turns.sum(axis=0).clip(1e-3)
+        total = turns.sum(axis=0)
+        self._typical = total.clip(1e-3)
         if before is None:
             self._anneal(HOT, self.sweeps)
         else:
@@ -188,7 +197,8 @@ class Annealing:
         remainder = self.updated(covariance, self.rows[old], -1)
         pool = self.pools[self.order[t]]
         size = pool.stop - pool.start
-        some = pool.start + self.generator.integers(size, size=DRAWN)
+        drawn = self.generator.integers(size, size=DRAWN)
+        some = pool.start + drawn
         some[0] = old
         prospect = self.seen(remainder, self.rows[some])
         shares = prospect.mean_variances / self._allowed[:, None]
@@ -215,7 +225,8 @@ class Annealing:
 
     def _exchange(self, t: int, temperature: float) -> None:
         """Let a pose change places with one of its socket, or stay."""
-        partners = np.flatnonzero(self.order == self.order[t])
+        in_socket = self.order == self.order[t]
+        partners = np.flatnonzero(in_socket)
         numbers = np.arange(len(partners))
         chosen = np.tile(self.chosen, (len(partners), 1))
         chosen[numbers, partners] = self.chosen[t]
@@ -229,7 +240,8 @@ class Annealing:
         """Return one of some states, by their costs."""
         excess = cost - cost.min()
         sums = np.cumsum(np.exp(-excess / temperature))
-        drawn = self.generator.uniform() * float(sums[-1])
+        total = float(sums[-1])
+        drawn = self.generator.uniform() * total
         return int(np.searchsorted(sums, drawn))
 
 
@@ -242,8 +254,14 @@ def annealing(
 ) -> Annealing:
     """Return the annealing of poses by a covariance so far; see :func:`plan_poses`."""
     of_pools = [state.whitened(pool, k) for k, pool in pools.items()]
-    rows = np.concatenate(of_pools)
-    return Annealing(state.covariance, rows, where.judged, pools, order, start)
+    return Annealing(
+        state.covariance,
+        np.concatenate(of_pools),
+        where.judged,
+        pools,
+        order,
+        start,
+    )
 
 
 def plan_poses(

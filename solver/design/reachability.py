@@ -102,9 +102,10 @@ class Reach:
             ahead = q + (ends - q) / step
             position = self._led(ahead, seats)
             pose, _ = self._guide.ball_and_neck(position)
-            offsets = np.linalg.norm(seats - pose[:, :3], axis=1)
+            offsets = seats - pose[:, :3]
+            distances = np.linalg.norm(offsets, axis=1)
             masks += [
-                offsets < OFF,
+                distances < OFF,
                 pose[:, 5] < -np.cos(LEAN),
                 self._allowed(position, after[0], gap=0.0),
                 _turns(q, position) < largest,
@@ -123,8 +124,9 @@ class Reach:
             J = slopes[:, :3]
             across = J.transpose(0, 2, 1)
             stiffness = J @ across + 1e-6 * np.eye(3)
-            offsets = (seats - pose[:, :3])[:, :, None]
-            steps = across @ np.linalg.solve(stiffness, offsets)
+            offsets = seats - pose[:, :3]
+            forces = np.linalg.solve(stiffness, offsets[:, :, None])
+            steps = across @ forces
             q = q + steps[:, :, 0]
         return q
 

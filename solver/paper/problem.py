@@ -87,7 +87,10 @@ class Problem:
         return np.array([0.0 if p.of_ball else weight for p in self.parameters])
 
 
-def _of_placement(measured: Measurement, balls: np.ndarray) -> list[np.ndarray]:
+def _of_placement(
+    measured: Measurement,
+    balls: np.ndarray,
+) -> list[np.ndarray]:
     """Return the residuals of a placement's inconsistency and distortion.
 
     ``balls`` are columns of its N samples: points, and their derivatives, shape (N, 3, 1 + n); rows

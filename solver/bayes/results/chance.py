@@ -10,6 +10,7 @@ where X is by the errors that both share: those of samples that both were made o
 base's length as measured.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -19,7 +20,7 @@ import numpy as np
 from ...data import IDENTITY, common_covariance, distance_covariance, kabsch
 from ...results import Apart
 from ..inference import Posterior
-from ..model import block_matrix, prior_covariance
+from ..model import PriorGroup, block_matrix, prior_covariance
 from .projections import basis_of, outside, rows_of, unit
 from .uncertainty import covariance_of
 from .whitening import samples_in_sockets
@@ -79,7 +80,7 @@ class Estimate:
         of_unknowns = self.spread[:, : D.shape[1]]
         return of_unknowns @ D.T
 
-    @property
+    @cached_property
     def by_prior(self) -> PriorShare:
         """D M and P.
 
@@ -87,13 +88,24 @@ class Estimate:
         Sigma P^-1 is no share. Error curves count as if data alone told of them.
         """
         size = self.posterior.model.size
-        groups = [g for g in self.posterior.groups if g.width and g.length is None]
-        blocks = [(group.members, group.precision(group.deviation)) for group in groups]
+        groups: list[PriorGroup] = []
+        blocks: list[tuple[np.ndarray, np.ndarray]] = []
+        for group in self.posterior.groups:
+            if group.width and group.length is None:
+                groups.append(group)
+                precision = group.precision(group.deviation)
+                blocks.append((group.members, precision))
         precision = block_matrix(size, blocks)
         return PriorShare(
             shares=self.spread[:, :size] @ precision,
             covariance=prior_covariance(groups, size, widened=True),
         )
+
+    @property
+    def by_noise(self) -> np.ndarray:
+        """D N D^T, shape (3 N, 3 N) [m^2]."""
+        shares, prior = self.by_prior
+        return self.covariance - shares @ prior @ shares.T
 
     @property
     def recorded(self) -> list[tuple[float, ...]]:
@@ -145,30 +157,41 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
     """
     names_of_a = a.posterior.model.names
     names_of_b = b.posterior.model.names
-    names_of_both = dict.fromkeys([*names_of_a, *names_of_b])
-    place = {name: i for i, name in enumerate(names_of_both)}
-    size = len(place)
-    numbers = len(a.spread)
-    models_with = np.zeros(size)
-    P = np.zeros((size, size))
-    differences = np.zeros((numbers, size))
-    noise = np.zeros((numbers, numbers))
-    for sign, estimate, other in ((1, a, b), (-1, b, a)):
-        names = estimate.posterior.model.names
-        indices = [place[name] for name in names]
-        models_with[indices] += 1
-        shares, prior = estimate.by_prior
-        P[np.ix_(indices, indices)] += prior
-        is_lacking = ~np.isin(names, other.posterior.model.names)
-        held_by_other = is_lacking * estimate.linear.slopes
-        differences[:, indices] += sign * (shares - held_by_other)
-        noise += estimate.covariance
-        noise -= shares @ prior @ shares.T
-    in_both = models_with == 2
-    P[np.ix_(in_both, in_both)] /= 2
-    by_prior = differences @ P @ differences.T
+    names_of_both = list(dict.fromkeys([*names_of_a, *names_of_b]))
+    of_a = _share_in_difference(a, b, names_of_both)
+    of_b = _share_in_difference(b, a, names_of_both)
+    priors = of_a.covariance + of_b.covariance
+    in_a = np.isin(names_of_both, names_of_a)
+    in_b = np.isin(names_of_both, names_of_b)
+    in_both = np.ix_(in_a & in_b, in_a & in_b)
+    priors[in_both] /= 2
+    differences = of_a.shares - of_b.shares
+    by_prior = differences @ priors @ differences.T
     X = _by_shared_errors(a, b)
-    return by_prior + noise - X - X.T
+    return by_prior + a.by_noise + b.by_noise - X - X.T
+
+
+def _share_in_difference(
+    estimate: Estimate,
+    other: Estimate,
+    names: Sequence[str],
+) -> PriorShare:
+    """Return D M and P over the unknowns of two estimates, by their names.
+
+    Of an unknown that the other model lacks, and so holds, D M is less by D.
+    """
+    own_names = estimate.posterior.model.names
+    shares, prior = estimate.by_prior
+    is_lacking = ~np.isin(own_names, other.posterior.model.names)
+    held_by_other = is_lacking * estimate.linear.slopes
+    place = {name: i for i, name in enumerate(names)}
+    columns = [place[name] for name in own_names]
+    size = len(names)
+    all_shares = np.zeros((len(shares), size))
+    all_shares[:, columns] = shares - held_by_other
+    all_priors = np.zeros((size, size))
+    all_priors[np.ix_(columns, columns)] = prior
+    return PriorShare(all_shares, all_priors)
 
 
 def _by_shared_errors(a: Estimate, b: Estimate) -> np.ndarray:
@@ -185,7 +208,9 @@ def _by_shared_errors(a: Estimate, b: Estimate) -> np.ndarray:
     samples_of_a = rows_of(a.by_samples[same_a])
     samples_of_b = rows_of(b.by_samples[same_b])
     by_samples = samples_of_a.T @ samples_of_b
-    S = common_covariance(a.posterior.data.known, b.posterior.data.known)
+    known_of_a = a.posterior.data.known
+    known_of_b = b.posterior.data.known
+    S = common_covariance(known_of_a, known_of_b)
     by_lengths = a.by_lengths @ S @ b.by_lengths.T
     return by_samples + by_lengths
 
@@ -226,7 +251,8 @@ def apart_by_chance(
 
 def _still(covariance: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return a covariance of N points without their rigid motions, symmetric, (3 N, 3 N)."""
-    Q = basis_of(IDENTITY.slopes(points))
+    motions = IDENTITY.slopes(points)
+    Q = basis_of(motions)
     inner = outside(outside(covariance, Q).T, Q)
     return (inner + inner.T) / 2
 

@@ -29,8 +29,12 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     q, residuals, A = samples_in_sockets(posterior)
     kernels = _kernels(q)
     some = evenly(len(q), MOST)
-    kernels_of_some = kernels[:, some[:, None], some]
-    shared = _shared_variance(residuals[some], A[some], P, kernels_of_some)
+    shared = _shared_variance(
+        residuals[some],
+        A[some],
+        P,
+        kernels[:, some[:, None], some],
+    )
     zero = np.zeros(len(P))
     R = Gaussian.of(zero, P).root
     by_roots = A @ R
@@ -51,8 +55,11 @@ def _kernels(q: np.ndarray) -> np.ndarray:
     """Return K of N joint positions over each of L lengths, shape (L, N, N)."""
     differences = q[:, None] - q
     squares = np.sum(differences**2, axis=2)
-    lengths = np.array(LENGTHS)[:, None, None]
-    return np.exp(-0.5 * squares / lengths**2)
+    kernels: list[np.ndarray] = []
+    for length in LENGTHS:
+        exponent = -0.5 * squares / length**2
+        kernels.append(np.exp(exponent))
+    return np.array(kernels)
 
 
 def _shared_variance(
@@ -73,7 +80,8 @@ def _shared_variance(
         kernels: K over each length, shape (L, N, N).
     """
     numbers = u.size
-    by_axis = A.transpose(1, 0, 2).reshape(numbers, -1)
+    slopes = A.transpose(1, 0, 2)
+    by_axis = slopes.reshape(numbers, -1)
     shrinking = np.eye(numbers) - by_axis @ P @ by_axis.T
     eigenvalues, axes = np.linalg.eigh(shrinking)
     is_left = eigenvalues > DECIDED
@@ -81,12 +89,14 @@ def _shared_variance(
     along_axes = axes.T @ u.T.ravel()
     errors = along_axes / eigenvalues[is_left]
     V = axes.reshape(3, len(u), -1)
+    across = V.swapaxes(1, 2)
     by_kernels = kernels[:, None] @ V
-    inner = np.sum(V.swapaxes(1, 2) @ by_kernels, axis=1)
+    inner = np.sum(across @ by_kernels, axis=1)
     k, turns = np.linalg.eigh(inner)
     squares = (errors @ turns) ** 2
-    shared = SHARES * k.clip(min=0.0)[:, None]
-    variances = 1 - SHARES + shared
-    terms = np.log(variances) + squares[:, None] / variances
+    k = k.clip(min=0.0)[:, None]
+    variances = 1 - SHARES + SHARES * k
+    ratios = squares[:, None] / variances
+    terms = np.log(variances) + ratios
     log_likelihoods = -0.5 * terms.sum(axis=2)
     return probabilities(log_likelihoods) @ SHARES[:, 0]

@@ -53,8 +53,8 @@ class Background(NamedTuple):
         scales = 1 / np.sqrt(variances)
         white = scales * (basis @ y)
         squares = np.sum(white**2, axis=1)
-        log_volumes = np.log(scales).sum(axis=1)
-        log_volumes += np.log(np.diag(inverse)).sum()
+        log_volume = np.log(np.diag(inverse)).sum()
+        log_volumes = log_volume + np.log(scales).sum(axis=1)
         log_noises = np.log(NOISES) / 2
         prior = np.square(log_noises / NOISE_DEVIATION)
         logs = log_volumes - 0.5 * (squares + prior)
@@ -62,11 +62,16 @@ class Background(NamedTuple):
 
     def part(self, A: np.ndarray) -> Part:
         """Return the part of columns A, shape (R, k)."""
-        W = self.scales[:, :, None] * (self.basis @ A)
+        along_basis = self.basis @ A
+        W = self.scales[:, :, None] * along_basis
         across = W.swapaxes(1, 2)
         d, V = np.linalg.eigh(across @ W)
         along_axes = self.white[:, None] @ W @ V
-        return Part(d.clip(min=0.0), along_axes[:, 0], V)
+        return Part(
+            d=d.clip(min=0.0),
+            b=along_axes[:, 0],
+            V=V,
+        )
 
     def with_part(self, part: Part, sizes: np.ndarray) -> np.ndarray:
         """Return the logarithms of the evidence with a part, for each n and m^2 of sizes, (m,).
@@ -78,5 +83,6 @@ class Background(NamedTuple):
         m2 = sizes[:, None]
         variances = 1 + m2 * part.d[:, None]
         explained = m2 * part.b[:, None] ** 2 / variances
-        gains = explained - np.log(variances)
-        return self.logs[:, None] + 0.5 * gains.sum(axis=2)
+        terms = explained - np.log(variances)
+        gains = 0.5 * terms.sum(axis=2)
+        return self.logs[:, None] + gains

@@ -15,10 +15,12 @@ def frame_poses(posterior: FitPosterior) -> tuple[FramePose, ...]:
     for k, (name, pose) in enumerate(posterior.frames.items()):
         covariance = posterior.frame_covariance(name)
         points = data.points_in(name)
-        poses.append(frame_pose(data, k, pose, covariance, centres, points))
+        frame = frame_pose(data, k, pose, covariance, centres, points)
+        poses.append(frame)
     if data.anchored:
         exact = np.zeros((6, 6))
-        poses.append(frame_pose(data, WORLD, IDENTITY, exact, centres, points=0))
+        base = frame_pose(data, WORLD, IDENTITY, exact, centres, points=0)
+        poses.append(base)
     return tuple(poses)
 
 

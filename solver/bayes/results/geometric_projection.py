@@ -78,7 +78,8 @@ def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
         return start
     uses = _uses(posterior, load)
     n = len(start)
-    L = np.linalg.cholesky(posterior.prior_covariance[:n, :n])
+    prior = posterior.prior_covariance[:n, :n]
+    L = np.linalg.cholesky(prior)
     change = np.zeros(n)
     for _ in range(ROUNDS):
         values = start + L @ change
@@ -114,7 +115,8 @@ def _uses(posterior: Posterior, load: Load) -> list[Use]:
     robot = posterior.model.robot
     margin = AWAY * arm_length(robot)
     counts = (PLACES, POSTURES)
-    nearby, places = poses_near(robot, posterior.data.positions, counts, margin)
+    recorded = posterior.data.positions
+    nearby, places = poses_near(robot, recorded, counts, margin)
     moments_nearby = load.moments(robot, nearby, None)
     anywhere = workspace(robot, 2 * PAIRS)
     moments_anywhere = load.moments(robot, anywhere, None)
@@ -164,7 +166,10 @@ def _in_sockets(posterior: Posterior) -> list[Use]:
     return uses
 
 
-def _between_bases(posterior: Posterior, sockets: np.ndarray) -> Difference:
+def _between_bases(
+    posterior: Posterior,
+    sockets: np.ndarray,
+) -> Difference:
     """Return what counts where lengths from each base to the others do, by errors of sockets."""
     names = [name for name, _ in posterior.data.labels]
     bases = np.array(names)[sockets]
@@ -184,12 +189,13 @@ def _measured(posterior: Posterior) -> list[Use]:
         rows = np.flatnonzero(is_ball)
         if 3 * len(rows) <= posterior.model.geometry:
             continue  # a geometry can meet so few whatever they are
-        in_frame = _in_frame(posterior, data.positions[rows], data.torques[rows])
-        first = np.tile(rows, PARTNERS)
-        seconds = [generator.permutation(rows) for _ in range(PARTNERS)]
+        q = data.positions[rows]
+        torques = data.torques[rows]
+        uses.append(_in_frame(posterior, q, torques))
+        first = np.tile(np.arange(len(rows)), PARTNERS)
+        seconds = [generator.permutation(len(rows)) for _ in range(PARTNERS)]
         pairs = np.concatenate([first, *seconds])
-        lengths = _distances(posterior, data.positions[pairs], data.torques[pairs])
-        uses += [in_frame, lengths]
+        uses.append(_distances(posterior, q[pairs], torques[pairs]))
     return uses
 
 
@@ -264,7 +270,8 @@ def _use(
     # of error curves, few poses at a time need few coefficients
     has_curves = posterior.deflection.curves is not None
     parts = np.array_split(rows, PLACES if has_curves else 1)
-    variances = [sum_of_variances(part, posterior.of_unknowns) for part in parts]
+    Sigma = posterior.of_unknowns
+    variances = [sum_of_variances(part, Sigma) for part in parts]
     variance = sum(variances) / max(len(rows), 1)
     return Use(q, points, difference, variance)
 

@@ -20,7 +20,7 @@ from ...results import ErrorParts, Interval
 from ..inference import Posterior
 from ..model import probabilities
 from .evidence import NOISES, Background
-from .projections import block_diagonal, rows_of
+from .projections import basis_of, block_diagonal, rows_of
 from .uncertainty import covariance_of
 
 MOST = 72
@@ -29,7 +29,7 @@ TURNS = (0.3, 1.0)
 """Lengths in the angle of one joint, over which its error is alike [rad]."""
 LENGTHS = (0.6, 1.5)
 """Lengths in joint space, over which all errors are alike [rad]."""
-SIZES = np.concatenate([[0.0], np.geomspace(0.05, 4.0, 24) ** 2])
+SIZES = np.append(0.0, np.geomspace(0.05, 4.0, 24) ** 2)
 """m^2, by the mean square error that is expected without; the first has half of the prior."""
 LEVELS = (0.025, 0.975)
 LEAST_SHARE = 1e-12
@@ -37,7 +37,8 @@ LEAST_SHARE = 1e-12
 
 
 def error_parts(
-    posterior: Posterior, sockets: Sequence[SocketSamples]
+    posterior: Posterior,
+    sockets: Sequence[SocketSamples],
 ) -> ErrorParts | None:
     """Return the parts of the error at held-out sockets; None for too few samples.
 
@@ -50,7 +51,8 @@ def error_parts(
     q = np.concatenate([part.q for part in samples])
     moments = np.concatenate([part.moments for part in samples])
     points, J, by_joints = posterior.linearise(q, moments)
-    across = _contrasts([len(part.q) for part in samples]).T
+    counts = [len(part.q) for part in samples]
+    across = _contrasts(counts).T
     A = across @ rows_of(J)
     want = A @ covariance_of(posterior) @ A.T
     C = block_diagonal(posterior.noise.as_gaussian(by_joints))
@@ -62,7 +64,7 @@ def error_parts(
     by_size = weights.sum(axis=(0, 1))
     of_noise = by_noise @ NOISES * np.trace(noise)
     of_want = np.trace(want)
-    expected = np.trace(want + noise)
+    expected = of_want + np.trace(noise)
     of_model = by_size @ SIZES * expected
     square = float(errors @ errors)
     scale = square / (of_noise + of_want + of_model)
@@ -92,7 +94,8 @@ def _thinned(sockets: Sequence[SocketSamples]) -> list[SocketSamples]:
     thinned: list[SocketSamples] = []
     for q, moments in sockets:
         if len(q) > 2 * step:
-            thinned.append(SocketSamples(q[::step], moments[::step]))
+            samples = SocketSamples(q[::step], moments[::step])
+            thinned.append(samples)
     return thinned
 
 
@@ -117,7 +120,8 @@ def _weights(
         part = background.part(F * np.sqrt(expected / size))
         logs.append(background.with_part(part, SIZES))
     log_weights = np.array(logs)
-    log_weights[..., 0] += np.log(len(SIZES) - 1)
+    count = len(SIZES) - 1
+    log_weights[..., 0] += np.log(count)
     return probabilities(log_weights)
 
 
@@ -127,9 +131,10 @@ def _contrasts(counts: Sequence[int]) -> np.ndarray:
     for count in counts:
         columns = np.eye(count)
         columns[:, 0] = 1.0  # the mean first, so that the others' basis is free of it
-        basis = np.linalg.qr(columns)[0]
+        basis = basis_of(columns)
         blocks.append(basis[:, 1:])
-    return np.kron(block_diagonal(blocks), np.eye(3))
+    along_axis = block_diagonal(blocks)
+    return np.kron(along_axis, np.eye(3))
 
 
 def _roots(
@@ -146,16 +151,19 @@ def _roots(
     differences = q[:, None] - q
     squares = np.sum(differences**2, axis=2)
     for length in LENGTHS:
-        alike = np.exp(-0.5 * squares / length**2)
-        yield np.kron(_root(alike), np.eye(3))
+        exponent = -0.5 * squares / length**2
+        root = _root(np.exp(exponent))
+        yield np.kron(root, np.eye(3))
     half_sines = np.sin(differences / 2)
     for j in range(q.shape[1]):
         along = by_joints[:, :, j, None]
         roots: list[np.ndarray] = []
         for length in TURNS:
             ratios = half_sines[:, :, j] / length
-            roots.append(_root(np.exp(-2 * ratios**2)))
-        roots.append(np.sign(moments[:, j, None]))
+            kernel = np.exp(-2 * ratios**2)
+            roots.append(_root(kernel))
+        signs = np.sign(moments[:, j, None])
+        roots.append(signs)
         for root in roots:
             columns = along * root[:, None]
             yield columns.reshape(-1, root.shape[1])
@@ -164,6 +172,7 @@ def _roots(
 def _root(K: np.ndarray) -> np.ndarray:
     """Return F with K = F F^T to rounding, of as few columns as that takes."""
     values, axes = np.linalg.eigh(K)
-    columns = values > LEAST_SHARE * values[-1]
+    threshold = LEAST_SHARE * values[-1]
+    columns = values > threshold
     deviations = np.sqrt(values[columns])
     return axes[:, columns] * deviations

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...data import IDENTITY, fit_pose
 from ..inference import Posterior
-from .projections import basis_of, bisected, outside, rows_of
+from .projections import basis_of, bisected, outside, rows_of, shifts_of
 from .uncertainty import covariance_of
 from .whitening import whitened
 
@@ -68,7 +68,10 @@ def within(
     return [float(np.mean(squares < level)) for level in levels]
 
 
-def _squares_of_misfit(posterior: Posterior, place: HeldOut) -> np.ndarray:
+def _squares_of_misfit(
+    posterior: Posterior,
+    place: HeldOut,
+) -> np.ndarray:
     """Return the least f^2 for which each sample is within its 95 %, shape (N,)."""
     shares, errors = _by_axes(posterior, place)
 
@@ -99,7 +102,7 @@ def _by_axes(posterior: Posterior, place: HeldOut) -> ByAxes:
     """
     points, J, by_joints = posterior.linearise(place.q, place.moments)
     if place.measured is None:
-        unknown_place = np.tile(np.eye(3), (len(points), 1, 1))
+        unknown_place = shifts_of(points)
         errors = points - points.mean(axis=0)
     else:
         unknown_place = IDENTITY.slopes(points)
@@ -110,9 +113,11 @@ def _by_axes(posterior: Posterior, place: HeldOut) -> ByAxes:
     # The place was fitted to these samples, so their errors came out smaller.
     numbers, fitted_numbers = Q.shape
     errors *= (numbers / (numbers - fitted_numbers)) ** 0.5
-    white = whitened(posterior, by_joints, np.dstack([errors, A]))
+    columns = np.dstack([errors, A])
+    white = whitened(posterior, by_joints, columns)
     slopes = white[:, :, 1:]
-    spread = slopes @ covariance_of(posterior) @ slopes.swapaxes(1, 2)
+    across = slopes.swapaxes(1, 2)
+    spread = slopes @ covariance_of(posterior) @ across
     shares, axes = np.linalg.eigh(spread)
     along_axes = np.einsum("nji,nj->ni", axes, white[:, :, 0])
     return ByAxes(shares.clip(min=0.0), along_axes)

@@ -33,7 +33,8 @@ def weak_directions(posterior: Posterior) -> tuple[Direction, ...]:
     covariance L^-1 Sigma L^-T. Its deviation along a direction is 1 where the data tell nothing.
     """
     n = posterior.model.geometry
-    L = np.linalg.cholesky(posterior.prior_covariance[:n, :n])
+    prior = posterior.prior_covariance[:n, :n]
+    L = np.linalg.cholesky(prior)
     whiten = np.linalg.inv(L)
     covariance = whiten @ posterior.covariance[:n, :n] @ whiten.T
     changes: list[Change] = []
@@ -83,7 +84,10 @@ def _undecided(
     return changes
 
 
-def _without_turns_of_joints(changes: Sequence[Change], n: int) -> list[Change]:
+def _without_turns_of_joints(
+    changes: Sequence[Change],
+    n: int,
+) -> list[Change]:
     """Return changes, those of a base whose place is known without what other changes are as well.
 
     A turn of the base about joint 1 is one thing with joint 1's offset, which no ball shows.
@@ -93,7 +97,8 @@ def _without_turns_of_joints(changes: Sequence[Change], n: int) -> list[Change]:
     parts: list[Change] = []
     for change in changes:
         if change.text == BASE:
-            change = Change(BASE, unit(outside(change.vector, Q)))
+            vector = outside(change.vector, Q)
+            change = Change(BASE, unit(vector))
         parts.append(change)
     return parts
 
@@ -105,7 +110,10 @@ def _basis(changes: Sequence[Change], n: int) -> np.ndarray:
     return basis_of(columns)
 
 
-def unobservable(posterior: Posterior, weak: Sequence[Direction]) -> tuple[str, ...]:
+def unobservable(
+    posterior: Posterior,
+    weak: Sequence[Direction],
+) -> tuple[str, ...]:
     """Return what no recording of this kind can determine, in words."""
     base, flange = UNOBSERVABLE
     if not posterior.data.anchored:

@@ -6,17 +6,25 @@ samples trained on, updated by those held out. For each draw the errors of both 
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from ...data import CALIPER_DEVIATION, Load, Measurement
 from ...results import Better, Improvement, Interval
 from ...robot import workspace
 from ..inference import Posterior
+from ..model import Gaussian
 from .base_length import BaseLength, SocketMean
 from .predicted_errors import neighbourhoods
-from .projections import basis_of, evenly, outside, pair_lengths, rows_of
+from .projections import (
+    basis_of,
+    evenly,
+    outside,
+    pair_lengths,
+    rows_of,
+    shifts_of,
+)
 from .uncertainty import covariance_of, distance_slopes
 from .whitening import whitened
 
@@ -59,10 +67,10 @@ def better_than_nominal(
         held_out: Placements whose samples and distances bear on the arm, too.
     """
     robot = posterior.model.robot
-    mean, root = _updated(posterior, load, held_out)
+    change = _updated(posterior, load, held_out)
     generator = np.random.default_rng(0)
-    white = generator.standard_normal((DRAWS, len(root)))
-    draws = mean + white @ root.T
+    white = generator.standard_normal((DRAWS, len(change.root)))
+    draws = change.mean + white @ change.root.T
 
     def improvement(q: np.ndarray) -> Improvement:
         moments = load.moments(robot, q, None)
@@ -72,9 +80,10 @@ def better_than_nominal(
 
     anywhere = workspace(robot, 2 * PAIRS)
     places = map(improvement, neighbourhoods(robot, recorded))
+    worst = max(places, key=lambda place: place.now.value, default=None)
     return Better(
         workspace=improvement(anywhere),
-        recorded_places=max(places, key=lambda place: place.now.value, default=None),
+        recorded_places=worst,
     )
 
 
@@ -89,7 +98,8 @@ def _improvement(
     Each draw is of the arm and, with replacement, of the pairs, which are a sample as well.
     """
     generator = np.random.default_rng(1)
-    pairs = generator.integers(truths.shape[1], size=truths.shape)
+    _, count = truths.shape
+    pairs = generator.integers(count, size=truths.shape)
     truths_of_pairs = np.take_along_axis(truths, pairs, axis=1)
 
     def errors(distances: np.ndarray) -> np.ndarray:
@@ -100,23 +110,19 @@ def _improvement(
     loaded = pair_lengths(models.loaded(q))
     before = errors(nominal)
     now = errors(loaded)
-    corrected = errors(lengths) if models.corrected else None
-    return Improvement(
+    improvement = Improvement(
         before=_interval(before),
         now=_interval(now),
-        corrected=None if corrected is None else _interval(corrected),
         probability=_share(now < before),
-        corrected_probability=None if corrected is None else _share(corrected < before),
     )
-
-
-class Change(NamedTuple):
-    """Change of the n unknowns by what was held out, as a Gaussian."""
-
-    mean: np.ndarray
-    """Shape (n,)."""
-    root: np.ndarray
-    """L with L L^T the covariance, shape (n, n)."""
+    if not models.corrected:
+        return improvement
+    corrected = errors(lengths)
+    return replace(
+        improvement,
+        corrected=_interval(corrected),
+        corrected_probability=_share(corrected < before),
+    )
 
 
 def _share(better: np.ndarray) -> float:
@@ -126,7 +132,8 @@ def _share(better: np.ndarray) -> float:
 
 
 def _interval(errors: np.ndarray) -> Interval:
-    low, middle, high = np.quantile(errors, (0.16, 0.5, 0.84)).tolist()
+    levels = np.quantile(errors, (0.16, 0.5, 0.84))
+    low, middle, high = levels.tolist()
     return Interval(value=middle, low=low, high=high)
 
 
@@ -134,7 +141,7 @@ def _updated(
     posterior: Posterior,
     load: Load,
     held_out: Sequence[Measurement],
-) -> Change:
+) -> Gaussian:
     """Return the change of the unknowns by what was held out.
 
     With Sigma = L L^T the covariance of the unknowns, A the whitened derivatives of what was held
@@ -151,7 +158,7 @@ def _updated(
         if measured.kind == "sockets":
             rows += _evidence(posterior, load, measured)
     if not rows:
-        return Change(np.zeros(len(root)), root)
+        return Gaussian(np.zeros(len(root)), root)
     evidence = np.concatenate(rows)
     r = evidence[:, 0]
     A = evidence[:, 1:]
@@ -163,7 +170,7 @@ def _updated(
     squares = float(r @ r - along @ along)
     expected = INDEPENDENT * len(r)
     f = max(squares / expected, 1.0)
-    return Change(-root @ along, f**0.5 * root)
+    return Gaussian(-root @ along, f**0.5 * root)
 
 
 def _root(covariance: np.ndarray) -> np.ndarray:
@@ -215,8 +222,7 @@ def _scatter(
     would do to them.
     """
     points, J, by_joints = posterior.linearise(q, moments)
-    shifts = np.tile(np.eye(3), (len(q), 1, 1))
-    columns = np.dstack([shifts, points - centre, J])
+    columns = np.dstack([shifts_of(points), points - centre, J])
     white = whitened(posterior, by_joints, columns)
     rows = rows_of(white)
     Q = basis_of(rows[:, :3])

@@ -53,7 +53,8 @@ def offsets_in_origins(
     origins = model.origins(values)
     place = {parameter.index: i for i, parameter in enumerate(parameters)}
     changed: list[int] = []
-    for joint, offset in zip(model.robot.actuated, offsets.tolist(), strict=True):
+    pairs = zip(model.robot.actuated, offsets.tolist(), strict=True)
+    for joint, offset in pairs:
         if not offset:
             continue
         j = model.robot.joints.index(joint)
@@ -63,8 +64,9 @@ def offsets_in_origins(
             origins[j, :3] += along * offset
             columns = (0, 1, 2)
         else:
-            turned = R @ rotation(joint.axis, offset).full()
-            origins[j, 3:] = angles_near(turned, origins[j, 3:])
+            turn = rotation(joint.axis, offset)
+            angles = origins[j, 3:]
+            origins[j, 3:] = angles_near(R @ turn.full(), angles)
             columns = (3, 4, 5)
         changed += [place[6 * j + k] for k in columns]
     with_offsets = values.copy()

@@ -48,7 +48,10 @@ class PatternRows(NamedTuple):
     """B, shape (3 N, k) [m]."""
 
 
-def of_held_out(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
+def of_held_out(
+    posterior: Posterior,
+    rows: PatternRows,
+) -> "PatternEvidence":
     """Return the evidence of patterns beside what the posterior leaves open."""
     J = rows_of(rows.J)
     y = rows.errors.ravel()
@@ -56,7 +59,10 @@ def of_held_out(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
     return PatternEvidence(posterior, rows, y, changes)
 
 
-def of_trained(posterior: Posterior, rows: PatternRows) -> "PatternEvidence":
+def of_trained(
+    posterior: Posterior,
+    rows: PatternRows,
+) -> "PatternEvidence":
     """Return the evidence of patterns beside all that the model's unknowns can explain."""
     J = rows_of(rows.J)
     mean = np.zeros(len(posterior.x))
@@ -86,7 +92,7 @@ class PatternEvidence:
         precisions = np.linalg.inv(normal)
         squares = np.einsum("ni,nij,nj->n", rows.errors, precisions, rows.errors)
         # The farther a sample is, the less it counts, as in the fit.
-        weights = np.minimum(student_weights(squares, noise.nu), 1.0)
+        weights = student_weights(squares, noise.nu).clip(max=1.0)
         C = normal / weights[:, None, None]
         traces = np.trace(C, axis1=1, axis2=2)
         self.deviations: np.ndarray = np.sqrt(traces / 3)
@@ -103,7 +109,8 @@ class PatternEvidence:
         """
         squares = float(np.sum(columns**2))
         mean_square = max(squares / len(columns), 1e-30)
-        A = columns * (self._size / 3 / mean_square) ** 0.5
+        ratio = self._size / 3 / mean_square
+        A = columns * ratio**0.5
         part = self._beside.part(A)
         logs = self._beside.with_part(part, SIZES)
         weights = probabilities(logs)
@@ -113,8 +120,9 @@ class PatternEvidence:
         coefficients = np.einsum("njk,nk->j", part.V, along_axes)
         mean = A @ coefficients
         before = _log_sum(self._beside.logs)
-        average = _log_sum(logs) - float(np.log(len(SIZES)))
-        return average - before, mean.reshape(-1, 3)
+        log_count = float(np.log(len(SIZES)))
+        log_odds = _log_sum(logs) - log_count - before
+        return log_odds, mean.reshape(-1, 3)
 
 
 def _log_sum(logs: np.ndarray) -> float:

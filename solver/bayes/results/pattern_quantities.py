@@ -27,13 +27,17 @@ class Quantity(NamedTuple):
     """A of its pattern, shape (3 N, k)."""
 
 
-def quantities_of(robot: Robot, rows: PatternRows) -> dict[str, Quantity]:
+def quantities_of(
+    robot: Robot,
+    rows: PatternRows,
+) -> dict[str, Quantity]:
     """Return what patterns are looked for over, by name."""
     quantities: dict[str, Quantity] = {}
     for j, joint in enumerate(robot.actuated):
         if joint.type != "prismatic":
+            angles = rows.q[:, j]
             motion = rows.by_joints[:, :, j]
-            quantities[joint.name] = _angle(rows.q[:, j], motion)
+            quantities[joint.name] = _angle(angles, motion)
     middle = _middle(robot, rows.q)
     quantities["reach"] = _reach(middle, rows.balls)
     quantities["height"] = _height(middle)
@@ -68,17 +72,19 @@ def _reach(middle: np.ndarray, balls: np.ndarray) -> Quantity:
     the load.
     """
     axes = _axes(middle)
-    reach = np.linalg.norm(middle[:, :2], axis=1)
+    from_above = middle[:, :2]
+    reach = np.linalg.norm(from_above, axis=1)
     x, y, _ = np.eye(3)
     tilt_x = -np.cross(x, balls) * middle[:, [1]]
     tilt_y = np.cross(y, balls) * middle[:, [0]]
     tilts = np.stack([tilt_x, tilt_y], axis=2)
+    parabola = _powers(axes, reach)
     return Quantity(
         at=reach,
         unit="m",
         along="upward",
         directions=axes[:, :, 2],
-        columns=np.hstack([rows_of(tilts), _powers(axes, reach)]),
+        columns=np.hstack([rows_of(tilts), parabola]),
     )
 
 
@@ -97,7 +103,8 @@ def _height(middle: np.ndarray) -> Quantity:
 
 def _time(rows: PatternRows) -> Quantity:
     """Return the time: each placement moves by a parabola."""
-    powers = _powers(np.eye(3), rows.time)
+    axes = np.eye(3)
+    powers = _powers(axes, rows.time)
     placements = np.unique(rows.placement)
     is_here = rows.placement[:, None] == placements
     is_here = np.repeat(is_here, 3, axis=0)

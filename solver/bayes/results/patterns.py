@@ -82,10 +82,12 @@ def _rows(
         frames = fit_frames([(still, m)])
         errors = still - targets(still, m, frames)
         seats = _by_frame(m, frames[m.frame]) if frames else _by_sockets(m)
-        time = m.order / max(len(q) - 1, 1)
+        last = max(len(q) - 1, 1)
+        time = m.order / last
         placement = np.full(len(q), k)
         columns = (q, errors, J, by_joints, points, time, placement, seats)
-        parts.append([column[::step] for column in columns])
+        thinned = [column[::step] for column in columns]
+        parts.append(thinned)
     *columns, seats = zip(*parts, strict=True)
     joined = [np.concatenate(column) for column in columns]
     by_places = block_diagonal(map(rows_of, seats))
@@ -118,7 +120,8 @@ def _pattern(
     directions = quantity.directions
     if directions is None:
         directions = _drift_directions(rows, field)
-    errors = np.sum(rows.errors * directions, axis=1)
+    along = rows.errors * directions
+    errors = along.sum(axis=1)
     at = quantity.at
     low = float(at.min())
     high = float(at.max())
@@ -142,15 +145,22 @@ def _pattern(
     )
 
 
-def _weights_of_neighbours(grid: np.ndarray, at: np.ndarray) -> np.ndarray:
+def _weights_of_neighbours(
+    grid: np.ndarray,
+    at: np.ndarray,
+) -> np.ndarray:
     """Return the weights of samples in the running mean over a grid, shape (GRID, N)."""
-    width = NEIGHBOURS * max(float(np.ptp(at)), 1e-9)
+    span = max(float(np.ptp(at)), 1e-9)
+    width = NEIGHBOURS * span
     away = (grid[:, None] - at) / width
     weights = np.exp(-0.5 * away**2) + 1e-12
     return weights / weights.sum(axis=1, keepdims=True)
 
 
-def _drift_directions(rows: PatternRows, field: np.ndarray) -> np.ndarray:
+def _drift_directions(
+    rows: PatternRows,
+    field: np.ndarray,
+) -> np.ndarray:
     """Return the direction of the mean drift of each sample's placement, shape (N, 3)."""
     directions = np.zeros_like(field)
     for k in np.unique(rows.placement):

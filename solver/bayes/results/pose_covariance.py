@@ -45,7 +45,8 @@ def pose_covariances(
     noise = posterior.noise
     factor = misfit**2 / noise.information
     of_place = np.zeros((6, 6))
-    of_place[:3, :3] = factor * noise.space**2 * np.eye(3)
+    of_space = factor * noise.space**2
+    of_place[:3, :3] = of_space * np.eye(3)
     of_joints = factor * noise.joint**2
     has_curves = posterior.deflection.curves is not None
     covariances = np.empty((len(q), 6, 6))
@@ -55,7 +56,8 @@ def pose_covariances(
         if not of_ball:
             J[:, :, _of_ball(posterior.model)] = 0.0
         scalars = J.shape[2]
-        spread = rows_of(J) @ Sigma[:scalars, :scalars]
+        of_scalars = Sigma[:scalars, :scalars]
+        spread = rows_of(J) @ of_scalars
         spread = spread.reshape(J.shape)
         part = spread @ J.swapaxes(1, 2)
         if has_curves:
@@ -97,12 +99,16 @@ def _derivatives(
         by_turn = np.cross(turn, arms, axis=1)
         return np.concatenate([shift + by_turn, turn], axis=1)
 
-    return PoseSlopes(of_pose(J, turns), of_pose(by_joints, turns_by_joints))
+    return PoseSlopes(
+        by_unknowns=of_pose(J, turns),
+        by_joints=of_pose(by_joints, turns_by_joints),
+    )
 
 
-def _of_ball(model: ExtendedModel) -> list[int]:
+def _of_ball(model: ExtendedModel) -> np.ndarray:
     """Return which unknowns move the ball on the flange."""
-    return [i for i, parameter in enumerate(model.parameters) if parameter.of_ball]
+    is_of_ball = [parameter.of_ball for parameter in model.parameters]
+    return np.flatnonzero(is_of_ball)
 
 
 def _of_curves(
@@ -126,11 +132,15 @@ def _of_curves(
     with_scalars = Sigma[:, :scalars][places]
     S = np.einsum("njw,njws->njs", weights, with_scalars)
     knots = places.reshape(len(q), -1)
-    of_knots = Sigma[knots[:, :, None], knots[:, None]]
+    rows = knots[:, :, None]
+    columns = knots[:, None]
+    of_knots = Sigma[rows, columns]
     w = weights.reshape(len(q), -1)
-    of_curves = w[:, :, None] * of_knots * w[:, None]
+    products = w[:, :, None] * w[:, None]
+    of_curves = products * of_knots
     of_pairs = of_curves.reshape(-1, m, 4, m, 4)
     B = of_pairs.sum(axis=(2, 4))
-    by_curves = by_joints @ B @ by_joints.swapaxes(1, 2)
+    across = by_joints.swapaxes(1, 2)
+    by_curves = by_joints @ B @ across
     mixed = by_joints @ S @ J.swapaxes(1, 2)
     return by_curves + mixed + mixed.swapaxes(1, 2)

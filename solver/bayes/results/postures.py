@@ -48,17 +48,20 @@ def poses_near(
     q = any_of_recorded(place_count)
     centres = ball.points(ball.nominal, q)
     centres = centres + generator.normal(0, margin, centres.shape)
-    places = np.repeat(np.arange(place_count), posture_count)
+    indices = np.arange(place_count)
+    places = np.repeat(indices, posture_count)
     targets = centres[places]
     q = any_of_recorded(len(places))
     q = q + generator.normal(0, SWAY, q.shape)
     for _ in range(ROUNDS):
         linear = ball.linearise(ball.nominal, q)
-        steps = _steps(linear.by_joints, targets - linear.points)
+        shifts = targets - linear.points
+        steps = _steps(linear.by_joints, shifts)
         q = q + steps.clip(-SWAY, SWAY)
     offsets = ball.points(ball.nominal, q) - targets
     distances = np.linalg.norm(offsets, axis=1)
-    is_there = distances < OFF * arm_length(robot)
+    farthest = OFF * arm_length(robot)
+    is_there = distances < farthest
     is_there &= _within_limits(robot, recorded, q)
     return q[is_there], places[is_there]
 
@@ -75,10 +78,12 @@ def _within_limits(
     middle: np.ndarray = np.median(recorded, axis=0)
     excess = middle - middle.clip(robot.lower, robot.upper)
     turns = np.ceil(np.abs(excess) / TURN)
-    inside = q - TURN * np.sign(excess) * turns
+    turns *= np.sign(excess)
+    inside = q - TURN * turns
     is_above = inside >= robot.lower
     is_below = inside <= robot.upper
-    return np.all(is_above & is_below, axis=1)
+    is_within = is_above & is_below
+    return np.all(is_within, axis=1)
 
 
 def _steps(J: np.ndarray, shifts: np.ndarray) -> np.ndarray:
@@ -90,8 +95,9 @@ def _steps(J: np.ndarray, shifts: np.ndarray) -> np.ndarray:
     """
     across = J.swapaxes(1, 2)
     stiffness = J @ across
-    damping: np.ndarray = DAMPING * np.trace(stiffness, axis1=1, axis2=2)
-    damped = stiffness + damping[:, None, None] * np.eye(3)
+    traces: np.ndarray = np.trace(stiffness, axis1=1, axis2=2)
+    damping = DAMPING * traces[:, None, None]
+    damped = stiffness + damping * np.eye(3)
     forces = np.linalg.solve(damped, shifts[:, :, None])
     steps = across @ forces
     return steps[:, :, 0]

@@ -89,7 +89,10 @@ def errors_near(
     )
 
 
-def neighbourhoods(robot: Robot, recorded: Sequence[np.ndarray]) -> list[np.ndarray]:
+def neighbourhoods(
+    robot: Robot,
+    recorded: Sequence[np.ndarray],
+) -> list[np.ndarray]:
     """Return an even number of poses near each recorded place that has two in reach.
 
     Near is some 0.1 m from a place, in configurations like those recorded there. Each placement has

@@ -10,9 +10,15 @@ def rows_of(columns: np.ndarray) -> np.ndarray:
     return columns.reshape(-1, columns.shape[-1])
 
 
+def shifts_of(points: np.ndarray) -> np.ndarray:
+    """Return the derivatives of points, shape (N, 3), by a shift of all, shape (N, 3, 3)."""
+    return np.tile(np.eye(3), (len(points), 1, 1))
+
+
 def basis_of(columns: np.ndarray) -> np.ndarray:
     """Return Q, an orthonormal basis of what columns span, of shape (n, k) or (N, 3, k)."""
-    return np.linalg.qr(rows_of(columns))[0]
+    Q, _ = np.linalg.qr(rows_of(columns))
+    return Q
 
 
 def outside(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
@@ -20,7 +26,8 @@ def outside(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
     Q has a basis of that, shape (n, r), see :func:`basis_of`.
     """
-    return columns - basis @ (basis.T @ columns)
+    along = basis.T @ columns
+    return columns - basis @ along
 
 
 def block_diagonal(blocks: Iterable[np.ndarray]) -> np.ndarray:
@@ -40,7 +47,8 @@ def block_diagonal(blocks: Iterable[np.ndarray]) -> np.ndarray:
 def unit(vectors: np.ndarray) -> np.ndarray:
     """Return the unit vector along each vector, shape (..., n); zero for one without a length."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.maximum(lengths, 1e-12)
+    lengths = np.maximum(lengths, 1e-12)
+    return vectors / lengths
 
 
 def pair_lengths(points: np.ndarray) -> np.ndarray:
@@ -55,9 +63,13 @@ def evenly(count: int, most: int) -> np.ndarray:
     return np.unique(indices.astype(int))
 
 
-def variances_of(rows: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+def variances_of(
+    rows: np.ndarray,
+    covariance: np.ndarray,
+) -> np.ndarray:
     """Return r^T Sigma r of each row r, shape (N, n), as (N,)."""
-    return np.sum((rows @ covariance) * rows, axis=1)
+    spread = rows @ covariance
+    return np.sum(spread * rows, axis=1)
 
 
 def bisected(

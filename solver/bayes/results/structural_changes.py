@@ -33,8 +33,9 @@ def structural_changes(posterior: Posterior) -> Iterator[Change]:
         for number in np.eye(6)[3:]:
             yield chain.change(BALL, {chain.ball: number})
     for first, second in pairwise(joints):
-        moving = [link.actuated for link in chain.links[first:second]]
-        if moving[0] and sum(moving) == 1:
+        links = chain.links[first:second]
+        is_actuated = [link.actuated for link in links]
+        if is_actuated[0] and sum(is_actuated) == 1:
             yield from chain.along_axis(first, second)
 
 
@@ -50,8 +51,9 @@ class FreeChain:
         self._places: dict[int, list[int]] = {}
         place = {p.index: i for i, p in enumerate(model.parameters)}
         for joint in range(len(self.links)):
-            numbers = range(6 * joint, 6 * joint + 6)
-            if all(number in place for number in numbers):
+            begin = 6 * joint
+            numbers = range(begin, begin + 6)
+            if place.keys() >= {*numbers}:
                 self._places[joint] = [place[number] for number in numbers]
 
     @property
@@ -59,7 +61,11 @@ class FreeChain:
         """The joints with an origin all six numbers of which are free."""
         return list(self._places)
 
-    def change(self, text: str, by_joint: Mapping[int, np.ndarray]) -> Change:
+    def change(
+        self,
+        text: str,
+        by_joint: Mapping[int, np.ndarray],
+    ) -> Change:
         """Return a change of some joints' origins, each by six numbers."""
         vector = np.zeros(self.size)
         for joint, numbers in by_joint.items():
@@ -93,14 +99,17 @@ class FreeChain:
             first: np.append(still, _rates(frame, outward)),
             second: np.append(shift, _rates(next_frame, back)),
         }
-        other = "the ball" if second == self.ball else self.links[second].name
-        yield self.change(f"{joint.name}'s offset against {other}", turns)
+        next_name = self.links[second].name
+        if second == self.ball:
+            next_name = "the ball"
+        yield self.change(f"{joint.name}'s offset against {next_name}", turns)
 
     def _between(self, first: int, second: int) -> Pose:
         """Return the pose of the fixed origins between two joints, one after the other."""
         pose = IDENTITY
         for frame in self.frames[first + 1 : second]:
-            pose = pose @ Pose(frame[:, 1:4], frame[:, 0])
+            rotation = frame[:, 1:4]
+            pose = pose @ Pose(rotation, frame[:, 0])
         return pose
 
 
@@ -108,4 +117,5 @@ def _rates(frame: np.ndarray, spin: np.ndarray) -> np.ndarray:
     """Return how fast the numbers of a rotation change while its frame spins about a vector."""
     # The spin is the sum of the rates times the axes.
     axes = frame[:, 4:]
-    return np.linalg.lstsq(axes, spin, rcond=None)[0]
+    rates, *_ = np.linalg.lstsq(axes, spin, rcond=None)
+    return rates

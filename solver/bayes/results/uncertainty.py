@@ -33,7 +33,10 @@ def deviations(posterior: Posterior) -> np.ndarray:
     return np.sqrt(variances[: posterior.model.size])
 
 
-def effective_parameters(posterior: Posterior, group: PriorGroup) -> float:
+def effective_parameters(
+    posterior: Posterior,
+    group: PriorGroup,
+) -> float:
     """Return gamma: how many of a group's unknowns the data decide.
 
     Without one by the estimation, it is the sum of 1 - s^2 / s_prior^2 of the unknowns.
@@ -60,7 +63,8 @@ def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     is_strong = np.abs(matrix) > STRONG
     names = [posterior.model.names[i] for i in decided]
     pairs: list[Correlation] = []
-    for i, j in np.argwhere(np.triu(is_strong, k=1)).tolist():
+    above_diagonal = np.triu(is_strong, k=1)
+    for i, j in np.argwhere(above_diagonal).tolist():
         value = float(matrix[i, j])
         pairs.append(Correlation(names[i], names[j], value))
     pairs.sort(key=lambda pair: -abs(pair.value))
@@ -78,11 +82,12 @@ def observability_index(posterior: Posterior) -> float:
     """
     model = posterior.model
     data = posterior.data
-    deflection = posterior.deflection
-    q = deflection.true_positions(data.positions, data.torques, data.clocks)
+    samples = (data.positions, data.torques, data.clocks)
+    q = posterior.deflection.true_positions(*samples)
     linear = model.ball.linearise(posterior.values, q)
-    widths = np.sqrt(np.diag(posterior.prior_covariance))
-    scaled = linear.by_parameters * widths[: model.geometry]
+    variances = np.diag(posterior.prior_covariance)
+    widths = np.sqrt(variances[: model.geometry])
+    scaled = linear.by_parameters * widths
     motions = IDENTITY.slopes(linear.points)
     shifts = motions[:, :, 3:]
     centred: list[np.ndarray] = []
@@ -100,7 +105,8 @@ def observability_index(posterior: Posterior) -> float:
     values = np.linalg.svd(slopes, compute_uv=False)
     values = values[values > 1e-6 * values[0]]
     log_mean = np.mean(np.log(values))
-    return float(np.exp(log_mean)) / len(data.positions) ** 0.5
+    mean = float(np.exp(log_mean))
+    return mean / len(data.positions) ** 0.5
 
 
 def distance_slopes(
@@ -115,7 +121,8 @@ def distance_slopes(
     holds their joints (2 N, 3 m) [N m].
     """
     points, J, _ = model.linearise(x, q, torque)
-    directions = unit(points[1::2] - points[::2])
+    offsets = points[1::2] - points[::2]
+    directions = unit(offsets)
     by_offsets = J[1::2] - J[::2]
     slopes = np.einsum("ni,nij->nj", directions, by_offsets)
     return pair_lengths(points), slopes
@@ -141,7 +148,8 @@ def covariance_of(posterior: Posterior) -> np.ndarray:
 
 
 def predicted_deviation(
-    posterior: Posterior, by_socket: Sequence[SocketSamples]
+    posterior: Posterior,
+    by_socket: Sequence[SocketSamples],
 ) -> float:
     """Return how far samples should lie from their socket's mean, noise included, as rms [m].
 
@@ -155,7 +163,10 @@ def predicted_deviation(
     return (total / count) ** 0.5
 
 
-def _sum_of_squares(posterior: Posterior, samples: SocketSamples) -> float:
+def _sum_of_squares(
+    posterior: Posterior,
+    samples: SocketSamples,
+) -> float:
     """Return the sum of squares of n samples in a socket [m^2]."""
     q, torque = samples
     n = len(q)

@@ -32,7 +32,11 @@ def samples_in_sockets(posterior: Posterior) -> WhitenedSamples:
     by_centres = by_centres.reshape(len(q), 3, posterior.centres.size)
     columns = np.dstack([residuals, J, by_centres])
     white = whitened(posterior, by_joints, columns)
-    return WhitenedSamples(q, white[:, :, 0], white[:, :, 1:])
+    return WhitenedSamples(
+        q,
+        residuals=white[:, :, 0],
+        slopes=white[:, :, 1:],
+    )
 
 
 def whitened(
