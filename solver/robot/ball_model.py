@@ -8,21 +8,16 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
-from .chain import Joint
+from .ball_functions import ball_function
 from .kinematics import (
-    NUMBERS,
     JointFrame,
-    Motion,
     ball_position,
     columns_of,
-    frames_and_motions,
     frames_of_origins,
-    joint_frames,
     kind_of_joint,
     rotation_rpy,
 )
 from .rotations import angles_near, rotation_vectors, turns_and_rates
-from .row_function import RowFunction
 from .urdf import Robot
 
 RotationNumbers = Literal["vector", "rpy"]
@@ -72,19 +67,21 @@ class BallModel:
         self._given = self._origins.copy()
         if rotation_numbers == "vector":
             self._given[:, 3:] = 0.0
-        self.nominal: np.ndarray = self._given.ravel()[self.free]
+        numbers = self._given.ravel()
+        self.nominal: np.ndarray = numbers[self.free]
         angles = self.free[self.free % 6 >= 3]
         self._turned = np.unique(angles // 6)
         # functions are looked up by their kind alone: hashing a chain takes as long as many a call
         kinds = tuple(map(kind_of_joint, robot.joints))
         indices = tuple(self.free.tolist())
-        self._function = cache(partial(_row_function, kinds, indices))
+        self._function = cache(partial(ball_function, kinds, indices))
         # several values are computed of the same frames in turn
         self._columns = lru_cache(maxsize=1)(self._columns_of)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Go to other processes without what was compiled here."""
-        return BallModel, (self.robot, self.free.tolist(), self.rotation_numbers)
+        arguments = self.robot, self.free.tolist(), self.rotation_numbers
+        return BallModel, arguments
 
     @property
     def function(self) -> Any:
@@ -103,7 +100,8 @@ class BallModel:
             R = rotation_rpy(row[3:])
             frames.append(JointFrame(row[:3], R, axes=None))
         p = ball_position(self.robot.joints, frames, q)
-        return ca.Function("ball", [x, q], [ca.densify(p)], ["x", "q"], ["p"])
+        outputs = [ca.densify(p)]
+        return ca.Function("ball", [x, q], outputs, ["x", "q"], ["p"])
 
     def frames(self, parameters: np.ndarray) -> np.ndarray:
         """Return the frames [p | R | axes] of all joints in the links before them, (joints, 3, 7).
@@ -150,16 +148,22 @@ class BallModel:
         if self.rotation_numbers == "vector":
             R = frames_of_origins(origins)[:, :, 1:4]
             R_nominal = self._frames[:, :, 1:4]
-            numbers[:, 3:] = rotation_vectors(R_nominal.swapaxes(1, 2) @ R)
+            changes = R_nominal.swapaxes(1, 2) @ R
+            numbers[:, 3:] = rotation_vectors(changes)
         return numbers.ravel()[self.free]
 
-    def slopes_of(self, model: "BallModel", parameters: np.ndarray) -> np.ndarray:
+    def slopes_of(
+        self,
+        model: "BallModel",
+        parameters: np.ndarray,
+    ) -> np.ndarray:
         """Return the derivatives of its free numbers by another model's, for the same frames.
 
         The other model has the same chain and free numbers, with values of shape (n,).
         """
         origins = model.origins(parameters)
-        axes = self.frames(self.parameters_at(origins))[:, :, 4:]
+        own_parameters = self.parameters_at(origins)
+        axes = self.frames(own_parameters)[:, :, 4:]
         axes_before = model.frames(parameters)[:, :, 4:]
         slopes = np.eye(6 * len(axes))
         for i in self._turned.tolist():
@@ -174,10 +178,15 @@ class BallModel:
         """
         moving = self.robot.actuated
         first = self.robot.joints.index(moving[0])
-        at_zero = self.rotations(parameters, np.zeros((1, len(moving))))
-        return np.where(self.free // 6 <= first, at_zero.by_parameters[0], 0.0)
+        q = np.zeros((1, len(moving)))
+        turns = self.rotations(parameters, q).by_parameters[0]
+        return np.where(self.free // 6 <= first, turns, 0.0)
 
-    def points(self, parameters: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    def points(
+        self,
+        parameters: np.ndarray,
+        positions: np.ndarray,
+    ) -> np.ndarray:
         """Return the ball's centres in the base frame, shape (N, 3) [m].
 
         The free numbers have values of shape (n,) [m, rad]; joint positions have shape (N, m)
@@ -186,11 +195,19 @@ class BallModel:
         [points] = self._values("points", parameters, positions)
         return points
 
-    def linearise(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
+    def linearise(
+        self,
+        parameters: np.ndarray,
+        positions: np.ndarray,
+    ) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
         return self._linearised("linear", parameters, positions)
 
-    def rotations(self, parameters: np.ndarray, positions: np.ndarray) -> Linearisation:
+    def rotations(
+        self,
+        parameters: np.ndarray,
+        positions: np.ndarray,
+    ) -> Linearisation:
         """Return rotations of the ball's link, shape (N, 3, 3), in place of the points.
 
         Derivatives are turns about the base's axes, shapes (N, 3, n) and (N, 3, m) [rad/rad].
@@ -200,17 +217,25 @@ class BallModel:
         return replace(linear, points=rotations)
 
     def _linearised(
-        self, kind: str, parameters: np.ndarray, positions: np.ndarray
+        self,
+        kind: str,
+        parameters: np.ndarray,
+        positions: np.ndarray,
     ) -> Linearisation:
         """Return values, and slopes of three numbers, shape (N, 3 k), as (N, 3, k)."""
         values, *slopes = self._values(kind, parameters, positions)
-        by_parameters, by_joints = (
-            slope.reshape(len(slope), 3, slope.shape[1] // 3) for slope in slopes
+        N = len(values)
+        by_parameters, by_joints = slopes
+        return Linearisation(
+            points=values,
+            by_parameters=by_parameters.reshape(N, 3, len(self.free)),
+            by_joints=by_joints.reshape(N, 3, positions.shape[1]),
         )
-        return Linearisation(values, by_parameters, by_joints)
 
     def log_volume(
-        self, parameters: np.ndarray, positions: np.ndarray
+        self,
+        parameters: np.ndarray,
+        positions: np.ndarray,
     ) -> tuple[float, np.ndarray, np.ndarray]:
         """Return the mean logarithm of the volume that the ball sweeps, and its derivatives.
 
@@ -219,12 +244,17 @@ class BallModel:
         free numbers, shape (n,), and by a turn of each joint in all positions, shape (m,).
         """
         if positions.shape[1] < 3:
-            return 0.0, np.zeros(len(self.free)), 0 * positions[0]
-        value, slope, by_joints = self._values("volume", parameters, positions)
-        return float(value.mean()), slope.mean(axis=0), by_joints.mean(axis=0)
+            none = np.zeros(len(self.free))
+            return 0.0, none, 0 * positions[0]
+        values = self._values("volume", parameters, positions)
+        value, slope, by_joints = (column.mean(axis=0) for column in values)
+        return float(value[0]), slope, by_joints
 
     def _values(
-        self, kind: str, parameters: np.ndarray, positions: np.ndarray
+        self,
+        kind: str,
+        parameters: np.ndarray,
+        positions: np.ndarray,
     ) -> list[np.ndarray]:
         """Return each output of a function at joint positions, shape (N, k)."""
         function = self._function(kind, positions.shape[1])
@@ -235,63 +265,3 @@ class BallModel:
         """Return the numbers of all frames."""
         frames = self.frames(np.frombuffer(parameters))
         return columns_of(frames)
-
-
-@lru_cache(maxsize=256)
-def _row_function(
-    joints: tuple[Joint, ...], free: tuple[int, ...], kind: str, columns: int
-) -> RowFunction:
-    """Return a function of the joints' frames and rows q, which arms of like joints share.
-
-    To build one takes longer than most of its calls.
-    """
-    numbers = ca.SX.sym("frames", NUMBERS * len(joints))
-    q = ca.SX.sym("q", columns)
-    frames = joint_frames(numbers)
-    if kind == "points":
-        p = ball_position(joints, frames, q)
-        return RowFunction(kind, [numbers, q], [ca.densify(p)])
-    links, of_frames, of_q = frames_and_motions(joints, frames, q)
-    of_parameters = [of_frames[i] for i in free]
-    motions = [*of_parameters, *of_q]
-    R, p = links[-1]
-    if kind == "rotations":
-        value = R
-        slopes = ca.horzcat(*(motion.turn for motion in motions))
-    elif kind == "volume":
-        value, slopes = _log_volume(of_parameters, of_q, p)
-    else:
-        value = ca.densify(p)
-        slopes = ca.horzcat(*(motion.shift(p) for motion in motions))
-    n = len(free)
-    return RowFunction(kind, [numbers, q], [value, slopes[:, :n], slopes[:, n:]])
-
-
-def _log_volume(of_frames: list[Motion], of_q: list[Motion], p: Any) -> tuple[Any, Any]:
-    """Return ln sqrt(det(J J^T)) of the ball at p, with J by q, and its slopes by all motions.
-
-    They are the sums of g_i . dJ_i, with g_i = (J J^T)^-1 J_i. A motion with the turn a that shifts
-    the ball by s turns the joints beyond it, dJ_i = a x J_i; for the others, dJ_i = a_i x s.
-    """
-    chain = sorted(of_q, key=lambda motion: motion.joint)
-    J = ca.horzcat(*(motion.shift(p) for motion in chain))
-    turns = ca.horzcat(*(motion.turn for motion in chain))
-    JJ = J @ J.T
-    g = ca.inv(JJ) @ J
-    by_turn = ca.cross(J, g)
-    by_shift = ca.cross(g, turns)
-    slopes: list[Any] = []
-    for motion in (*of_frames, *of_q):
-        n = _joints_before(motion, chain)
-        of_turn = motion.turn.T @ ca.sum2(by_turn[:, n:])
-        of_shift = motion.shift(p).T @ ca.sum2(by_shift[:, :n])
-        slopes.append(of_turn + of_shift)
-    return 0.5 * ca.log(ca.det(JJ)), ca.horzcat(*slopes)
-
-
-def _joints_before(motion: Motion, chain: Sequence[Motion]) -> int:
-    """Return how many motions of a chain a motion does not turn: those before it, and itself."""
-    for i, link in enumerate(chain, start=1):
-        if link is motion:
-            return i
-    return sum(link.joint < motion.joint for link in chain)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import ON_FLANGE
-from .chain import Joint, Vector
+from .chain import Joint
 from .rotations import matrix_rpy
-from .urdf_text import ModelError, UrdfText, numbers
+from .urdf_text import ModelError, UrdfText, Vector, numbers
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,10 @@ class Body:
     """Centre of mass in that link's frame [m]."""
 
 
-def find_bodies(text: UrdfText, joints: Sequence[Joint]) -> tuple[Body, ...]:
+def find_bodies(
+    text: UrdfText,
+    joints: Sequence[Joint],
+) -> tuple[Body, ...]:
     """Return all masses that the chain moves; joints beside it, as of a gripper, are at zero.
 
     Raises:
@@ -36,7 +39,8 @@ def find_bodies(text: UrdfText, joints: Sequence[Joint]) -> tuple[Body, ...]:
         if inertial is None:
             continue
         where = f"{text.source}: link {link!r}"
-        [mass] = numbers(inertial.read("mass", "value", "0"), where, "mass", 1)
+        value = inertial.read("mass", "value", "0")
+        [mass] = numbers(value, where, "mass", 1)
         xyz = inertial.read("origin", "xyz", "0 0 0")
         centre = np.array(numbers(xyz, where, "origin", 3))
         if mass < 0:

@@ -9,9 +9,8 @@ import numpy as np
 
 from ...errors import JOINT_POSITION
 from .rotations import matrix_rpy
-from .urdf_text import Element, ModelError, Origin, UrdfText, numbers
+from .urdf_text import Element, ModelError, Origin, UrdfText, Vector, numbers
 
-Vector = tuple[float, float, float]
 X_AXIS = (1.0, 0.0, 0.0)
 PARALLEL = 0.1
 """Sine of the angle of two axes, below which they count as parallel."""
@@ -32,7 +31,7 @@ class Joint:
     parent: str
     child: str
     origin: Origin
-    axis: tuple[float, float, float]
+    axis: Vector
     """Unit vector in the joint's own frame; arbitrary where the joint is fixed."""
     lower: float = -math.inf
     """Lower limit [rad], [m] for a prismatic joint; minus infinity where there is none."""
@@ -102,16 +101,25 @@ def _require_tree(text: UrdfText, root: str) -> None:
         hanging |= above
 
 
-def require_link(text: UrdfText, link: str, hint: str = "") -> None:
+def require_link(
+    text: UrdfText,
+    link: str,
+    hint: str = "",
+) -> None:
     """Refuse a name that is no link's."""
     if link not in text.links:
-        some = ", ".join([*text.links][-6:]) or "none"
+        last = [*text.links][-6:]
+        some = ", ".join(last) or "none"
         raise ModelError(
             f"{text.source}: no link is called {link!r}{hint} (last links: {some})"
         )
 
 
-def find_chain(text: UrdfText, base: str, tip: str) -> tuple[Joint, ...]:
+def find_chain(
+    text: UrdfText,
+    base: str,
+    tip: str,
+) -> tuple[Joint, ...]:
     """Return the joints from base to tip, in that order.
 
     Raises:
@@ -126,7 +134,8 @@ def find_chain(text: UrdfText, base: str, tip: str) -> tuple[Joint, ...]:
             )
         name, link = text.parents[link]
         names.append(name)
-    return with_tilt_axes([_joint(text, name) for name in reversed(names)])
+    joints = [_joint(text, name) for name in reversed(names)]
+    return with_tilt_axes(joints)
 
 
 def with_tilt_axes(joints: Sequence[Joint]) -> tuple[Joint, ...]:
@@ -142,9 +151,10 @@ def with_tilt_axes(joints: Sequence[Joint]) -> tuple[Joint, ...]:
     for k, i in enumerate(moving):
         normal = _first_normal(lines, k)
         if normal is not None:
+            joint = joints[i]
             b = frames[k].T @ normal
-            c = np.cross(joints[i].axis, b)
-            with_axes[i] = replace(joints[i], tilt_axes=(_axis(b), _axis(c)))
+            c = np.cross(joint.axis, b)
+            with_axes[i] = replace(joint, tilt_axes=(_axis(b), _axis(c)))
     return tuple(with_axes)
 
 
@@ -158,16 +168,23 @@ def _lines_at_zero(joints: Sequence[Joint]) -> tuple[list[Line], list[np.ndarray
         p = p + rotation @ np.array(joint.origin.xyz)
         rotation = rotation @ matrix_rpy(joint.origin.rpy)
         if joint.actuated:
-            lines.append(Line(rotation @ np.array(joint.axis), p))
+            direction = rotation @ np.array(joint.axis)
+            lines.append(Line(direction, p))
             frames.append(rotation)
     return lines, frames
 
 
-def _first_normal(lines: Sequence[Line], k: int) -> np.ndarray | None:
+def _first_normal(
+    lines: Sequence[Line],
+    k: int,
+) -> np.ndarray | None:
     """Return the common normal of a line and the next one that has any, or else one before."""
-    neighbours = [*lines[k + 1 :], *reversed(lines[:k])]
-    normals = (common_normal(lines[k], line) for line in neighbours)
-    return next((normal for normal in normals if normal is not None), None)
+    before = reversed(lines[:k])
+    for line in (*lines[k + 1 :], *before):
+        normal = common_normal(lines[k], line)
+        if normal is not None:
+            return normal
+    return None
 
 
 def common_normal(line: Line, second: Line) -> np.ndarray | None:
@@ -186,8 +203,10 @@ def common_normal(line: Line, second: Line) -> np.ndarray | None:
 def _axis(direction: np.ndarray) -> Vector:
     """Return a unit vector whose largest number is positive, without the dust of rounding."""
     clean = np.where(np.abs(direction) < 1e-12, 0.0, direction)
-    clean = clean * np.sign(clean[np.argmax(np.abs(clean))])
-    x, y, z = (clean / np.linalg.norm(clean)).tolist()
+    largest = np.argmax(np.abs(clean))
+    clean = clean * np.sign(clean[largest])
+    unit: np.ndarray = clean / np.linalg.norm(clean)
+    x, y, z = unit.tolist()
     return x, y, z
 
 
@@ -222,7 +241,11 @@ def _require_type(kind: str, where: str, child: str) -> None:
     )
 
 
-def _limits(element: Element, kind: str, where: str) -> tuple[float, float]:
+def _limits(
+    element: Element,
+    kind: str,
+    where: str,
+) -> tuple[float, float]:
     """Return a joint's lower and upper limit [rad], [m]; infinite where none is written."""
     limits = element.first("limit")
     written = {} if limits is None else dict(limits.attributes)
@@ -246,11 +269,12 @@ def _limits(element: Element, kind: str, where: str) -> tuple[float, float]:
 
 def _unit_axis(element: Element, where: str) -> Vector:
     """Return the direction of a joint's axis, x where none is written."""
-    along = numbers(element.read("axis", "xyz", "1 0 0"), where, "axis", 3)
+    words = element.read("axis", "xyz", "1 0 0")
+    along = numbers(words, where, "axis", 3)
     length = math.hypot(*along)
     if not 1e-9 <= length < math.inf:
         raise ModelError(f"{where}: axis {along} is no direction")
-    x, y, z = (np.array(along) / length).tolist()
+    x, y, z = (number / length for number in along)
     return x, y, z
 
 
@@ -259,8 +283,9 @@ def across(axis: Sequence[float]) -> tuple[Vector, Vector]:
     # For one of its frame's axes they are the two others, in the order x, y, z.
     least_aligned = np.argsort(np.abs(axis))[:2]
     first, second = np.eye(3)[np.sort(least_aligned)]
-    b = first - np.dot(first, axis) * np.array(axis)
+    a = np.array(axis)
+    b = first - np.dot(first, a) * a
     b /= np.linalg.norm(b)
-    c = np.cross(axis, b)
+    c = np.cross(a, b)
     c *= np.copysign(1.0, c @ second)
     return _axis(b), _axis(c)

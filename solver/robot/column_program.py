@@ -50,7 +50,10 @@ class ColumnProgram:
 
     @classmethod
     def of(
-        cls, function: Any, instructions: Sequence[Instruction], rows: int
+        cls,
+        function: Any,
+        instructions: Sequence[Instruction],
+        rows: int,
     ) -> "ColumnProgram":
         """Return the program of a CasADi function for a number of rows."""
         inputs = [np.ones((function.numel_in(i), rows)) for i in range(function.n_in())]
@@ -101,7 +104,12 @@ class ColumnProgram:
             self.partners.pop((name, target), None)
         self.columns[target] = column
 
-    def _add_angle(self, name: str, operand: int, target: int) -> None:
+    def _add_angle(
+        self,
+        name: str,
+        operand: int,
+        target: int,
+    ) -> None:
         """Add the sine or cosine of an angle, and keep the other one until it is asked for."""
         partner = self.partners.get((name, operand))
         if partner is not None:
@@ -124,7 +132,11 @@ class ColumnProgram:
 _HALF, _ONE, _TWO = map(np.array, (0.5, 1.0, 2.0))
 
 
-def _turn(angle: np.ndarray, sine: np.ndarray, cosine: np.ndarray) -> None:
+def _turn(
+    angle: np.ndarray,
+    sine: np.ndarray,
+    cosine: np.ndarray,
+) -> None:
     """Compute both of an angle by the tangent of its half, a third of the work of NumPy's own."""
     np.multiply(angle, _HALF, sine)
     np.tan(sine, sine)
@@ -135,7 +147,11 @@ def _turn(angle: np.ndarray, sine: np.ndarray, cosine: np.ndarray) -> None:
     np.subtract(cosine, _ONE, cosine)
 
 
-def _chosen(condition: np.ndarray, value: np.ndarray, out: np.ndarray) -> None:
+def _chosen(
+    condition: np.ndarray,
+    value: np.ndarray,
+    out: np.ndarray,
+) -> None:
     """Write the value where a condition holds, zero elsewhere."""
     np.copyto(out, np.where(condition, value, 0.0))
 

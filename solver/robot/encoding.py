@@ -73,7 +73,12 @@ def _without_mark(data: bytes) -> str | None:
     return "utf-16-be" if data[:1] == b"\0" else "utf-16-le"
 
 
-def _recoded(data: bytes, encoding: str, source: str, lines_before: int = 0) -> bytes:
+def _recoded(
+    data: bytes,
+    encoding: str,
+    source: str,
+    lines_before: int = 0,
+) -> bytes:
     try:
         return data.decode(encoding).encode()
     except UnicodeDecodeError as error:

@@ -92,7 +92,9 @@ def _sizes_of(joints: Sequence[Joint]) -> list[float] | None:
 
 
 def _chain(
-    moving: Sequence[Joint], sizes: Sequence[float], deltas: np.ndarray
+    moving: Sequence[Joint],
+    sizes: Sequence[float],
+    deltas: np.ndarray,
 ) -> tuple[Joint, ...]:
     """Return a table's joints, each with the step A of the one before; the last one is fixed."""
     d1, a2, a3, d4, d5, d6 = sizes
@@ -111,7 +113,9 @@ def _chain(
 
 
 def check_controller(
-    robot: Robot, controller: Robot, file: str | Path | None = None
+    robot: Robot,
+    controller: Robot,
+    file: str | Path | None = None,
 ) -> None:
     """Refuse a controller's model, or one by its factory's file, that is another arm's.
 

@@ -38,7 +38,9 @@ def gravity_moments(
 
 
 def moments_function(
-    robot: Robot, gravity: Sequence[float] = STANDARD_GRAVITY, payload: float = 0.0
+    robot: Robot,
+    gravity: Sequence[float] = STANDARD_GRAVITY,
+    payload: float = 0.0,
 ) -> Any:
     """Return :func:`gravity_moments` as a CasADi function of one configuration."""
     of_both = _moments(robot.joints, robot.bodies, payload).function
@@ -49,7 +51,9 @@ def moments_function(
 
 @lru_cache(maxsize=16)
 def _moments(
-    joints: tuple[Joint, ...], bodies: tuple[Body, ...], payload: float
+    joints: tuple[Joint, ...],
+    bodies: tuple[Body, ...],
+    payload: float,
 ) -> RowFunction:
     """Return the moments as a function of gravity and joint positions."""
     m = sum(joint.actuated for joint in joints)

@@ -73,7 +73,10 @@ class InverseKinematics:
         """No point farther from the base is in reach [m]."""
 
     def reach(
-        self, points: np.ndarray, generator: np.random.Generator, rounds: int = 40
+        self,
+        points: np.ndarray,
+        generator: np.random.Generator,
+        rounds: int = 40,
     ) -> np.ndarray:
         """Return a random configuration within the limits for each point, (N, 3) [m], shape (N, m).
 
@@ -94,7 +97,11 @@ class InverseKinematics:
             failures = 0 if arrived else failures + 1
         return reached
 
-    def arrivals(self, point: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+    def arrivals(
+        self,
+        point: np.ndarray,
+        generator: np.random.Generator,
+    ) -> np.ndarray:
         """Return the configurations in which a batch of random starts reach a point, (N, m).
 
         Args:
@@ -147,7 +154,9 @@ class InverseKinematics:
         return Starts(positions, np.column_stack([x, y, -height]))
 
     def _follow(
-        self, q: np.ndarray, targets: np.ndarray
+        self,
+        q: np.ndarray,
+        targets: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         q = q.copy()
@@ -166,7 +175,11 @@ class InverseKinematics:
         arrived[feasible] = self._has_arrived(q[feasible], targets[feasible])
         return q, arrived
 
-    def _has_arrived(self, q: np.ndarray, targets: np.ndarray) -> np.ndarray:
+    def _has_arrived(
+        self,
+        q: np.ndarray,
+        targets: np.ndarray,
+    ) -> np.ndarray:
         """Return True where a configuration is within the limits, and reaches its target, (N,)."""
         pose, _ = self.ball_and_neck(q)
         error = targets - pose
@@ -237,7 +250,11 @@ def _one_turn(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     return lower, upper
 
 
-def workspace(robot: Robot, count: int, seed: int = 0) -> np.ndarray:
+def workspace(
+    robot: Robot,
+    count: int,
+    seed: int = 0,
+) -> np.ndarray:
     """Return random joint positions within the joints' limits, shape (count, m) [rad].
 
     Joints that turn farther stay within -180 to 180 degrees.

@@ -49,9 +49,16 @@ def rotation(axis: Sequence[float], angle: Any) -> Any:
 
 
 @lru_cache(maxsize=64)
-def _parts_about(x: float, y: float, z: float) -> tuple[Any, Any, Any]:
-    along = np.outer((x, y, z), (x, y, z))
-    return ca.DM(along), ca.DM(np.eye(3) - along), ca.skew(ca.DM([x, y, z]))
+def _parts_about(
+    x: float,
+    y: float,
+    z: float,
+) -> tuple[Any, Any, Any]:
+    """Return a a^T, I - a a^T and K of an axis."""
+    a = np.array([x, y, z])
+    along = np.outer(a, a)
+    normal = np.eye(3) - along
+    return ca.DM(along), ca.DM(normal), ca.skew(ca.DM(a))
 
 
 def rotation_rpy(rpy: Any) -> Any:
@@ -102,7 +109,9 @@ def columns_of(frames: np.ndarray) -> np.ndarray:
 
 
 def link_poses(
-    joints: Sequence[Joint], q: np.ndarray, origins: np.ndarray | None = None
+    joints: Sequence[Joint],
+    q: np.ndarray,
+    origins: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return the poses of the base link and of the joints' child links in the base frame.
 
@@ -130,8 +139,10 @@ def _link_poses(joints: tuple[Joint, ...], columns: int) -> RowFunction:
     q = ca.SX.sym("q", columns)
     links, _, _ = frames_and_motions(joints, joint_frames(numbers), q)
     base = ca.SX.eye(4)[:3, :]
-    poses = [ca.horzcat(ca.SX(link.R), ca.SX(link.p)) for link in links]
-    return RowFunction("poses", [numbers, q], [ca.vertcat(base, *poses)])
+    poses = [base]
+    for R, p in links:
+        poses.append(ca.horzcat(ca.SX(R), ca.SX(p)))
+    return RowFunction("poses", [numbers, q], [ca.vertcat(*poses)])
 
 
 class LinkPose(NamedTuple):
@@ -196,7 +207,9 @@ class JointMotion(NamedTuple):
 
 
 def frames_and_motions(
-    joints: Sequence[Joint], frames: Sequence[JointFrame], q: Any
+    joints: Sequence[Joint],
+    frames: Sequence[JointFrame],
+    q: Any,
 ) -> ChainMotion:
     """Return the pose of each joint's child link in the base frame, and the motions.
 
@@ -212,21 +225,27 @@ def frames_and_motions(
         frame = frames[i]
         p = p + turn @ frame.p
         axes = turn @ frame.axes
-        of_frames += [Motion(i, True, turn[:, k], p) for k in range(3)]
-        of_frames += [Motion(i, False, axes[:, k], p) for k in range(3)]
+        slides = [Motion(i, True, axis, p) for axis in ca.horzsplit(turn, 1)]
+        turns = [Motion(i, False, axis, p) for axis in ca.horzsplit(axes, 1)]
+        of_frames += slides + turns
         turn = turn @ frame.R
-        for column, axis, slides in motions:
-            motion = Motion(i, slides, turn @ ca.DM(axis), p)
-            of_q[column] = motion
-            if slides:
-                p = p + motion.axis * q[column]
+        for column, axis, is_slide in motions:
+            direction = turn @ ca.DM(axis)
+            of_q[column] = Motion(i, is_slide, direction, p)
+            if is_slide:
+                p = p + direction * q[column]
             else:
                 turn = turn @ rotation(axis, q[column])
         links.append(LinkPose(turn, p))
-    return ChainMotion(links, of_frames, [of_q[k] for k in range(len(of_q))])
+    in_order = [of_q[column] for column in range(len(of_q))]
+    return ChainMotion(links, of_frames, in_order)
 
 
-def ball_position(joints: Sequence[Joint], frames: Sequence[JointFrame], q: Any) -> Any:
+def ball_position(
+    joints: Sequence[Joint],
+    frames: Sequence[JointFrame],
+    q: Any,
+) -> Any:
     """Return the ball's centre in the base frame, Phi(Theta, q); see :func:`frames_and_motions`."""
     # Each joint carries it along, back to the base: one point takes a third of what a frame takes.
     p = ca.DM.zeros(3)
@@ -238,7 +257,10 @@ def ball_position(joints: Sequence[Joint], frames: Sequence[JointFrame], q: Any)
     return p
 
 
-def _joint_motions(joints: Sequence[Joint], q: Any) -> list[list[JointMotion]]:
+def _joint_motions(
+    joints: Sequence[Joint],
+    q: Any,
+) -> list[list[JointMotion]]:
     """Return each joint's motions: that of its position, then its tilts about b and c."""
     moving = [i for i, joint in enumerate(joints) if joint.actuated]
     motions: list[list[JointMotion]] = [[] for _ in joints]

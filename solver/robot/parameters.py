@@ -46,7 +46,9 @@ class Parameter:
 
 
 def choose_parameters(
-    robot: Robot, free: Sequence[str] = (), fix: Sequence[str] = ()
+    robot: Robot,
+    free: Sequence[str] = (),
+    fix: Sequence[str] = (),
 ) -> tuple[Parameter, ...]:
     """Return the free parameters, in chain order.
 
@@ -84,7 +86,10 @@ def all_parameters(robot: Robot) -> list[Parameter]:
     ]
 
 
-def _matching(parameters: Sequence[Parameter], word: str) -> list[Parameter]:
+def _matching(
+    parameters: Sequence[Parameter],
+    word: str,
+) -> list[Parameter]:
     joint, _, component = word.rpartition(".")
     parts = _GROUPS.get(component, (component,))
     matching = [p for p in parameters if fnmatchcase(p.joint, word)] or [

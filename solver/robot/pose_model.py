@@ -105,7 +105,11 @@ class PoseModel:
         return ca.horzcat(*columns)
 
 
-def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
+def pose_on_flange(
+    robot: Robot,
+    link: str,
+    origins: np.ndarray,
+) -> np.ndarray:
     """Return the pose of a link that stands still on the flange, in its frame, shape (4, 4).
 
     The link may be that of the ball, too; origins are those of the chain's joints, shape (joints,
@@ -120,7 +124,11 @@ def pose_on_flange(robot: Robot, link: str, origins: np.ndarray) -> np.ndarray:
     return np.linalg.inv(flange) @ _pose_in_last_link(arm, link, link)
 
 
-def _pose_in_last_link(arm: Robot, name: str, link: str) -> np.ndarray:
+def _pose_in_last_link(
+    arm: Robot,
+    name: str,
+    link: str,
+) -> np.ndarray:
     """Return the pose of a link in the last one that a joint moves, shape (4, 4).
 
     Joints of the chain have their calibrated origins. ``link`` is the one that was asked for.
@@ -226,7 +234,12 @@ def _pull(q: Any, prefer: Any, e: Any) -> Any:
     return ca.fmax(ca.fmin(pull, MAX_PULL), -MAX_PULL)
 
 
-def _damped(freed: Any, J: Any, e: Any, moves: Any) -> Any:
+def _damped(
+    freed: Any,
+    J: Any,
+    e: Any,
+    moves: Any,
+) -> Any:
     """Return a step: some moves, and the damped one of free joints for what these leave."""
     damping = DAMPING * ca.dot(e, e) + LEAST_DAMPING
     identity = ca.SX.eye(e.numel())

@@ -70,7 +70,10 @@ class Searches:
 
     @classmethod
     def begun(
-        cls, q: np.ndarray, target: np.ndarray, posture: np.ndarray
+        cls,
+        q: np.ndarray,
+        target: np.ndarray,
+        posture: np.ndarray,
     ) -> "Searches":
         """Return searches from joint positions."""
         N = len(q)
@@ -114,7 +117,12 @@ class Searches:
         np.copyto(self.best, self.q, where=kept)
         np.copyto(self.residual, step.residual, where=kept)
 
-    def finish(self, step: SearchStep, last: np.ndarray, shrinkage: np.ndarray) -> None:
+    def finish(
+        self,
+        step: SearchStep,
+        last: np.ndarray,
+        shrinkage: np.ndarray,
+    ) -> None:
         """Take last steps without a look at what they leave: it shrinks as it did before."""
         self.best[last] += step.change[last]
         self.residual[last] *= shrinkage[last, None]
@@ -141,7 +149,11 @@ class Searches:
         return Searches(*rows)
 
 
-def _relaxed(change: np.ndarray, before: np.ndarray, slow: np.ndarray) -> np.ndarray:
+def _relaxed(
+    change: np.ndarray,
+    before: np.ndarray,
+    slow: np.ndarray,
+) -> np.ndarray:
     """Return the steps, shorter where they alternate in sign (Aitken's relaxation).
 
     With a step s, and d how it differs from the one before, it is scaled by 1 - s . d / d . d.

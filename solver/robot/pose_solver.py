@@ -49,7 +49,10 @@ class Solutions:
         return self.left.sum(axis=1)
 
     def improve(
-        self, poses: np.ndarray, retries: "Solutions", rank: np.ndarray
+        self,
+        poses: np.ndarray,
+        retries: "Solutions",
+        rank: np.ndarray,
     ) -> None:
         """Take over the retry of least finite rank for each of some poses, STARTS a pose."""
         best = rank.reshape(-1, STARTS).argmin(axis=1)
@@ -61,7 +64,12 @@ class Solutions:
         self.left[into] = retries.left[winners]
         self.rounds[into] += retries.rounds[winners]
 
-    def take(self, searches: Searches, ends: np.ndarray, rounds: np.ndarray) -> None:
+    def take(
+        self,
+        searches: Searches,
+        ends: np.ndarray,
+        rounds: np.ndarray,
+    ) -> None:
         """Take over where some of the searches ended, after so many rounds."""
         poses = searches.pose[ends]
         self.positions[poses] = searches.best[ends]
@@ -110,7 +118,11 @@ class PoseSolver:
         return self._after_bounded_steps(q, targets, prefer, tool)
 
     def _after_bounded_steps(
-        self, q: np.ndarray, targets: np.ndarray, prefer: np.ndarray, tool: np.ndarray
+        self,
+        q: np.ndarray,
+        targets: np.ndarray,
+        prefer: np.ndarray,
+        tool: np.ndarray,
     ) -> Solutions:
         """Return solutions by steps that keep the limits, from starts within these."""
         residuals = np.full((len(q), 2), np.inf)
@@ -167,7 +179,10 @@ class PoseSolver:
         return solutions
 
     def _starts(
-        self, centre: np.ndarray, spread: float, generator: np.random.Generator
+        self,
+        centre: np.ndarray,
+        spread: float,
+        generator: np.random.Generator,
     ) -> np.ndarray:
         """Return starts within the limits; of endless joints, within a turn."""
         if np.isfinite(spread):
@@ -177,7 +192,11 @@ class PoseSolver:
         upper = np.where(wide, np.minimum(self.upper, centre + np.pi), self.upper)
         return generator.uniform(lower, upper)
 
-    def _after_free_steps(self, row: np.ndarray, tool: np.ndarray) -> Solutions:
+    def _after_free_steps(
+        self,
+        row: np.ndarray,
+        tool: np.ndarray,
+    ) -> Solutions:
         """Return where the steps of a row of q, target and prefer lead, if no limit is in the way.
 
         Of a single row, NumPy would take ten times as long for all that stands around the steps.

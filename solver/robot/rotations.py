@@ -81,7 +81,10 @@ def rotation_vectors(R: np.ndarray) -> np.ndarray:
     return vectors
 
 
-def _axes_of_half_turns(R: np.ndarray, sines: np.ndarray) -> np.ndarray:
+def _axes_of_half_turns(
+    R: np.ndarray,
+    sines: np.ndarray,
+) -> np.ndarray:
     """Return the axes a of turns by nearly 180 degrees, R = 2 a a^T - I, shape (N, 3)."""
     symmetric = (R + R.swapaxes(1, 2)) / 2
     squares = (symmetric + _IDENTITY) / 2
@@ -127,7 +130,8 @@ def rpy_axes(rpy: Sequence[float] | np.ndarray) -> np.ndarray:
 
 
 def rpy_of(
-    R: np.ndarray, locked_yaw: float | None = None
+    R: np.ndarray,
+    locked_yaw: float | None = None,
 ) -> tuple[float, float, float]:
     """Return roll, pitch and yaw of a rotation [rad]; of two sets, the one with |pitch| <= 90 deg.
 
@@ -149,7 +153,10 @@ def rpy_of(
     return float(np.arctan2(sine, cosine)), pitch, yaw
 
 
-def angles_near(R: np.ndarray, angles: np.ndarray) -> np.ndarray:
+def angles_near(
+    R: np.ndarray,
+    angles: np.ndarray,
+) -> np.ndarray:
     """Return roll, pitch and yaw of a rotation, of all its sets the nearest to others [rad]."""
     roll, pitch, yaw = rpy_of(R, locked_yaw=float(angles[2]))
     flipped = [roll + np.pi, np.pi - pitch, yaw + np.pi]

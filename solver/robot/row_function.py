@@ -31,7 +31,11 @@ class RowFunction:
     """
 
     def __init__(
-        self, name: str, inputs: list[Any], outputs: list[Any], times: int = 1
+        self,
+        name: str,
+        inputs: list[Any],
+        outputs: list[Any],
+        times: int = 1,
     ) -> None:
         # CasADi writes column by column, NumPy reads row by row.
         turned = [ca.densify(ca.SX(output).T) for output in outputs]
@@ -42,7 +46,11 @@ class RowFunction:
         self._mapped = lru_cache(maxsize=32)(self._map)
         self._program = lru_cache(maxsize=8)(self._column_program)
 
-    def __call__(self, rows: np.ndarray, *constants: np.ndarray) -> list[np.ndarray]:
+    def __call__(
+        self,
+        rows: np.ndarray,
+        *constants: np.ndarray,
+    ) -> list[np.ndarray]:
         """Return each output for each row, shape (N, k); the other arguments serve all rows."""
         arguments = [np.asarray(values, dtype=float) for values in (*constants, rows)]
         lengths = [values.shape[-1] for values in arguments]

@@ -16,7 +16,7 @@ from ...errors import LARGEST_DOCUMENT, LENGTH, MASS, ON_FLANGE, ROTATION, read_
 from .bodies import Body, find_bodies
 from .chain import Joint, find_chain, find_root, require_link
 from .urdf_edits import add_link
-from .urdf_text import ModelError, Origin, UrdfText, scan
+from .urdf_text import ModelError, Origin, UrdfText, Vector, scan
 
 BALL_LINK = "ball_link"
 HEAVIEST = 300.0
@@ -84,12 +84,15 @@ class Robot:
     @property
     def origins(self) -> np.ndarray:
         """Origins of all joints as written, shape (joints, 6): x y z [m], roll pitch yaw [rad]."""
-        return np.array([joint.origin.numbers for joint in self.joints], dtype=float)
+        rows = [joint.origin.numbers for joint in self.joints]
+        return np.array(rows, dtype=float)
 
     def with_origins(self, origins: np.ndarray) -> "Robot":
         """Return the robot with other joint origins, as :attr:`origins`; its text stays."""
         pairs = zip(self.joints, origins, strict=True)
-        joints = [replace(joint, origin=Origin.of(row)) for joint, row in pairs]
+        joints: list[Joint] = []
+        for joint, row in pairs:
+            joints.append(replace(joint, origin=Origin.of(row)))
         return replace(self, joints=tuple(joints))
 
     def carrying(self, mass: float, centre: Sequence[float]) -> "Robot":
@@ -103,14 +106,16 @@ class Robot:
         place = _three_numbers(centre, "payload")
         if doubt := ON_FLANGE.doubt(place):
             raise ModelError(f"payload: its centre {list(place)}: {doubt}")
-        body = Body(len(self.joints) - 2, float(mass), place)
+        flange = len(self.joints) - 2
+        body = Body(flange, float(mass), place)
         return replace(self, bodies=(*self.bodies, body))
 
 
 def shipped_robots() -> dict[str, Path]:
     """Return the robots that come with the package: name and file."""
     folder = Path(str(files("mukca.solver.robot"))) / "shipped"
-    return {file.stem: file for file in sorted(folder.glob("*.urdf"))}
+    models = sorted(folder.glob("*.urdf"))
+    return {file.stem: file for file in models}
 
 
 def load_robot(
@@ -167,11 +172,17 @@ def _model(robot: str | Path) -> bytes:
         ) from None
 
 
-def _with_ball(text: UrdfText, flange: str, origin: Origin, link: str) -> UrdfText:
+def _with_ball(
+    text: UrdfText,
+    flange: str,
+    origin: Origin,
+    link: str,
+) -> UrdfText:
     """Return a model with a ball of one's own on a link."""
     require_link(text, flange)
     try:
-        return scan(add_link(text, flange, origin, link), text.source)
+        data = add_link(text, flange, origin, link)
+        return scan(data, text.source)
     except ModelError as error:
         raise ModelError(
             f"{error}; leave out --flange, or give the new ball another name, as in "
@@ -179,7 +190,7 @@ def _with_ball(text: UrdfText, flange: str, origin: Origin, link: str) -> UrdfTe
         ) from None
 
 
-def _three_numbers(point: Sequence[float], what: str) -> tuple[float, float, float]:
+def _three_numbers(point: Sequence[float], what: str) -> Vector:
     """Return a point as three finite numbers."""
     try:
         x, y, z = map(float, point)
@@ -194,7 +205,10 @@ def _three_numbers(point: Sequence[float], what: str) -> tuple[float, float, flo
 
 
 def parse_robot(
-    text: UrdfText, *, base: str | None = None, tip: str = BALL_LINK
+    text: UrdfText,
+    *,
+    base: str | None = None,
+    tip: str = BALL_LINK,
 ) -> Robot:
     """Read the chain from a model's text; see :func:`load_robot`.
 
@@ -219,7 +233,11 @@ def parse_robot(
     return Robot(text.name, text.source, text, base, tip, joints, bodies)
 
 
-def _check_sizes(source: str, joints: Sequence[Joint], bodies: Sequence[Body]) -> None:
+def _check_sizes(
+    source: str,
+    joints: Sequence[Joint],
+    bodies: Sequence[Body],
+) -> None:
     """Refuse a chain in degrees, in millimetres or in grams."""
     for joint in joints:
         origin = joint.origin

@@ -20,7 +20,10 @@ class Edit(NamedTuple):
     new: bytes
 
 
-def with_edits(data: bytes, edits: Sequence[tuple[int, int, bytes]]) -> bytes:
+def with_edits(
+    data: bytes,
+    edits: Sequence[tuple[int, int, bytes]],
+) -> bytes:
     """Return a text with new text between offsets, each of (first, last, new)."""
     for begin, end, new in sorted(edits, reverse=True):
         data = data[:begin] + new + data[end:]
@@ -45,7 +48,11 @@ def set_origins(text: UrdfText, origins: Mapping[str, Origin]) -> bytes:
     return with_edits(text.data, edits)
 
 
-def _edit_of_origin(text: UrdfText, joint: str, values: Mapping[str, str]) -> Edit:
+def _edit_of_origin(
+    text: UrdfText,
+    joint: str,
+    values: Mapping[str, str],
+) -> Edit:
     """Return the edit by which a joint's origin has some attributes."""
     element = text.joints[joint]
     origin = element.first("origin")
@@ -99,7 +106,12 @@ def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
     return with_edits(text.data, edits)
 
 
-def add_link(text: UrdfText, parent: str, origin: Origin, link: str) -> bytes:
+def add_link(
+    text: UrdfText,
+    parent: str,
+    origin: Origin,
+    link: str,
+) -> bytes:
     """Return the text with one more link, fixed at an origin to the link ``parent``.
 
     Its joint is called ``tool_joint`` for ``tool`` and ``tool_link``.

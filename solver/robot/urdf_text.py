@@ -10,6 +10,7 @@ from xml.parsers import expat
 
 from .encoding import ModelError, in_utf8
 
+Vector = tuple[float, float, float]
 _TAG = re.compile(rb"(?:[^\"'>]|\"[^\"]*\"|'[^']*')*>")
 
 
@@ -17,8 +18,8 @@ _TAG = re.compile(rb"(?:[^\"'>]|\"[^\"]*\"|'[^']*')*>")
 class Origin:
     """A joint's ``<origin>`` as written: translation [m], and roll, pitch, yaw [rad]."""
 
-    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    xyz: Vector = (0.0, 0.0, 0.0)
+    rpy: Vector = (0.0, 0.0, 0.0)
 
     @property
     def numbers(self) -> tuple[float, ...]:
@@ -47,9 +48,17 @@ class Element:
 
     def first(self, tag: str) -> "Element | None":
         """Return the first tag of a kind right inside it."""
-        return next((child for child in self.children if child.tag == tag), None)
+        for child in self.children:
+            if child.tag == tag:
+                return child
+        return None
 
-    def read(self, child: str, key: str, default: str = "") -> str:
+    def read(
+        self,
+        child: str,
+        key: str,
+        default: str = "",
+    ) -> str:
         """Return an attribute of the first tag of a kind right inside it."""
         inside = self.first(child)
         return default if inside is None else inside.attributes.get(key, default)
@@ -71,17 +80,22 @@ class UrdfText:
             three finite numbers.
     """
 
-    def __init__(self, data: bytes, source: str, root: Element) -> None:
+    def __init__(
+        self,
+        data: bytes,
+        source: str,
+        root: Element,
+    ) -> None:
         self.data = data
         self.source = source
         self.root = root
         (self.name,) = _by_name(source, "robot", [root])
         self.links = _by_name(source, "link", root.children)
         self.joints = _by_name(source, "joint", root.children)
-        self.origins = {
-            name: _origin(source, name, joint) for name, joint in self.joints.items()
-        }
+        self.origins: dict[str, Origin] = {}
         """The origin of each joint; the identity where none is written."""
+        for name, joint in self.joints.items():
+            self.origins[name] = _origin(source, name, joint)
 
     @cached_property
     def parents(self) -> dict[str, tuple[str, str]]:
@@ -113,7 +127,11 @@ class UrdfText:
         return link
 
 
-def _by_name(source: str, tag: str, elements: Iterable[Element]) -> dict[str, Element]:
+def _by_name(
+    source: str,
+    tag: str,
+    elements: Iterable[Element],
+) -> dict[str, Element]:
     """Return the elements of a kind by their names, which must be different."""
     by_name: dict[str, Element] = {}
     for element in elements:
@@ -148,7 +166,12 @@ def _origin(source: str, name: str, joint: Element) -> Origin:
 
 
 def numbers(
-    words: str, where: str, what: str, count: int, *, finite: bool = True
+    words: str,
+    where: str,
+    what: str,
+    count: int,
+    *,
+    finite: bool = True,
 ) -> list[float]:
     """Return the numbers in an attribute; messages begin with ``where``."""
     expected = "a number" if count == 1 else f"{count} numbers with blanks between"
@@ -158,7 +181,8 @@ def numbers(
         raise ModelError(
             f"{where}: not a valid URDF: {what} {words!r}, where {expected} must be"
         ) from None
-    if len(values) != count or (finite and not all(map(math.isfinite, values))):
+    sound = not finite or all(map(math.isfinite, values))
+    if len(values) != count or not sound:
         kind = "a finite number" if count == 1 else f"{count} finite numbers"
         raise ModelError(f"{where}: {what} {words!r} is not {kind}")
     return values
@@ -198,7 +222,11 @@ class _TreeBuilder:
         self.parser.EndElementHandler = self.end
         self.parser.StartDoctypeDeclHandler = self.doctype
 
-    def start(self, tag: str, attributes: dict[str, str]) -> None:
+    def start(
+        self,
+        tag: str,
+        attributes: dict[str, str],
+    ) -> None:
         """Begin an element."""
         parent = self.open_elements[-1]
         if parent is self.document and tag != "robot":
