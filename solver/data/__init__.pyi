@@ -1,12 +1,9 @@
-from .checks import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .checks import SAMPLES_ADVISED as SAMPLES_ADVISED
-from .checks import TooFewError as TooFewError
 from .checks import as_flange_poses as as_flange_poses
-from .checks import check_distance as check_distance
-from .checks import check_distinct as check_distinct
-from .checks import copied_sockets as copied_sockets
 from .checks import measure as measure
 from .checks import order_said as order_said
+from .copies import check_distinct as check_distinct
+from .copies import copied_sockets as copied_sockets
 from .frame_starts import first_frames as first_frames
 from .frames import IDENTITY as IDENTITY
 from .frames import FrameError as FrameError
@@ -54,6 +51,7 @@ from .measurements import Apart as Apart
 from .measurements import Load as Load
 from .measurements import Measurement as Measurement
 from .measurements import SocketSamples as SocketSamples
+from .measurements import TooFewError as TooFewError
 from .measurements import whole_name as whole_name
 from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION
 from .metrics import Metrics as Metrics
@@ -76,6 +74,8 @@ from .places import RobotRecordings as RobotRecordings
 from .places import base_name as base_name
 from .places import measured_in_frame as measured_in_frame
 from .places import places_of as places_of
+from .socket_distance import DEFAULT_DISTANCE as DEFAULT_DISTANCE
+from .socket_distance import check_distance as check_distance
 from .tips import TipSamples as TipSamples
 from .tips import tip_shift as tip_shift
 from .tips import with_tip as with_tip

@@ -1,22 +1,22 @@
-"""Placements checked against the robot: joints, units, signs, distances, copies, orientations."""
+"""Placements checked against the robot: joints, units, signs, numbers of samples, orientations."""
 
 import math
-from collections import Counter
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder import DEFAULT_DISTANCE, Placement, numbers_of
+from ...recorder import Placement, numbers_of
 from ..robot import BallModel, Robot
+from .copies import check_distinct
 from .efforts import with_plausible_efforts
 from .instrument import check_orientations, other_columns
-from .lengths import Readings, agreed_length, agreeing, readings_of
-from .measurements import Load, Measurement
+from .lengths import Readings
+from .measurements import Load, Measurement, MeasurementError, TooFewError
 from .sample_choice import counted_once, unwound, without_single
+from .socket_distance import stated_length
 
 LEAST_POINTS = 4
 """Three points determine the instrument's frame, and nothing else."""
@@ -24,23 +24,13 @@ SAMPLES_ADVISED = "as many as ENOUGH takes, 24 to 40 in two sockets"
 """Samples of a placement, in the words that all advice on their number uses."""
 ENOUGH_POSES = 10
 """Fewest poses by which wrong columns of their orientations are recognised."""
-SAME_ROW, COPIED = 1e-6, 0.5
-"""Rows that differ by less are one [rad], [m]; a larger share of them is a copy, rounded maybe."""
-_SHORTEST_BASE, _LONGEST_BASE = 5e-3, 1.0
-"""Balls have a diameter, and arms a reach [m]."""
 _FAR_OUTSIDE = 1.0
 """Distance from its limits at which a joint cannot have been [rad or m]: the units are wrong."""
 _BARELY_OUTSIDE = math.radians(5)
+_LONGEST_SLIDE = 5.0
+"""No joint slides farther [m]."""
 _ENDLESS = 6 * math.pi
 """No joint without limits winds up its cables farther [rad]."""
-
-
-class MeasurementError(MukcaError):
-    """A placement does not hold what a calibration needs."""
-
-
-class TooFewError(MeasurementError):
-    """A placement has too few samples to tell anything."""
 
 
 def measure(
@@ -59,7 +49,7 @@ def measure(
         placement: The recording, see :func:`mukca.read_placements`.
         robot: The robot.
         distance: Between the sockets' centres [m], or readings; None: ``placement.json``'s,
-            or :data:`DEFAULT_DISTANCE` where that says nothing.
+            or :data:`.DEFAULT_DISTANCE` where that says nothing.
         sockets: Number of sockets that must have samples.
         poses_of: Meaning that orientations must have, see :attr:`.Placement.poses_of`.
         whole: True keeps equal samples, as older calibrations hold them.
@@ -83,8 +73,14 @@ def measure(
     ordered = without_single(ordered, warnings)
     with order_said([placement], robot.joint_names):
         _check_limits(ordered, robot, warnings)
-    length, source, count = _length_of(placement, distance, warnings)
-    measured = Measurement(ordered, length, source, count, warnings=tuple(warnings))
+    length = stated_length(placement, distance, warnings)
+    measured = Measurement(
+        ordered,
+        distance=length.distance,
+        distance_source=length.source,
+        distance_readings=length.readings,
+        warnings=tuple(warnings),
+    )
     if measured.kind == "points":
         _check_points(measured)
     else:
@@ -92,32 +88,6 @@ def measure(
     with order_said([placement], robot.joint_names):
         _check_poses(measured, robot, poses_of)
     return measured
-
-
-def _length_of(
-    placement: Placement, distance: Readings | None, warnings: list[str]
-) -> tuple[float, str, int]:
-    """Return the distance of the sockets [m], its source, and the number of readings that agree."""
-    recorded = None if placement.distance_assumed else placement.distance
-    typed = [check_distance(reading) for reading in readings_of(distance)]
-    readings = typed.copy()
-    if recorded is not None:
-        readings += [d for d in placement.readings or (recorded,) if d not in typed]
-    if typed:
-        source = "given"
-        length = agreed_length(typed)
-        if recorded not in (None, length):
-            warnings.append(
-                f"{placement.name}: distance {length:.7g} m as given, not the recording's "
-                f"{placement.distance} m"
-            )
-    elif recorded is not None:
-        source = "recording"
-        length = check_distance(recorded, f"{placement.where}: ")
-    else:
-        source = "default"
-        length = check_distance(placement.distance or DEFAULT_DISTANCE)
-    return length, source, agreeing(length, readings)
 
 
 @contextmanager
@@ -137,74 +107,6 @@ def order_said(
 def as_flange_poses(placements: Iterable[Placement]) -> list[Placement]:
     """Return placements whose poses, unless they tell, are what an instrument saw of the flange."""
     return [replace(p, poses_of=p.poses_of or "flange") for p in placements]
-
-
-def check_distance(distance: float, where: str = "") -> float:
-    """Return a distance between sockets if it is possible [m]; messages begin with ``where``."""
-    try:
-        metres = float(distance)
-    except (TypeError, ValueError):
-        metres = math.inf
-    if not metres > 0:
-        raise MeasurementError(
-            f"{where}distance {distance}: the distance between the sockets' centres is a positive "
-            "number of metres, for example 0.05"
-        )
-    if not _SHORTEST_BASE <= metres <= _LONGEST_BASE:
-        raise MeasurementError(
-            f"{where}distance {distance!r}: metres are expected, for example 0.05"
-        )
-    return metres
-
-
-def check_distinct(measurements: Sequence[Measurement]) -> None:
-    """Refuse a placement, or a socket's samples, that is given twice."""
-    by_samples: dict[bytes, Placement] = {}
-    for b in (measurement.placement for measurement in measurements):
-        if (rows := _rows_of(b).tobytes()) in by_samples:
-            a = by_samples[rows]
-            raise MeasurementError(
-                f"{a.where} and {b.where} are the same placement; name each only once"
-            )
-        by_samples[rows] = b
-    for first, copy in copied_sockets(by_samples.values()):
-        raise MeasurementError(
-            f"{first} and {copy} are identical, so one is a copy: record that socket anew"
-        )
-
-
-def copied_sockets(placements: Iterable[Placement]) -> Iterator[tuple[str, str]]:
-    """Yield the file of a socket's samples, and that of a later socket with most of them again."""
-    holders: dict[bytes, list[str]] = {}
-    for placement in placements:
-        rows = np.round(_rows_of(placement) / SAME_ROW) + 0.0
-        for socket in np.unique(placement.sockets).tolist():
-            samples = _samples_of(placement, socket)
-            rounded = [row.tobytes() for row in rows[placement.sockets == socket]]
-            counts = Counter(
-                chain.from_iterable(holders.get(row, ()) for row in rounded)
-            )
-            for file, count in counts.most_common(1):
-                if count > COPIED * len(rounded):
-                    yield file, samples
-            for row in set(rounded):
-                holders.setdefault(row, []).append(samples)
-
-
-def _rows_of(placement: Placement) -> np.ndarray:
-    """Return joints, and points: an arm may be led through the same poses at another place."""
-    points = [sample.point or () for sample in placement.samples]
-    return np.column_stack([placement.positions, points])
-
-
-def _samples_of(placement: Placement, socket: int) -> str:
-    """Return the file of a socket's samples, for messages."""
-    file = f"hole_{socket}.csv"
-    if placement.path is not None and placement.path / file in placement.files:
-        return str(placement.path / file)
-    if placement.kind == "points":
-        return str(placement.first_file)
-    return f"{placement.where} socket {socket}"
 
 
 def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:
@@ -280,10 +182,11 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
     excess = np.maximum(lower - positions, positions - upper)
     row, column = np.unravel_index(int(np.argmax(excess)), excess.shape)
     joint = robot.actuated[int(column)]
+    slides = joint.type == "prismatic"
     where = placement.samples[int(row)].where or placement.name
     text = (
         f"{where}: joint {joint.name!r} at {positions[row, column]:.4g} is outside its limits, "
-        f"{lower[column]:.4g} to {upper[column]:.4g} {'m' if joint.type == 'prismatic' else 'rad'}"
+        f"{lower[column]:.4g} to {upper[column]:.4g} {'m' if slides else 'rad'}"
     )
     if excess[row, column] > _FAR_OUTSIDE:
         turned = -positions[:, column]
@@ -291,11 +194,14 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
             raise MeasurementError(
                 f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
             )
+        unit = "lengths are metres" if slides else "angles are radians"
         guess = "is it another robot?"
-        if abs(positions).max() > 2 * np.pi:
+        if slides and abs(positions[row, column]) > _LONGEST_SLIDE:
+            guess = "are these millimetres? a header of JOINT [mm] is read as such"
+        elif not slides and abs(positions).max() > 2 * np.pi:
             guess = "are these degrees? a header of JOINT [deg] is read as such"
         raise MeasurementError(
-            f"{text}; angles are radians ({guess}), in the order of the chain's joints"
+            f"{text}; {unit} ({guess}), in the order of the chain's joints"
         )
     if excess[row, column] > _BARELY_OUTSIDE:
         warnings.append(text)

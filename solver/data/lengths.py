@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import cast
 
-Readings = float | Sequence[float]
+import numpy as np
+
+Readings = float | Sequence[float] | np.ndarray
 """One reading of a length, or several [m]."""
 AGREEING = 1.2e-4
 """Two readings of a caliper that are no farther apart are of one length [m]."""
@@ -32,9 +33,7 @@ def readings_of(distance: Readings | None) -> tuple[float, ...]:
     """Return readings as a tuple; none where nobody read anything."""
     if distance is None:
         return ()
-    if isinstance(distance, Sequence) and not isinstance(distance, str):
-        return tuple(distance)
-    return (cast("float", distance),)
+    return tuple(np.ravel(distance).tolist())
 
 
 def agreed_length(readings: Sequence[float]) -> float:
@@ -44,7 +43,9 @@ def agreed_length(readings: Sequence[float]) -> float:
     """
     pairs = pairwise(sorted(readings))
     a, b = min(pairs, key=lambda pair: pair[1] - pair[0], default=(0.0, 1.0))
-    return round((a + b) / 2, 7) if b - a <= AGREEING else readings[-1]
+    if b - a > AGREEING:
+        return readings[-1]
+    return round((a + b) / 2, 7)
 
 
 def agreeing(length: float, readings: Sequence[float]) -> int:

@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from ...errors import MukcaError
 from ...recorder import Placement
 from ..robot import STANDARD_GRAVITY, Robot, gravity_moments
 from .instrument import rotation_matrices
@@ -20,6 +21,14 @@ BALL, DRIFT = "ball", "drift"
 """Part of an arm that may sit elsewhere throughout a placement."""
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
+
+
+class MeasurementError(MukcaError):
+    """A placement does not hold what a calibration needs."""
+
+
+class TooFewError(MeasurementError):
+    """A placement has too few samples to tell anything."""
 
 
 def whole_name(name: str) -> str:

@@ -95,46 +95,57 @@ def evaluate(
 
     And predicted orientations of the ball's link, shape (N, 3, 3); None for no figure.
     """
-    errors = np.linalg.norm(points - targets(points, measured, frames), axis=1)
-    turned = None
+    places = targets(points, measured, frames)
+    errors = np.linalg.norm(points - places, axis=1)
+    angle = None
     if rotations is not None and measured.has_orientations:
         frame = (frames or {}).get(measured.frame) or fit_pose(measured.points, points)
-        measured_rotations = frame.rotation @ measured.rotations
-        errors_left = rotation_vectors(rotations @ measured_rotations.swapaxes(1, 2))
-        turned = float(np.linalg.norm(errors_left, axis=1).mean())
-    distance = _distance_error(points, measured)
-    return Metrics(float(errors.mean()), float(errors.max()), distance, turned)
+        true_rotations = frame.rotation @ measured.rotations
+        turns = rotation_vectors(rotations @ true_rotations.swapaxes(1, 2))
+        angle = float(np.linalg.norm(turns, axis=1).mean())
+    return Metrics(
+        mean_absolute_error=float(errors.mean()),
+        max_error=float(errors.max()),
+        distance_error=_distance_error(points, measured),
+        orientation_error=angle,
+    )
 
 
 def _distance_error(points: np.ndarray, measured: Measurement) -> float | None:
+    """Return |mu1 - mu0| - d [m]; None where one socket alone has samples."""
     if not measured.has_distance:
         return None
-    centres = socket_centres(points, measured)
-    return float(np.linalg.norm(centres[1] - centres[0])) - measured.distance
+    first, second = socket_centres(points, measured)[:2]
+    length = float(np.linalg.norm(second - first))
+    return length - measured.distance
 
 
 def mean_metrics(metrics: Sequence[Metrics]) -> Metrics:
     """Return the metrics of several placements together: means, and the largest of the maxima."""
     lengths = [abs(m.distance_error) for m in metrics if m.distance_error is not None]
     turns = [m.orientation_error for m in metrics if m.orientation_error is not None]
+    errors = [m.mean_absolute_error for m in metrics]
     return Metrics(
-        float(np.mean([m.mean_absolute_error for m in metrics])),
-        max(m.max_error for m in metrics),
-        float(np.mean(lengths)) if lengths else None,
-        float(np.mean(turns)) if turns else None,
+        mean_absolute_error=float(np.mean(errors)),
+        max_error=max(m.max_error for m in metrics),
+        distance_error=float(np.mean(lengths)) if lengths else None,
+        orientation_error=float(np.mean(turns)) if turns else None,
     )
 
 
 def cost_terms(points: np.ndarray, measured: Measurement) -> tuple[float, float]:
     """Return inconsistency and distortion, the first two terms of Eq. (5) [m^2]."""
     frames = fit_frames([(points, measured)])
-    squares = float(np.sum((points - targets(points, measured, frames)) ** 2))
-    return squares / len(points), (_distance_error(points, measured) or 0.0) ** 2
+    errors = points - targets(points, measured, frames)
+    inconsistency = float(np.sum(errors**2)) / len(points)
+    distance_error = _distance_error(points, measured) or 0.0
+    return inconsistency, distance_error**2
 
 
 def found_deviation(points: np.ndarray, measured: Measurement) -> float:
     """Return the root mean square distance of samples from their socket's mean [m]."""
-    return cost_terms(points, measured)[0] ** 0.5
+    inconsistency, _ = cost_terms(points, measured)
+    return inconsistency**0.5
 
 
 def is_distorted(metrics: Metrics, measured: Measurement) -> bool:

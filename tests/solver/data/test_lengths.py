@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from project import ROOT
 
 import mukca
 from mukca.recorder import Placement
 from mukca.solver.data import agreed_length, measure, metres, millimetres
 from mukca.solver.diagnostics import size_level
+from mukca.solver.robot import workspace
 
 
 @pytest.mark.parametrize(
@@ -25,6 +27,24 @@ def test_options_in_millimetres_take_other_units_too():
     for text in ("mm", "0.1in", "1,5"):
         with pytest.raises(ValueError):
             millimetres(text)
+
+
+def test_readings_may_be_an_array(panda):
+    middle = np.array([0, 0, 0, -1.5, 0, 1.5, 0])
+    q = middle + np.random.default_rng(0).uniform(-0.3, 0.3, (8, 7))
+    placement = Placement.of_arrays("a/b", q, [0, 1] * 4)
+    measured = measure(placement, panda, np.array([0.05, 0.0501]))
+    assert (measured.distance, measured.distance_readings) == (pytest.approx(0.05005), 2)
+
+
+def test_a_joint_that_slides_is_asked_for_millimetres():
+    robot = mukca.load_robot(ROOT / "tests/solver/robot/crane.urdf")
+    q = workspace(robot, 8)
+    sockets = [0, 1] * 4
+    measure(Placement.of_arrays("a/b", q, sockets), robot)
+    in_millimetres = Placement.of_arrays("a/b", q * [1, 1000], sockets)
+    with pytest.raises(mukca.MukcaError, match=r"lengths are metres \(are these millimetres\?"):
+        measure(in_millimetres, robot)
 
 
 def test_readings_that_agree_outvote_one_that_does_not():
