@@ -57,13 +57,7 @@ def measure(
     """
     ordered = placement.for_joints(robot.joint_names)
     numbers_of(ordered.positions, f"placement {placement.name!r}: positions")
-    if not placement.files and placement.order_note(robot.joint_names):
-        joints = ", ".join(robot.joint_names or ())
-        names = ", ".join(placement.joint_names or ())
-        raise MeasurementError(
-            f"{placement.name}: no joint of the robot ({joints}) is among its joint names "
-            f"({names}); give the robot's names, or none for the robot's order"
-        )
+    _check_names(placement, robot)
     ordered = unwound(ordered, robot)
     if not whole:
         ordered = counted_once(ordered)
@@ -107,6 +101,18 @@ def order_said(
 def as_flange_poses(placements: Iterable[Placement]) -> list[Placement]:
     """Return placements whose poses, unless they tell, are what an instrument saw of the flange."""
     return [replace(p, poses_of=p.poses_of or "flange") for p in placements]
+
+
+def _check_names(placement: Placement, robot: Robot) -> None:
+    """Refuse joint names of a placement made in memory none of which is the robot's."""
+    if placement.files or not placement.order_note(robot.joint_names):
+        return
+    joints = ", ".join(robot.joint_names)
+    names = ", ".join(placement.joint_names or ())
+    raise MeasurementError(
+        f"{placement.name}: no joint of the robot ({joints}) is among its joint names "
+        f"({names}); give the robot's names, or none for the robot's order"
+    )
 
 
 def _check_poses(measured: Measurement, robot: Robot, meaning: str) -> None:

@@ -21,11 +21,16 @@ def first_frames(data: Observations, points: np.ndarray) -> tuple[Pose, ...]:
 
 def _visited(data: Observations, points: np.ndarray) -> FrameObservations:
     """Return the places that the robot visited: sockets, then measured balls by their row."""
-    sockets = np.arange(data.socket_count)
-    centres = [np.median(points[data.sockets == k], axis=0) for k in sockets.tolist()]
-    wheres = [f"socket {placement}:{number}" for placement, number in data.labels]
     base = "the base of the robot"
-    visited = FrameObservations(base, sockets, np.reshape(centres, (-1, 3)), wheres)
+    centres = np.zeros((data.socket_count, 3))
+    for k in range(data.socket_count):
+        centres[k] = np.median(points[data.sockets == k], axis=0)
+    visited = FrameObservations(
+        name=base,
+        numbers=np.arange(data.socket_count),
+        points=centres,
+        wheres=[f"socket {name}:{number}" for name, number in data.labels],
+    )
     measured = np.flatnonzero(~data.seated & ~data.turned)
     return visited.joined(_balls(data, measured, base, points))
 

@@ -51,9 +51,7 @@ def read_lengths(
     of_lengths = columns[len(names) :]
     for column in of_lengths:
         if column.unit not in LENGTHS:
-            unit = f"unit {column.unit!r}" if column.unit else "no unit"
-            name = column.name
-            raise error(f"{file}:1: column {name} has {unit}; write {name} [mm] or [m]")
+            raise error(f"{file}:1: {_words_of_unit(column)}")
     for line, cells in zip(table.lines, table.rows, strict=True):
         values: list[float] = []
         for column in of_lengths:
@@ -64,3 +62,10 @@ def read_lengths(
                 raise error(f"{file}:{line}: {cell!r:.40} is no length") from None
         texts = [cells[column.index].strip() for column in columns[: len(names)]]
         yield line, texts, values
+
+
+def _words_of_unit(column: Column) -> str:
+    """Return what is wrong with the unit of a column of lengths, and what would be right."""
+    unit = f"unit {column.unit!r}" if column.unit else "no unit"
+    name = column.name
+    return f"column {name} has {unit}; write {name} [mm] or [m]"

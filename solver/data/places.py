@@ -109,26 +109,11 @@ def places_of(
             m.called(base_name(m, len(robots))) for m in recordings.measurements
         ]
     labels = list(dict.fromkeys(chain.from_iterable(m.labels for m in measured)))
-    world, *bases = (recordings.base_frame for recordings in robots)
-    names = [m.frame for m in measured if m.kind == "points"]
-    names += [item.frame for item in sockets_at if item.frame not in (world, *bases)]
-    frames = list(dict.fromkeys((*names, *bases)))
-    located: list[Located[int, int]] = []
-    for item in sockets_at:
-        frame = WORLD if item.frame == world else frames.index(item.frame)
-        socket = find_socket(labels, item.socket, FrameError, f"{item.where}: ")
-        located.append(
-            Located(frame, socket, item.coordinates, item.deviation, item.where)
-        )
+    bases = [recordings.base_frame for recordings in robots]
+    frames = _frame_names(measured, sockets_at, bases)
+    located = [_located(item, labels, frames, bases[0]) for item in sockets_at]
     pairs = _pairs(measured, labels, located, deviation)
-    for length in lengths:
-        a = find_socket(labels, length.first)
-        b = find_socket(labels, length.second)
-        if a == b:
-            raise KnownError(
-                f"known distance from {length.first[0]}:{length.first[1]} to itself"
-            )
-        pairs.append(Known(a, b, length.distance, length.deviation))
+    pairs += [_known(length, labels) for length in lengths]
     # beside a socket that has one, others tell of the arm's shape
     if require_scale and labels and not (pairs or located):
         m = next(m for m in measured if m.labels)
@@ -143,6 +128,39 @@ def places_of(
         located=tuple(located),
         frames=tuple(frames),
     )
+
+
+def _frame_names(
+    measured: Sequence[Measurement],
+    sockets_at: Sequence[SocketAt],
+    bases: Sequence[str],
+) -> list[str]:
+    """Return the names of the frames whose pose is unknown: all but the first base, the world."""
+    names = [m.frame for m in measured if m.kind == "points"]
+    names += [item.frame for item in sockets_at if item.frame not in bases]
+    return list(dict.fromkeys((*names, *bases[1:])))
+
+
+def _located(
+    item: SocketAt,
+    labels: Sequence[Label],
+    frames: Sequence[str],
+    world: str,
+) -> Located[int, int]:
+    """Return measured coordinates by the indices of their frame and socket."""
+    frame = WORLD if item.frame == world else frames.index(item.frame)
+    socket = find_socket(labels, item.socket, FrameError, f"{item.where}: ")
+    return Located(frame, socket, item.coordinates, item.deviation, item.where)
+
+
+def _known(length: KnownDistance, labels: Sequence[Label]) -> Known[int]:
+    """Return a known distance by the indices of its sockets, of which no socket is both."""
+    a = find_socket(labels, length.first)
+    b = find_socket(labels, length.second)
+    if a == b:
+        name, socket = length.first
+        raise KnownError(f"known distance from {name}:{socket} to itself")
+    return Known(a, b, length.distance, length.deviation)
 
 
 def measured_in_frame(places: Places, frame: int, name: str) -> FrameObservations:

@@ -223,7 +223,10 @@ def _joint(text: UrdfText, name: str) -> Joint:
         return Joint(name, kind, parent, child, origin, X_AXIS)
     if element.first("mimic"):
         leader = element.read("mimic", "joint")
-        raise ModelError(f"{where} mimics {leader!r}; a chain's joint must move freely")
+        raise ModelError(
+            f"{where} mimics {leader!r}; a chain's joint must move freely: begin the chain "
+            f"below it: --base {child}"
+        )
     lower, upper = _limits(element, kind, where)
     axis = _unit_axis(element, where)
     return Joint(name, kind, parent, child, origin, axis, lower, upper)
