@@ -12,7 +12,7 @@ from .prior import ANGLE, LENGTH, TOLERANCES, prior_of
 from .sockets import new_samples, require_samples, similar_postures, socket_task
 from .system import System
 from .task import Task
-from .zero_posterior import find_zeros
+from .zero_posterior import ZeroPosterior, find_zeros
 
 OTHER_ARM = 5.0
 """Factor on the errors of the calibration, beyond which zeros alone do not explain the samples."""
@@ -52,41 +52,46 @@ def rezero(
         MeasurementError: Samples of another arm, or too few.
     """
     prior = prior_of(arm)
-    names = prior.robot.joint_names
-    for joint in joints:
-        if joint not in names:
-            raise UsageError(f"--joint {joint}: the joints are {', '.join(names)}")
+    robot = prior.robot
+    numbers = _joint_numbers(robot, joints)
     measured = [
-        measure(p, prior.robot, distance, sockets=1, load=prior.load)
-        for p in as_list(data)
+        measure(placement, robot, distance, sockets=1, load=prior.load)
+        for placement in as_list(data)
     ]
     measured, new, remarks = new_samples(arm, measured)
     task = _remarked(socket_task(prior, measured, stood), measured, remarks)
     if ball_moved:
         task = task.freeing(dict.fromkeys(prior.ball, BALL_ELSEWHERE))
-    require_samples(task, len(joints) or len(names))
+    require_samples(task, len(numbers) or len(robot.joint_names))
     factors = TOLERANCES if isinstance(arm, Robot) else {1.0: 1.0}
-    posterior = find_zeros(task, [names.index(joint) for joint in joints], factors)
+    posterior = find_zeros(task, numbers, factors)
     system, zeros = posterior.system, posterior.joints
     _refuse_far(arm, system, changed=any(zero.offset for zero in zeros))
     if not new:
         zeros = tuple(replace(zero, changed=0.0, offset=0.0) for zero in zeros)
-    asked = joints or names
-    blind = [joint for joint in posterior.blind if joint in asked]
-    untold = [_how_to_identify(prior.robot, joint, stood) for joint in blind]
-    inexact = posterior.factor > 1
-    if inexact:
-        untold += _errors_of_model(posterior.factor)
     return Zeros(
         arm,
         zeros,
         posterior.unchanged if new else None,
         system.state.noise.place,
-        tuple(untold),
+        _untold(posterior, robot, joints or robot.joint_names, stood),
         system,
         new,
-        other=inexact,
+        other=posterior.factor > 1,
     )
+
+
+def _joint_numbers(robot: Robot, joints: Sequence[str]) -> list[int]:
+    """Return the numbers of named joints.
+
+    Raises:
+        UsageError: There is none of that name.
+    """
+    names = robot.joint_names
+    for joint in joints:
+        if joint not in names:
+            raise UsageError(f"--joint {joint}: the joints are {', '.join(names)}")
+    return [names.index(joint) for joint in joints]
 
 
 def _remarked(task: Task, data: Sequence[Measurement], remarks: Sequence[str]) -> Task:
@@ -110,6 +115,17 @@ def _refuse_far(arm: Calibration | Robot, system: System, *, changed: bool) -> N
         limit = OTHER_ARM * system.task.prior.noise.space if changed else ANOTHER
     if system.rms_error > limit:
         raise UsageError(still_off(system))
+
+
+def _untold(
+    posterior: ZeroPosterior, robot: Robot, joints: Sequence[str], stood: str
+) -> tuple[str, ...]:
+    """Return what the samples cannot tell of the zeros of joints, and what would help."""
+    blind = [joint for joint in posterior.blind if joint in joints]
+    sentences = [_how_to_identify(robot, joint, stood) for joint in blind]
+    if posterior.factor > 1:
+        sentences += _errors_of_model(posterior.factor)
+    return tuple(sentences)
 
 
 def _errors_of_model(factor: float) -> tuple[str, ...]:

@@ -11,10 +11,11 @@ from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
 from ..data import Pose, measure
 from ..robot import InverseKinematics, SimulationError
-from .doubts import changed_zeros
+from .doubts import ChangedZeros, changed_zeros
 from .fit import fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
+from .system import System
 from .task import FAR, NoiseBelief, Task
 from .updated import LIMIT, Found, found, not_enough
 
@@ -53,16 +54,11 @@ class Tool(Found):
     @property
     def brief(self) -> tuple[str, ...]:
         """The tip and what it is good for, line by line; reasons not to rely on it come first."""
-        lines = [
-            *self.untold,
-            f"{self.frame.name} on {self.frame.parent}: {self.place}",
-        ]
+        place = f"{self.frame.name} on {self.frame.parent}: {self.place}"
+        lines = [*self.untold, place]
         if any(self.frame.rpy):
-            lines.append(
-                "roll pitch yaw "
-                + " ".join(f"{v:+.5f}" for v in self.frame.rpy)
-                + " rad"
-            )
+            angles = " ".join(f"{angle:+.5f}" for angle in self.frame.rpy)
+            lines.append(f"roll pitch yaw {angles} rad")
         if self.elsewhere is not None:
             lines.append(
                 f"Turned about a point elsewhere, the tip is expected to stay within "
@@ -108,40 +104,44 @@ def tool(
     """
     prior = prior_of(calibration)
     touches = as_list(data)
-    system, trained = (
-        fit(_touches(prior, touches, stood)),
-        _trained_on(calibration, touches),
-    )
+    system = fit(_touches(prior, touches, stood))
     tip = system.tool.translation
-    scatter = system.state.noise.place
     zeros = changed_zeros(system, prior.ball)
-    doubts = zeros.rival(system)
-    if not doubts and scatter > LOOSE:
-        doubts = (SCATTER.format(1e3 * scatter),)
-    if not doubts:
-        remedy = "turn the tool about two more axes at the point"
-        doubts = not_enough(
-            zeros.covariance, limit, "touches cannot tell the tip", remedy
-        )
-    others = (
-        [as_list(axis)] if axis else [[face_touches] for face_touches in face or ()]
-    )
-    R = _turned(tip, [fit(_touches(prior, group)).tool.translation for group in others])
+    doubts = _trained_on(calibration, touches) + _doubts(system, zeros, limit)
+    others = [as_list(axis)] if axis else [[further] for further in face or ()]
+    further_fits = [fit(_touches(prior, group)) for group in others]
+    R = _turned(tip, [further.tool.translation for further in further_fits])
     link = (name, prior.robot.ball_joint.parent)
-    frame = found(calibration, system, link, Pose(R, tip), zeros, (*trained, *doubts))
-    residuals = np.linalg.norm(system.residuals, axis=1)
+    frame = found(calibration, system, link, Pose(R, tip), zeros, doubts)
     of_model = slice(prior.model.size)
     P = system.posterior_covariance(of_model)
+    residuals = np.linalg.norm(system.residuals, axis=1)
     return Tool(
         **vars(frame),
-        noise=scatter,
+        noise=system.state.noise.place,
         elsewhere=_elsewhere(prior, system.state.x[of_model], P),
         residuals=residuals,
-        outliers=tuple(
-            f"{where}: {1e3 * residuals[i]:.1f} mm from the point that the others touched; it has "
-            "little weight."
-            for i, where in system.outliers("touch").items()
-        ),
+        outliers=_outliers(system, residuals),
+    )
+
+
+def _doubts(system: System, zeros: ChangedZeros, limit: float) -> tuple[str, ...]:
+    """Return reasons not to rely on a tip: that which comes first, or none."""
+    if rival := zeros.rival(system):
+        return rival
+    scatter = system.state.noise.place
+    if scatter > LOOSE:
+        return (SCATTER.format(1e3 * scatter),)
+    remedy = "turn the tool about two more axes at the point"
+    return not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
+
+
+def _outliers(system: System, distances: np.ndarray) -> tuple[str, ...]:
+    """Return the outliers among the touches, in words, by their distances to the point [m]."""
+    return tuple(
+        f"{where}: {1e3 * distances[i]:.1f} mm from the point that the others touched; it has "
+        "little weight."
+        for i, where in system.outliers("touch").items()
     )
 
 
@@ -164,31 +164,36 @@ def _trained_on(
 
 def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") -> Task:
     """Return the task of a fit to a tip's touches."""
-    points = [
-        tuple(dict.fromkeys(sample.point for sample in p.samples if sample.point))
-        for p in placements
-    ]
+    points = [_points_of(placement) for placement in placements]
     data = [
-        measure(_by_point(p, coordinates), prior.robot, sockets=1)
-        for p, coordinates in zip(placements, points, strict=True)
+        measure(_by_point(placement, coordinates), prior.robot, sockets=1)
+        for placement, coordinates in zip(placements, points, strict=True)
     ]
     counts = [count for m in data for count in m.counts]
     if sum(counts) < LEAST or min(counts, default=0) < LEAST_EACH:
+        names = ", ".join(m.name for m in data)
         raise UsageError(
-            f"{', '.join(m.name for m in data)}: {' + '.join(map(str, counts))} touches; a tip "
-            f"needs {LEAST} or more in all, and {LEAST_EACH} or more of each point; 8 are advised"
+            f"{names}: {' + '.join(map(str, counts))} touches; a tip needs {LEAST} or more in "
+            f"all, and {LEAST_EACH} or more of each point; 8 are advised"
         )
     task = socket_task(prior, data, stood)
     measured = [m.distance_source != "default" for m in data if m.has_distance]
     distances = [*compress(task.distances, measured)]
     first = 0
     for m, coordinates in zip(data, points, strict=True):
-        for (i, a), (j, b) in combinations(enumerate(coordinates, first), 2):
+        numbered = enumerate(coordinates, first)
+        for (i, a), (j, b) in combinations(numbered, 2):
             distances.append((i, j, math.dist(a, b)))
         first += len(m.sockets)
     noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
     widths = dict.fromkeys(prior.ball, FAR)
     return replace(task, free=widths, noise=noise, distances=distances)
+
+
+def _points_of(placement: Placement) -> tuple[tuple[float, float, float], ...]:
+    """Return the coordinates of the points that were touched [m]; none where they are not known."""
+    points = [sample.point for sample in placement.samples if sample.point]
+    return tuple(dict.fromkeys(points))
 
 
 def _by_point(placement: Placement, points: Sequence[tuple[float, ...]]) -> Placement:
@@ -233,22 +238,27 @@ def _elsewhere(prior: ArmPrior, x: np.ndarray, P: np.ndarray) -> float | None:
     """
     model = prior.model
     robot = prior.robot.with_origins(model.ball.origins(model.values(x)))
-    guide, generator = InverseKinematics(robot), np.random.default_rng(0)
+    guide = InverseKinematics(robot)
+    generator = np.random.default_rng(0)
     squares: list[float] = []
     for _ in range(10 * ELSEWHERE):
-        radius, angle, height = generator.uniform(
-            (NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH)
-        )
-        point = guide.longest * np.array(
-            [radius * np.cos(angle), radius * np.sin(angle), height]
-        )
+        point = guide.longest * _point_elsewhere(generator)
+        targets = np.tile(point, (POSTURES, 1))
         try:
-            q = guide.reach(np.tile(point, (POSTURES, 1)), generator, rounds=1)
+            q = guide.reach(targets, generator, rounds=1)
         except SimulationError:
             continue
-        slopes = model.linearise(x, q, prior.load.moments(prior.robot, q, None))[1]
+        moments = prior.load.moments(prior.robot, q, None)
+        slopes = model.linearise(x, q, moments)[1]
         differences = slopes - slopes.mean(axis=0)
         squares.append(float(np.sum(differences @ P * differences)) / POSTURES)
         if len(squares) == ELSEWHERE:
             break
     return float(np.mean(squares)) ** 0.5 if squares else None
+
+
+def _point_elsewhere(generator: np.random.Generator) -> np.ndarray:
+    """Return a random point where arms work, in shares of the reach, shape (3,)."""
+    lowest, highest = (NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH)
+    radius, angle, height = generator.uniform(lowest, highest)
+    return np.array([radius * np.cos(angle), radius * np.sin(angle), height])

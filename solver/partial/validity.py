@@ -122,10 +122,9 @@ def what_changed(
     errors = calibration.errors_of(measured, other_tip=tip is not None)
     limits = limits_of(document, calibration.source, Options(repeatability))
     new = _summary_now(errors, now)
-    later = [m for m in measured if not calibration.was_trained_on(m)]
     compared = bool(changes.probabilities)
-    zeros = bool(document.settings.get("zeros"))
-    arm = calibration.calibrated
+    later = [m for m in measured if not calibration.was_trained_on(m)]
+    arm, zeros = calibration.calibrated, bool(document.settings.get("zeros"))
     rows, causes = rows_since(arm, new, later, limits, zeros=zeros, compared=compared)
     if new is None:
         reason = Reason(f"not known whether it is still valid; {rows[0].reason}.")

@@ -11,7 +11,6 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import JOINT_POSITION
 from ..bayes.model import Deflection
 from ..data import STANDARD_LOAD, Load, Measurement
 from ..robot import (
@@ -26,13 +25,13 @@ from ..robot import (
     RotationNumbers,
     RowFunction,
     Solutions,
-    moments_function,
     relocate_meshes,
     scan,
     set_origins,
 )
 from .by_model import ModelName
-from .joint_rows import JointsError, joint_rows
+from .joint_rows import effort_rows, position_rows, rows_for_poses
+from .symbolic import symbolic_positions
 
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
@@ -79,8 +78,11 @@ class CalibratedRobot:
     @cached_property
     def pose_model(self) -> PoseModel:
         """The full model as expressions of the joint positions, all its corrections included."""
-        correct = self._correction if self.deflection.extensions else None
-        return PoseModel.of(self.robot, self.model.origins(self.values), correct)
+        origins = self.model.origins(self.values)
+        if not self.deflection.extensions:
+            return PoseModel.of(self.robot, origins, None)
+        correct = partial(symbolic_positions, self.robot, self.deflection, self.load)
+        return PoseModel.of(self.robot, origins, correct)
 
     def carrying(self, payload: Payload | None) -> "CalibratedRobot":
         """Return the robot that carries a payload; None for the load of the recordings."""
@@ -115,21 +117,20 @@ class CalibratedRobot:
     def of_urdf(self) -> PoseSolver:
         """Inverse kinematics of ``calibrated.urdf``; encoders err at its limits, too."""
         endless = np.full(len(self.robot.actuated), np.inf)
-        return PoseSolver(
-            PoseModel.of(self.robot, self.origins), self.flange, (-endless, endless)
-        )
+        model = PoseModel.of(self.robot, self.origins)
+        return PoseSolver(model, self.flange, (-endless, endless))
 
     @cached_property
     def poses(self) -> RowFunction:
         """Pose of the flange, 16 numbers."""
-        return RowFunction(
-            "flange", [self.pose_model.q], [self.pose_model.pose(self.flange)]
-        )
+        model = self.pose_model
+        return RowFunction("flange", [model.q], [model.pose(self.flange)])
 
     @cached_property
     def jacobians(self) -> RowFunction:
         """Jacobian of a point of the flange, 6 m numbers."""
-        model, point = self.pose_model, ca.SX.sym("point", 3)
+        model = self.pose_model
+        point = ca.SX.sym("point", 3)
         R, p = model.frames[self.flange]
         J = model.jacobian(self.flange, p + R @ point)
         return RowFunction("jacobian", [point, model.q], [J])
@@ -146,22 +147,16 @@ class CalibratedRobot:
 
         ``near`` and ``prefer`` are those of :meth:`.FullModel.command`.
         """
-        start = self.starts(near, len(targets), "near")
-        posture = (
-            None if prefer is None else self.starts(prefer, len(targets), "prefer")
-        )
-        return self.solver(goal).search(targets, start, posture, tool[:3].ravel())
+        count = len(targets)
+        start = self.starts(near, count, "near")
+        posture = None if prefer is None else self.starts(prefer, count, "prefer")
+        frame = tool[:3].ravel()
+        return self.solver(goal).search(targets, start, posture, frame)
 
     def starts(self, q: ArrayLike | None, count: int, what: str) -> np.ndarray:
         """Return one row of joint positions for each pose; the middle of the ranges for none."""
         start = self.middle if q is None else q
-        rows = self.positions(start, what, stacked=True)
-        if len(rows) not in (1, count):
-            raise JointsError(
-                f"{what} of shape {np.shape(start)} for {count} poses; give them once, or "
-                "for each pose"
-            )
-        return rows if len(rows) == count else np.repeat(rows, count, axis=0)
+        return rows_for_poses(self.robot, start, count, what)
 
     @property
     def middle(self) -> np.ndarray:
@@ -171,18 +166,9 @@ class CalibratedRobot:
 
     def stopped(self, q: np.ndarray) -> str:
         """Return the joint that stands at its limit, empty for none."""
-        stopped = (q < self.robot.lower + AT_LIMIT) | (q > self.robot.upper - AT_LIMIT)
-        return next(compress(self.robot.joint_names, stopped), "")
-
-    def _correction(self, q: Any) -> Any:
-        """Return what :meth:`_corrected` computes of numbers, of symbols."""
-        moments = moments_function(self.robot, self.load.gravity, self.load.payload)(q)
-        rows: list[np.ndarray] = []
-        for column in (q, moments):
-            row = np.empty((1, column.numel()), dtype=object)
-            row[0] = [column[i] for i in range(column.numel())]
-            rows.append(row)
-        return ca.vertcat(*self.deflection.true_positions(*rows)[0])
+        below = q < self.robot.lower + AT_LIMIT
+        above = q > self.robot.upper - AT_LIMIT
+        return next(compress(self.robot.joint_names, below | above), "")
 
     @property
     def geometry(self) -> np.ndarray:
@@ -235,9 +221,8 @@ class CalibratedRobot:
         Raises:
             JointsError: Another number of joints than the robot's, or a number that is no position.
         """
-        return self.model.points(self.values, self._corrected(q, effort)).reshape(
-            *np.shape(q)[:-1], 3
-        )
+        points = self.model.points(self.values, self._corrected(q, effort))
+        return points.reshape(*np.shape(q)[:-1], 3)
 
     def true_positions(
         self, q: ArrayLike, effort: ArrayLike | None = None
@@ -265,14 +250,9 @@ class CalibratedRobot:
     ) -> np.ndarray:
         """Return the true joint positions, and the tilts where there are any."""
         positions = self.positions(q)
-        efforts = (
-            None if effort is None else joint_rows(self.robot, effort, "joint efforts")
-        )
-        if efforts is not None and efforts.shape != positions.shape:
-            raise JointsError(
-                f"{len(efforts)} rows of joint efforts for {len(positions)} of joint positions; "
-                "give one effort for each position"
-            )
+        efforts = None
+        if effort is not None:
+            efforts = effort_rows(self.robot, effort, len(positions))
         if not self.deflection.extensions:
             return positions
         moments = (load or self.load).moments(self.robot, positions, efforts)
@@ -288,9 +268,8 @@ class CalibratedRobot:
 
     def predict(self, measured: Measurement) -> np.ndarray:
         """Return the ball's centres at samples as if their place had not moved, shape (N, 3)."""
-        return measured.at_rest(
-            self.model.points(self.values, self._corrected_at(measured))
-        )
+        points = self.model.points(self.values, self._corrected_at(measured))
+        return measured.at_rest(points)
 
     def rotations(self, measured: Measurement) -> np.ndarray:
         """Return orientations of the ball's link at samples, shape (N, 3, 3)."""
@@ -304,21 +283,16 @@ class CalibratedRobot:
 
         They have shape (m,) or (N, m), or if they may be ``stacked``, (..., m).
         """
-        rows = joint_rows(self.robot, q, what, stacked=stacked)
-        for row, i in np.argwhere(abs(rows) > JOINT_POSITION.largest)[:1].tolist():
-            doubt = JOINT_POSITION.doubt(rows[row, i : i + 1].tolist())
-            raise JointsError(
-                f"{what}: row {row}, {self.robot.joint_names[i]!r} is {doubt}"
-            )
-        return rows
+        return position_rows(self.robot, q, what, stacked=stacked)
 
     def urdf(self, folder: Path | None = None) -> bytes:
         """Return the calibrated URDF: joint origins replaced, all else as it was.
 
         Relative mesh paths are rewritten to be found from the folder where it will stand, if any.
         """
-        joints = zip(self.robot.joints, self.origins.tolist(), strict=True)
-        changed = {joint.name: Origin.of(numbers) for joint, numbers in joints}
+        names = [joint.name for joint in self.robot.joints]
+        origins = [Origin.of(numbers) for numbers in self.origins.tolist()]
+        changed = dict(zip(names, origins, strict=True))
         text = set_origins(self.robot.text, changed)
         source = Path(self.robot.source)
         if folder is None or not source.is_file():

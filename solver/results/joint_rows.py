@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import MukcaError
+from ...errors import JOINT_POSITION, MukcaError
 from ..robot import Robot
 
 
@@ -39,3 +39,52 @@ def joint_rows(
             f"{what}: row {row}, {names[column]!r} is {rows[row, column]}"
         )
     return rows
+
+
+def position_rows(
+    robot: Robot, q: ArrayLike, what: str, *, stacked: bool = False
+) -> np.ndarray:
+    """Return :func:`joint_rows` of joint positions, none of which is too large for one.
+
+    Raises:
+        JointsError: As there, or a number that is no position.
+    """
+    rows = joint_rows(robot, q, what, stacked=stacked)
+    too_large = np.argwhere(abs(rows) > JOINT_POSITION.largest).tolist()
+    if too_large:
+        row, joint = map(int, too_large[0])
+        name = robot.joint_names[joint]
+        doubt = JOINT_POSITION.doubt([float(rows[row, joint])])
+        raise JointsError(f"{what}: row {row}, {name!r} is {doubt}")
+    return rows
+
+
+def effort_rows(robot: Robot, effort: ArrayLike, count: int) -> np.ndarray:
+    """Return :func:`joint_rows` of joint efforts, one for each row of joint positions.
+
+    Raises:
+        JointsError: As there, or another number of rows.
+    """
+    rows = joint_rows(robot, effort, "joint efforts")
+    if len(rows) != count:
+        raise JointsError(
+            f"{len(rows)} rows of joint efforts for {count} of joint positions; "
+            "give one effort for each position"
+        )
+    return rows
+
+
+def rows_for_poses(robot: Robot, q: ArrayLike, count: int, what: str) -> np.ndarray:
+    """Return one row of joint positions for each pose, those for all of them repeated.
+
+    Raises:
+        JointsError: As of :func:`position_rows`, or another number of rows.
+    """
+    rows = position_rows(robot, q, what, stacked=True)
+    if len(rows) == count:
+        return rows
+    if len(rows) != 1:
+        raise JointsError(
+            f"{what} of shape {np.shape(q)} for {count} poses; give them once, or for each pose"
+        )
+    return np.repeat(rows, count, axis=0)
