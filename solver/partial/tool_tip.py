@@ -1,7 +1,7 @@
 """A tool's tip on the flange, by points that it touched, the calibrated chain held."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, compress
 
@@ -15,7 +15,6 @@ from .doubts import ChangedZeros, changed_zeros
 from .fit import fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
-from .system import System
 from .task import FAR, NoiseBelief, Task
 from .updated import LIMIT, Found, found, not_enough
 
@@ -107,41 +106,40 @@ def tool(
     system = fit(_touches(prior, touches, stood))
     tip = system.tool.translation
     zeros = changed_zeros(system, prior.ball)
-    doubts = _trained_on(calibration, touches) + _doubts(system, zeros, limit)
+    noise = system.state.noise.place
+    doubts = zeros.rival(system) or _doubts(noise, zeros, limit)
     others = [as_list(axis)] if axis else [[further] for further in face or ()]
     further_fits = [fit(_touches(prior, group)) for group in others]
     R = _turned(tip, [further.tool.translation for further in further_fits])
     link = (name, prior.robot.ball_joint.parent)
-    frame = found(calibration, system, link, Pose(R, tip), zeros, doubts)
+    untold = _trained_on(calibration, touches) + doubts
+    frame = found(calibration, system, link, Pose(R, tip), zeros, untold)
     of_model = slice(prior.model.size)
     P = system.posterior_covariance(of_model)
     residuals = np.linalg.norm(system.residuals, axis=1)
     return Tool(
         **vars(frame),
-        noise=system.state.noise.place,
+        noise=noise,
         elsewhere=_elsewhere(prior, system.state.x[of_model], P),
         residuals=residuals,
-        outliers=_outliers(system, residuals),
+        outliers=_outliers(system.outliers("touch"), residuals),
     )
 
 
-def _doubts(system: System, zeros: ChangedZeros, limit: float) -> tuple[str, ...]:
-    """Return reasons not to rely on a tip: that which comes first, or none."""
-    if rival := zeros.rival(system):
-        return rival
-    scatter = system.state.noise.place
+def _doubts(scatter: float, zeros: ChangedZeros, limit: float) -> tuple[str, ...]:
+    """Return a reason not to rely on a tip whose touches scatter by so much [m]; or none."""
     if scatter > LOOSE:
         return (SCATTER.format(1e3 * scatter),)
     remedy = "turn the tool about two more axes at the point"
     return not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
 
 
-def _outliers(system: System, distances: np.ndarray) -> tuple[str, ...]:
+def _outliers(wheres: Mapping[int, str], distances: np.ndarray) -> tuple[str, ...]:
     """Return the outliers among the touches, in words, by their distances to the point [m]."""
     return tuple(
         f"{where}: {1e3 * distances[i]:.1f} mm from the point that the others touched; it has "
         "little weight."
-        for i, where in system.outliers("touch").items()
+        for i, where in wheres.items()
     )
 
 
