@@ -122,15 +122,15 @@ def _animation(pictures: Sequence[Image.Image]) -> bytes:
     for picture in pictures:
         image = picture.quantize(palette=palette, dither=Image.Dither.NONE)
         images.append(image)
-    first, *others = images
+    first, *later_images = images
     duration = round(1e3 * INTERVAL / 2)
     gif = io.BytesIO()
     first.save(
         gif,
         "gif",
         save_all=True,
-        append_images=others,
-        duration=[duration] * len(others) + [LAST],
+        append_images=later_images,
+        duration=[duration] * len(later_images) + [LAST],
         loop=0,
         optimize=True,
     )

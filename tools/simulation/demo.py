@@ -26,7 +26,7 @@ PLACES = {
     "left": (0.35, 0.4, 0.1),
     "right": (0.35, -0.4, 0.1),
 }
-"""Where the socket base stands, in front of the arm and to its left and right [m]."""
+"""Of the socket base: in front of the arm, and to its left and right [m]."""
 
 
 def demo_arm(seed: int = DEMO_SEED, *, keep_size: bool = True) -> tuple[Robot, Robot]:

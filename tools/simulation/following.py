@@ -124,8 +124,8 @@ class FollowingHand:
     def follow(self, view: View) -> None:
         """Lead the arm on, where its rest is captured or the ball belongs in another socket."""
         session = view.session
-        rest, _ = self._motion.phase(self._arm.now())
-        arrived = rest == len(self._motion.begun)
+        number, _ = self._motion.phase(self._arm.now())
+        arrived = number == len(self._motion.begun)
         if not arrived or view.alarm or view.question or session.finished:
             return
         if session.socket == self._labels[-1] and self._waits_in_socket(session):

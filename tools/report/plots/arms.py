@@ -93,8 +93,8 @@ def _enlargement(frames: list[_Frame], size: float) -> float:
 def _frames(arms: ArmsDocument) -> list[_Frame]:
     """Return the frames whose orientation is known: the robots' bases, and those of sockets."""
     bases = zip(arms.robots[1:], arms.between.values(), strict=True)
-    known = [frame for frame in arms.frames if frame.sockets and frame.turn_known]
-    tables = [(frame.name, frame) for frame in known if frame.name != "base"]
+    turned = [frame for frame in arms.frames if frame.sockets and frame.turn_known]
+    tables = [(frame.name, frame) for frame in turned if frame.name != "base"]
     frames = [_Frame(arms.robots[0], IDENTITY, np.zeros(3))]
     for name, base in (*bases, *tables):
         if base.xyz is None or base.rpy is None or base.xyz_deviation is None:

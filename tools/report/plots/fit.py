@@ -90,19 +90,19 @@ def _curves_panel(
 
 def cross_placement(report: ReportDocument) -> Plot | None:
     """Error at each placement after training on one alone: the paper's Fig. 6."""
-    found = report.cross_placement
-    if found is None or not any(found.matrix):
+    matrix = report.cross_placement
+    if matrix is None or not any(matrix.matrix):
         return None
-    names = short_names(found.names)
+    names = short_names(matrix.names)
     means: list[tuple[float, str]] = []
-    for i, (name, row) in enumerate(zip(names, found.matrix, strict=True)):
+    for i, (name, row) in enumerate(zip(names, matrix.matrix, strict=True)):
         if row is not None:
-            others = np.delete(row, i)
-            means.append((float(np.mean(others)), name))
+            errors_elsewhere = np.delete(row, i)
+            means.append((float(np.mean(errors_elsewhere)), name))
     limit = report.limits.mean_absolute_error.value
     return plot(
         "cross-placement",
-        _matrix_panel(found, limit or math.inf),
+        _matrix_panel(matrix, limit or math.inf),
         layout="half",
         report=report,
         means=means,
@@ -110,13 +110,13 @@ def cross_placement(report: ReportDocument) -> Plot | None:
     )
 
 
-def _matrix_panel(found: CrossPlacement, limit: float) -> Panel:
+def _matrix_panel(matrix: CrossPlacement, limit: float) -> Panel:
     """Return a cell for each pair of placements, the darker the larger the error [m]."""
-    names = short_names(found.names)
+    names = short_names(matrix.names)
     size = min(_LARGEST_CELL, _WIDEST / len(names))
     title = "rows: trained on; columns: error there, mm"
     panel = named_rows(title, names, Axis(0, 1), pitch=size, without_axis=True)
-    errors = {i: row for i, row in enumerate(found.matrix) if row is not None}
+    errors = {i: row for i, row in enumerate(matrix.matrix) if row is not None}
     logs = np.log(np.maximum(list(errors.values()), 1e-9))
     shades = (logs - logs.min()) / max(np.ptp(logs), 1e-9)
     for (i, row), row_of_shades in zip(errors.items(), shades.tolist(), strict=True):
@@ -165,7 +165,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
     for mark, lengths in errors.items():
         panel.dots(lengths, f"{mark} test", mark, "+.3f", size=4)
     panel.thresholds("limit {} mm", limit)
-    named = zip(errors["calibrated"], names, strict=True)
+    calibrated = zip(errors["calibrated"], names, strict=True)
     means = [float(np.mean(np.abs(lengths))) for lengths in errors.values()]
     return plot(
         "known-distances",
@@ -173,7 +173,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
         layout="half",
         report=report,
         means=means,
-        worst=max(named, key=lambda row: abs(row[0])),
+        worst=max(calibrated, key=lambda row: abs(row[0])),
     )
 
 
@@ -182,25 +182,25 @@ def predicted_and_found(report: ReportDocument) -> Plot | None:
     roles: list[str] = []
     places: list[str] = []
     predicted: list[float] = []
-    found: list[float] = []
+    observed: list[float] = []
     for row in report.placements:
         if row.predicted_deviation and row.found_deviation:
             roles.append(row.role)
             places.append(row.name)
             predicted.append(row.predicted_deviation)
-            found.append(row.found_deviation)
+            observed.append(row.found_deviation)
     if not places:
         return None
     names = short_names(places)
     repeatability = report.limits.repeatability
-    lengths = [*predicted, *found, repeatability]
+    lengths = [*predicted, *observed, repeatability]
     axis = Axis.from_zero(lengths, "mm, 1 sigma", MM, 1.15)
     panel = named_rows("spread of the ball's positions", names, axis, pitch=28)
-    panel.bars(predicted, found, "link")
+    panel.bars(predicted, observed, "link")
     panel.dots(predicted, "predicted", "predicted")
-    panel.dots(found, [f"calibrated {role}" for role in roles], "found")
+    panel.dots(observed, [f"calibrated {role}" for role in roles], "found")
     panel.threshold("the arm repeats to {} mm", x=repeatability)
-    ratios = np.divide(found, predicted).tolist()
+    ratios = np.divide(observed, predicted).tolist()
     return plot(
         "predicted-found",
         panel,

@@ -130,8 +130,8 @@ def groups(report: ReportDocument) -> Plot | None:
     panel.bars(0, shares, "change", thick=16)
     for i, (row, share) in enumerate(zip(rows, shares, strict=True)):
         words = f"{row.effective:.1f} of {row.count}" if row.active else "off"
-        left = panel.x(min(share, 62)) + 6
-        panel.text(left, panel.y(i) + 4, words, "tick")
+        x = panel.x(min(share, 62)) + 6
+        panel.text(x, panel.y(i) + 4, words, "tick")
     active = dict(zip(names, (row.active for row in rows), strict=True))
     not_counted = [row.count for row in groups_of_fit if row.name in _NOT_COUNTED]
     return plot(

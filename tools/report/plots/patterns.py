@@ -21,10 +21,10 @@ _SHOWN = 0.99
 
 def patterns(report: ReportDocument) -> Plot | None:
     """Each sample's error over each quantity, the running mean, and its band."""
-    found = report.error_patterns
-    if found is None:
+    evidence = report.error_patterns
+    if evidence is None:
         return None
-    rows = sorted(found.patterns, key=lambda pattern: -pattern.log_odds)
+    rows = sorted(evidence.patterns, key=lambda pattern: -pattern.log_odds)
     errors = np.concatenate([row.errors for row in rows])
     sizes = np.sort(np.abs(errors))
     nearly_all = sizes[int(_SHOWN * (len(sizes) - 1))]
@@ -34,7 +34,7 @@ def patterns(report: ReportDocument) -> Plot | None:
         "patterns",
         *panels,
         layout="thirds",
-        text=found.text,
+        text=evidence.text,
         first=rows[0].over,
     )
 
@@ -58,9 +58,9 @@ def _panel(row: ErrorPattern, y: Axis) -> Panel:
     # One path for all samples, since a page of a thousand circles is slow.
     squares = ""
     for value, error in zip(row.at, row.errors, strict=True):
-        left = panel.x(value) - 1
+        corner = panel.x(value) - 1
         top = panel.y(error) - 1
-        squares += f"M{left:.1f} {top:.1f}h2v2h-2z"
+        squares += f"M{corner:.1f} {top:.1f}h2v2h-2z"
     panel.add("path", d=squares, class_="calibrated")
     means = zip(row.grid, row.mean, strict=True)
     panel.line(means, "running")

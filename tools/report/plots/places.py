@@ -52,9 +52,9 @@ def table_map(report: ReportDocument) -> Plot:
     """The placements as the robot sees them from above, coloured by the answer for the task."""
     place = report.answers.next.place
     positions = [row.position for row in report.placements]
-    seen = from_above([(0, 0, 0), place, *positions])
-    panel = to_scale("", seen, FROM_ABOVE, room=MARGIN)
-    base, following, *spots = seen.tolist()
+    points = from_above([(0, 0, 0), place, *positions])
+    panel = to_scale("", points, FROM_ABOVE, room=MARGIN)
+    base, following, *spots = points.tolist()
     x, y = base
     panel.dot(x, y, "base", "the robot's base", size=9)
     panel.text(panel.x(x) + 13, panel.y(y) + 4, "robot", "tick")
@@ -115,7 +115,7 @@ def map_sentence(
     heights = [row.position[2] for row in report.placements]
     roles = [row.role for row in report.placements]
     role, _ = report.summary.judged
-    least = [use.least for use in report.answers.use.rows if use.least]
+    least_errors = [use.least for use in report.answers.use.rows if use.least]
     return text(
         "captions.txt.j2",
         "map_sentence",
@@ -123,7 +123,7 @@ def map_sentence(
         total=roles.count(role),
         allowed=allowed,
         proven=answers.count("yes"),
-        largest=max(least, default=0.0),
+        largest=max(least_errors, default=0.0),
         low=min(heights),
         high=max(heights),
     )

@@ -153,8 +153,8 @@ def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel
         deviations = np.array([row.calibrated for row in rows if row.socket == socket])
         if first:
             panel.rule("divide", x=first + 0.5)
-        left = panel.x(first + 0.5) + 6
-        panel.text(left, panel.bottom + 15, f"socket {socket}", "tick")
+        x = panel.x(first + 0.5) + 6
+        panel.text(x, panel.bottom + 15, f"socket {socket}", "tick")
         centres = enumerate(_running_centre(deviations), first + 1)
         panel.line(centres, "running")
         first += len(deviations)
