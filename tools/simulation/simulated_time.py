@@ -12,6 +12,8 @@ from typing import Any
 from ...drivers import clock
 
 _wait_for_host = clock.wait
+_host_time = clock.now
+_sleep_by_host = clock.sleep
 REPLACED = ("now", "sleep", "wait", "repeat")
 """Functions of the host's clock that a simulated time stands in for."""
 BEGIN = 1000.0
@@ -31,10 +33,16 @@ class Repeated:
 
 
 class SimulatedTime:
-    """Stands in for the host's clock, and for the threads that do something again and again."""
+    """Stands in for the host's clock, and for the threads that do something again and again.
 
-    def __init__(self) -> None:
+    Args:
+        paced: Never ahead of the host's clock, so that people can watch; it may lag behind.
+    """
+
+    def __init__(self, *, paced: bool = False) -> None:
         self._now = BEGIN
+        self._paced = paced
+        self._began = _host_time()
         self._repeated: list[Repeated] = []
         self._stepping = False
 
@@ -65,6 +73,10 @@ class SimulatedTime:
     def pass_until(self, end: float) -> None:
         """Let time pass while nobody does anything [s]."""
         self._now = end + LATE
+        if self._paced:
+            passed = _host_time() - self._began
+            ahead = self._now - BEGIN - passed
+            _sleep_by_host(max(0.0, ahead))
 
     def repeat(
         self, step: Callable[[], bool], end: Callable[[], None]

@@ -227,7 +227,9 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
             str(DISTANCE),
         ]
         words += ["--out", str(recordings / name), "--keys", str(out / KEYS)]
-        with SimulatedTime().running():  # a busy computer is no fault of the arm
+        # A busy computer is no fault of the arm.
+        time = SimulatedTime(paced=terminal.console.is_terminal)
+        with time.running():
             status = _typed(words, brief)
         if status != 0:
             return status
