@@ -10,13 +10,10 @@ from .columns import ColumnError as ColumnError
 from .columns import match_joints as match_joints
 from .coordinates import match_coordinates as match_coordinates
 from .dataset import find_placements as find_placements
-from .dataset import hole_files as hole_files
 from .dataset import is_placement as is_placement
 from .dataset import placements_in as placements_in
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
-from .dataset import sample_files as sample_files
-from .dataset import write_holes as write_holes
 from .files import APPEND as APPEND
 from .files import EmptyRecordingError as EmptyRecordingError
 from .files import RecordingError as RecordingError
@@ -44,6 +41,9 @@ from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS
 from .placement import Placement as Placement
 from .placement import repeated_rows as repeated_rows
+from .placement_files import hole_files as hole_files
+from .placement_files import sample_files as sample_files
+from .placement_files import write_holes as write_holes
 from .placement_names import distinctly_named as distinctly_named
 from .placement_names import placement_name as placement_name
 from .points import read_points as read_points

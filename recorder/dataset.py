@@ -6,22 +6,22 @@ A *placement* is one position of the socket base, and the folder with the sample
 ``poses.csv`` (by an instrument), and beside it ``placement.json``; see docs/recording.md.
 """
 
-import json
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
 from ..errors import reason_of
 from .cells import table_bytes
+from .columns import Column
 from .files import EmptyRecordingError, RecordingError
 from .metadata import METADATA, read_keys
 from .placement import LAST_SOCKET, SOCKETS, Placement
 from .placement_names import distinctly_named, placement_name
 from .points import POINTS, POSES, read_points
-from .samples import SAMPLES, Sample, capture_line, header_line, read_samples
+from .samples import SAMPLES, Sample, read_samples
 from .tables import Table, read_table
 
 _FILES = (SAMPLES, POINTS, POSES)
@@ -198,7 +198,32 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
             skipped.append(error)
     if skipped and len(tables) < SOCKETS:
         raise skipped[0]
-    first, *others = [table for _, table in tables]
+    joints = _shared_joints([table for _, table in tables])
+    has_header = tables[0][1].header is not None
+    samples: list[Sample] = []
+    remarks: list[str] = []
+    for socket, table in tables:
+        for i, row in enumerate(table.numbers(joints, gaps=has_header)):
+            samples.append(Sample(row, socket, where=table.where(i)))
+        remarks += table.notes
+    remarks += [f"{error}; the file is skipped" for error in skipped]
+    names = tuple(column.name for column in joints)
+    return Placement(
+        name=placement_name(folder),
+        samples=tuple(samples),
+        joint_names=names if has_header else None,
+        files=tuple(table.file for _, table in tables),
+        remarks=tuple(remarks),
+    )
+
+
+def _shared_joints(tables: Sequence[Table]) -> list[Column]:
+    """Return the columns of joint positions, which are the same in all tables.
+
+    Raises:
+        RecordingError: The first table has none, or another one has other columns.
+    """
+    first, *others = tables
     joints = first.joints()
     if first.header and not joints:
         raise RecordingError(
@@ -209,31 +234,18 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         raise RecordingError(
             f"{first.where(0)}: no column holds numbers; write 0.1 and separate by commas"
         )
+    width = len(first.rows[0])
     for table in others:
         if table.header != first.header or table.units != first.units:
             raise RecordingError(
                 f"{table.file}:1: another header than in {first.file.name}"
             )
-        if len(table.rows[0]) != len(first.rows[0]):
+        if len(table.rows[0]) != width:
             raise RecordingError(
                 f"{table.where(0)}: {len(table.rows[0])} columns, "
-                f"but {first.file.name} has {len(first.rows[0])}"
+                f"but {first.file.name} has {width}"
             )
-    samples: list[Sample] = []
-    remarks: list[str] = []
-    for socket, table in tables:
-        rows = table.numbers(joints, gaps=first.header is not None)
-        samples += [
-            Sample(row, socket, where=table.where(i)) for i, row in enumerate(rows)
-        ]
-        remarks += table.notes
-    return Placement(
-        name=placement_name(folder),
-        samples=tuple(samples),
-        joint_names=tuple(column.name for column in joints) if first.header else None,
-        files=tuple(table.file for _, table in tables),
-        remarks=(*remarks, *(f"{error}; the file is skipped" for error in skipped)),
-    )
+    return joints
 
 
 def _require_samples(file: Path) -> None:
@@ -244,51 +256,3 @@ def _require_samples(file: Path) -> None:
             f"{file}: {lines:,} lines; a line is a sample, and at most {MOST_SAMPLES:,} are read; "
             "of a log of the arm, mukca extract makes samples"
         )
-
-
-def hole_files(placement: Placement) -> dict[str, bytes]:
-    """Return a placement as ``hole_0.csv``, ``hole_1.csv``, ..., as the paper's authors have it.
-
-    One configuration a line, without a header; the numbers read back exactly. Times, spreads and
-    efforts are left out; a known distance is in ``placement.json``.
-    """
-    files: dict[str, bytes] = {}
-    for sample in placement.samples:
-        line = ",".join(map(repr, sample.position)) + "\n"
-        name = f"hole_{sample.socket}.csv"
-        files[name] = files.get(name, b"") + line.encode()
-    return files | _metadata(placement)
-
-
-def write_holes(placement: Placement, folder: Path) -> None:
-    """Write ``hole_0.csv``, ``hole_1.csv``, ... into a folder, without a ``placement.json``.
-
-    The folder is made if it does not exist; files of these names are overwritten.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, content in hole_files(replace(placement, distance=None)).items():
-        (folder / name).write_bytes(content)
-
-
-def sample_files(placement: Placement) -> dict[str, bytes]:
-    """Return a placement as ``samples.csv``, and ``placement.json`` with a known distance, by name.
-
-    Samples are numbered anew, from 1. Joints without a name are called joint1, joint2, ...
-    """
-    count = len(placement.samples[0].position)
-    names = placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
-    numbered = [
-        replace(s, number=number) for number, s in enumerate(placement.samples, start=1)
-    ]
-    lines = [header_line(names), *map(capture_line, numbered)]
-    return {SAMPLES: b"".join(lines)} | _metadata(placement)
-
-
-def _metadata(placement: Placement) -> dict[str, bytes]:
-    if placement.distance is None:
-        return {}
-    facts = {
-        "distance": placement.distance,
-        "distance_measured": not placement.distance_assumed,
-    }
-    return {METADATA: json.dumps(facts).encode() + b"\n"}

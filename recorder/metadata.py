@@ -137,20 +137,9 @@ def read_keys(file: Path) -> PlacementKeys:
         raise RecordingError(
             f"{file}: payload {payload!r}: expected kilograms, zero or more"
         )
-    names = {key: metadata.get(key) for key in NAMES}
-    for key, name in names.items():
-        if not (name is None or (isinstance(name, str) and _NAME.fullmatch(name))):
-            raise RecordingError(
-                f"{file}: {key} {name!r} is no name: letters, digits, and . _ -"
-            )
+    names = _names(metadata, file)
     measured = distance is not None and metadata.get("distance_measured") is True
-    entries: list[Any] = [
-        cast("dict[str, Any]", entry).get("distance")
-        if isinstance(entry, dict)
-        else entry
-        for entry in _entries(metadata, "readings")
-    ]
-    readings = list(filter(_is_length, entries))
+    readings = _readings(metadata)
     if readings and distance is None:
         raise RecordingError(
             f"{file}: readings without the distance that they are of; add it, as in "
@@ -166,6 +155,33 @@ def read_keys(file: Path) -> PlacementKeys:
         readings=tuple(map(float, readings)),
         payload=None if payload is None else float(payload),
     )
+
+
+def _names(metadata: Mapping[str, Any], file: Path) -> dict[str, Any]:
+    """Return the keys that are names, None where one is not there.
+
+    Raises:
+        RecordingError: One is no name; ``file`` begins the message.
+    """
+    names = {key: metadata.get(key) for key in NAMES}
+    for key, name in names.items():
+        if not (name is None or (isinstance(name, str) and _NAME.fullmatch(name))):
+            raise RecordingError(
+                f"{file}: {key} {name!r} is no name: letters, digits, and . _ -"
+            )
+    return names
+
+
+def _readings(metadata: Mapping[str, Any]) -> list[Any]:
+    """Return all readings of the sockets' distance [m]; each is a number, or has it as a key."""
+    readings: list[Any] = []
+    for entry in _entries(metadata, "readings"):
+        reading: Any = entry
+        if isinstance(entry, dict):
+            reading = cast("dict[str, Any]", entry).get("distance")
+        if _is_length(reading):
+            readings.append(reading)
+    return readings
 
 
 def _is_number(value: object) -> bool:

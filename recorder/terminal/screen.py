@@ -65,12 +65,12 @@ def _shown(line: Text, width: int, *, ascii_only: bool) -> Text:
 def _brief(view: View, width: int, height: int) -> list[Text]:
     """The next step, the counts, and the last message, where the whole screen has no room."""
     session = view.session
-    counts = [f"{socket}: {count}" for socket, count in enumerate(session.counts)]
+    counts = [f"{count} in socket {k}" for k, count in enumerate(session.counts)]
     lowest = rows_needed(len(session.joints))
     needs = f"The whole screen needs {_WIDTH} x {lowest}, not {width} x {height}."
     lines = [
         *_wrapped([f"SOCKET {session.socket}  {view.prompt.text}"], width, "bold"),
-        *_wrapped([f"samples {'  '.join(counts)}", needs], width, ""),
+        *_wrapped([f"{', '.join(counts)}.", needs], width, ""),
         *_last_message(session, width, height),
     ]
     return [*lines, *[Text()] * height][:height]

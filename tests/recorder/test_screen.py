@@ -120,7 +120,7 @@ def test_a_small_window_still_has_the_next_step_and_the_last_message(width, heig
     assert len(lines) <= height and max(map(len, lines)) <= width
     if width >= 20:
         words = " ".join(" ".join(lines).split())
-        assert "SOCKET 0 PRESS: space captures" in words and "samples 0: " in words
+        assert "SOCKET 0 PRESS: space captures" in words and " in socket 0, 0 in socket 1." in words
     assert ("! refused: still moving" in " ".join(lines)) == (width == 40)
 
 

@@ -1,8 +1,10 @@
 """Faults of a session, as alarms with the words and keys that an operator needs."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from ...recorder import Placement, Sample
 from ...recorder.session import Alarm, Cause
@@ -11,36 +13,23 @@ from ...solver.results import Hypothesis
 from ...solver.robot import Robot
 from .checks import BEYOND, FAR, wrong_model
 
-CAUSES: dict[str, tuple[Cause, str, str]] = {
-    "base_moved": ("base", "BASE MOVED", "by {size} mm since sample {first}"),
-    "drift": ("other", "DRIFTS", "the base drifts, by {size} mm so far; is it tight?"),
-    "ball_sample": ("ball", "NOT SEATED", "sample {first} is {size} mm off"),
-    "ball_bent": (
-        "other",
-        "BALL MOVED",
-        "by {size} mm on its flange since sample {first}; tight?",
-    ),
-    "ball_loose": ("other", "LOOSE", "all samples scatter: are ball and base tight?"),
-    "zero_lost": (
-        "other",
-        "LOST A ZERO",
-        "{joint} reads otherwise since sample {first}",
-    ),
-    "socket": ("socket", "WRONG SOCKET", "{text}"),
-    "distance": (
-        "distance",
-        "DISTANCE?",
-        "the sockets come out {likely} apart, not {given} mm",
-    ),
-}
-"""For each fault, the kind of key that cures it, a word or two, and a line for the operator."""
-ALSO = {
-    "base_moved": "the base moved by {size} mm",
-    "drift": "the base drifts",
-    "ball_bent": "the ball moved on its flange",
-    "zero_lost": "{joint} reads otherwise",
-}
-"""Words for a second cause that fits as well."""
+
+class _Form(NamedTuple):
+    """Words for a fault, with the numbers of its hypothesis in braces."""
+
+    cause: Cause
+    """Kind of key that cures it."""
+    words: str
+    """It in a word or two."""
+    line: str
+    """It in a line for the operator."""
+    also: str = ""
+    """It as a second cause that fits as well; empty where it is told as none."""
+
+
+_TABLE = json.loads(Path(__file__).with_name("alarms.json").read_text())
+FORMS = {name: _Form(**entry) for name, entry in _TABLE.items()}
+"""Words for each fault, by the name of its hypothesis."""
 AROUND = "by {size} mm around {joint} since sample {first}, or that reads otherwise"
 """No sample tells a base that turned around the first joint from that joint's zero."""
 BEYOND_WORDS = "{metres} m off since sample {first}"
@@ -99,7 +88,7 @@ class SessionAlarms:
         if is_repeated or (size > BEYOND and fault.socket is None):
             text = BEYOND_WORDS.format(first=first, metres=f"{size:.1f}")
             return Alarm("joints", "JOINTS?", text, concerned)
-        cause, words, form = CAUSES[hypothesis.name]
+        cause, words, form, _ = FORMS[hypothesis.name]
         if hypothesis.parameters.get("joint") == self._robot.joint_names[0]:
             cause = "base"
             words = "BASE MOVED"
@@ -111,7 +100,7 @@ class SessionAlarms:
             return Alarm(cause, words, text, fault.samples, fault.socket or 0)
         rival_hypothesis = rival.hypothesis
         statement = text.partition(";")[0]  # without the question that follows
-        form = ALSO[rival_hypothesis.name]
+        form = FORMS[rival_hypothesis.name].also
         text = f"{statement}; as likely {form.format_map(_shown(rival_hypothesis))}"
         if rival_hypothesis.name != "base_moved":
             return Alarm(cause, words, text, fault.samples)
@@ -136,8 +125,16 @@ def _size(hypothesis: Hypothesis) -> float:
 
 def _rival(fault: diagnostics.Fault) -> diagnostics.Fault | None:
     """Return the second cause of samples since one that fits as well, if any."""
-    rivals = [rival for rival in fault.rivals if rival.hypothesis.name in ALSO]
-    return rivals[0] if rivals and fault.hypothesis.name in ALSO else None
+    if not FORMS[fault.hypothesis.name].also:
+        return None
+    rivals = (rival for rival in fault.rivals if _is_told(rival.hypothesis))
+    return next(rivals, None)
+
+
+def _is_told(hypothesis: Hypothesis) -> bool:
+    """Return whether a hypothesis is told as a second cause."""
+    form = FORMS.get(hypothesis.name)
+    return form is not None and bool(form.also)
 
 
 def _shown(hypothesis: Hypothesis) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ... import recorder
 from ...drivers import Reconnecting, open_driver
-from ...recorder.session import Recording, Session
+from ...recorder.session import Message, Recording, Session
 from ...solver import robot as robots
 from ..cli import Terminal
 from ..simulation import FollowingHand, practice_driver
@@ -96,33 +96,33 @@ class SessionStart:
             withdrawn=content.withdrawn,
             similar_models=partial(similar_models, self.robot),
         )
-        for text in recording.remarks:
-            session = session.with_message(text, alarm=True)
-        if samples:
-            since = (
-                "joints read otherwise"
-                if metadata.readings_changed
-                else "the base moved"
-            )
-            count = f"{len(samples)} samples since {since}"
-            session = session.with_message(
-                f"a new placement: {self.options.out}, with {count}"
-            )
-        elif session.samples:
-            session = session.with_message(
-                f"continues a recording of {len(session.live)} samples"
-            )
-        if remark:
-            session = session.with_message(remark, alarm=True)
+        messages = [Message(text, alarm=True) for text in recording.remarks]
+        messages += self._origin(session, len(samples))
+        messages += [Message(remark, alarm=True)] if remark else []
+        messages += self._page_messages()
+        return replace(session, messages=tuple(messages))
+
+    def _origin(self, session: Session, moved: int) -> list[Message]:
+        """Return where the samples of a session come from: from before, or since the base moved."""
+        if moved:
+            since = "the base moved"
+            if self.metadata.readings_changed:
+                since = "joints read otherwise"
+            words = f"with {moved} samples since {since}"
+            return [Message(f"a new placement: {self.options.out}, {words}")]
+        if session.samples:
+            return [Message(f"continues a recording of {len(session.live)} samples")]
+        return []
+
+    def _page_messages(self) -> list[Message]:
+        """Return where the page is, and a warning where others can see it."""
         if self.page is None:
-            return session
-        session = session.with_message(f"page: {self.page.url}")
-        if self.options.page_host not in LOCAL_HOSTS:
-            warning = (
-                "whoever knows this address can watch, from anywhere in the network"
-            )
-            session = session.with_message(warning, alarm=True)
-        return session
+            return []
+        address = Message(f"page: {self.page.url}")
+        if self.options.page_host in LOCAL_HOSTS:
+            return [address]
+        warning = "whoever knows this address can watch, from anywhere in the network"
+        return [address, Message(warning, alarm=True)]
 
     def summary(self, recording: Recording, session: Session) -> tuple[str, ...]:
         """Return the recording that is continued, in lines; none at a new placement."""

@@ -217,15 +217,8 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
     brief = Terminal(json=terminal.json, brief=True)
     for name in names:
         driver = f"mock:{out / 'hand' / name}?follow&rate=100&speed={SPEED}&move=0.6"
-        words = [
-            "record",
-            "--robot",
-            "panda",
-            "--driver",
-            driver,
-            "--distance",
-            str(DISTANCE),
-        ]
+        words = ["record", "--robot", "panda", "--driver", driver]
+        words += ["--distance", str(DISTANCE)]
         words += ["--out", str(recordings / name), "--keys", str(out / KEYS)]
         # A busy computer is no fault of the arm.
         time = SimulatedTime(paced=terminal.console.is_terminal)
@@ -234,16 +227,8 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
         if status != 0:
             return status
     front, *held_out = (str(recordings / name) for name in names)
-    words = [
-        "solve",
-        front,
-        "--robot",
-        "panda",
-        "--test",
-        *held_out,
-        "--out",
-        str(calibrated),
-    ]
+    words = ["solve", front, "--robot", "panda", "--test", *held_out]
+    words += ["--out", str(calibrated)]
     status = _typed([*words, "--force"] if options.force else words, terminal)
     if status == 0:
         document = str(calibrated / "calibration.json")
