@@ -1,5 +1,6 @@
 """Bounds x >= 0 of unknowns, each replaced by a Gaussian factor by expectation propagation."""
 
+from functools import partial
 from math import erfc, exp, log, pi, sqrt
 from typing import NamedTuple
 
@@ -96,7 +97,7 @@ def expectation_propagation(mean: np.ndarray, covariance: np.ndarray) -> Factors
     return Factors(tau / unit**2, nu / unit, float(log_share))
 
 
-@np.vectorize
+@partial(np.vectorize, otypes="ddd")
 def half_moments(z: float) -> tuple[float, float, float]:
     """Return hazard, mean and log share of the half x >= 0 of a standard Gaussian around z."""
     log_density = -0.5 * z**2 - 0.5 * log(2 * pi)

@@ -125,7 +125,7 @@ def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndar
     for rows in measured.slices:
         centred[rows] -= slopes[rows].mean(axis=0)
         offsets[rows] -= offsets[rows].mean(axis=0)
-    flat = centred.reshape(offsets.size, -1)
+    flat = centred.reshape(-1, slopes.shape[2])
     flat_offsets = offsets.ravel()
     sizes = np.linalg.lstsq(flat, flat_offsets, rcond=1e-6)[0]
     return moved + slopes @ sizes

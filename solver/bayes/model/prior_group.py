@@ -167,7 +167,8 @@ class PriorGroup:
         change = self._target(squares, max(effective, 1e-9)) - now
         step = self._step(now, change)
         step = min(max(step, -largest), largest)
-        width = max(exp(now + step), SMALLEST_WIDTH)
+        scale = float(np.exp(now + step))  # inf where a fit diverges
+        width = max(scale, SMALLEST_WIDTH)
         trail = now, change
         return replace(self, width=width, effective=effective, trail=trail)
 
