@@ -1,17 +1,16 @@
 """The full model of a calibrated arm as people use it: where it stands, and what to command."""
 
 from collections.abc import Callable
-from functools import cached_property, lru_cache, partial
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import ON_FLANGE
-from ..data import Load
-from ..results import CalibratedRobot, Payload
-from ..robot import Goal, Robot, check_controller, pose_on_flange, ur_controller
+from ..results import CalibratedRobot
+from ..robot import Goal, check_controller, pose_on_flange, ur_controller
 from .joint_path import JointPath, along, check_nearby, find_jumps, not_reached
 from .options import check_keywords
 from .poses import (
@@ -25,6 +24,7 @@ from .poses import (
     one_payload,
     one_pose,
 )
+from .sample_model import SampleModel
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -33,7 +33,7 @@ MOST_HALVINGS = 8
 """Times that parts of a line are halved at most."""
 
 
-class FullModel:
+class FullModel(SampleModel):
     """A calibrated robot, with all that was found beyond its geometry, and what it is set up with.
 
     Args:
@@ -48,35 +48,11 @@ class FullModel:
         tool: np.ndarray = HERE,
         base: np.ndarray = HERE,
     ) -> None:
-        self.calibrated = calibrated
-        """The calibrated robot: predictions and URDFs."""
+        super().__init__(calibrated)
         self.tool, self.base = tool, base
         self._into_base = np.linalg.inv(base)
         self.base_in: Callable[[str, ArrayLike | None], np.ndarray] | None = None
         """Pose of the base in a frame; of robots that were calibrated together."""
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Go to other processes without what can be computed again."""
-        return {
-            name: value
-            for name, value in vars(self).items()
-            if not isinstance(getattr(type(self), name, None), cached_property)
-        }
-
-    @cached_property
-    def _loaded(self) -> Callable[[Payload | None], CalibratedRobot]:
-        """The robot by the payload that it carries."""
-        return lru_cache(maxsize=8)(self.calibrated.carrying)
-
-    @property
-    def robot(self) -> Robot:
-        """The nominal robot."""
-        return self.calibrated.robot
-
-    @property
-    def load(self) -> Load:
-        """Gravity [m/s^2] and payload at the ball [kg] that it was recorded with."""
-        return self.calibrated.load
 
     @property
     def nominal(self) -> "FullModel":
@@ -87,26 +63,6 @@ class FullModel:
     def geometric(self) -> "FullModel":
         """The robot by ``calibrated.urdf`` alone."""
         return FullModel(self.calibrated.geometric)
-
-    def ball(self, q: ArrayLike, effort: ArrayLike | None = None) -> np.ndarray:
-        """Return where the calibrated robot has the ball's centre, in its base frame [m].
-
-        Args and errors are those of :meth:`.CalibratedRobot.ball`.
-        """
-        points = self.calibrated.ball(q, effort)
-        checked(self.calibrated, q)
-        return points
-
-    def true_positions(
-        self, q: ArrayLike, effort: ArrayLike | None = None
-    ) -> np.ndarray:
-        """Return where the joints truly are while their encoders read q [rad].
-
-        Args, shapes and errors are those of :meth:`ball`; shape (m,) or (N, m).
-        """
-        positions = self.calibrated.true_positions(q, effort)
-        checked(self.calibrated, q)
-        return positions
 
     def virtual_positions(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
         """Return positions at which ``calibrated.urdf`` has its flange where the full model has it.
@@ -162,9 +118,8 @@ class FullModel:
             JointsError: Another number of joints than the robot's, or a number that is no position.
         """
         on = self.kinematics(**setup)
-        F = on.calibrated.poses(checked(on.calibrated, q))[0].reshape(
-            *np.shape(q)[:-1], 4, 4
-        )
+        poses = on.calibrated.poses(checked(on.calibrated, q))[0]
+        F = poses.reshape(*np.shape(q)[:-1], 4, 4)
         return on.base @ F @ on.tool
 
     def jacobian(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
@@ -174,10 +129,9 @@ class FullModel:
         """
         on = self.kinematics(**setup)
         rows = checked(on.calibrated, q)
-        J = on.calibrated.jacobians(rows, on.tool[:3, 3])[0].reshape(
-            -1, 2, 3, rows.shape[1]
-        )
-        return (on.base[:3, :3] @ J).reshape(*np.shape(q)[:-1], 6, rows.shape[1])
+        m = rows.shape[1]
+        J = on.calibrated.jacobians(rows, on.tool[:3, 3])[0].reshape(-1, 2, 3, m)
+        return (on.base[:3, :3] @ J).reshape(*np.shape(q)[:-1], 6, m)
 
     def command(
         self,
@@ -212,12 +166,10 @@ class FullModel:
         goal, targets = on.goal(pose)
         solutions = on.calibrated.search(goal, targets, near, prefer, on.tool)
         leading = np.shape(pose)[: -2 if goal == "pose" else -1]
-        if not solutions.reached.all():
-            row = int(np.flatnonzero(~solutions.reached)[0])
+        for row in np.flatnonzero(~solutions.reached)[:1].tolist():
             joint = on.calibrated.stopped(solutions.positions[row])
-            raise not_reached(
-                f"pose {row}" if leading else "pose", solutions, row, joint
-            )
+            where = f"pose {row}" if leading else "pose"
+            raise not_reached(where, solutions, row, joint)
         return solutions.positions.reshape(*leading, solutions.positions.shape[1])
 
     def goal(self, pose: ArrayLike) -> tuple[Goal, np.ndarray]:
@@ -241,18 +193,17 @@ class FullModel:
         :meth:`.JointPath.checked` refuses poses that are not reached, and jumps.
         """
         on = self.kinematics(**setup)
-        arm, (goal, targets) = on.calibrated, on.goal(poses)
-        first_start = arm.starts(start, 1, "start")
+        arm = on.calibrated
+        goal, targets = on.goal(poses)
+        search = partial(arm.search, goal, tool=on.tool)
+        near = arm.starts(start, 1, "start")
         if start is None and len(targets):
-            first_start = arm.search(
-                goal, targets[:1], first_start, prefer, on.tool
-            ).positions
-        prefer = first_start if prefer is None else arm.starts(prefer, 1, "prefer")
-        solutions = along(
-            partial(arm.search, goal, tool=on.tool), targets, first_start, prefer
-        )
-        q, turns = solutions.positions, goal == "pose"
-        J = on.jacobian(q) if turns else on.jacobian(q)[:, :3]
+            near = search(targets[:1], near, prefer).positions
+        prefer = near if prefer is None else arm.starts(prefer, 1, "prefer")
+        solutions = along(search, targets, near, prefer)
+        q = solutions.positions
+        turns = goal == "pose"
+        J = on.jacobian(q)[:, : 6 if turns else 3]
         return JointPath(
             **vars(solutions),
             joint_names=arm.robot.joint_names,
@@ -338,13 +289,11 @@ class FullModel:
             sent = self.corrected_pose(way, q_way, q_way, controller, **setup)
             middles = half_way(way[:-1], way[1:])
             goals = self.corrected_pose(middles, q_way[:-1], None, controller, **setup)
-            bow = np.linalg.norm(
-                (half_way(sent[:-1], sent[1:]) - goals)[:, :3, 3], axis=1
-            )
+            offsets = half_way(sent[:-1], sent[1:]) - goals
+            bow = np.linalg.norm(offsets[:, :3, 3], axis=1)
             bowed = np.flatnonzero(bow > tolerance)
             if not bowed.size:
                 return sent
             way = np.insert(way, bowed + 1, middles[bowed], axis=0)
-        raise PoseError(
-            f"ends: no via points keep the line within {1e3 * tolerance:.3g} mm"
-        )
+        within = f"{1e3 * tolerance:.3g} mm"
+        raise PoseError(f"ends: no via points keep the line within {within}")

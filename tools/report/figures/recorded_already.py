@@ -9,11 +9,8 @@ import numpy as np
 
 from ....errors import MukcaError
 from ....recorder import RecordingError, find_placements, read_placement
-from ....solver.assessment import LEAST_HELD_OUT, Assessment
+from ....solver.assessment import LEAST_HELD_OUT, NEAREST, Assessment
 from ....solver.data import measure, parse_left_out, whole_name
-
-NEAREST = 0.1
-"""A placement nearer than this to one that was trained on adds little, and proves nothing [m]."""
 
 
 class UnusedPlacement(NamedTuple):
