@@ -72,7 +72,7 @@ class LimitResult(Document):
 
     @property
     def doubt(self) -> str:
-        """Why a limit that counts as kept is not shown to be kept, in words; empty where it is.
+        """Reason for which a limit that counts as kept is not shown to be kept; empty where it is.
 
         Shown is what the whole 95 % interval of the value keeps: value + 1.96 deviations.
         """
