@@ -64,60 +64,71 @@ def write(request: Request) -> Exported:
         raise ExportError(
             f"--out {file}: its functions are named after it, so name it like one, as in panda.c"
         )
-    calibrated = request.calibration.kinematics(
-        payload=request.options.get("payload")
-    ).calibrated
-    load = calibrated.load
+    payload = request.options.get("payload")
+    calibrated = request.calibration.kinematics(payload=payload).calibrated
+    source = _source(request, calibrated)
+    header = _header(request, calibrated)
+    usage = f"Compile {name}.c with your program, include {name}.h; the flange is {request.flange}."
+    return Exported({f"{name}.c": source, f"{name}.h": header}, (), (usage,))
+
+
+def _source(request: Request, calibrated: CalibratedRobot) -> bytes:
+    """Return the C file."""
+    robot, load = calibrated.robot, calibrated.load
     model, d, dd = _with_curves(calibrated)
-    moments = moments_function(calibrated.robot, load.gravity, load.payload)(model.q)
+    moments = moments_function(robot, load.gravity, load.payload)(model.q)
     place = _flange(request)
-    rigid = PoseModel.of(calibrated.robot, calibrated.origins)
+    rigid = PoseModel.of(robot, calibrated.origins)
     values = {
         "ball": model.ball,
         "flange": ca.vec(model.pose(place).T),  # row after row
         "jacobian": ca.vec(_jacobian(model, place, d, dd).T),
         "true_positions": model.true_positions,
-        "gravity": moments[: len(calibrated.robot.actuated)],
+        "gravity": moments[: len(robot.actuated)],
     }
-    sizes = {"ball": "3", "flange": "16", "jacobian": f"6 * {name.upper()}_JOINTS"}
+    joints = f"{request.file.stem.upper()}_JOINTS"
+    sizes = {"ball": "3", "flange": "16", "jacobian": f"6 * {joints}"}
     q = {"q": model.q, "d": d, "dd": dd}
     bodies = {word: _body(q, value) for word, value in values.items()}
-    arguments, value = _step(model, place, calibrated.robot)
+    arguments, value = _step(model, place, robot)
     step = _body({**arguments, "d": d}, value)
     curves = calibrated.deflection.curves
-    carried = calibrated.robot.bodies[len(request.calibration.robot.bodies) :]
-    mass = sum(body.mass for body in carried) + load.payload
-    source = _filled(
+    limits = [[f"{x:.17g}" for x in side] for side in _limits(robot)]
+    return _filled(
         "controller.c.j2",
         request,
         ["The header says what each function does."],
         urdf_flange=_body({"q": rigid.q}, ca.vec(rigid.pose(place).T)),
-        number=len(calibrated.robot.actuated),
+        number=len(robot.actuated),
         curves=None if curves is None else curves.T.tolist(),
         curved=[word for word, value in values.items() if ca.depends_on(value, d)],
-        names=", ".join(map(_literal, calibrated.robot.joint_names)),
+        names=", ".join(map(_literal, robot.joint_names)),
         step=step,
         LAST=f"{calibrated.last_step:g}",
-        limits=[
-            ", ".join(f"{x:.17g}" for x in side) for side in _limits(calibrated.robot)
-        ],
+        limits=[", ".join(side) for side in limits],
         squares=any("square(" in body for body in (step, *bodies.values())),
         functions={word: (sizes.get(word), body) for word, body in bodies.items()},
     )
-    header = _filled(
+
+
+def _header(request: Request, calibrated: CalibratedRobot) -> bytes:
+    """Return the header."""
+    robot = calibrated.robot
+    carried = robot.bodies[len(request.calibration.robot.bodies) :]
+    mass = sum(body.mass for body in carried) + calibrated.load.payload
+    corrections = ", ".join(calibrated.deflection.extensions) or "none"
+    return _filled(
         "controller.h.j2",
         request,
         [
-            f"Corrections of the joints: {', '.join(calibrated.deflection.extensions) or 'none'}.",
+            f"Corrections of the joints: {corrections}.",
             f"Mass carried beyond the URDF's: {mass:g} kg.",
             "No function allocates memory or keeps any; all may be called from several threads.",
         ],
-        number=len(calibrated.robot.actuated),
-        base=plain(calibrated.robot.base),
+        number=len(robot.actuated),
+        base=plain(robot.base),
         flange=plain(request.flange),
     )
-    usage = f"Compile {name}.c with your program, include {name}.h; the flange is {request.flange}."
-    return Exported({f"{name}.c": source, f"{name}.h": header}, (), (usage,))
 
 
 def _with_curves(calibrated: CalibratedRobot) -> tuple[PoseModel, Any, Any]:

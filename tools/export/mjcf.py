@@ -9,16 +9,17 @@ import re
 from collections.abc import Iterator, Mapping
 from itertools import accumulate
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from ...errors import LARGEST_DOCUMENT, read_bytes
-from ...solver.calibration import joints_named, pose_of_numbers
+from ...solver.calibration import pose_of_numbers
 from ...solver.data import kabsch_rotation
 from ...solver.robot import end_of_tag, turn, with_attributes, with_edits
+from .mjcf_joints import MjcfJoints, read_joints
 from .request import Exported, ExportError, Request, after_last_exported, losses_without
 
 _TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*')")
@@ -34,25 +35,13 @@ WEIGHT = 0.1
 """Weight of an axis relative to the one before it, where both models are aligned."""
 
 
-class MjcfJoints(NamedTuple):
-    """Joints of the MuJoCo model at zero, in the frame of the body that carries the first."""
-
-    names: list[str]
-    bodies: list[str]
-    axes: np.ndarray
-    """Shape (N, 3)."""
-    poses: np.ndarray
-    parents: np.ndarray
-    """Poses of the bodies and their parents, each welded to the body before, shape (N, 4, 4)."""
-
-
 def write(request: Request) -> Exported:
     """Return the model that ``--like`` names, with the calibrated places of its bodies."""
     if request.like is None:
         raise ExportError(
             "--to mjcf needs --like FILE, your own MuJoCo model, which it corrects"
         )
-    joints = _joints(request)
+    joints = read_joints(request)
     robot = request.calibration.robot
     nominal = _links(robot.origins, request)
     base, aligned, lines = _align(request, joints, nominal)
@@ -83,100 +72,6 @@ def _links(origins: Any, request: Request) -> np.ndarray:
     """Return the pose of each moving joint's child link in the base frame, at zero, (N, 4, 4)."""
     poses = np.array(list(accumulate(pose_of_numbers(origins), np.matmul)))
     return poses[[joint.actuated for joint in request.calibration.robot.joints]]
-
-
-def _joints(request: Request) -> MjcfJoints:
-    """Return the model's joints that are the arm's, in the arm's order."""
-    try:
-        import mujoco
-    except ImportError:
-        raise ExportError(
-            "mujoco is not installed; install the extra: pip install 'mukca[simulation]'"
-        ) from None
-    # MuJoCo would warn, and leave a log.
-    if request.like is None or not request.like.is_file():
-        raise ExportError(f"--like {request.like}: no such file")
-    try:
-        model = mujoco.MjModel.from_xml_path(str(request.like))
-    except ValueError as error:
-        hint = (
-            "; name the model that includes it" if "mujocoinclude" in str(error) else ""
-        )
-        raise ExportError(
-            f"--like {request.like}: MuJoCo cannot read it: {error}{hint}"
-        ) from None
-    indices = _matched(model, request)
-    bodies: list[int] = model.jnt_bodyid[indices].tolist()
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    parents: list[int] = model.body_parentid[bodies].tolist()
-    names = [model.joint(j).name for j in indices]
-    for j, body, parent, name, before in zip(
-        indices, bodies, parents, names, [parents[0], *bodies], strict=False
-    ):
-        if model.body_jntnum[body] != 1 or model.qpos0[model.jnt_qposadr[j]] != 0:
-            raise ExportError(
-                f"{request.like}: {name!r} shares its body, or has a `ref`"
-            )
-        if np.any(model.jnt_pos[j]):
-            raise ExportError(
-                f"{request.like}: {name!r} has a `pos`; set it to 0, and move its body there"
-            )
-        if parent != before and model.body_weldid[parent] != before:
-            raise ExportError(
-                f"{request.like}: body {model.body(body).name!r} does not hang on the joint "
-                "that is before it in the URDF's chain; put the bodies in that order"
-            )
-    poses = cast("Any", np.tile(np.eye(4), (model.nbody, 1, 1)))
-    poses[:, :3, :3] = data.xmat.reshape(-1, 3, 3)
-    poses[:, :3, 3] = data.xpos
-    to_base = cast("Any", np.linalg.inv(poses[parents[0]]))
-    frames: np.ndarray = to_base @ poses
-    directions: np.ndarray = data.xaxis[indices]
-    axes: np.ndarray = np.matmul(frames[0, :3, :3], directions[:, :, None])[:, :, 0]
-    names_of_bodies = [model.body(body).name for body in bodies]
-    return MjcfJoints(names, names_of_bodies, axes, frames[bodies], frames[parents])
-
-
-def _matched(model: Any, request: Request) -> list[int]:
-    """Return the model's joints by the arm's names, or by order where it names none of them."""
-    model_joints = request.calibration.robot.joint_names
-    # Types 2 and 3 are slide and hinge.
-    single = [j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)]
-    names = {j: model.joint(j).name for j in single}
-    joints_given = request.options.get("joints")
-    if joints_given is not None:
-        model_joints = joints_named(joints_given, model_joints)
-    candidates = [[j for j in single if names[j] == joint] for joint in model_joints]
-    if joints_given is None and not all(candidates):
-        candidates = [
-            [j for j in single if _but_for_a_prefix(names[j], joint)]
-            for joint in model_joints
-        ]
-        if not any(candidates) and len(single) == len(model_joints):
-            return single
-    if all(len(matches) == 1 for matches in candidates):
-        return [matches[0] for matches in candidates]
-    absent = [
-        joint
-        for joint, matches in zip(model_joints, candidates, strict=True)
-        if not matches
-    ]
-    if not absent:
-        several = [names[j] for j in max(candidates, key=len)]
-        raise ExportError(
-            f"{request.like}: has several arms, with {', '.join(several)}; say which, as in "
-            f"--joints '{several[0].replace(model_joints[0], '*')}'"
-        )
-    raise ExportError(
-        f"{request.like}: its joints do not match; of {request.calibration.robot.name} it lacks "
-        f"{', '.join(absent)}; its own: {', '.join(names.values()) or 'none'}; --joints names them"
-    )
-
-
-def _but_for_a_prefix(name: str, joint: str) -> bool:
-    """Return whether a name is a joint's but for a prefix of either, as panda_ or left/."""
-    return name.endswith(joint) or (name != "" and joint.endswith(f"_{name}"))
 
 
 def _align(

@@ -92,16 +92,7 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
     samples: list[Sample] = []
     for i, (corners, pixels) in found.items():
         _, vector, place = cv.solvePnP(corners, pixels, matrix, distortion)
-        R = turn(vector.ravel())
-        (quaternion,) = quaternion_of(R[None]).tolist()
-        view = Sample(
-            rows[i],
-            socket=0,
-            where=str(files[i]),
-            point=tuple(place.ravel().tolist()),
-            orientation=tuple(quaternion),
-        )
-        samples.append(view)
+        samples.append(_view(rows[i], files[i], vector.ravel(), place.ravel()))
     return Placement(
         folder.name,
         tuple(samples),
@@ -109,6 +100,21 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
         files=(folder / JOINTS,),
         remarks=tuple(remarks),
         poses_of="camera",
+    )
+
+
+def _view(
+    position: tuple[float, ...], file: Path, vector: np.ndarray, place: np.ndarray
+) -> Sample:
+    """Return a view by the board's rotation vector and place in the camera."""
+    R = turn(vector)
+    (quaternion,) = quaternion_of(R[None]).tolist()
+    return Sample(
+        position,
+        socket=0,
+        where=str(file),
+        point=tuple(place.tolist()),
+        orientation=tuple(quaternion),
     )
 
 
