@@ -57,8 +57,9 @@ def _invented(joints: int) -> tuple[list[list[float]], list[list[float]]]:
     efforts = list[list[float]]()
     for _ in range(POSES):
         pose = [q + source.uniform(-SPREAD, SPREAD) for q in middle]
+        effort = [GREATEST_EFFORT * math.sin(q) for q in pose]
         poses.append(pose)
-        efforts.append([GREATEST_EFFORT * math.sin(q) for q in pose])
+        efforts.append(effort)
     return poses * ROUNDS, efforts * ROUNDS
 
 

@@ -68,7 +68,8 @@ class PiperEmulator(Emulator):
 
     def send_state(self, state: JointState, moment: float) -> None:
         """Send the three frames of one state."""
-        counts = [round(math.degrees(angle) * 1000) for angle in state.position]
+        degrees = map(math.degrees, state.position)
+        counts = [round(1000 * angle) for angle in degrees]
         for index, identifier in enumerate(PIPER_FRAMES):
             first = 2 * index
             pair = struct.pack(">ii", *counts[first : first + 2])

@@ -130,7 +130,8 @@ class Emulator(ABC):
     def serve(self) -> None:
         """Run until interrupted."""
         while True:
-            pause = max(0.0, min(IDLE_SECONDS, self.due() - clock.now()))
+            until_due = self.due() - clock.now()
+            pause = max(0.0, min(IDLE_SECONDS, until_due))
             self.dispatch(clock.wait(list(self.watched), pause))
             self.send_due()
 

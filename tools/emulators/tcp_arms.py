@@ -136,7 +136,9 @@ class XArmEmulator(Emulator):
     def send_state(self, state: JointState, moment: float) -> None:
         """Send a report to whoever listens to the fast port."""
         time = FIRST_TIME + round(self.number * 1e6 / self.arm.rate)
-        report = fast_report(time, state) if self._port == 30000 else real_report(state)
+        report = real_report(state)
+        if self._port == 30000:
+            report = fast_report(time, state)
         self.emit(self._fast.send, report, moment)
 
     def _follow(self) -> None:

@@ -88,7 +88,8 @@ def _joint_columns(
             raise ExtractError(which_arm(error, question)) from None
         if match is not None:
             return match[0], [*table.notes, *filter(None, match[1:])]
-    raise unknown_joints([c.name for c in table.columns if c not in times], question)
+    others = [column.name for column in table.columns if column not in times]
+    raise unknown_joints(others, question)
 
 
 def _stamps(table: Table, column: Column) -> np.ndarray:

@@ -264,8 +264,9 @@ def _distinct(postures: Iterable[np.ndarray], turning: list[bool]) -> list[np.nd
     """Return each of some joint positions, shape (..., m) each, once, up to whole turns."""
     distinct: list[np.ndarray] = []
     for q in postures:
-        differences = [np.abs(around(q - other, turning)) for other in distinct]
-        if all(difference.max() > SAME for difference in differences):
+        differences = [around(q - other, turning) for other in distinct]
+        distances = [np.abs(difference).max() for difference in differences]
+        if all(distance > SAME for distance in distances):
             distinct.append(q)
     return distinct
 

@@ -188,7 +188,8 @@ def _pairs(
     sockets = range(len(groups))
     mismatch: dict[tuple[int, int], float] = {}
     for i, j in combinations(sockets, 2):
-        length = float(np.linalg.norm(centres[i] - centres[j]))
+        offset = centres[i] - centres[j]
+        length = float(np.linalg.norm(offset))
         mismatch[i, j] = abs(length - distance)
     partner: dict[int, int] = {}
     for pair in sorted(mismatch, key=mismatch.__getitem__):
