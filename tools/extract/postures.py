@@ -163,7 +163,8 @@ class FlangePoses:
         B = pose_of_numbers(rows)
         M = np.linalg.inv(B) if self.camera == "on-arm" else B
         F = self.calibration.flange(q)
-        R, p = F[:, :3, :3], F[:, :3, 3]
+        R = F[:, :3, :3]
+        p = F[:, :3, 3]
         try:
             return hand_eye(R, p, M[:, :3, :3], M[:, :3, 3])
         except FrameError:
