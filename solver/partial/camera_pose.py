@@ -189,7 +189,8 @@ def camera_task(
             f"{where}: no orientations; a view needs x,y,z,qx,qy,qz,qw of the board"
         )
     points = np.concatenate([m.points for m in data])
-    B = as_poses(np.concatenate([m.rotations for m in data]), points)
+    rotations = np.concatenate([m.rotations for m in data])
+    B = as_poses(rotations, points)
     farthest = float(np.abs(points).max())
     if farthest > FARTHEST:
         raise UsageError(
@@ -210,12 +211,13 @@ def camera_task(
             raise UsageError(f"{where}: {order}")
     if misfit:
         raise UsageError(f"{where}: {misfit}")
-    rows = replace(rows, turns=True)
-    rows = replace(rows, left=B) if camera == "on-arm" else replace(rows, right=B)
+    if camera == "on-arm":
+        rows = replace(rows, turns=True, left=B)
+    else:
+        rows = replace(rows, turns=True, right=B)
     noise = replace(DETECTOR, joint=prior.noise.joint)
-    return Task(
-        prior, rows, noise, dict.fromkeys(prior.ball, FAR), start=starts[camera]
-    )
+    free = dict.fromkeys(prior.ball, FAR)
+    return Task(prior, rows, noise, free, start=starts[camera])
 
 
 def _misfit(camera: Camera, starts: dict[str, HandEye], B: np.ndarray) -> str:
@@ -244,13 +246,14 @@ def _misfit(camera: Camera, starts: dict[str, HandEye], B: np.ndarray) -> str:
 
 def _held_out(system: System) -> tuple[float, float]:
     """Return the rms errors of each view predicted from all others, outliers left out."""
-    N, d, _ = system.by_joints.shape
+    N, axes, _ = system.by_joints.shape
     views = np.arange(N, dtype=np.int64)
     inverse = np.linalg.inv(system.covariance(system.state.noise))
-    pulls = (inverse @ system.errors).reshape(N, d)
-    blocks = inverse.reshape(N, d, N, d)[views, :, views]
+    pulls = (inverse @ system.errors).reshape(N, axes)
+    blocks = inverse.reshape(N, axes, N, axes)[views, :, views]
     errors = np.linalg.solve(blocks, pulls[..., None]).reshape(N, 2, 3)
-    lengths = np.linalg.norm(errors[system.state.weights > OUTLIER], axis=2)
+    is_inlier = system.state.weights > OUTLIER
+    lengths = np.linalg.norm(errors[is_inlier], axis=2)
     place, turn = np.sqrt(np.mean(lengths**2, axis=0)).tolist()
     return place, turn
 

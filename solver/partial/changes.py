@@ -129,10 +129,9 @@ def changes_since(
         return changes, None
     system = fit(task.with_exact_arm)
     shift = system.shift[prior.ball]
-    if (
-        shift @ np.linalg.solve(system.posterior_covariance(prior.ball), shift)
-        > FAR_MOVED**2
-    ):
+    covariance = system.posterior_covariance(prior.ball)
+    squared_deviations = shift @ np.linalg.solve(covariance, shift)
+    if squared_deviations > FAR_MOVED**2:
         changes = replace(changes, ball=float(np.linalg.norm(shift)))
     distances = np.linalg.norm(system.residuals, axis=1)
     return changes, Metrics(float(distances.mean()), float(distances.max()), None)
@@ -149,11 +148,8 @@ def _nearest_cause(
     offset = float(system.shift[zeros[joint]])
     offsets = offset * (np.arange(len(zeros)) == joint)
     shifted = [m.shifted(offsets) for m in data]
-    metrics = mean_metrics(
-        [evaluate(calibration.calibrated.predict(m), m) for m in shifted]
-    )
-    robot = task.prior.robot
+    arm, robot = calibration.calibrated, task.prior.robot
+    metrics = mean_metrics([evaluate(arm.predict(m), m) for m in shifted])
+    error = metrics.mean_absolute_error
     unit = "m" if robot.actuated[joint].type == "prismatic" else "rad"
-    return NearestCause(
-        robot.joint_names[joint], offset, metrics.mean_absolute_error, unit
-    )
+    return NearestCause(robot.joint_names[joint], offset, error, unit)

@@ -98,22 +98,24 @@ class ChangedZeros:
 def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
     """Return how a zero that may have changed adds to a place, by its unknowns, shape (3,)."""
     task, prior = system.task, system.task.prior
-    about, converged = linear_about(task, dict.fromkeys(prior.zeros, max(TYPICAL)))
-    about = about if converged else system
+    wide = dict.fromkeys(prior.zeros, max(TYPICAL))
+    about, converged = linear_about(task, wide)
+    if not converged:
+        about = system
     identifiable = np.flatnonzero(zero_deviations(about) < UNIDENTIFIABLE)
     candidates = [Explanation("", 1 - ZERO_CHANGED * len(identifiable), {})]
     for j in identifiable:
         joint = prior.robot.joint_names[j]
         candidates += changes_of(joint, ZERO_CHANGED, [prior.zeros[j]])
-    shares = probabilities(log_evidences(about, candidates)).tolist()
+    logs = log_evidences(about, candidates)
+    shares = probabilities(logs).tolist()
     certain = about.covariance_on_flange(place)
     covariance = system.covariance_on_flange(place)
     changed: dict[str, float] = {}
     for explanation, p in zip(candidates[1:], shares[1:], strict=True):
         freed = replace(about, task=task.freeing(explanation.widths))
         shift = (freed.change - about.change)[place]
-        covariance += p * (
-            freed.covariance_on_flange(place) - certain + np.outer(shift, shift)
-        )
+        widened = freed.covariance_on_flange(place) - certain
+        covariance += p * (widened + np.outer(shift, shift))
         changed[explanation.name] = changed.get(explanation.name, 0.0) + p
     return ChangedZeros(changed, covariance)

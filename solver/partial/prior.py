@@ -105,15 +105,17 @@ class ArmPrior:
         model = self.model
         y = x[: model.size].copy()
         y[self.ball] = -model.ball.nominal[self.ball]
-        p, p_by_unknowns, p_by_joints = model.linearise(y, q, moments)
-        R, R_by_unknowns, R_by_joints = model.linearise(y, q, moments, of_turns=True)
+        points = model.linearise(y, q, moments)
+        turns = model.linearise(y, q, moments, of_turns=True)
+        p, p_by_unknowns, p_by_joints = points
+        R, R_by_unknowns, R_by_joints = turns
         by_unknowns = np.hstack([p_by_unknowns, R_by_unknowns])
         by_joints = np.hstack([p_by_joints, R_by_joints])
-        of_tool = [
-            i for i, parameter in enumerate(model.parameters) if parameter.of_ball
-        ]
+        parameters = enumerate(model.parameters)
+        of_tool = [i for i, parameter in parameters if parameter.of_ball]
         by_unknowns[:, :, of_tool] = 0.0
-        of_ball = matrix_rpy(model.ball.origins(model.values(y))[-1, 3:])
+        origins = model.ball.origins(model.values(y))
+        of_ball = matrix_rpy(origins[-1, 3:])
         return Flanges(R @ of_ball.T, p, by_unknowns, by_joints)
 
 
@@ -136,18 +138,20 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
     n = model.size + 3 * len(sockets)
     of_model = [model.names.index(name) for name in fitted.names]
     into = np.array([*of_model, *range(model.size, n)], dtype=np.int64)
+    count = len(into)
     mean = np.zeros(n)
     mean[into] = np.concatenate([posterior.x, posterior.centres.ravel()])
-    covariance = block_matrix(
-        n, [(into, posterior.covariance[: len(into), : len(into)])]
-    )
+    block = posterior.covariance[:count, :count]
+    covariance = block_matrix(n, [(into, block)])
     prior = ArmPrior(
         model, mean, covariance, sockets, arm.calibrated.load, posterior.noise
     )
     for zero in arm.document.later_zeros:
-        i = prior.zeros[model.robot.joint_names.index(zero.joint)]
+        joint = model.robot.joint_names.index(zero.joint)
+        i = prior.zeros[joint]
         mean[i] += zero.offset
-        covariance[i, i] += zero.standard_deviation**2 if zero.offset else 0.0
+        if zero.offset:
+            covariance[i, i] += zero.standard_deviation**2
     return prior
 
 
@@ -155,8 +159,10 @@ def _nominal_prior(robot: Robot) -> ArmPrior:
     """Return the prior of an arm that was never calibrated, by the tolerances of its parts."""
     model = _model(robot, choose_parameters(robot), ())
     widths = np.zeros(model.size)
-    for i, p in enumerate(model.parameters):
-        widths[i] = UNKNOWN_BALL if p.of_ball else LENGTH if p.unit == "m" else ANGLE
+    for i, parameter in enumerate(model.parameters):
+        widths[i] = LENGTH if parameter.unit == "m" else ANGLE
+        if parameter.of_ball:
+            widths[i] = UNKNOWN_BALL
     mean, covariance = np.zeros(model.size), np.diag(widths**2)
     return ArmPrior(model, mean, covariance, {}, STANDARD_LOAD, NOMINAL_NOISE)
 

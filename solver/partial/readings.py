@@ -54,9 +54,8 @@ def turns_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
     turns = {AS_IS: rotation_matrices(quaternions)}
     numbers = [s.turn for s in samples]
     if any(len(row) != 3 for row in numbers):
-        turns["quaternions with w first"] = rotation_matrices(
-            quaternions[:, [1, 2, 3, 0]]
-        )
+        w_last = quaternions[:, [1, 2, 3, 0]]
+        turns["quaternions with w first"] = rotation_matrices(w_last)
         return turns
     for unit, factor in (("", 1.0), (" in degrees", math.pi / 180)):
         angles = factor * np.array(numbers)
@@ -70,9 +69,11 @@ def turns_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
 
 def _product(angles: np.ndarray, axes: str) -> np.ndarray:
     """Return products of turns about axes, angle by angle, shape (N, 3, 3)."""
+    units = dict(zip("xyz", np.eye(3), strict=True))
     product = np.eye(3)
     for column, axis in zip(angles.T, axes, strict=True):
-        product = product @ turn(np.outer(column, np.eye(3)["xyz".index(axis)]))
+        vectors = np.outer(column, units[axis])
+        product = product @ turn(vectors)
     return product
 
 
@@ -82,10 +83,11 @@ def poses_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
     poses: dict[str, np.ndarray] = {}
     for name, R in turns_of(samples).items():
         prefix = "" if name == AS_IS else f"{name}, "
-        poses[name] = as_poses(R, points)
+        as_named = as_poses(R, points)
         transposed = as_poses(R.swapaxes(1, 2), points)
+        poses[name] = as_named
         poses[f"{prefix}turns transposed or inverse, places not"] = transposed
-        poses[f"{prefix}inverse poses"] = np.linalg.inv(poses[name])
+        poses[f"{prefix}inverse poses"] = np.linalg.inv(as_named)
     return poses
 
 
@@ -127,7 +129,8 @@ def fitting_reading(
             return ""
         angle = max(start.angle, LEAST_ANGLE)
         place = max(start.distance, LEAST_PLACE)
-        fits[name] = Fit(angle, place, -3 * len(T) * math.log(angle * place))
+        evidence = -3 * len(T) * math.log(angle * place)
+        fits[name] = Fit(angle, place, evidence)
     as_is = fits[AS_IS]
     name, best = max(fits.items(), key=lambda item: item[1].evidence)
     gain = best.evidence - as_is.evidence
@@ -156,20 +159,23 @@ def fitting_order(prior: ArmPrior, q: np.ndarray, M: np.ndarray) -> str:
         return ""
     orders = np.array(list(permutations(range(m))))  # that in which they stand first
     rows = q[:, orders].swapaxes(0, 1).reshape(-1, m)
-    poses = prior.flanges(prior.mean, rows, np.zeros((len(rows), 3 * m)))
-    R, p = poses.R.reshape(-1, N, 3, 3), poses.p.reshape(-1, N, 3)
-    differences = np.median(np.abs(_angles(R) - _angles(M[None, :, :3, :3])), axis=1)
+    unloaded = np.zeros((len(rows), 3 * m))
+    poses = prior.flanges(prior.mean, rows, unloaded)
+    R = poses.R.reshape(-1, N, 3, 3)
+    p = poses.p.reshape(-1, N, 3)
+    measured, points = M[:, :3, :3], M[:, :3, 3]
+    misfits = np.abs(_angles(R) - _angles(measured[None]))
+    differences = np.median(misfits, axis=1)
     ranks = np.argsort(differences)[:CANDIDATES]
+    candidates = ranks[differences[ranks] < ANGLES_FIT].tolist()
     distances: list[tuple[float, int]] = []
-    for k in ranks[differences[ranks] < ANGLES_FIT].tolist():
+    for k in candidates:
         with suppress(MukcaError):
-            start = hand_eye(R[k], p[k], M[:, :3, :3], M[:, :3, 3])
+            start = hand_eye(R[k], p[k], measured, points)
             distances.append((start.distance, k))
-    (distance, best), (next_distance, _), *_ = [
-        *sorted(distances),
-        (np.inf, 0),
-        (np.inf, 0),
-    ]
+    nothing = (np.inf, 0)
+    ranked = [*sorted(distances), nothing, nothing]
+    (distance, best), (next_distance, _), *_ = ranked
     if best == 0 or distance > NEAR or distance > FAR_BETTER * next_distance:
         return ""
     column_of: list[int] = np.argsort(orders[best]).tolist()

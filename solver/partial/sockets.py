@@ -138,7 +138,10 @@ def require_samples(task: Task, zeros: int) -> None:
     """Refuse a task of fewer numbers than unknowns, with so many zeros of joints."""
     count = len(task.rows.q)
     sockets = len(task.rows.names)
-    if 3 * count + len(task.distances) <= 3 * (sockets - len(task.known)) + zeros:
+    new_sockets = sockets - len(task.known)
+    numbers = 3 * count + len(task.distances)
+    unknowns = 3 * new_sockets + zeros
+    if numbers <= unknowns:
         raise UsageError(
             f"{count} samples for {zeros} zeros and {sockets} sockets; record 6 in each"
         )

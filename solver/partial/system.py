@@ -223,13 +223,15 @@ def _at_end(slopes: np.ndarray, levers: np.ndarray) -> np.ndarray:
 
 def _distances(task: Task, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return errors of known distances, shape (D,) [m], and their derivatives, (D, size)."""
-    slopes = np.zeros((len(task.distances), task.size))
-    errors = np.zeros(len(task.distances))
+    count = len(task.distances)
+    slopes = np.zeros((count, task.size))
+    errors = np.zeros(count)
     for row, (a, b, distance) in enumerate(task.distances):
         first, second = task.places[[a, b], :3]
         offset = x[second] - x[first]
         length = float(np.linalg.norm(offset))
-        slopes[row, second] = offset / length
-        slopes[row, first] = -offset / length
+        direction = offset / length
+        slopes[row, second] = direction
+        slopes[row, first] = -direction
         errors[row] = length - distance
     return errors, slopes

@@ -59,15 +59,19 @@ class Rows:
         names: tuple[str, ...],
     ) -> "Rows":
         """Return the samples of placements, at the arm's load."""
+        torques = [prior.load.torques(prior.robot, m) for m in data]
+        wheres: list[str] = []
+        for m in data:
+            samples = m.placement.samples
+            wheres += [samples[int(rank)].where for rank in m.order]
+        warnings = chain.from_iterable(m.warnings for m in data)
         return Rows(
-            np.concatenate([m.positions for m in data]),
-            np.concatenate([prior.load.torques(prior.robot, m) for m in data]),
-            places,
-            names,
-            tuple(
-                m.placement.samples[int(rank)].where for m in data for rank in m.order
-            ),
-            tuple(chain.from_iterable(m.warnings for m in data)),
+            q=np.concatenate([m.positions for m in data]),
+            moments=np.concatenate(torques),
+            places=places,
+            names=names,
+            wheres=tuple(wheres),
+            warnings=tuple(warnings),
         )
 
     @property
@@ -115,9 +119,8 @@ class Task:
     @cached_property
     def known(self) -> list[int]:
         """Places that stand where the calibration saw them."""
-        return [
-            k for k, name in enumerate(self.rows.names) if name in self.prior.sockets
-        ]
+        names = enumerate(self.rows.names)
+        return [k for k, name in names if name in self.prior.sockets]
 
     @cached_property
     def tool_turn(self) -> slice:
@@ -144,16 +147,19 @@ class Task:
         end = self.scale.stop
         begins: list[int] = []
         for name in self.rows.names:
-            begins.append(self.prior.sockets.get(name, end))
-            end += axes * (name not in self.prior.sockets)
+            if name in self.prior.sockets:
+                begins.append(self.prior.sockets[name])
+            else:
+                begins.append(end)
+                end += axes
         return np.add.outer(begins, np.arange(axes))
 
     @property
     def with_exact_arm(self) -> "Task":
         """The same with an arm of which all is known but what is free."""
-        return replace(
-            self, prior=replace(self.prior, covariance=0 * self.prior.covariance)
-        )
+        nothing = np.zeros_like(self.prior.covariance)
+        exact = replace(self.prior, covariance=nothing)
+        return replace(self, prior=exact)
 
     def tolerating(self, factor: float) -> "Task":
         """Return the same of an arm whose parts are less exact by a factor."""

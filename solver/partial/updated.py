@@ -56,11 +56,8 @@ class Found:
         """Its place with standard deviations, in words."""
         sigma = np.sqrt(np.diag(self.frame.covariance))
         rows = zip(self.frame.xyz, sigma, strict=True)
-        return (
-            "x y z "
-            + " ".join(f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in rows)
-            + " mm"
-        )
+        numbers = [f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in rows]
+        return f"x y z {' '.join(numbers)} mm"
 
     def __repr__(self) -> str:
         return "\n".join(self.text)
@@ -68,13 +65,11 @@ class Found:
     def as_dict(self) -> dict[str, Any]:
         """Return it by name."""
         values = {**vars(self)}
-        frame, _ = values.pop("frame"), values.pop("calibration")
-        return {
-            **msgspec.to_builtins(frame),
-            **msgspec.to_builtins(
-                values, enc_hook=lambda value: np.asarray(value).tolist()
-            ),
-        }
+        del values["frame"], values["calibration"]
+        figures = msgspec.to_builtins(
+            values, enc_hook=lambda value: np.asarray(value).tolist()
+        )
+        return {**msgspec.to_builtins(self.frame), **figures}
 
     def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
         """Write ``calibrated.urdf`` and ``calibration.json`` with the link.
@@ -102,8 +97,10 @@ def found(
         rpy=origin.rpy,
         covariance=zeros.covariance.tolist(),
     )
-    notes = (*system.task.rows.warnings, *(() if zeros.told else zeros.text))
-    return Found(frame, updated(calibration, system, tool=frame), notes, untold)
+    doubts = () if zeros.told else zeros.text
+    notes = (*system.task.rows.warnings, *doubts)
+    with_link = updated(calibration, system, tool=frame)
+    return Found(frame, with_link, notes, untold)
 
 
 def not_enough(
@@ -114,8 +111,9 @@ def not_enough(
     if variances[-1] <= limit**2:
         return ()
     along = " ".join(f"{v:+.2f}" for v in directions[:, -1])
+    deviation = float(variances[-1]) ** 0.5
     return (
-        f"NOT ENOUGH DATA: these {subject} along ({along}), +- {1e3 * variances[-1] ** 0.5:.1f} mm "
+        f"NOT ENOUGH DATA: these {subject} along ({along}), +- {1e3 * deviation:.1f} mm "
         f"(limit {1e3 * limit:g} mm): {remedy}.",
     )
 
@@ -130,9 +128,10 @@ def updated(
     document, old = calibration.document, calibration.calibrated
     model, x = system.task.prior.model, system.state.x
     changes = dict(zip(model.names, system.shift, strict=False))
-    change = np.array(
-        [0.0 if tool and p.of_ball else changes[p.name] for p in old.parameters]
-    )
+    change = np.array([changes[parameter.name] for parameter in old.parameters])
+    if tool:
+        of_ball = [parameter.of_ball for parameter in old.parameters]
+        change[np.array(of_ball, dtype=bool)] = 0.0
     values, exported = old.values + change, old.geometry + change
     offsets = np.array([zero.offset for zero in zeros])
     if zeros:
@@ -194,7 +193,8 @@ def urdf_with_zeros(robot: Robot, offsets: Sequence[float]) -> bytes:
     parameters = tuple(all_parameters(robot))
     nominal = BallModel(robot, [p.index for p in parameters]).nominal
     arm = CalibratedRobot(robot, parameters, nominal)
-    return replace(arm, values=_with_zeros(arm, nominal, np.array(offsets))).urdf()
+    values = _with_zeros(arm, nominal, np.array(offsets))
+    return replace(arm, values=values).urdf()
 
 
 def _with_zeros(

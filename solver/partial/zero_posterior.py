@@ -89,7 +89,7 @@ def find_zeros(
         joints: Numbers of the named joints.
         factors: Prior probability of each factor on the deviations of the parts, 1 first.
     """
-    zeros = task.prior.zeros
+    names, zeros = task.prior.robot.joint_names, task.prior.zeros
     tasks = [task.tolerating(factor) for factor in factors]
     free = zeros[[*joints]] if joints else zeros
     widest, converged = linear_about(tasks[-1], dict.fromkeys(free, ZERO))
@@ -105,22 +105,22 @@ def find_zeros(
         logs = [log_evidences(system, sets) for system in systems]
         shares = probabilities(np.log(weights)[:, None] + logs)
         weights = shares.sum(axis=1)
-    changed = _probabilities_of_change(shares.sum(axis=0), sets, joints, len(zeros))
-    estimates = [
-        ZeroEstimates.of(system, np.flatnonzero(changed > SURE)) for system in systems
-    ]
-    likeliest = int(np.argmax(weights))
-    unchanged = float(shares[:, : len(WIDTHS)].sum())  # those of the empty set
-    names = task.prior.robot.joint_names
+    by_set = shares.sum(axis=0)
+    changed = _probabilities_of_change(by_set, sets, joints, len(zeros))
+    numbers = np.flatnonzero(changed > SURE)
+    estimates = [ZeroEstimates.of(system, numbers) for system in systems]
     offsets, deviations = _mixture(weights, estimates)
     offsets[deviations >= UNIDENTIFIABLE] = 0.0
     columns = changed.tolist(), offsets.tolist(), deviations.tolist()
+    unchanged = float(shares[:, : len(WIDTHS)].sum())  # those of the empty set
+    blind = estimates[0].deviations >= UNIDENTIFIABLE
+    likeliest = int(np.argmax(weights))
     return ZeroPosterior(
-        estimates[likeliest].system,
-        [*factors][likeliest],
-        None if joints else unchanged,
-        tuple(map(JointZero, names, *columns)),
-        tuple(compress(names, estimates[0].deviations >= UNIDENTIFIABLE)),
+        system=estimates[likeliest].system,
+        factor=[*factors][likeliest],
+        unchanged=None if joints else unchanged,
+        joints=tuple(map(JointZero, names, *columns)),
+        blind=tuple(compress(names, blind)),
     )
 
 
