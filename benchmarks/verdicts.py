@@ -478,12 +478,16 @@ REFUSED = {"sign-flipped": "sign", "out of order": "order", "swapped": "swap"}
 REFUSED |= {
     "reads one angle": "stuck",
     "are these degrees": "units",
-    "looks off by": "zero",
+    "looks off": "zero",
 }
 REFUSED |= {"same": "copies", "identical": "copies"}
 """Words of errors by which no calibration was made, and the cause that each names."""
 SET_RIGHT = {"drifted": "drift", "base moved": "base_moved", "ball sits": "ball_bent"}
-SET_RIGHT |= {" is off by ": "zero_lost", " in socket ": "socket", " reads ": "gain"}
+SET_RIGHT |= {
+    " to what it reads": "zero_lost",
+    " in socket ": "socket",
+    " reads ": "gain",
+}
 """Words on recordings that were set right, and the cause that each names."""
 VAGUE = ("sound", "unexplained", "", "few", "still", "floor", "model", "held-out")
 

@@ -86,6 +86,22 @@ def placements_in(folder: Path) -> list[Path]:
     )
 
 
+def empty_folders(paths: Iterable[Path]) -> list[Path]:
+    """Return the folders in folders of placements that hold no recording, nor anything else.
+
+    A folder with nothing but ``placement.json`` is empty: its recording is missing.
+    """
+    parents = [path for path in paths if path.is_dir() and not is_placement(path)]
+    children = [child for parent in parents for child in sorted(parent.iterdir())]
+    return [
+        child
+        for child in children
+        if child.is_dir()
+        and not child.name.startswith(".")
+        and all(file.name == METADATA for file in child.iterdir())
+    ]
+
+
 def is_placement(folder: Path) -> bool:
     """Return whether a folder holds a recording."""
     return any((folder / name).exists() for name in _FILES) or bool(_holes(folder))
@@ -131,6 +147,8 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
     if not placements:
         raise skipped[0]
     remarks = [f"{error}; the placement is left out" for error in skipped]
+    for folder in empty_folders(map(Path, paths)):
+        remarks.append(f"{folder}: an empty folder among the placements is left out")
     first, *others = distinctly_named(placements)
     return [replace(first, remarks=(*first.remarks, *remarks)), *others]
 

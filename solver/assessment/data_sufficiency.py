@@ -7,12 +7,14 @@ from itertools import chain
 
 from ..data import SAMPLES_ADVISED, Measurement, whole_name
 from ..results import (
+    Better,
     Diagnostic,
     Hypothesis,
     Scale,
 )
 from .accuracy import accuracy_rows, joints_held, size_known_row, travel_row
-from .formatting import plural
+from .conclusion import SURE
+from .formatting import percent, plural
 from .held_out import drift_rows
 from .limits import (
     LimitResult,
@@ -82,6 +84,8 @@ class Recordings:
     """True where distances between placements were given."""
     causes: Sequence[Hypothesis] = ()
     """Explanations of the recordings."""
+    better: Better | None = None
+    """Errors before and after a calibration on them, where that alone is asked."""
 
 
 def recording_rows(
@@ -103,10 +107,19 @@ def recording_rows(
             recordings.readings,
         )
         rows.append(scale_row(scale, distance, checks, causes, readings=readings))
-    return [
-        *rows,
-        samples_row(recordings.trained, recordings.held_out, tied=recordings.tied),
-    ]
+    samples = samples_row(recordings.trained, recordings.held_out, tied=recordings.tied)
+    return [*rows, _where_better(samples, recordings.better)]
+
+
+def _where_better(samples: LimitResult, better: Better | None) -> LimitResult:
+    """Return the row of samples where a calibration on few is better: they only bar a PASS."""
+    if samples.status != "not enough" or better is None or better.probability < SURE:
+        return samples
+    text = (
+        "a calibration on them is better than the nominal model "
+        f"({percent(better.probability)}), but no PASS: {samples.text}"
+    )
+    return limit_row("samples", "warning", samples.reason, text=text)
 
 
 def checks_row(

@@ -193,7 +193,7 @@ def scale_row(
         digits = 1 if abs(likely - distance) >= 2e-4 else 2
         text += (
             f": the sockets are {1e3 * likely:.{digits}f} mm apart, or every length of the model "
-            f"is {abs(100 * scale.value):.1f} % off"
+            f"is {abs(100 * scale.value):.2f} % off"
         )
         cure = "measure the distance a second time, and give each reading by --distance"
         text += ", though the distance was read twice" if readings > 1 else f": {cure}"

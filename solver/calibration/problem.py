@@ -9,7 +9,7 @@ from .. import results
 from ..bayes.model import set_apart
 from ..bayes.selection import FoundMovement
 from ..data import Measurement, RobotRecordings
-from ..diagnostics import Survey, where_of
+from ..diagnostics import SIZE_BY_DISTANCE, Survey, by_fit, where_of
 from .options import SolveOptions
 
 STEADY = "screw the base down, let the arm warm up, and record it again"
@@ -38,6 +38,25 @@ class CalibrationProblem(RobotRecordings):
             *(("train", m) for m in self.measurements),
             *(("test", m) for m in self.test),
         ]
+
+    def sized(self, scale: results.Scale) -> "CalibrationProblem":
+        """Return the problem whose explanations of the arm's size have that of a fit.
+
+        Where other lengths than those between a base's sockets are known, a fit follows these, and
+        where something else is more probable, it may be why the fit made the arm larger.
+        """
+        survey = self.survey
+        by_bases_alone = all(m.kind == "sockets" for m in self.measurements)
+        if self.options.distances or self.options.located or not by_bases_alone:
+            return self
+        if all(h.name not in SIZE_BY_DISTANCE for h in survey.hypotheses[:1]):
+            return self
+        hypotheses = tuple(by_fit(h, scale.value) for h in survey.hypotheses)
+        pairs = zip(survey.hypotheses, hypotheses, strict=True)
+        texts = {before.text: after.text for before, after in pairs}
+        checks = [replace(c, text=texts.get(c.text, c.text)) for c in self.checks]
+        sized = replace(survey, hypotheses=hypotheses)
+        return replace(self, checks=tuple(checks), survey=sized)
 
     def at_rest(
         self,

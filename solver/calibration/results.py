@@ -27,6 +27,8 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     if selected is not None:
         shifts = posterior and posterior.moved
         problem = problem.at_rest(shifts, selected.movements, calibrated)
+    scale = estimates.scale_of(fit)
+    problem = problem.sized(scale)
     before = ball_refitted(problem)
     errors = errors_of(problem, fit, before)
     figures = estimates.known_of(fit, problem, before)
@@ -57,7 +59,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         load=calibrated.load,
         refitted_ball=None if before is None else as_point(before.values),
         data=samples_of(problem, posterior),
-        scale=estimates.scale_of(fit),
+        scale=scale,
         outlook=outlook_of(problem, fit),
         **figures,
     )

@@ -13,7 +13,14 @@ import numpy as np
 from ..bayes.inference import FitPosterior, Posterior, estimate, refit
 from ..bayes.model import ExtendedModel, extend
 from ..bayes.model.effects import EFFECTS, effects_of
-from ..bayes.results import scale, unit, variances_of, workspace_errors
+from ..bayes.results import (
+    Models,
+    better_than_nominal,
+    scale,
+    unit,
+    variances_of,
+    workspace_errors,
+)
 from ..data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
@@ -28,7 +35,7 @@ from ..data import (
     observe,
 )
 from ..paper import NotConverged
-from ..results import ErrorMap, JointEffect, Scale
+from ..results import Better, ErrorMap, JointEffect, Scale
 from ..robot import Robot, choose_parameters, workspace
 from .information import from_fit
 
@@ -160,6 +167,8 @@ class Accuracy(NamedTuple):
     """By how much the arm comes out larger than its model."""
     length: float | None
     """Median of those distances [m]."""
+    better: Better
+    """Errors of distances by the nominal model and by the calibrated one."""
 
 
 def accuracy_by(
@@ -192,4 +201,21 @@ def accuracy_by(
     errors = workspace_errors(arm, load)
     if not np.isfinite(errors.median):
         return None
-    return Accuracy(errors.median, scale(arm), errors.length)
+    better = _better(arm, load, [m.positions for m in measurements])
+    return Accuracy(errors.median, scale(arm), errors.length, better)
+
+
+def _better(posterior: Posterior, load: Load, recorded: Sequence[np.ndarray]) -> Better:
+    """Return the errors of distances by the nominal model, its ball put right, and by the fit."""
+    model = posterior.model
+    of_ball = np.array([p.of_ball for p in model.parameters])
+    nominal = np.where(of_ball, posterior.values, model.ball.nominal)
+
+    def nominal_points(q: np.ndarray) -> np.ndarray:
+        return model.ball.points(nominal, q)
+
+    def calibrated_points(q: np.ndarray) -> np.ndarray:
+        return posterior.predict(q, load.moments(model.robot, q, None))
+
+    models = Models(nominal_points, calibrated_points, corrected=False)
+    return better_than_nominal(posterior, load, models, recorded)

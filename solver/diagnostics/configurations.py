@@ -21,13 +21,17 @@ from ..results import Diagnostic
 from ..robot import Robot
 from .hypotheses import ARMS
 
-SUSPECT, WRONG = 0.003, 0.01
-"""Shares by which an arm's size may differ from its model's: more than the first is doubtful, more
-than the second is a mistake."""
+SUSPECT = 0.003
+"""Share by which an arm may differ in size from its model; more is doubtful."""
+WRONG = 0.01
+"""The same; more is a mistake."""
 DEVIATIONS = 3
-GROSS, GROSS_SIZE, DOUBTED = 0.03, 5e-4, 0.05
-"""Share of readings that are grossly wrong, by how much [m], and the probability of that above
-which a second reading is asked for."""
+GROSS = 0.03
+"""Share of readings that are grossly wrong."""
+GROSS_SIZE = 5e-4
+"""By how much such a reading is wrong [m]."""
+DOUBTED = 0.05
+"""Probability of a gross error above which a second reading is asked for."""
 NEAR = np.deg2rad(1.0)
 """Two configurations closer than this on every joint are nearly the same."""
 LISTED = 5
@@ -41,7 +45,10 @@ FEWEST = 10
 
 
 def size_level(
-    value: float, deviation: float | None, distance: float = 0.0, readings: int = 1
+    value: float,
+    deviation: float | None,
+    distance: float = 0.0,
+    readings: int = 1,
 ) -> Literal["error", "unknown", "warning"] | None:
     """Return how doubtful an arm's size is, larger by a share ``value``; None for not at all.
 
@@ -78,7 +85,8 @@ def gross_error(value: float, deviation: float, distance: float) -> float:
 
 
 def named(
-    measurements: Sequence[Measurement], lengths: Sequence[KnownDistance]
+    measurements: Sequence[Measurement],
+    lengths: Sequence[KnownDistance],
 ) -> list[KnownDistance]:
     """Return known distances with the whole names of their placements.
 
@@ -161,7 +169,8 @@ def near_duplicates(rows: np.ndarray) -> dict[int, int]:
 
 
 def single_socket_diagnostics(
-    measurements: Sequence[Measurement], lengths: Sequence[KnownDistance] = ()
+    measurements: Sequence[Measurement],
+    lengths: Sequence[KnownDistance] = (),
 ) -> list[Diagnostic]:
     """Return placements with one socket, which no known distance ties to a length.
 

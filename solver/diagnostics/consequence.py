@@ -5,7 +5,6 @@ Both models are fitted to the same samples, whose weights are robust.
 
 from collections.abc import Collection, Sequence
 from functools import cached_property
-from itertools import chain
 
 import numpy as np
 
@@ -13,15 +12,23 @@ from ..results import Consequence
 from ..robot import workspace
 from .hypotheses import INDEPENDENT, Candidate, Scene, robust_weights, typical
 
-POSES, PAIRS, ROUNDS = 200, 400, 5
-"""Random poses of the workspace, pairs of poses, and rounds of the robust fits."""
-PREDICTED_MARGIN, LARGEST_PREDICTED = 3.0, 2e-3
-"""The predicted error of distances may be this many times the limit on held-out errors, but no more
-than so much [m], or that limit: good recordings of arms that repeat to 0.1 mm come to 1 to 2.4."""
+POSES = 200
+"""Random poses of the workspace."""
+PAIRS = 400
+"""Pairs of poses."""
+ROUNDS = 5
+"""Rounds of the robust fits."""
+PREDICTED_MARGIN = 3.0
+"""The predicted error of distances may be this many times the limit on held-out errors."""
+LARGEST_PREDICTED = 2e-3
+"""But it may be no more than this, or that limit [m]: good recordings of arms that repeat to 0.1 mm
+come to 1 to 2.4 mm."""
 MARGIN = 3.0
 """Limit on held-out errors, in repeatabilities."""
-SEVERE, SLIGHT = 1 / 3, 1 / 10
-"""Shares of the limit above which a consequence is an error, and below which it is a note."""
+SEVERE = 1 / 3
+"""Share of the limit above which a consequence is an error."""
+SLIGHT = 1 / 10
+"""Share of the limit below which it is a note."""
 SHIFTED = ("zero", "gain")
 """Causes by which a joint reads something else in all poses."""
 OF_GEOMETRY = ("length", "angle", "version")
@@ -39,18 +46,18 @@ def level_of(consequence: Consequence, noise: float) -> str:
     ``error``: the model could be worse than the nominal one by it, or it is more than a third of
     the limit on predicted errors of distances. ``note``: it is below a tenth of that limit.
     """
-    change = consequence
-    share = max(change.near, change.workspace) / predicted_limit(MARGIN * noise)
+    near, everywhere = consequence.near, consequence.workspace
+    share = max(near, everywhere) / predicted_limit(MARGIN * noise)
     if share <= SLIGHT:
         return "note"
-    worse = (
-        change.near > change.near_before or change.workspace > change.workspace_before
-    )
-    return "error" if worse or share > SEVERE else "warning"
+    if near > consequence.near_before or everywhere > consequence.workspace_before:
+        return "error"
+    return "error" if share > SEVERE else "warning"
 
 
 def consequence_of(
-    finding: Candidate, training: Collection[str] = ()
+    finding: Candidate,
+    training: Collection[str] = (),
 ) -> Consequence | None:
     """Return what an explanation does to distances near the recorded places and elsewhere.
 
@@ -62,28 +69,29 @@ def consequence_of(
         return None
     names = [m.name for m in scene.measurements]
     counted = [p for p, name in enumerate(names) if not training or name in training]
-    plain_fit, fit = _Fit(scene, counted), _Fit(finding.after(), counted)
+    without = _Fit(scene, counted)
+    beside = _Fit(finding.after(), counted)
+    poses = [workspace(scene.robot, POSES)]
+    poses += [scene.q[scene.places[place]] for place in counted]
     shifts: list[float] = []
-    before: list[float] = []
-    for q in (
-        workspace(scene.robot, POSES),
-        *(scene.q[scene.places[p]] for p in counted),
-    ):
-        points = plain_fit.points(q)
-        shifts.append(spread(fit.points(q, finding) - points))
-        before.append(spread(points - plain_fit.nominal_points(q)))
-    place = 1 + int(np.argmax(shifts[1:]))
-    return Consequence(shifts[place], shifts[0], before[place], before[0])
+    errors: list[float] = []
+    for q in poses:
+        points = without.points(q)
+        shifts.append(spread(beside.points(q, finding) - points))
+        errors.append(spread(points - without.nominal_points(q)))
+    everywhere, *near = shifts
+    place = 1 + int(np.argmax(near))
+    return Consequence(shifts[place], everywhere, errors[place], errors[0])
 
 
 def nominal_errors(scene: Scene) -> float:
     """Return the errors of distances by the nominal model near the recorded places [m]."""
     fit = _Fit(scene, range(len(scene.places)))
-    sizes: list[float] = []
+    errors: list[float] = []
     for rows in scene.places:
         q = scene.q[rows]
-        sizes.append(spread(fit.points(q) - fit.nominal_points(q)))
-    return max(sizes)
+        errors.append(spread(fit.points(q) - fit.nominal_points(q)))
+    return max(errors)
 
 
 def spread(shifts: np.ndarray) -> float:
@@ -105,16 +113,19 @@ class _Fit:
     def __init__(self, scene: Scene, counted: Sequence[int]) -> None:
         """Fit the placements of some indices."""
         self.scene = scene
-        rows, samples = _rows_of(scene, counted)
-        B, r = scene.nuisances[rows], scene.residuals[rows]
+        of_samples = _rows_of_samples(scene, counted)
+        rows = of_samples + _rows_of_lengths(scene, counted)
+        B = scene.nuisances[rows]
+        r = scene.residuals[rows]
+        count = len(of_samples)
         weights, x = np.ones(len(r)), np.zeros(B.shape[1])
         for _ in range(ROUNDS):
-            errors = (r - B @ x)[:samples].reshape(-1, 3)
+            errors = (r - B @ x)[:count].reshape(-1, 3)
             noise = float(typical(errors))
-            weights[:samples] = np.repeat(robust_weights(errors, noise), 3)
-            across = (B * weights[:, None]).T
+            weights[:count] = np.repeat(robust_weights(errors, noise), 3)
+            weighted = (B * weights[:, None]).T
             precision = noise**2 / INDEPENDENT * np.eye(len(x))
-            x = np.linalg.solve(across @ B + precision, across @ r)
+            x = np.linalg.solve(weighted @ B + precision, weighted @ r)
         self._x = x
 
     @cached_property
@@ -128,20 +139,23 @@ class _Fit:
 
     def points(self, q: np.ndarray, finding: Candidate | None = None) -> np.ndarray:
         """Return the ball's places as the fit has them, with an explanation of the arm if any."""
-        unknowns, true = self.unknowns.copy(), q.copy()
         name = "" if finding is None else finding.kind.name
         if finding is None or name not in SHIFTED + OF_GEOMETRY:
-            return self._predict(unknowns, true)
+            return self._predict(self.unknowns, q)
+        unknowns, true = self.unknowns.copy(), q.copy()
         block, scene = finding.block, self.scene
         values = max(block.widths) * self._x[-block.unknowns :]
         if name in OF_GEOMETRY:
             columns: np.ndarray = scene.by_geometry @ scene.usual
             shift: np.ndarray = block.columns[0] @ values
-            change = scene.usual @ np.linalg.pinv(columns, rcond=1e-6) @ shift
+            inverse = np.linalg.pinv(columns, rcond=1e-6)
+            change = scene.usual @ inverse @ shift
             unknowns[: len(change)] += change
         else:
-            joint = scene.robot.joint_names.index(block.parameters[0]["joint"])
-            true[:, joint] += values[0] * (q[:, joint] if name == "gain" else 1.0)
+            (names,) = block.parameters
+            joint = scene.robot.joint_names.index(names["joint"])
+            turns = q[:, joint] if name == "gain" else 1.0
+            true[:, joint] += values[0] * turns
         return self._predict(unknowns, true)
 
     def nominal_points(self, q: np.ndarray) -> np.ndarray:
@@ -152,20 +166,27 @@ class _Fit:
         return self._predict(unknowns, q)
 
     def _predict(self, unknowns: np.ndarray, q: np.ndarray) -> np.ndarray:
-        moments = self.scene.load.moments(self.scene.heavy, q, None)
-        return self.scene.model.predict(unknowns, q, moments)
+        scene = self.scene
+        moments = scene.load.moments(scene.heavy, q, None)
+        return scene.model.predict(unknowns, q, moments)
 
 
-def _rows_of(scene: Scene, counted: Sequence[int]) -> tuple[list[int], int]:
-    """Return the rows of some placements' samples, then of distances between these; and how many.
+def _rows_of_samples(scene: Scene, counted: Sequence[int]) -> list[int]:
+    """Return the rows of some placements' samples."""
+    every = range(scene.all_samples.stop)
+    rows: list[int] = []
+    for place in counted:
+        rows += every[scene.rows(scene.places[place])]
+    return rows
 
-    The number is that of the rows of samples.
-    """
-    every = range(scene.all_lengths.stop)
-    rows = [*chain.from_iterable(every[scene.rows(scene.places[p])] for p in counted)]
-    names = {scene.measurements[p].name for p in counted}
-    lengths: list[int] = []
+
+def _rows_of_lengths(scene: Scene, counted: Sequence[int]) -> list[int]:
+    """Return the rows of the known distances between sockets of some placements."""
+    names = [scene.measurements[place].name for place in counted]
+    rows: list[int] = []
     for row, length in enumerate(scene.known, scene.all_lengths.start):
-        if {scene.labels[length.first][0], scene.labels[length.second][0]} <= names:
-            lengths.append(row)
-    return rows + lengths, len(rows)
+        first, _ = scene.labels[length.first]
+        second, _ = scene.labels[length.second]
+        if first in names and second in names:
+            rows.append(row)
+    return rows

@@ -29,8 +29,10 @@ ACTIONS: dict[str, Action] = {
 }
 OF_SAMPLES: tuple[Action, ...] = ("relabel", "merge", "leave out")
 """Those that change samples one by one."""
-SET_RIGHT, AS_RECORDED = "set_right", "--as-recorded does not"
-"""Code of what was set right, and the option that keeps it as it is."""
+SET_RIGHT = "set_right"
+"""Code of what was set right."""
+AS_RECORDED = "--as-recorded does not"
+"""The option that keeps it as it is."""
 PLAY_HINT = "; or it is play: for an arm made of servos say --zeros, by --method auto"
 """Added to the advice on what play may look like."""
 LEAST = 2
@@ -54,7 +56,9 @@ class Correction:
 
 
 def correction_of(
-    finding: Candidate, diagnostic: Diagnostic, measured: Measurement
+    finding: Candidate,
+    diagnostic: Diagnostic,
+    measured: Measurement,
 ) -> Correction | None:
     """Return what sets a placement's finding right; None where nothing does, or it hardly counts.
 
@@ -88,7 +92,7 @@ def correction_of(
         apart = (
             Apart(BALL, p["size"])
             if name == "ball_bent"
-            else Apart(p["joint"], p["offset"])
+            else Apart(p["joint"], -p["offset"])
         )
         return replace(correction, action="set apart", apart=apart)
     first, count = correction.ranks[0], len(measured.placement.samples)
@@ -156,7 +160,9 @@ def corrected(
 
 
 def _taken_out(
-    samples: list[Sample | None], correction: Correction, name: str
+    samples: list[Sample | None],
+    correction: Correction,
+    name: str,
 ) -> list[Sample]:
     """Take samples out of a placement, and return those that lie in a socket of another."""
     true_placement, socket = correction.seat
@@ -174,7 +180,8 @@ def _taken_out(
 
 
 def _parts(
-    measured: Measurement, pieces: Sequence[Sequence[Sample]]
+    measured: Measurement,
+    pieces: Sequence[Sequence[Sample]],
 ) -> Iterator[Measurement]:
     """Yield a placement's parts, each a placement; the first has its name for now, and alarms.
 
@@ -193,7 +200,9 @@ def _parts(
 
 
 def _kept(
-    part: Measurement, more: Sequence[Sample], minimum: int
+    part: Measurement,
+    more: Sequence[Sample],
+    minimum: int,
 ) -> Measurement | None:
     """Return a part with more samples, recorded last, and the sockets that tell something.
 
@@ -220,7 +229,9 @@ def _named(parts: Sequence[Measurement]) -> list[Measurement]:
 
 
 def _remark(
-    correction: Correction, measured: Measurement, names: set[str]
+    correction: Correction,
+    measured: Measurement,
+    names: set[str],
 ) -> Diagnostic:
     """Return what was done, in place of the advice."""
     count = len(correction.ranks)

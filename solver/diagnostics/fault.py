@@ -8,7 +8,7 @@ import numpy as np
 
 from ...recorder import Placement
 from ..results import Hypothesis
-from .hypotheses import Candidate
+from .hypotheses import Candidate, Parameters, Scene
 
 RIVAL = 3.0
 """Log Bayes factor up to which a fault of another kind counts as nearly as probable."""
@@ -78,27 +78,35 @@ def fault_of(candidate: Candidate, evidence: float) -> Fault:
     names = [m.name for m in scene.measurements]
     place = names.index(p.get("placement", names[-1]))
     placement = scene.measurements[place].placement
-    rows = scene.places[place]
-    first, end = 0, len(placement.samples)
-    if "sample" in p:
-        seat = scene.labels.index((names[place], p["socket"]))
-        in_seat = scene.sockets[rows] == seat
-        row = np.argmax(in_seat & (scene.numbers[rows] == p["sample"]))
-        first = int(scene.times[place][row])
-    if candidate.kind.name == "ball_sample":
-        end = first + 1
-    numbers = p.get("numbers") or tuple(
-        number_of(placement, i) for i in range(first, end)
-    )
+    numbers = p.get("numbers")
+    if not numbers:
+        first, end = _first_row(scene, place, p), len(placement.samples)
+        if candidate.kind.name == "ball_sample":
+            end = first + 1
+        numbers = tuple(number_of(placement, row) for row in range(first, end))
     hypothesis = candidate.hypothesis()
-    if "offset" in p and "size" not in p:  # of a joint, how far its ball moved
-        joint = scene.robot.joint_names.index(p["joint"])
-        levers = np.linalg.norm(scene.by_joints[rows, :, joint], axis=1)
-        size = abs(p["offset"]) * float(levers.mean())
-        hypothesis = replace(
-            hypothesis, parameters={**hypothesis.parameters, "size": size}
-        )
+    if "offset" in p and "size" not in p:
+        sized = {**hypothesis.parameters, "size": _moved(scene, place, p)}
+        hypothesis = replace(hypothesis, parameters=sized)
     return Fault(hypothesis, place, numbers, evidence, p.get("other"))
+
+
+def _first_row(scene: Scene, place: int, p: Parameters) -> int:
+    """Return the first sample that an explanation concerns, by its rank in the recording."""
+    if "sample" not in p:
+        return 0
+    rows = scene.places[place]
+    seat = scene.labels.index((p["placement"], p["socket"]))
+    is_first = (scene.sockets[rows] == seat) & (scene.numbers[rows] == p["sample"])
+    return int(scene.times[place][np.argmax(is_first)])
+
+
+def _moved(scene: Scene, place: int, p: Parameters) -> float:
+    """Return how far the ball moved by the offset of a joint, on average [m]."""
+    joint = scene.robot.joint_names.index(p["joint"])
+    slopes = scene.by_joints[scene.places[place], :, joint]
+    levers = np.linalg.norm(slopes, axis=1)
+    return abs(p["offset"]) * float(levers.mean())
 
 
 def number_of(placement: Placement, row: int) -> int:

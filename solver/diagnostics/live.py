@@ -13,7 +13,6 @@ import numpy as np
 from ...recorder import Placement
 from ..data import Measurement, RobotRecordings, places_of
 from ..robot import Robot
-from .explain import scene_of
 from .fault import Fault, FaultComparison, fault_of
 from .hypotheses import (
     COARSE,
@@ -26,17 +25,24 @@ from .hypotheses import (
 )
 from .relabelling import FORGOTTEN, Run, forgotten, relabelled, runs_of
 from .robust_fit import ABOUT, FEW, RigidModel
+from .scene_fit import scene_of
 
 LEAST = 6
 """Fewest samples for a check."""
-EVIDENCE, MORE = 2.5, 8.0
-"""Log Bayes factor of all faults together against sound samples from which the first is reported,
-and a further one."""
+EVIDENCE = 2.5
+"""Log Bayes factor of all faults against sound samples from which the first is reported."""
+MORE = 8.0
+"""The same for a further one."""
 DOUBT = -2.0
 """Log Bayes factor of any fault from which samples in other sockets are considered."""
-STEPS, TIMES, CLOSE, LITTLE = 6, 2.0, 16, 1e-3
-"""Steps of a fit to samples in other sockets; those that leave up to so many times the least error,
-so many of them at most, and all that leave at most this [m], are looked at closely."""
+STEPS = 6
+"""Steps of a fit to samples in other sockets."""
+TIMES = 2.0
+"""Those that leave up to so many times the least error are looked at closely."""
+CLOSE = 16
+"""So many of them are, at most."""
+LITTLE = 1e-3
+"""All that leave at most this are looked at closely [m]."""
 MANY = 1000
 """More sockets than a base has."""
 SHARE = 1.0
@@ -47,8 +53,10 @@ WIDES = (1.0, 3.0)
 """Factors on the effects of an arm; those of heavy arms are larger."""
 NOT_OF_SERVOS = ("distance", "ball_loose")
 """Explanations that are not considered for arms made of servos."""
-SMALL, CLEAN = 0.015, 2.0
-"""Size [m] and remaining noise, as a multiple of the usual, of a fault that is no other socket."""
+SMALL = 0.015
+"""Size of a fault that is no other socket [m]."""
+CLEAN = 2.0
+"""Noise that such a fault may leave, as a multiple of the usual."""
 FAULTS = 3
 """Largest number of faults."""
 
@@ -96,13 +104,16 @@ class LiveCheck:
 
     def _unseated(self, comparison: FaultComparison) -> list[Fault]:
         """Return balls that were not seated, if a few explain the scatter better; else none."""
-        faults, evidence = list[Fault](), 0.0
+        faults: list[Fault] = []
+        evidence = 0.0
         evidence_loose = comparison.factor(comparison.best)
         for _ in range(FAULTS):
             balls = [c for c in comparison.causes if c.kind.name == "ball_sample"]
-            best = max(balls, key=comparison.factor, default=comparison.sound)
+            if not balls:
+                break
+            best = max(balls, key=comparison.factor)
             factor = comparison.factor(best)
-            if best is comparison.sound or factor < 0:
+            if factor < 0:
                 break
             evidence += factor
             faults.append(fault_of(best, factor))
@@ -112,17 +123,22 @@ class LiveCheck:
         return []
 
     def scene(
-        self, placements: Sequence[Placement], start: np.ndarray | None = None
+        self,
+        placements: Sequence[Placement],
+        start: np.ndarray | None = None,
     ) -> Scene:
         """Return the samples as a linear model about a robust fit, begun at some unknowns."""
         measured = [Measurement(p, p.distance or 0.0) for p in placements]
-        places = places_of(
-            [RobotRecordings(self._model.robot, measured)], require_scale=False
-        )
+        recordings = RobotRecordings(self._model.robot, measured)
+        places = places_of([recordings], require_scale=False)
         lengths = [length for length in places.known if length.distance]
-        nothing = [0.0] * len(measured)
         return scene_of(
-            self._model, measured, lengths, self._repeatability, nothing, start
+            self._model,
+            measured,
+            lengths,
+            self._repeatability,
+            floors=[0.0] * len(measured),
+            start=start,
         )
 
     def _compared(self, scene: Scene) -> FaultComparison:
@@ -131,18 +147,25 @@ class LiveCheck:
             arms = [replace(scene, play=play, wide=max(WIDES)) for play in PLAYS]
         else:
             arms = [replace(scene, wide=wide) for wide in WIDES]
-        comparisons = [Comparison(arm, self._kinds, SHARE).candidates for arm in arms]
-        logs = [[c.log_evidence for c in candidates] for candidates in comparisons]
-        evidence_of_arms = [np.logaddexp.reduce(logs_of_arm) for logs_of_arm in logs]
-        of_sound = np.logaddexp.reduce([sound for sound, *_ in logs])
-        of_causes = np.logaddexp.reduce(
-            [*chain.from_iterable(causes for _, *causes in logs)]
-        )
-        first, *others = comparisons[int(np.argmax(evidence_of_arms))]
-        return FaultComparison(first, others, float(of_causes - of_sound))
+        comparisons: list[FaultComparison] = []
+        of_arms: list[float] = []
+        of_sound: list[float] = []
+        of_causes: list[float] = []
+        for arm in arms:
+            candidates = Comparison(arm, self._kinds, SHARE).candidates
+            logs = [candidate.log_evidence for candidate in candidates]
+            of_arms.append(float(np.logaddexp.reduce(logs)))
+            of_sound.append(logs[0])
+            of_causes += logs[1:]
+            comparisons.append(FaultComparison(candidates[0], candidates[1:], 0.0))
+        likeliest = comparisons[int(np.argmax(of_arms))]
+        evidence = np.logaddexp.reduce(of_causes) - np.logaddexp.reduce(of_sound)
+        return replace(likeliest, evidence=float(evidence))
 
     def _relabelled(
-        self, placements: Sequence[Placement], comparison: FaultComparison
+        self,
+        placements: Sequence[Placement],
+        comparison: FaultComparison,
     ) -> list[Candidate]:
         """Return samples that may be of another socket, as causes.
 
@@ -152,46 +175,53 @@ class LiveCheck:
         arm, best = comparison.sound.scene, comparison.best
         is_small = best.parameters.get("size", math.inf) < SMALL
         leaves_nothing = best.sigma < CLEAN * arm.noise
-        if arm.explained or (
-            is_small and leaves_nothing and comparison.factor(best) > EVIDENCE
-        ):
+        is_told = comparison.factor(best) > EVIDENCE
+        if arm.explained or (is_small and leaves_nothing and is_told):
             return []
         *before, placement = placements
         runs = list(runs_of(placement))
         prior = math.log(FORGOTTEN.prior / max(len(runs), 1))
         errors = self._left(placements, arm.x, runs)
-        limit = min(
-            [TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]]
-        )
-        causes = list[Candidate]()
+        ascending = sorted(errors)
+        limits = [TIMES * error for error in ascending[:1]]
+        limits += ascending[CLOSE : CLOSE + 1]
+        limit = min(limits, default=0.0)
+        causes: list[Candidate] = []
         for run, error in zip(runs, errors, strict=True):
             if error <= max(LITTLE, limit):
                 parts = [*before, relabelled(placement, run)]
-                scene = replace(self.scene(parts, arm.x), play=arm.play, wide=arm.wide)
-                sound = sound_recordings(scene, SHARE)
+                scene = self.scene(parts, arm.x)
+                of_arm = replace(scene, play=arm.play, wide=arm.wide)
+                sound = sound_recordings(of_arm, SHARE)
                 causes.append(forgotten(sound, placement, run, prior))
         return causes
 
     def _left(
-        self, placements: Sequence[Placement], x: np.ndarray, runs: Sequence[Run]
+        self,
+        placements: Sequence[Placement],
+        x: np.ndarray,
+        runs: Sequence[Run],
     ) -> list[float]:
         """Return the mean error of a linear fit with each of some runs corrected [m]."""
+        *before, placement = placements
         count = max(ABOUT // len(placements), FEW)
-        few = [p.samples[:: max(len(p.samples) // count, 1)] for p in placements[:-1]]
-        parts = [*few, placements[-1].samples]
-        last = len(few)
-        q = np.array([s.position for s in chain(*parts)])
-        seats = np.array(
-            [MANY * i + s.socket for i, part in enumerate(parts) for s in part]
-        )
-        start = len(q) - len(parts[last])
+        parts = [p.samples[:: max(len(p.samples) // count, 1)] for p in before]
+        start = sum(map(len, parts))
+        parts.append(placement.samples)
+        last = MANY * len(before)
+        q = np.array([sample.position for sample in chain(*parts)])
+        seats_of_all: list[int] = []
+        for i, part in enumerate(parts):
+            seats_of_all += [MANY * i + sample.socket for sample in part]
+        seats = np.array(seats_of_all)
         no_points = np.zeros((len(q), 3))
         linear = self._model.linearised(x, q)
         errors: list[float] = []
         for rows, socket in runs:
             of_run = seats.copy()
-            of_run[start + np.array(rows)] = MANY * last + socket
-            sockets = np.unique(of_run, return_inverse=True)[1]
-            fit = self._model.fit(Samples(q, sockets, no_points), STEPS, x, linear)
+            of_run[start + np.array(rows)] = last + socket
+            _, sockets = np.unique(of_run, return_inverse=True)
+            samples = Samples(q, sockets, no_points)
+            fit = self._model.fit(samples, STEPS, x, linear)
             errors.append(float(fit.errors.mean()))
         return errors

@@ -46,7 +46,10 @@ def relabelled(placement: Placement, run: Run) -> Placement:
 
 
 def forgotten(
-    sound: Candidate, placement: Placement, run: Run, log_prior: float
+    sound: Candidate,
+    placement: Placement,
+    run: Run,
+    log_prior: float,
 ) -> Candidate:
     """Return a change of socket that was not told, by the scene of relabelled samples."""
     numbers = [number_of(placement, i) for i in run.rows]

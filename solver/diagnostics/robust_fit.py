@@ -3,7 +3,6 @@
 Gauss-Newton steps with Student's noise; priors of fixed width hold the arm, and its scale, nominal.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import log
 
@@ -11,10 +10,9 @@ import numpy as np
 
 from ..bayes.model import extend
 from ..bayes.model.effects import JOINT_OFFSET
-from ..robot import BallModel, Robot, choose_parameters
+from ..robot import Robot, choose_parameters
 from .hypotheses import (
     ARMS,
-    BALL,
     SMALLEST,
     Samples,
     Scene,
@@ -25,28 +23,27 @@ from .hypotheses import (
     typical,
     widths_of,
 )
+from .nominal_fit import TURN, NominalFit
 
 SCALE = 1e-5
 """Standard deviation of the prior that holds the arm's scale at nominal; points tell it."""
 ITERATIONS = 40
-MAX_OFFSET = np.deg2rad(30)
-"""Prior standard deviation of joint offsets in a search [rad]."""
-SEED_ITERATIONS = 6
-"""Iterations for the ball's place, and joint offsets."""
 SETTLED = 1e-2
 """Relative change of the noise, and change of the unknowns in widths, at which a fit ends."""
 LARGEST_STEP = 0.2
 """Of any unknown in an iteration [m], [rad]."""
-TURN = 1.0
-"""Width of the prior of a frame's turn in a step [rad]."""
 UNEXPLAINED = 5e-3
 """Largest error of a fit to sound recordings [m]."""
 BACKLASH_NOISE = 1.9e-3
 """The same for arms made of servos [m]: their backlash moves whole sockets."""
-ENOUGH, LEAST = 4000, 20
-"""Samples that a fit uses at most, about, and at least of each socket."""
-ABOUT, FEW = 120, 10
-"""The same of the fit about which hypotheses are linearised."""
+ENOUGH = 4000
+"""Samples that a fit uses at most, about."""
+LEAST = 20
+"""Samples of each socket that it uses at least."""
+ABOUT = 120
+"""Samples of the fit about which hypotheses are linearised, about."""
+FEW = 10
+"""Samples of each socket in that fit."""
 
 
 @dataclass(frozen=True)
@@ -67,81 +64,66 @@ class RigidFit:
     """Rotations of the instruments' frames, by the seats, shape (S, 3, 3)."""
 
 
+@dataclass(frozen=True)
+class _State:
+    """The unknowns of a fit after some iterations."""
+
+    x: np.ndarray
+    """Change of the parameters, and joint offsets if any, shape (n,)."""
+    R: np.ndarray
+    """Rotations of the instruments' frames, by the seats, shape (S, 3, 3)."""
+    centres: np.ndarray
+    """Shape (S, 3) [m]."""
+    noise: float
+    """Scale of the noise per axis [m]."""
+
+
 Linear = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Balls, and their derivatives by unknowns and by joints."""
+
+
+@dataclass(frozen=True)
+class _LinearArm:
+    """Balls of some samples, linear in the unknowns about those at which they were computed."""
+
+    linear: Linear
+    first: np.ndarray
+
+    def points(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Return ball centres, (N, 3)."""
+        points, by_unknowns, _ = self.linear
+        return points + by_unknowns @ (x - self.first)
+
+    def linearised(self, x: np.ndarray, q: np.ndarray) -> Linear:
+        """Return balls, and their derivatives."""
+        _, by_unknowns, by_joints = self.linear
+        return self.points(x, q), by_unknowns, by_joints
 
 
 class RigidModel:
     """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets, too."""
 
     def __init__(self, robot: Robot, *, zeros: bool = False) -> None:
-        self.robot, self.zeros, self.parameters = robot, zeros, choose_parameters(robot)
-        self._model = model = extend(
-            robot, self.parameters, [JOINT_OFFSET.name] if zeros else []
-        )
+        self.robot = robot
+        self.zeros = zeros
+        self.parameters = choose_parameters(robot)
+        effects = [JOINT_OFFSET.name] if zeros else []
+        self._model = model = extend(robot, self.parameters, effects)
         self._least = BACKLASH_NOISE if zeros else SMALLEST
         offsets = np.full(model.size - model.geometry, JOINT_OFFSET.typical_shift)
         self.widths = np.append(widths_of(self.parameters), offsets)
         self.by_scale = model.by_scale()
-        of_place = [p.index for p in self.parameters if p.of_ball and p.unit == "m"]
-        self._place = BallModel(robot, of_place)
+        self.nominal = NominalFit(robot, zeros=zeros)
 
     def points(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Return ball centres for unknowns, shape (n,), and joint positions, (N, m), as (N, 3)."""
-        return self._model.predict(x, q, np.tile(0 * q, 3))
+        no_moments = np.tile(0 * q, 3)
+        return self._model.predict(x, q, no_moments)
 
     def linearised(self, x: np.ndarray, q: np.ndarray) -> Linear:
         """Return balls, (N, 3), and derivatives by unknowns, (N, 3, n), and joints, (N, 3, m)."""
-        return self._model.linearise(x, q, np.tile(0 * q, 3))
-
-    def nominal_errors(self, variants: Sequence[Samples]) -> list[float]:
-        """Return the mean errors by the nominal model, its ball put right, of each reading [m]."""
-        joints = np.arange(len(self.robot.actuated) if self.zeros else 0)
-        of_variants = np.tile(joints, (len(variants), 1))
-        _, errors = self._seeds(variants, of_variants, JOINT_OFFSET.typical_shift)
-        return errors.tolist()
-
-    def nominal_offsets(
-        self, variants: Sequence[Samples], joints: np.ndarray
-    ) -> np.ndarray:
-        """Return the best offsets of joints, shape (V, J), by the nominal model [rad]."""
-        return self._seeds(variants, joints, MAX_OFFSET)[0][:, 3:]
-
-    def _seeds(
-        self, variants: Sequence[Samples], joints: np.ndarray, width: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return errors of the ball's place, and joint offsets, (V, 3 + J); and errors left."""
-        samples, V = variants[0], len(variants)
-        N, m = samples.positions.shape
-        q = np.stack([variant.positions for variant in variants], axis=1)
-        linear = self._place.linearise(self._place.nominal, q.reshape(-1, m))
-        points = linear.points.reshape(N, V, 3)
-        by_place = linear.by_parameters.reshape(N, V, 3, 3)
-        by_all_joints = linear.by_joints.reshape(N, V, 3, m)
-        by_joints = np.take_along_axis(by_all_joints, joints[None, :, None], axis=3)
-        values = np.concatenate([points[..., None], by_place, by_joints], axis=3)
-        J, turns = joints.shape[1], 3 * len(samples.frames)
-        widths = np.array([BALL] * 3 + [width] * J + [TURN] * turns)
-        offsets = np.zeros((V, 3 + J))
-        places = points - samples.offsets(samples.aligned(points, np.ones((N, V))))
-        e = places - medians(places, samples)[samples.sockets]
-        noise = typical(e)
-        for _ in range(SEED_ITERATIONS):
-            noise = typical(e)
-            weights = robust_weights(e, noise)
-            places = _with_turns(values, offsets, samples, weights)
-            centres = means(places, samples, weights)
-            centred = places - centres[samples.sockets]
-            by_variant = centred.swapaxes(0, 1).reshape(V, 3 * N, -1)
-            off, slopes = by_variant[..., :1], by_variant[..., 1:]
-            A = (slopes * np.repeat(weights.T, 3, axis=1)[:, :, None]).swapaxes(1, 2)
-            prior = np.eye(len(widths)) * (noise[:, None, None] / widths) ** 2
-            steps = np.linalg.solve(A @ slopes + prior, A @ off)
-            offsets = steps[:, : 3 + J, 0]
-            e = (off - slopes @ steps).reshape(V, N, 3).swapaxes(0, 1)
-        weights = robust_weights(e, noise)
-        errors = np.linalg.norm(e, axis=2)
-        return offsets, np.average(errors, axis=0, weights=weights)
+        no_moments = np.tile(0 * q, 3)
+        return self._model.linearise(x, q, no_moments)
 
     def fitted(self, samples: Samples) -> Robot:
         """Return the arm as some samples show it."""
@@ -156,63 +138,77 @@ class RigidModel:
         linear: Linear | None = None,
     ) -> RigidFit:
         """Return the fit from unknowns ``start``, or to ``linear``: balls and derivatives there."""
-        few = samples.thinned(ENOUGH, LEAST) if linear is None else samples
-        n, turns = len(self.widths), 3 * len(few.frames)
-        unknowns = n + turns
-        P = np.eye(unknowns) / TURN**2
-        P[:n, :n] = precision(self.widths, self.by_scale, ARMS if turns else SCALE)
-        first = np.zeros(n) if start is None else start
-
-        def balls(x: np.ndarray, q: np.ndarray) -> np.ndarray:
-            return (
-                self.points(x, q)
-                if linear is None
-                else linear[0] + linear[1] @ (x - first)
-            )
-
-        x, points = first, balls(first, few.positions)
-        rotations = few.robustly_aligned(points)
-        points = points - few.offsets(rotations)
-        centres = medians(points, few)
-        noise = float(typical(points - centres[few.sockets]))
+        x = np.zeros(len(self.widths)) if start is None else start
+        if linear is None:
+            arm, few = self, samples.thinned(ENOUGH, LEAST)
+        else:
+            arm, few = _LinearArm(linear, x), samples
+        P = self._prior(few)
+        state = _begun(few, arm.points(x, few.positions), x)
         for _ in range(iterations):
-            points, slopes, _ = linear or self.linearised(x, few.positions)
-            if linear:
-                points = balls(x, few.positions)
-            arms = few.offsets(rotations)
-            points = points - arms
-            slopes = np.concatenate([slopes, few.by_turns(arms)], axis=2)
-            weights = robust_weights(points - centres[few.sockets], noise)
-            centres = means(points, few, weights)
-            of_centres = means(slopes, few, weights)
-            e = points - centres[few.sockets]
-            D = slopes - of_centres[few.sockets]
-            A = (D * weights[:, None, None] / noise**2).reshape(-1, unknowns)
-            H = A.T @ D.reshape(-1, unknowns) + P
-            covariance = np.linalg.inv(H)
-            step = -covariance @ (A.T @ e.ravel() + P[:, :n] @ x)
-            step *= min(1.0, LARGEST_STEP / float(np.abs(step).max()))
-            x = x + step[:n]
-            rotations = few.turned(rotations, step[n:])
-            centres = centres + of_centres @ step
-            squares: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
-            degrees = 3 * few.count + unknowns - float(np.sum(covariance * P))
-            variance = float(weights @ squares) / max(3 * len(e) - degrees, 1.0)
-            before, noise = noise, max(variance**0.5, self._least)
-            # however the links' frames are drawn
-            change = max(abs(log(noise / before)), float(step @ P @ step) ** 0.5)
+            balls = arm.linearised(state.x, few.positions)
+            state, change = self._improved(few, balls, state, P)
             if change < SETTLED:
                 break
-        points = balls(x, samples.positions) - samples.offsets(rotations)
-        weights = robust_weights(points - centres[samples.sockets], noise)
+        return _result(samples, arm.points(state.x, samples.positions), state)
+
+    def _prior(self, samples: Samples) -> np.ndarray:
+        """Return the inverse covariance of the unknowns, then of the turns of frames."""
+        n, turns = len(self.widths), 3 * len(samples.frames)
+        P = np.eye(n + turns) / TURN**2
+        scale = ARMS if turns else SCALE
+        P[:n, :n] = precision(self.widths, self.by_scale, scale)
+        return P
+
+    def _improved(
+        self,
+        samples: Samples,
+        balls: Linear,
+        state: _State,
+        P: np.ndarray,
+    ) -> tuple[_State, float]:
+        """Return the state after a Gauss-Newton step, and by how much it changed.
+
+        With errors e and derivatives D about the seats' weighted means, the weights W, the noise s
+        and the prior P::
+
+            step = -(D^T W D / s^2 + P)^-1 (D^T W e / s^2 + P x)
+        """
+        points, slopes, _ = balls
+        seats, n, unknowns = samples.sockets, len(state.x), len(P)
+        arms = samples.offsets(state.R)
+        points = points - arms
+        slopes = np.concatenate([slopes, samples.by_turns(arms)], axis=2)
+        weights = robust_weights(points - state.centres[seats], state.noise)
         centres = means(points, samples, weights)
-        e = points - centres[samples.sockets]
-        errors = np.linalg.norm(e, axis=1)
-        mean = float(np.average(errors, weights=robust_weights(e, noise)))
-        return RigidFit(centres, errors, mean, noise, x, rotations)
+        of_centres = means(slopes, samples, weights)
+        e = points - centres[seats]
+        D = slopes - of_centres[seats]
+        weighted = D * weights[:, None, None] / state.noise**2
+        A = weighted.reshape(-1, unknowns)
+        H = A.T @ D.reshape(-1, unknowns) + P
+        covariance = np.linalg.inv(H)
+        gradient = A.T @ e.ravel() + P[:, :n] @ state.x
+        step = -covariance @ gradient
+        step *= min(1.0, LARGEST_STEP / float(np.abs(step).max()))
+        squares: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
+        fitted = 3 * samples.count + unknowns - float(np.sum(covariance * P))
+        variance = float(weights @ squares) / max(3 * len(e) - fitted, 1.0)
+        noise = max(variance**0.5, self._least)
+        after = _State(
+            x=state.x + step[:n],
+            R=samples.turned(state.R, step[n:]),
+            centres=centres + of_centres @ step,
+            noise=noise,
+        )
+        # however the links' frames are drawn
+        in_widths = float(step @ P @ step) ** 0.5
+        return after, max(abs(log(noise / state.noise)), in_widths)
 
     def refitted(
-        self, scene: Scene, start: np.ndarray | None = None
+        self,
+        scene: Scene,
+        start: np.ndarray | None = None,
     ) -> tuple[Scene, float]:
         """Return a scene about a fit to its samples, and the noise of that [m]."""
         few = scene.samples.thinned(ABOUT, FEW)
@@ -221,21 +217,23 @@ class RigidModel:
         return about, fit.noise
 
 
-def _with_turns(
-    values: np.ndarray, offsets: np.ndarray, samples: Samples, weights: np.ndarray
-) -> np.ndarray:
-    """Return places of seats and their derivatives, those by the turns of frames behind them.
+def _begun(samples: Samples, points: np.ndarray, x: np.ndarray) -> _State:
+    """Return the state at which a fit begins, by balls for its first unknowns."""
+    R = samples.robustly_aligned(points)
+    places = points - samples.offsets(R)
+    centres = medians(places, samples)
+    noise = float(typical(places - centres[samples.sockets]))
+    return _State(x, R, centres, noise)
 
-    Args:
-        values: Balls of V models and their derivatives by k unknowns, shape (N, V, 3, 1 + k).
-        offsets: Errors of the unknowns at which frames are turned, shape (V, k).
-        samples: The samples, with what was measured.
-        weights: Of the samples in each model, shape (N, V).
-    """
-    if not samples.frames:
-        return values
-    points, slopes = values[..., 0], values[..., 1:]
-    balls = points - np.einsum("nvij,vj->nvi", slopes, offsets)
-    arms = samples.offsets(samples.aligned(balls, weights))
-    places = (points - arms)[..., None]
-    return np.concatenate([places, slopes, samples.by_turns(arms)], axis=3)
+
+def _result(samples: Samples, points: np.ndarray, state: _State) -> RigidFit:
+    """Return a fit by all samples, once a part of them settled it."""
+    places = points - samples.offsets(state.R)
+    errors = places - state.centres[samples.sockets]
+    weights = robust_weights(errors, state.noise)
+    centres = means(places, samples, weights)
+    errors = places - centres[samples.sockets]
+    distances = np.linalg.norm(errors, axis=1)
+    weights = robust_weights(errors, state.noise)
+    mean = float(np.average(distances, weights=weights))
+    return RigidFit(centres, distances, mean, state.noise, state.x, state.R)

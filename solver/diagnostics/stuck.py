@@ -4,113 +4,145 @@ The angle of each such sample is unknown then: it is sought together with the pl
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .hypotheses import Candidate, Parameters, Scene, kind_of, sound_recordings
+from .hypotheses import Candidate, Scene, kind_of, sound_recordings
 from .robust_fit import UNEXPLAINED, RigidModel
 
-SAME, LEAST = 1e-9, 6
-"""Readings that differ by less are one [rad], and the fewest of them that are looked at."""
+SAME = 1e-9
+"""Readings that differ by less are one [rad]."""
+LEAST = 6
+"""The fewest of them that are looked at."""
 MOVED = 0.2
 """Travel of the other joints meanwhile from which the arm moved [rad]."""
 WIDTH = 1.0
 """Width of the prior of each unknown angle [rad]."""
-STEPS, LARGEST_STEP, ROUNDS = 20, 0.3, 2
-"""Steps of the angles, the largest of them [rad], and fits of the arm between them."""
-ALL_ROUND, ANGLES = (0, 3, 6, 9), np.linspace(-np.pi, np.pi, 48, endpoint=False)
-"""Steps before which all angles are tried, and these [rad]."""
+STEPS = 20
+"""Steps of the angles."""
+LARGEST_STEP = 0.3
+"""The largest of them [rad]."""
+ROUNDS = 2
+"""Fits of the arm between these."""
+ALL_ROUND = (0, 3, 6, 9)
+"""Steps before which all angles are tried."""
+ANGLES = np.linspace(-np.pi, np.pi, 48, endpoint=False)
+"""These angles [rad]."""
 FEW_CIRCLES = 4
 """Samples on whose circles a seat is sought of which no sample is as it was read."""
 STUCK = kind_of("stuck")
 
 
+@dataclass(frozen=True)
+class _Run:
+    """Samples in which a joint reads one angle though the arm moved."""
+
+    joint: int
+    rows: np.ndarray
+    """Indices of the samples."""
+    placement: str | None = None
+    """None where it is so in all placements."""
+
+
 def of_stuck(model: RigidModel, scene: Scene) -> list[Candidate]:
     """Return candidates: a joint that is stuck in a placement, or in all of them."""
-    candidates = list[Candidate]()
+    candidates: list[Candidate] = []
     for joint in range(scene.q.shape[1]):
-        runs = dict(_runs(scene, joint))
-        tried = [(rows, scene.named(place)) for place, rows in runs.items()]
+        runs = list(_runs(scene, joint))
         if len(runs) == len(scene.places) > 1:
-            tried = [(np.concatenate([*runs.values()]), dict[str, str]())]
-        for rows, names in tried:
-            changed = _freed(model, scene, joint, rows)
+            rows = np.concatenate([run.rows for run in runs])
+            runs = [_Run(joint, rows)]
+        for run in runs:
+            changed = _freed(model, scene, run)
             if changed is not None:
-                candidates.append(_candidate(changed, joint, rows, names))
+                candidates.append(_candidate(changed, run))
     return candidates
 
 
-def _runs(scene: Scene, joint: int) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield placements at whose end a joint reads one angle while others move, and these samples.
-
-    Samples are indices of rows.
-    """
+def _runs(scene: Scene, joint: int) -> Iterator[_Run]:
+    """Yield the placements at whose end a joint reads one angle while others move."""
     for place, rows in enumerate(scene.places):
         order = rows.start + np.argsort(scene.times[place])
         angles = scene.q[order, joint]
-        elsewhere = np.flatnonzero(np.abs(angles - angles[-1]) > SAME)
+        differs = np.abs(angles - angles[-1]) > SAME
+        elsewhere = np.flatnonzero(differs)
         first = int(elsewhere[-1]) + 1 if len(elsewhere) else 0
-        run = order[first:]
+        run = np.sort(order[first:])
         travels = np.ptp(scene.q[run], axis=0)
         if len(run) >= LEAST and float(travels.max()) > MOVED:
-            yield place, np.sort(run)
+            yield _Run(joint, run, scene.measurements[place].name)
 
 
-def _freed(
-    model: RigidModel, scene: Scene, joint: int, rows: np.ndarray
-) -> Scene | None:
+def _freed(model: RigidModel, scene: Scene, run: _Run) -> Scene | None:
     """Return the scene with a joint's angles unknown in some samples; None where no fit explains.
 
     The arm begins as its model has it: a fit to such samples is of no use.
     """
     changed, noise = replace(scene, x=np.zeros_like(scene.x)), 0.0
     for _ in range(ROUNDS):
-        angles = _angles(model, changed.x, scene, joint, rows)
-        changed, noise = model.refitted(replace(scene, readings=angles))
+        readings = _readings(model, changed.x, scene, run)
+        changed, noise = model.refitted(replace(scene, readings=readings))
     if noise > UNEXPLAINED:
         return None
-    each = np.eye(len(scene.q))[:, rows]
-    columns = WIDTH * changed.by_joints[:, :, [joint]] * each[:, None]
-    flat = columns.reshape(-1, len(rows))
+    each = np.eye(len(scene.q))[:, run.rows]
+    columns = WIDTH * changed.by_joints[:, :, [run.joint]] * each[:, None]
+    flat = columns.reshape(-1, len(run.rows))
     unknown_angles = (scene.all_samples, flat, np.zeros(len(flat)))
     return replace(changed, explained=(*scene.explained, unknown_angles))
 
 
-def _angles(
-    model: RigidModel, x: np.ndarray, scene: Scene, joint: int, rows: np.ndarray
-) -> np.ndarray:
+def _readings(model: RigidModel, x: np.ndarray, scene: Scene, run: _Run) -> np.ndarray:
     """Return positions with the angles of a joint that bring the balls of each seat together.
 
-    Along u_i, the derivative of ball i by the angle, nothing is known of the samples in ``rows``:
-    with P_i = 1 - u_i u_i^T / |u_i|^2, and 1 for all others, the seat is at
-    c = (sum P_i)^-1 sum P_i p_i. Angles all round are tried first.
+    Along u_i, the derivative of ball i by the angle, nothing is known of the samples of the run.
+    Angles all round are tried first.
     """
-    q, seats = scene.q.copy(), scene.sockets
+    q, rows, joint = scene.q.copy(), run.rows, run.joint
     is_free = np.isin(np.arange(len(q)), rows)
     circles = _circles(model, x, q[rows], joint) - scene.offsets[rows]
     for step in range(STEPS):
         points, _, by_joints = model.linearised(x, q)
-        p, u = points - scene.offsets, by_joints[:, :, joint] * is_free[:, None]
+        places = points - scene.offsets
+        u = by_joints[:, :, joint] * is_free[:, None]
         size = np.sum(u**2, axis=1) + 1e-6
-        P = np.eye(3) - u[:, :, None] * u[:, None] / size[:, None, None]
-        centres = np.zeros_like(scene.centres)
-        for seat in np.unique(seats):
-            in_seat = seats == seat
-            across = np.einsum("nij,nj->i", P[in_seat], p[in_seat])
-            centres[seat] = np.linalg.lstsq(P[in_seat].sum(axis=0), across, rcond=None)[
-                0
-            ]
-            if step == 0 and is_free[in_seat].all():
-                centres[seat] = _meeting(circles[:, seats[rows] == seat])
-        goal = centres[seats]
+        centres = _centres(scene, places, u, size)
+        if step == 0:
+            for seat in np.unique(scene.sockets[rows]):
+                if is_free[scene.sockets == seat].all():
+                    of_seat = scene.sockets[rows] == seat
+                    centres[seat] = _meeting(circles[:, of_seat])
+        goals = centres[scene.sockets]
         if step in ALL_ROUND:
-            distances = np.linalg.norm(circles - goal[rows], axis=2)
-            q[rows, joint] = scene.q[rows, joint] + ANGLES[np.argmin(distances, axis=0)]
+            distances = np.linalg.norm(circles - goals[rows], axis=2)
+            nearest = ANGLES[np.argmin(distances, axis=0)]
+            q[rows, joint] = scene.q[rows, joint] + nearest
         else:
-            change = -np.sum(u * (p - goal), axis=1) / size
+            change = -np.sum(u * (places - goals), axis=1) / size
             q[:, joint] += np.clip(change, -LARGEST_STEP, LARGEST_STEP)
     return q
+
+
+def _centres(
+    scene: Scene,
+    places: np.ndarray,
+    u: np.ndarray,
+    size: np.ndarray,
+) -> np.ndarray:
+    """Return where the samples of each seat meet that are free along u, shape (S, 3) [m].
+
+    With P_i = 1 - u_i u_i^T / |u_i|^2 the seat is at c = (sum P_i)^-1 sum P_i p_i; ``size`` has the
+    squares |u_i|^2.
+    """
+    along = u[:, :, None] * u[:, None]
+    P = np.eye(3) - along / size[:, None, None]
+    centres = np.zeros_like(scene.centres)
+    for seat in np.unique(scene.sockets):
+        in_seat = scene.sockets == seat
+        total = P[in_seat].sum(axis=0)
+        across = np.einsum("nij,nj->i", P[in_seat], places[in_seat])
+        centres[seat] = np.linalg.lstsq(total, across, rcond=None)[0]
+    return centres
 
 
 def _circles(model: RigidModel, x: np.ndarray, q: np.ndarray, joint: int) -> np.ndarray:
@@ -131,14 +163,15 @@ def _meeting(circles: np.ndarray) -> np.ndarray:
     return places[int(np.argmin(farness))]
 
 
-def _candidate(
-    changed: Scene, joint: int, rows: np.ndarray, names: dict[str, str]
-) -> Candidate:
+def _candidate(changed: Scene, run: _Run) -> Candidate:
     """Return the candidate of a scene in which a joint's angles are free."""
-    parameters: Parameters = {
-        "joint": changed.robot.joint_names[joint],
-        "samples": len(rows),
-        **names,
+    names = changed.robot.joint_names
+    parameters: dict[str, object] = {
+        "joint": names[run.joint],
+        "samples": len(run.rows),
     }
-    prior = float(np.log(STUCK.prior / changed.q.shape[1] / len(changed.places)))
-    return sound_recordings(changed).as_cause(STUCK, parameters, prior)
+    if run.placement is not None:
+        parameters["placement"] = run.placement
+    share = STUCK.prior / len(names) / len(changed.places)
+    sound = sound_recordings(changed)
+    return sound.as_cause(STUCK, parameters, float(np.log(share)))

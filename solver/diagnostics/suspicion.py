@@ -1,15 +1,15 @@
 """What if: a suspected flaw put into perfect data, and laid beside what was observed.
 
-The recordings are a linear model about a robust fit (:mod:`.explain`). A flaw of some size changes
-its residuals r by a known shift s. A fit to perfect data with that flaw leaves, with nuisances B in
-the widths of their priors and the noise sigma::
+The recordings are a linear model about a robust fit (:mod:`.scene_fit`). A flaw of some size
+changes its residuals r by a known shift s. A fit to perfect data with that flaw leaves, with
+nuisances B in the widths of their priors and the noise sigma::
 
     p = s - B (B^T B + sigma^2 I)^-1 B^T s
 
 which is compared with what the same fit leaves of the recordings.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
@@ -17,7 +17,6 @@ import numpy as np
 
 from ..data import Measurement
 from ..robot import Robot
-from .explain import Given, scene_loaded
 from .hypotheses import (
     DISTANCE_WEIGHT,
     INDEPENDENT,
@@ -34,9 +33,12 @@ from .hypotheses import (
     likeliest_of,
 )
 from .robust_fit import RigidModel
+from .scene_fit import Given, scene_loaded
 
-CLEAR, ALIKE = 3.0, 5.0
-"""Logarithms of odds: from the first a flaw is clearly there; below the second two are as good."""
+CLEAR = 3.0
+"""Logarithm of the odds from which a flaw is clearly there."""
+ALIKE = 5.0
+"""Logarithm of the odds below which two flaws are as good."""
 SEEN = 9.0
 """Chi-square of the pattern of a flaw that can be seen."""
 TRIED = "whatif"
@@ -115,22 +117,24 @@ def what_if(
     tried, sound = best.pop(TRIED), best.pop("sound")
     for kind in flaw.kinds:
         best.pop(kind.name, None)
-    odds = {
-        name: rival.log_evidence - tried.log_evidence for name, rival in best.items()
-    }
+    rivals = sorted(best.values(), key=lambda rival: -rival.log_evidence)
+    odds = [rival.log_evidence - tried.log_evidence for rival in rivals]
     least = max(-ALIKE, sound.log_evidence + CLEAR - tried.log_evidence)
-    listed = sorted(
-        (name for name in odds if odds[name] > least), key=lambda n: -odds[n]
-    )
-    rows = scene.all_samples if "samples" in tried.residuals else scene.all_lengths
+    pairs = zip(rivals[:RIVALS], odds, strict=False)
+    listed = [(r.hypothesis().text, gain) for r, gain in pairs if gain > least]
+    rows = scene.all_lengths
+    if "samples" in tried.residuals:
+        rows = scene.all_samples
     pattern = scene.left_of(scene.in_rows(tried.block.rows, tried.shift))
-    shown, observed = pattern[rows], scene.left_of(scene.residuals)[rows]
+    shown = pattern[rows]
+    observed = scene.left_of(scene.residuals)[rows]
     after = tried.after()
+    remains = after.left_of(after.residuals)[rows]
     norms = float(np.linalg.norm(shown) * np.linalg.norm(observed))
     return WhatIf(
         fault=flaw.text,
         cause=likeliest.kind.name,
-        answer=_answer(tried, sound, likeliest, pattern, odds.values()),
+        answer=_answer(tried, sound, likeliest, pattern, max(odds)),
         where=likeliest.block.parameters[0],
         size=size,
         unit=flaw.unit,
@@ -139,13 +143,11 @@ def what_if(
         moves=_largest_shift(scene, tried.block.rows, tried.shift),
         pattern=_root_mean_square(shown),
         observed=_root_mean_square(observed),
-        remains=_root_mean_square(after.left_of(after.residuals)[rows]),
+        remains=_root_mean_square(remains),
         alike=float(shown @ observed) / norms if norms else None,
         log_odds=tried.log_evidence - sound.log_evidence,
         postures=len(scene.q),
-        rivals=tuple(
-            (best[name].hypothesis().text, odds[name]) for name in listed[:RIVALS]
-        ),
+        rivals=tuple(listed),
     )
 
 
@@ -179,9 +181,9 @@ def _of_size(likeliest: Candidate, direction: np.ndarray, size: float) -> Kind:
     kind = replace(likeliest.kind, name=TRIED, prior=1.0, separate=False)
     if kind.noise is not None:
         kind = replace(kind, noise=_noise_of_size(size))
-    return kind.only(
-        [_block_of_size(likeliest.scene, kind, likeliest.block, direction, size)]
-    )
+    scene, block = likeliest.scene, likeliest.block
+    of_size = _block_of_size(scene, kind, block, direction, size)
+    return kind.only([of_size])
 
 
 def _noise_of_size(size: float) -> Noise:
@@ -189,7 +191,11 @@ def _noise_of_size(size: float) -> Noise:
 
 
 def _block_of_size(
-    scene: Scene, kind: Kind, block: Block, direction: np.ndarray, size: float
+    scene: Scene,
+    kind: Kind,
+    block: Block,
+    direction: np.ndarray,
+    size: float,
 ) -> Block:
     """Return a block of a single candidate with a size [m, rad, share] along a direction."""
     if block.unknowns > SCATTER:
@@ -202,14 +208,16 @@ def _block_of_size(
 
 
 def _unknowns_per_size(
-    scene: Scene, kind: Kind, block: Block, direction: np.ndarray
+    scene: Scene,
+    kind: Kind,
+    block: Block,
+    direction: np.ndarray,
 ) -> float:
     """Return how large a candidate's unknowns are along a direction, for each unit of its size."""
     if not kind.at_ball:
         return 1.0
-    return 1 / max(
-        _largest_shift(scene, block.rows, block.columns[0] @ direction), 1e-12
-    )
+    shift = _largest_shift(scene, block.rows, block.columns[0] @ direction)
+    return 1 / max(shift, 1e-12)
 
 
 def _largest_shift(scene: Scene, rows: slice, shift: np.ndarray) -> float:
@@ -233,16 +241,15 @@ def _answer(
     sound: Candidate,
     likeliest: Candidate,
     pattern: np.ndarray,
-    odds: Iterable[float],
+    odds: float,
 ) -> Answer:
-    """Return whether a flaw of its size explains the recordings, by the odds of all others."""
-    strongest = tried.log_evidence + max(odds)
+    """Return whether a flaw of its size explains the recordings, by the odds of its best rival."""
+    strongest = tried.log_evidence + odds
     evidence_of_size = tried.log_evidence
     of_any_size = likeliest.log_evidence - float(np.log(likeliest.kind.prior))
     clear = sound.log_evidence + CLEAR
-    if evidence_of_size > clear and evidence_of_size + ALIKE > max(
-        strongest, of_any_size
-    ):
+    others = max(strongest, of_any_size)
+    if evidence_of_size > clear and evidence_of_size + ALIKE > others:
         return "yes"
     if of_any_size > clear and of_any_size + ALIKE > strongest:
         return "size"
@@ -257,7 +264,10 @@ def _root_mean_square(rows: np.ndarray) -> float:
 
 
 def shift_by(
-    robot: Robot, measured: Measurement, flaw: Flaw, generator: np.random.Generator
+    robot: Robot,
+    measured: Measurement,
+    flaw: Flaw,
+    generator: np.random.Generator,
 ) -> np.ndarray:
     """Return by how much a flaw moves the balls as they were recorded, shape (N, 3) [m].
 

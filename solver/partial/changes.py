@@ -52,8 +52,10 @@ class NearestCause:
         size = f"{1e3 * self.offset:+.2f} mm"
         if self.unit == "rad":
             size = f"{math.degrees(self.offset):+.2f} deg"
-        remainder = mm(self.error)
-        return f"nearest cause {self.joint} ({share}), off by {size}: with it {remainder} are left"
+        return (
+            f"nearest cause {self.joint} ({share}): with {size} added to what it reads, "
+            f"{mm(self.error)} are left"
+        )
 
 
 @dataclass(frozen=True)

@@ -171,6 +171,7 @@ def test_placements_are_read_by_path_or_by_the_folder_that_holds_them(tmp_path):
         (tmp_path / name / "hole_0.csv").write_text("1,2\n3,4\n")
         (tmp_path / name / "hole_1.csv").write_text("5,6\n")
     (tmp_path / "notes").mkdir()
+    (tmp_path / "notes" / "monday.txt").write_text("The base stood firm.")
     both = mukca.read_placements(tmp_path)
     assert [placement.path for placement in both] == [tmp_path / "left", tmp_path / "right"]
     assert mukca.read_placements(str(tmp_path / "right"), tmp_path / "left") == both[::-1]

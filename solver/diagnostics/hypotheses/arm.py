@@ -12,16 +12,26 @@ from .base import changes
 from .kinds import Block, Parameters, of_samples
 from .scene import Scene
 
-LENGTHS, ANGLES = (5e-3, 0.03), (0.03, 0.15)
-"""Typical errors of a URDF's numbers [m], [rad]."""
+LENGTHS = (5e-3, 0.03)
+"""Typical errors of a URDF's lengths [m]."""
+ANGLES = (0.03, 0.15)
+"""Typical errors of a URDF's angles [rad]."""
 SINGLE = 0.1
 """Share of the largest error of an origin's numbers, up to which the others count as none."""
 VERSION = 10.0
 """Another version's model is off by so many times as much as an arm from its own."""
-ZEROS, LOST, GAINS, LAGS = (0.03, 0.2), (3e-3, 0.05), (0.02,), (3e-3, 0.05)
-"""Typical sizes: offsets [rad, m], shares of the reading, and of the last step."""
-UNEVEN, TURNS = (1e-3, 1e-2), ("once", "twice")
-"""Amplitudes of joints that turn unevenly [rad], and words for how often in a turn."""
+ZEROS = (0.03, 0.2)
+"""Typical offsets of a joint [rad, m]."""
+LOST = (3e-3, 0.05)
+"""Typical offsets of a joint that slipped [rad, m]."""
+GAINS = (0.02,)
+"""Typical shares by which a joint reads too much."""
+LAGS = (3e-3, 0.05)
+"""Typical shares of the last step."""
+UNEVEN = (1e-3, 1e-2)
+"""Amplitudes of joints that turn unevenly [rad]."""
+TURNS = ("once", "twice")
+"""How often they do in a turn."""
 TILTS = (2e-3, 2e-2)
 """Angles by which a base gives way under the arm [rad]."""
 AXES = "bca"
@@ -33,39 +43,39 @@ def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Bl
 
     The axes are those of :func:`.link_axes`, so that how a URDF's frames are drawn does not count.
     """
-    joints = [
-        joint for joint in scene.robot.joints if joint is not scene.robot.ball_joint
-    ]
-    of_joints = {joint.name: _directions(scene, joint, unit) for joint in joints}
-    of_joints = {
-        name: directions for name, directions in of_joints.items() if directions.any()
-    }
-    if not of_joints:
-        return
+    along_axes: list[np.ndarray] = []
+    anyhow: list[np.ndarray] = []
     axes: list[Parameters] = []
-    of_axes: list[np.ndarray] = []
-    for name, directions in of_joints.items():
+    joints: list[Parameters] = []
+    for joint in scene.robot.joints:
+        directions = _directions(scene, joint, unit)
+        if joint is scene.robot.ball_joint or not directions.any():
+            continue
+        joints.append({"joint": joint.name})
+        anyhow.append(directions)
         for axis, direction in zip(AXES, directions.T, strict=True):
             if direction.any():
-                axes.append({"joint": name, "axis": axis})
-                of_axes.append(direction[:, None])
-    yield Block(scene.all_samples, scene.by_geometry @ np.array(of_axes), axes, widths)
-    columns = scene.by_geometry @ np.array([*of_joints.values()])
-    yield Block(
-        scene.all_samples, columns, [{"joint": name} for name in of_joints], widths
-    )
+                axes.append({"joint": joint.name, "axis": axis})
+                along_axes.append(direction[:, None])
+    for names, directions in (axes, along_axes), (joints, anyhow):
+        if names:
+            columns = scene.by_geometry @ np.array(directions)
+            yield Block(scene.all_samples, columns, names, widths)
 
 
 def _directions(scene: Scene, joint: Joint, unit: str) -> np.ndarray:
     """Return the changes of the geometry by which a joint moves along three axes, shape (n, 3)."""
-    i, parameters = scene.robot.joints.index(joint), scene.parameters
-    indices = [
-        k for k, p in enumerate(parameters) if p.joint == joint.name and p.unit == unit
-    ]
-    components = [parameters[k].index % 3 for k in indices]
-    link = i if unit == "m" else i + 1
-    directions = np.zeros((len(parameters), 3))
+    indices: list[int] = []
+    components: list[int] = []
+    for index, parameter in enumerate(scene.parameters):
+        if parameter.joint == joint.name and parameter.unit == unit:
+            indices.append(index)
+            components.append(parameter.index % 3)
+    directions = np.zeros((len(scene.parameters), 3))
     if len(indices) == 3:
+        link = scene.robot.joints.index(joint)
+        if unit == "rad":
+            link += 1
         directions[indices] = link_axes(scene.robot)[link]
     else:
         directions[indices] = np.eye(3)[components]
@@ -74,8 +84,9 @@ def _directions(scene: Scene, joint: Joint, unit: str) -> np.ndarray:
 
 def of_version(scene: Scene) -> Iterable[Block]:
     """Return the block of a model all of whose numbers are wrong."""
-    of_links = ~np.array([p.of_ball for p in scene.parameters])
-    columns = scene.by_geometry * (VERSION * of_links) @ scene.usual
+    of_links = np.array([not parameter.of_ball for parameter in scene.parameters])
+    errors = VERSION * of_links[:, None] * scene.usual
+    columns = scene.by_geometry @ errors
     yield Block(scene.all_samples, columns[None], [{}])
 
 
@@ -88,7 +99,10 @@ def of_other_arm(scene: Scene) -> Iterable[Block]:
 
 
 def _each(
-    scene: Scene, turns: np.ndarray, widths: tuple[float, ...], **names: str
+    scene: Scene,
+    turns: np.ndarray,
+    widths: tuple[float, ...],
+    **names: str,
 ) -> Iterable[Block]:
     """Return the block of joints that each read too much by their turns, shape (N, m, k)."""
     columns = -scene.by_joints[..., None] * turns[:, None]
@@ -116,66 +130,77 @@ def of_uneven(scene: Scene) -> Iterable[Block]:
 
 def of_soft_base(scene: Scene) -> Iterable[Block]:
     """Return the block of a base that tilts under the arm, as its first joint would, but more."""
-    if TILT not in scene.effects or not scene.torques.any():
+    readings = scene.as_readings
+    if TILT not in scene.effects or not readings.moments.any():
         return
     m = scene.q.shape[1]
-    bends: np.ndarray = TILT.turns(scene.as_readings)[:, [0, m]]
+    bends: np.ndarray = TILT.turns(readings)[:, [0, m]]
     squares: np.ndarray = np.sum(bends**2, axis=1)
     scale = max(float(squares.mean()) ** 0.5, 1e-6)
-    tilts = scene.model.slices[scene.effects.index(TILT)]
-    of_first_joint = [tilts.start, tilts.start + m]
-    columns = -scene.linear[1][:, :, of_first_joint] / scale
+    first = scene.model.slices[scene.effects.index(TILT)].start
+    of_first_joint = [first, first + m]
+    _, by_unknowns, _ = scene.linear
+    columns = -by_unknowns[:, :, of_first_joint] / scale
     yield of_samples(scene.every, columns, [{}], TILTS)
 
 
 def of_lost_zero(scene: Scene) -> Iterable[Block]:
     """Return blocks of joints that are off from some sample of a placement on."""
     joints = cycle(scene.robot.joint_names)
-    for block in changes(scene, -scene.by_joints[..., None], LOST):
+    slopes = -scene.by_joints[..., None]
+    for block in changes(scene, slopes, LOST):
         names = [{"joint": next(joints), **first} for first in block.parameters]
         yield replace(block, parameters=names)
 
 
 def of_lag(scene: Scene) -> Iterable[Block]:
     """Return the block of readings that are behind the arm by a share of the last step."""
-    step = np.zeros_like(scene.q)
+    steps = np.zeros_like(scene.q)
     for rows, times in zip(scene.places, scene.times, strict=True):
         order = rows.start + np.argsort(times)
-        step[order[1:]] = -np.diff(scene.q[order], axis=0)
-    columns = -scene.by_joints @ step[:, :, None]
+        steps[order[1:]] = -np.diff(scene.q[order], axis=0)
+    columns = -scene.by_joints @ steps[:, :, None]
     yield of_samples(scene.every, columns, [{}], LAGS)
 
 
 def offset(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
-    """Return how much a joint is off [rad, m], or its share."""
+    """Return what is to be added to what a joint reads [rad, m], as in ``mukca rezero``."""
+    return {"offset": float(values[0])}
+
+
+def excess(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+    """Return the share by which a joint reads too much, or all of them lead."""
     return {"offset": -float(values[0])}
 
 
 def error(
-    scene: Scene, parameters: Parameters, values: np.ndarray, unit: str
+    scene: Scene,
+    parameters: Parameters,
+    values: np.ndarray,
+    unit: str,
 ) -> Parameters:
     """Return which number of an origin in the URDF is wrong, and by how much [m], [rad].
 
     Where it is no single one, it is how far the joint is displaced, or turned, in all.
     """
-    joints = scene.robot.joints
-    i = next(i for i, joint in enumerate(joints) if joint.name == parameters["joint"])
-    directions = _directions(scene, joints[i], unit)
+    robot, ball = scene.robot, scene.model.ball
+    names = [joint.name for joint in robot.joints]
+    index = names.index(parameters["joint"])
+    directions = _directions(scene, robot.joints[index], unit)
     if "axis" in parameters:
-        directions = directions[:, [AXES.index(parameters["axis"])]]
+        axis = AXES.index(parameters["axis"])
+        directions = directions[:, [axis]]
     change = directions @ values
-    ball = scene.model.ball
-    wrong = scene.robot.origins[i] - ball.origins(ball.nominal + change)[i]
-    first = 0 if unit == "m" else 3
-    errors = wrong[first : first + 3]
+    origins = ball.origins(ball.nominal + change)
+    errors = robot.origins[index] - origins[index]
+    first, part = (0, "place") if unit == "m" else (3, "rotation")
+    errors = errors[first : first + 3]
     largest = int(np.argmax(np.abs(errors)))
     value = float(errors[largest])
-    if float(np.linalg.norm(np.delete(errors, largest))) > SINGLE * abs(value):
-        part = "place" if unit == "m" else "rotation"
-        return {
-            "component": part,
-            "error": float(np.linalg.norm(change)),
-            "sense": "off",
-        }
+    others = np.delete(errors, largest)
+    if float(np.linalg.norm(others)) > SINGLE * abs(value):
+        size = float(np.linalg.norm(change))
+        return {"component": part, "error": size, "sense": "off"}
     sense = "too large" if value > 0 else "too small"
-    return {"component": COMPONENTS[first + largest], "error": value, "sense": sense}
+    component = COMPONENTS[first + largest]
+    return {"component": component, "error": value, "sense": sense}

@@ -11,13 +11,18 @@ from .base import changes
 from .kinds import Block, Parameters, of_samples, sample_named
 from .scene import Scene
 
-SEATING, BENDS = (3e-3, 0.1), (1e-3, 1e-2)
-"""Typical sizes of a ball that is not seated, or bent [m]."""
+SEATING = (3e-3, 0.1)
+"""Typical errors of a ball that is not seated [m]."""
+BENDS = (1e-3, 1e-2)
+"""Typical errors of a ball that is bent [m]."""
 LOOSE = 1.2e-3
 """Typical noise of a ball that is loose [m]."""
-LOOSE_HERE, STANDS_OUT, MOST = (3e-4, 1e-3, 4e-3, 0.05), 1.5, 200
-"""Noise of a placement beyond that of the others [m]; how much it must leave, beside theirs, to be
-looked at; and the samples that it may have for that."""
+LOOSE_HERE = (3e-4, 1e-3, 4e-3, 0.05)
+"""Noise of a placement beyond that of the others [m]."""
+STANDS_OUT = 1.5
+"""How many times as much as the others it must leave to be looked at."""
+MOST = 200
+"""Samples that it may have for that."""
 NEARER = 0.3
 """A sample may lie in another socket if it is nearer to it by this factor."""
 
@@ -26,7 +31,8 @@ def one_sample(scene: Scene) -> Iterable[Block]:
     """Return blocks of samples in which the ball was not in its socket."""
     for place, rows in enumerate(scene.places):
         count = rows.stop - rows.start
-        columns = np.eye(3 * count).reshape(3 * count, count, 3).swapaxes(0, 1)
+        every = np.eye(3 * count).reshape(3 * count, count, 3)
+        columns = every.swapaxes(0, 1)
         names = [scene.sample(place, row) for row in range(count)]
         yield of_samples(rows, columns, names, SEATING)
 
@@ -41,15 +47,18 @@ def bent(scene: Scene) -> Iterable[Block]:
 
 
 def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
-    """Return placements that scatter more than the others: samples, and name."""
+    """Yield placements that scatter more than the others: samples, and name."""
+    if len(scene.places) < 2:
+        return
     squares = scene.remaining**2
     sizes = np.array([squares[rows].mean() ** 0.5 for rows in scene.places])
     floors = np.array(scene.floors or sizes)
-    for place, rows in enumerate(scene.places if len(sizes) > 1 else ()):
+    for place, rows in enumerate(scene.places):
         here = np.array([sizes[place], floors[place]])
         others = [np.delete(sizes, place), np.delete(floors, place)]
-        scattered = (here > STANDS_OUT * np.median(others, axis=1)).any()
-        if scattered and rows.stop - rows.start <= MOST:
+        usual = np.median(others, axis=1)
+        few = rows.stop - rows.start <= MOST
+        if few and (here > STANDS_OUT * usual).any():
             yield rows, {**scene.named(place), "noise_here": float(here.max())}
 
 
@@ -63,65 +72,81 @@ def loose_here(
         roots = np.tile(np.eye(3), (len(scene.q), 1, 1))
     for rows, parameters in scattered_placements(scene):
         count = rows.stop - rows.start
-        columns = np.einsum("nm,nij->nimj", np.eye(count), roots[rows])
+        each = np.eye(count)
+        columns = np.einsum("nm,nij->nimj", each, roots[rows])
         flat = columns.reshape(1, 3 * count, 3 * count)
         yield of_samples(rows, flat, [parameters], widths)
 
 
 def mixed_up(scene: Scene) -> Iterable[Block]:
     """Return blocks of samples that may lie in other sockets, each alone and all together."""
-    indices = np.arange(len(scene.q))
-    distances = np.linalg.norm(scene.seats[:, None] - scene.centres, axis=2)
-    distances[:, scene.frames] = np.inf
-    recorded = np.nan_to_num(distances[indices, scene.sockets], posinf=0.0)
-    distances[indices, scene.sockets] = np.inf
-    nearest = np.argmin(distances, axis=1)
-    doubtful = distances.min(axis=1) < NEARER * recorded
+    nearest, doubtful = _nearest_sockets(scene)
     shifts = scene.centres[nearest] - scene.centres[scene.sockets]
     for place, rows in enumerate(scene.places):
         doubts = np.flatnonzero(doubtful[rows])
         if not len(doubts):
             continue
-        single = np.eye(rows.stop - rows.start, dtype=bool)[
-            doubts if len(doubts) > 1 else []
-        ]
-        masks: np.ndarray = np.vstack([doubtful[rows], single])
-        names = [
-            _mixed_up(scene, place, np.flatnonzero(mask), nearest) for mask in masks
-        ]
+        masks = doubtful[rows][None]
+        if len(doubts) > 1:
+            each = np.eye(rows.stop - rows.start, dtype=bool)
+            masks = np.vstack([masks, each[doubts]])
+        names: list[Parameters] = []
+        for mask in masks:
+            moved = np.flatnonzero(mask)
+            names.append(_mixed_up(scene, place, moved, nearest))
         columns = masks[:, :, None] * shifts[rows]
         yield of_samples(rows, columns[..., None], names, fixed=True)
 
 
+def _nearest_sockets(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Return the other socket nearest to each sample, shape (N,), and where it is much nearer."""
+    every = np.arange(len(scene.q))
+    distances = np.linalg.norm(scene.seats[:, None] - scene.centres, axis=2)
+    distances[:, scene.frames] = np.inf
+    recorded = np.nan_to_num(distances[every, scene.sockets], posinf=0.0)
+    distances[every, scene.sockets] = np.inf
+    nearest = np.argmin(distances, axis=1)
+    return nearest, distances.min(axis=1) < NEARER * recorded
+
+
 def _mixed_up(
-    scene: Scene, place: int, rows: np.ndarray, nearest: np.ndarray
+    scene: Scene,
+    place: int,
+    rows: np.ndarray,
+    nearest: np.ndarray,
 ) -> Parameters:
     """Return which rows of a placement lie in which socket."""
-    first, last = scene.sample(place, int(rows[0])), scene.sample(place, int(rows[-1]))
+    first = scene.sample(place, int(rows[0]))
+    last = scene.sample(place, int(rows[-1]))
     index = scene.places[place].start + rows[0]
-    true, recorded = int(nearest[index]), scene.sockets[index]
-    name, socket_beside = scene.labels[true]
+    true = int(nearest[index])
+    recorded = scene.sockets[index]
+    name, socket = scene.labels[true]
+    shift = scene.centres[true] - scene.centres[recorded]
     return {
         **first,
         "last": last["sample"],
         "last_number": last["number"],
         "last_place": last["place"],
         "samples": len(rows),
-        "other": socket_beside,
+        "other": socket,
         "of": "" if name == first["placement"] else name,
-        "size": float(np.linalg.norm(scene.centres[true] - scene.centres[recorded])),
+        "size": float(np.linalg.norm(shift)),
     }
 
 
 def lie_elsewhere(p: Parameters) -> str:
     """Return in words which samples lie in which socket."""
-    suffix = f" of {p['of']}" if p["of"] else ""
+    socket = f"socket {p['other']}"
+    if p["of"]:
+        socket = f"{socket} of {p['of']}"
     if p["samples"] == 1:
-        return f"{sample_named(p)} lies in socket {p['other']}{suffix}"
+        return f"{sample_named(p)} lies in {socket}"
     run = p["samples"] == p["last"] - p["sample"] + 1
     words = f"{p['samples']} samples, the first {sample_named(p)},"
     if run and p.get("number"):
         words = f"samples {p['number']} to {p['last_number']}"
     elif run:
         words = f"samples {p['place']} to {p['last_place']} of socket {p['socket']}"
-    return f"{words} lie in socket {p['other']}{suffix}, {1e3 * p['size']:.1f} mm from the others"
+    distance = f"{1e3 * p['size']:.1f} mm from the others"
+    return f"{words} lie in {socket}, {distance}"

@@ -14,10 +14,14 @@ from .nuisances import DISTANCE_WEIGHT
 from .samples import means
 from .scene import Scene
 
-SIDE, MOST_CUTS = 2, 100
-"""Samples needed on each side of a change, and changes tried in a placement."""
-MOVES, DRIFTS = (1e-3, 1e-2, 0.2), (5e-4, 5e-3)
-"""Typical sizes [m]."""
+SIDE = 2
+"""Samples needed on each side of a change."""
+MOST_CUTS = 100
+"""Changes tried in a placement."""
+MOVES = (1e-3, 1e-2, 0.2)
+"""Typical moves of a base [m]."""
+DRIFTS = (5e-4, 5e-3)
+"""Typical drifts of a base [m]."""
 TURNS = (0.01, 0.1)
 """Typical turns of a base [rad]."""
 FAR = 0.03
@@ -42,30 +46,44 @@ def changes(
     throughout: bool = True,
 ) -> Iterable[Block]:
     """Return blocks of what is off from some sample on by k unknowns: slopes of (N, 3, C, k)."""
+    candidates = slopes.shape[2]
     for place, rows in enumerate(scene.places):
-        times, sockets = scene.times[place], scene.sockets[rows]
-        cuts = np.linspace(SIDE, len(times) - SIDE, min(len(times), MOST_CUTS))
-        ranks = np.unique(cuts.astype(int))
-        after = times >= ranks[:, None]
-        in_socket = sockets == np.unique(sockets)[:, None]
-        counts: np.ndarray = after.astype(int) @ in_socket.T
-        # where whole sockets moved alone, their centres hold that
-        partly = (counts != 0) & (counts != in_socket.sum(axis=1))
-        ranks = ranks[partly.any(axis=1)]
-        shares_frame = np.isin(scene.sockets, sockets).sum() > len(times)
-        if (throughout and len(scene.places) > 1) or shares_frame:
-            ranks = np.append(0, ranks)
+        times = scene.times[place]
+        ranks = _cuts(scene, place, throughout=throughout)
         if not len(ranks):
             continue
-        C = slopes.shape[2]
         after = times >= ranks[:, None]
         of_candidates = slopes[rows].transpose(2, 0, 1, 3)
         columns = after[:, None, :, None, None] * of_candidates
         names: list[Parameters] = []
         for rank in ranks.tolist():
-            first = scene.sample(place, int(np.argmax(times == rank)))
-            names += [{**first, "throughout": float(rank == 0)}] * C
+            row = int(np.argmax(times == rank))
+            name = {**scene.sample(place, row), "throughout": float(rank == 0)}
+            names += [name] * candidates
         yield of_samples(rows, columns, names, widths)
+
+
+def _cuts(scene: Scene, place: int, *, throughout: bool) -> np.ndarray:
+    """Return the ranks of samples from which on a placement may be otherwise.
+
+    Rank 0 is among them where others tell it: placements, if ``throughout``, or the same frame.
+    """
+    times = scene.times[place]
+    sockets = scene.sockets[scene.places[place]]
+    count = len(times)
+    cuts = np.linspace(SIDE, count - SIDE, min(count, MOST_CUTS))
+    ranks = np.unique(cuts.astype(int))
+    after = times >= ranks[:, None]
+    in_socket = sockets == np.unique(sockets)[:, None]
+    counts: np.ndarray = after.astype(int) @ in_socket.T
+    # where whole sockets moved alone, their centres hold that
+    partly = (counts != 0) & (counts != in_socket.sum(axis=1))
+    ranks = ranks[partly.any(axis=1)]
+    beside_others = throughout and len(scene.places) > 1
+    in_seats = np.isin(scene.sockets, sockets)
+    if beside_others or in_seats.sum() > count:
+        return np.append(0, ranks)
+    return ranks
 
 
 def moved(scene: Scene) -> Iterable[Block]:
@@ -80,7 +98,8 @@ def turned(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that turned about their first socket before some sample."""
     seats = scene.centres[scene.sockets]
     arms = [seats[rows] - seats[rows.start] for rows in scene.places]
-    slopes = np.cross([0.0, 0.0, 1.0], np.concatenate(arms))
+    vertical = [0.0, 0.0, 1.0]
+    slopes = np.cross(vertical, np.concatenate(arms))
     return changes(scene, slopes[:, :, None, None], TURNS, throughout=False)
 
 
@@ -92,10 +111,10 @@ def _turns(scene: Scene) -> np.ndarray:
     samples = scene.samples
     even = np.ones(len(scene.q))
     middles = means(scene.offsets, samples, even)
-    arms = scene.offsets - middles[samples.sockets]
+    arms = scene.offsets - middles[scene.sockets]
     squares = means(arms**2, samples, even).mean(axis=1)
     sizes = np.maximum(squares**0.5, 1e-6)
-    return cross_matrices(arms) / sizes[samples.sockets, None, None]
+    return cross_matrices(arms) / sizes[scene.sockets, None, None]
 
 
 def drifting(scene: Scene) -> Iterable[Block]:
@@ -115,48 +134,49 @@ def drift_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parame
 def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
     """Return how far the base moved; a large move by a socket's samples."""
     size = float(np.linalg.norm(values))
-    if size > FAR and "point" not in parameters:
-        seat = scene.labels.index((parameters["placement"], parameters["socket"]))
-        in_seat = scene.sockets == seat
-        balls, after = (
-            scene.seats[in_seat],
-            scene.numbers[in_seat] >= parameters["sample"],
-        )
-        # In a socket that was entered after the move, none tells how far.
-        if not after.all():
-            size = float(
-                np.linalg.norm(balls[after].mean(axis=0) - balls[~after].mean(axis=0))
-            )
+    if size <= FAR or "point" in parameters:
+        return {"size": size}
+    seat = scene.labels.index((parameters["placement"], parameters["socket"]))
+    in_seat = scene.sockets == seat
+    balls = scene.seats[in_seat]
+    after = scene.numbers[in_seat] >= parameters["sample"]
+    # in a socket that was entered after the move, none tells how far
+    if not after.all():
+        shift = balls[after].mean(axis=0) - balls[~after].mean(axis=0)
+        size = float(np.linalg.norm(shift))
     return {"size": size}
 
 
 def _length_by_length(
-    scene: Scene, *, on_base: bool
+    scene: Scene,
+    *,
+    on_base: bool,
 ) -> Iterator[tuple[int, Parameters]]:
     """Yield the known distances of one kind: their row, and their names and lengths."""
     lengths = zip(scene.known, scene.expected.tolist(), strict=True)
     for row, (length, expected) in enumerate(lengths, scene.all_lengths.start):
-        if length.on_base == on_base:
-            a, b = scene.labels[length.first], scene.labels[length.second]
-            ends = f"{a[0]}:{a[1]}-{b[0]}:{b[1]}={length.distance}"
-            name = {"placement": a[0]} if on_base else {"known": ends}
-            yield row, {**name, "expected": expected, "given": length.distance}
+        if length.on_base != on_base:
+            continue
+        placement, socket = scene.labels[length.first]
+        name = {"placement": placement}
+        if not on_base:
+            other, socket_beside = scene.labels[length.second]
+            ends = f"{placement}:{socket}-{other}:{socket_beside}"
+            name = {"known": f"{ends}={length.distance}"}
+        yield row, {**name, "expected": expected, "given": length.distance}
 
 
 def _of_length(row: int, change: float, names: Parameters, **more: Any) -> Block:
     """Return the block of one known distance that is off by an unknown, or a known change."""
-    return Block(
-        slice(row, row + 1),
-        np.full((1, 1, 1), DISTANCE_WEIGHT * change),
-        [names],
-        **more,
-    )
+    column = np.full((1, 1, 1), DISTANCE_WEIGHT * change)
+    return Block(slice(row, row + 1), column, [names], **more)
 
 
 def between(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that moved while the ball changed its socket."""
     for row, names in _length_by_length(scene, on_base=True):
-        source = SOURCES[scene.measured(names["placement"]).distance_source]
+        measured = scene.measured(names["placement"])
+        source = SOURCES[measured.distance_source]
         yield _of_length(row, 1.0, {**names, "source": source}, widths=MOVES)
 
 
@@ -178,10 +198,11 @@ def of_distance(scene: Scene) -> Iterable[Block]:
     if columns.any():
         yield Block(scene.all_lengths, -columns[None, :, None], [{}], SHARES)
     for k in scene.frames:
+        name, _ = scene.labels[k]
         in_frame = scene.sockets == k
-        columns = -(scene.offsets * in_frame[:, None])
-        frame = {"frame": scene.labels[k][0]}
-        yield Block(scene.all_samples, columns.reshape(1, -1, 1), [frame], SHARES)
+        columns = -scene.offsets * in_frame[:, None]
+        flat = columns.reshape(1, -1, 1)
+        yield Block(scene.all_samples, flat, [{"frame": name}], SHARES)
 
 
 def of_model(scene: Scene) -> Iterable[Block]:
@@ -189,8 +210,9 @@ def of_model(scene: Scene) -> Iterable[Block]:
     columns = np.append(scene.offsets, _of_bases(scene))
     if not columns.any():
         return
-    first = 0 if scene.frames else scene.all_lengths.start
-    rows = slice(first, len(columns))
+    rows = scene.all_lengths
+    if scene.frames:
+        rows = slice(0, rows.stop)
     yield Block(rows, -columns[None, rows, None], [{}], SHARES)
 
 
@@ -203,11 +225,14 @@ def _of_bases(scene: Scene) -> np.ndarray:
 def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
     """Return the share, and how far apart the sockets would be."""
     value = float(values[0])
-    length = next((k.distance for k in scene.known if k.on_base), 0.0)
-    if "frame" in parameters or not length:
+    lengths = [length.distance for length in scene.known if length.on_base]
+    if "frame" in parameters or not lengths or not lengths[0]:
         return {"share": value / max(1 - value, 0.1)}
-    likely = length / max(1 + value, 0.1)
-    source = SOURCES[
-        next(m for m in scene.measurements if m.has_distance).distance_source
-    ]
-    return {"share": value, "given": length, "likely": likely, "source": source}
+    first = next(m for m in scene.measurements if m.has_distance)
+    source = SOURCES[first.distance_source]
+    return {**sockets_by_share(value, lengths[0]), "source": source}
+
+
+def sockets_by_share(share: float, length: float) -> Parameters:
+    """Return how far apart sockets are that would make the arm no longer by a share [m]."""
+    return {"share": share, "given": length, "likely": length / max(1 + share, 0.1)}

@@ -4,7 +4,9 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain, groupby, repeat
+from itertools import count as count_from
+from itertools import groupby, repeat
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,17 +16,22 @@ from .kinds import Block, Kind, NoisePrior, Parameters
 from .scene import Scene
 from .table import KINDS, ONLY_SOUND
 
-LARGEST, HALVES = 0.3, 1.6
-"""Largest noise [m], and the factor from one trial of it to the next."""
-STEP, SPAN = 0.04, 11
-"""Step of the logarithm of the noise over which it is averaged, and steps each side of the best of
-the former trials."""
+LARGEST = 0.3
+"""Largest noise that is tried [m]."""
+HALVES = 1.6
+"""Factor from one trial of the noise to the next."""
+STEP = 0.04
+"""Step of the logarithm of the noise over which it is averaged."""
+SPAN = 11
+"""Steps each side of the best of the former trials."""
 FACTORS = np.exp(STEP * np.arange(-SPAN, SPAN + 1))
 TINY = 0.1
 """Largest joint position, below which another unit is likely [rad]: 4 rad, taken for degrees, are
 0.07."""
-REFINED, SEPARATE = 3, 60
-"""Candidates of each kind whose evidence is refined, and of one of which several may be right."""
+REFINED = 3
+"""Candidates of each kind whose evidence is refined."""
+SEPARATE = 60
+"""The same of a kind of which several candidates may be right."""
 NEAR = 30.0
 """Log Bayes factor from the best, beyond which none is refined."""
 
@@ -46,30 +53,42 @@ class Candidate:
     @cached_property
     def parameters(self) -> Parameters:
         """Its names and numbers, and the noise that remains with it."""
-        numbers = {**self.block.parameters[0], "noise": self.sigma}
+        (names,) = self.block.parameters
+        numbers = {**names, "noise": self.sigma}
         if self.block.unknowns:
-            values = self.evidence.posterior(self.block, self.sigma)[0]
+            values = self.evidence.posterior(self.block, self.sigma).mean
             numbers |= self.kind.values(self.scene, numbers, values)
         return numbers
 
     def hypothesis(self, probability: float = 1.0) -> Hypothesis:
         """Return it in words."""
-        p = dict(self.parameters)
         kind = self.kind.for_points() if self.of_points else self.kind
-        advice = kind.advice.format(**p)
-        if all(np.abs(m.positions).max() < TINY for m in self.scene.measurements):
+        parameters = dict(self.parameters)
+        advice = kind.advice.format(**parameters)
+        measurements = self.scene.measurements
+        if all(np.abs(m.positions).max() < TINY for m in measurements):
             advice += (
                 f"; or are the angles in another unit? none is beyond {TINY:g} rad"
             )
-        return Hypothesis(kind.name, probability, p, kind.text(p), advice, kind.tell)
+        return Hypothesis(
+            kind.name,
+            probability,
+            parameters,
+            kind.text(parameters),
+            advice,
+            kind.tell,
+        )
 
     @property
     def of_points(self) -> bool:
         """True where it concerns points that an instrument measured, and no sockets."""
-        names = self.block.parameters[0]
-        place = names.get("placement")
-        concerned = [m for m in self.scene.measurements if place in (None, m.name)]
-        return "frame" in names or all(m.kind == "points" for m in concerned)
+        (names,) = self.block.parameters
+        if "frame" in names:
+            return True
+        measurements = self.scene.measurements
+        if "placement" in names:
+            measurements = [self.scene.measured(names["placement"])]
+        return all(m.kind == "points" for m in measurements)
 
     @property
     def of_all(self) -> bool:
@@ -79,7 +98,8 @@ class Candidate:
     @property
     def has_no_effect(self) -> bool:
         """True where accepting it leaves the scene as it is, so that it would be found again."""
-        return not (self.kind.noise or self.kind.scene_after or self.block.columns.size)
+        changes_scene = self.kind.noise or self.kind.scene_after
+        return not (changes_scene or self.block.columns.size)
 
     @property
     def residuals(self) -> set[str]:
@@ -92,10 +112,14 @@ class Candidate:
     @property
     def shift(self) -> np.ndarray:
         """By how much it changes its rows of the residuals, beside its unknowns [m]."""
-        return self.block.columns[0, :, self.block.unknowns :].sum(axis=1)
+        beside = self.block.columns[0, :, self.block.unknowns :]
+        return beside.sum(axis=1)
 
     def as_cause(
-        self, kind: Kind, parameters: Parameters, log_prior: float
+        self,
+        kind: Kind,
+        parameters: Parameters,
+        log_prior: float,
     ) -> "Candidate":
         """Return what changed a scene that was fitted anew, by its evidence as sound recordings."""
         return replace(
@@ -114,73 +138,106 @@ class Candidate:
             return kind.scene_after(scene, block.parameters[0])
         columns = block.columns[0, :, : block.unknowns] * max(block.widths)
         explained = (*scene.explained, (block.rows, columns, self.shift))
-        return replace(scene, explained=explained).recentred(self.sigma)
+        right = replace(scene, explained=explained)
+        return right.recentred(self.sigma)
 
 
 def _as_it_is(scene: Scene, _: object) -> Scene:
     return scene
 
 
+class _Trial(NamedTuple):
+    """A candidate at the noise at which it is most probable, of those tried."""
+
+    log_evidence: float
+    block: int
+    """Index of its block."""
+    noise: int
+    """Index of the noise."""
+    column: int
+    """Index in its block."""
+
+
 class Comparison:
     """The best candidates of each kind of explanation; a share of the errors counts."""
 
     def __init__(
-        self, scene: Scene, kinds: Sequence[Kind] = KINDS, share: float = INDEPENDENT
+        self,
+        scene: Scene,
+        kinds: Sequence[Kind] = KINDS,
+        share: float = INDEPENDENT,
     ) -> None:
         self.scene = scene
         self.evidence = LinearEvidence(
-            scene.residuals, scene.nuisances, share, scene.whitening
+            scene.residuals,
+            scene.nuisances,
+            share,
+            scene.whitening,
         )
         smallest = max(scene.noise / 4, 1e-6)
         count = int(math.log(LARGEST / smallest, HALVES)) + 2
-        self._trials, self._base = self.evidence.trials(smallest, LARGEST, count)
+        self._trials = self.evidence.trials(smallest, LARGEST, count)
         possible = [kind for kind in kinds if not (kind.rigid and scene.zeros)]
-        self.candidates = list(chain.from_iterable(self._of(kind) for kind in possible))
+        self.candidates: list[Candidate] = []
+        for kind in possible:
+            self.candidates += self._of(kind)
 
     def _of(self, kind: Kind) -> Iterator[Candidate]:
-        """Return the best candidates of a kind: by few trials of the noise, then by many."""
+        """Yield the best candidates of a kind: by few trials of the noise, then by many."""
         scene = self.scene
         blocks = list(kind.blocks(scene))
         total = sum(len(block.parameters) for block in blocks)
-        # the noise of servos is never much less
-        usual = NoisePrior(1.5 * scene.noise, scene.noise_width, below=not scene.zeros)
-        noise = usual if kind.noise is None else kind.noise(scene)
         prior = math.log(STEP * kind.prior / max(total, 1))
-        for trial, few in self._likeliest(
-            blocks, noise, SEPARATE if kind.separate else REFINED
-        ):
-            trials = trial * FACTORS
-            ratios = self.evidence.log_ratios(few, trials)
-            base = self.evidence.log_likelihood(trials) + noise.log_density(trials)
+        if kind.noise is None:
+            # the noise of servos is never much less
+            below = not scene.zeros
+            noise = NoisePrior(1.5 * scene.noise, scene.noise_width, below=below)
+        else:
+            noise = kind.noise(scene)
+        count = SEPARATE if kind.separate else REFINED
+        for trial, block in self._likeliest(blocks, noise, count):
+            sigma = trial * FACTORS
+            ratios = self.evidence.log_ratios(block, sigma)
+            base = self.evidence.log_likelihood(sigma) + noise.log_density(sigma)
             logs = np.logaddexp.reduce(ratios, axis=1) + base[:, None]
             evidence = np.logaddexp.reduce(logs, axis=0) + prior
-            best = trials[np.argmax(logs, axis=0)]
-            for c in range(len(best)):
+            best = sigma[np.argmax(logs, axis=0)]
+            pairs = zip(evidence.tolist(), best.tolist(), strict=True)
+            for c, (log_evidence, likeliest) in enumerate(pairs):
                 yield Candidate(
                     kind,
-                    few.only([c]),
-                    float(evidence[c]),
-                    float(best[c]),
+                    block.only([c]),
+                    log_evidence,
+                    likeliest,
                     scene,
                     self.evidence,
                 )
 
     def _likeliest(
-        self, blocks: Sequence[Block], noise: NoisePrior, count: int
+        self,
+        blocks: Sequence[Block],
+        noise: NoisePrior,
+        count: int,
     ) -> Iterator[tuple[float, Block]]:
         """Yield the best columns of each block by few trials, and the noise at which they are."""
-        prior = self._base + noise.log_density(self._trials)
-        tried: list[tuple[float, int, int, int]] = []
+        sigma, base = self._trials
+        prior = base + noise.log_density(sigma)
+        tried: list[_Trial] = []
         for b, block in enumerate(blocks):
-            ratios = self.evidence.log_ratios(block, self._trials).max(axis=1)
+            ratios = self.evidence.log_ratios(block, sigma).max(axis=1)
             logs = ratios + prior[:, None]
-            evidence, best = logs.max(axis=0).tolist(), np.argmax(logs, axis=0).tolist()
-            tried += zip(evidence, repeat(b), best, range(len(best)))
+            evidence = logs.max(axis=0).tolist()
+            best = np.argmax(logs, axis=0).tolist()
+            tried += map(_Trial, evidence, repeat(b), best, count_from(0))
         tried.sort(reverse=True)
-        near = [trial[1:] for trial in tried[:count] if trial[0] > tried[0][0] - NEAR]
+        near = [
+            trial[1:]
+            for trial in tried[:count]
+            if trial.log_evidence > tried[0].log_evidence - NEAR
+        ]
         for (b, noise_index), group in groupby(sorted(near), lambda trial: trial[:2]):
             columns = [column for *_, column in group]
-            yield float(self._trials[noise_index]), blocks[b].only(columns)
+            yield float(sigma[noise_index]), blocks[b].only(columns)
 
 
 def likeliest_of(candidates: Iterable[Candidate]) -> Candidate:

@@ -4,6 +4,8 @@ Residuals are r = B x + A u + e of standard Gaussian x, u, and C = sigma^2 I + B
 :func:`.log_bayes_factor`.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ...bayes.model import log_bayes_factor
@@ -11,6 +13,24 @@ from .kinds import Block
 
 INDEPENDENT = 0.5
 """Share of the errors that count as independent: those in similar poses are correlated."""
+
+
+class Trials(NamedTuple):
+    """Noises that are tried."""
+
+    sigma: np.ndarray
+    """Shape (L,) [m]."""
+    log_likelihood: np.ndarray
+    """ln p(r) without any further column for each noise, shape (L,)."""
+
+
+class Estimate(NamedTuple):
+    """The unknowns of a candidate."""
+
+    mean: np.ndarray
+    """Shape (k,)."""
+    covariance: np.ndarray
+    """Shape (k, k)."""
 
 
 class LinearEvidence:
@@ -26,16 +46,22 @@ class LinearEvidence:
         share: float = INDEPENDENT,
         whitening: np.ndarray | None = None,
     ) -> None:
-        self._root, self._whitening = share**0.5, whitening
-        white = self._white(slice(0, len(r)), np.column_stack([r, B]))
-        self.r, slopes = white[:, 0], white[:, 1:]
+        self._root = share**0.5
+        self._whitening = whitening
+        every = slice(0, len(r))
+        white = self._white(every, np.column_stack([r, B]))
+        self.r = white[:, 0]
+        slopes = white[:, 1:]
         self.count = share * len(r)
-        d2, V = np.linalg.eigh(slopes.T @ slopes)
-        self._d2, self._B = d2.clip(min=0.0), slopes @ V
-        self._b = self._B.T @ self.r
-        self._rr = float(self.r @ self.r)
-        volumes = np.ones(1) if whitening is None else np.linalg.det(whitening)
-        self._volume = share * float(np.log(volumes).sum())
+        squares, axes = np.linalg.eigh(slopes.T @ slopes)
+        self._d2 = squares.clip(min=0.0)
+        self._D = slopes @ axes
+        self._along = self._D.T @ self.r
+        self._square = float(self.r @ self.r)
+        self._log_volume = 0.0
+        if whitening is not None:
+            volumes = np.linalg.det(whitening)
+            self._log_volume = share * float(np.log(volumes).sum())
 
     def _white(self, rows: slice, values: np.ndarray) -> np.ndarray:
         """Return values in some rows, shape (R, n), in units in which samples are noisy alike.
@@ -45,37 +71,36 @@ class LinearEvidence:
         values = self._root * values
         if self._whitening is None:
             return values
-        W = self._whitening[rows.start // 3 : rows.stop // 3]
-        of_samples, of_distances = np.split(values, [3 * len(W)])
-        n = values.shape[1]
-        white = W @ of_samples.reshape(len(W), 3, n)
-        return np.vstack([white.reshape(3 * len(W), n), of_distances])
+        first, end = rows.start // 3, rows.stop // 3
+        W = self._whitening[first:end]
+        N, n = len(W), values.shape[1]
+        of_samples, of_distances = np.split(values, [3 * N])
+        white = W @ of_samples.reshape(N, 3, n)
+        return np.vstack([white.reshape(3 * N, n), of_distances])
 
     def log_likelihood(self, sigma: np.ndarray) -> np.ndarray:
         """Return ln p(r) without any further column for each noise, shape (L,)."""
         s2 = sigma**2
-        ahead = self._d2 + s2[:, None]
-        explained = np.sum(self._b**2 / ahead, axis=1)
-        chi_square = (self._rr - explained) / s2
-        spread = np.sum(np.log(ahead / s2[:, None]), axis=1)
+        variances = self._d2 + s2[:, None]
+        explained = np.sum(self._along**2 / variances, axis=1)
+        chi_square = (self._square - explained) / s2
+        spread = np.sum(np.log(variances / s2[:, None]), axis=1)
         noise = self.count * np.log(2 * np.pi * s2)
-        return self._volume - 0.5 * (noise + spread + chi_square)
+        return self._log_volume - 0.5 * (noise + spread + chi_square)
 
-    def trials(
-        self, smallest: float, largest: float, count: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return noises to try, up to beyond the likeliest without further columns, and ln p(r)."""
-        trials = np.geomspace(smallest, largest, count)
-        base = self.log_likelihood(trials)
-        last = int(np.argmax(base)) + 2
-        return trials[:last], base[:last]
+    def trials(self, smallest: float, largest: float, count: int) -> Trials:
+        """Return noises to try, up to beyond the likeliest without further columns."""
+        sigma = np.geomspace(smallest, largest, count)
+        logs = self.log_likelihood(sigma)
+        end = int(np.argmax(logs)) + 2
+        return Trials(sigma[:end], logs[:end])
 
     def log_ratios(self, block: Block, sigma: np.ndarray) -> np.ndarray:
         """Return ln p(r | candidate) - ln p(r) by noise, width and candidate, shape (L, W, C)."""
         M, g = self._information(block, sigma)
         if block.fixed:
-            factors = g - 0.5 * M[..., 0]
-            return factors[:, None, :, 0] + block.bonus
+            shifts = g - 0.5 * M[..., 0]
+            return shifts[:, None, :, 0] + block.bonus
         widths = np.array(block.widths)[:, None, None]
         factors = log_bayes_factor(M[:, None], g[:, None], widths)
         return factors + block.bonus - np.log(len(widths))
@@ -86,17 +111,19 @@ class LinearEvidence:
         mean, _ = self.posterior(block, sigma)
         return float(g[0, 0] @ mean)
 
-    def posterior(self, block: Block, sigma: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return mean and covariance of a block's only candidate, by its widest prior."""
+    def posterior(self, block: Block, sigma: float) -> Estimate:
+        """Return the unknowns of a block's only candidate, by its widest prior."""
         M, g = self._information(block, np.array([sigma]))
         information, axes = np.linalg.eigh(M[0, 0])
         # Where the nuisances explain all, M is a difference of equal numbers.
         precision = information.clip(min=0.0) + max(block.widths) ** -2
         covariance: np.ndarray = (axes / precision) @ axes.T
-        return covariance @ g[0, 0], covariance
+        return Estimate(covariance @ g[0, 0], covariance)
 
     def _information(
-        self, block: Block, sigma: np.ndarray
+        self,
+        block: Block,
+        sigma: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return A^T C^-1 A, shape (L, C, k, k), and A^T C^-1 r, (L, C, k), of L noises.
 
@@ -107,18 +134,19 @@ class LinearEvidence:
         flat = block.columns.transpose(1, 0, 2).reshape(R, C * k)
         white = self._white(block.rows, flat)
         A = white.reshape(R, C, k).transpose(1, 2, 0)
-        along = self._B[block.rows].T @ white
-        along = along.reshape(len(along), C, k)
+        products = self._D[block.rows].T @ white
+        DA = products.reshape(len(products), C, k)
         s2 = sigma**2
-        f = 1 / (self._d2 + s2[:, None])
+        shares = 1 / (self._d2 + s2[:, None])
         if C == 1:
-            T = along[:, 0]
-            explained = np.array([[T.T @ (shares[:, None] * T)] for shares in f])
+            T = DA[:, 0]
+            explained = np.array([[T.T @ (share[:, None] * T)] for share in shares])
         else:
-            pairs = along[..., :, None] * along[..., None, :]
-            explained = np.tensordot(f, pairs, 1)
+            pairs = DA[..., :, None] * DA[..., None, :]
+            explained = np.tensordot(shares, pairs, 1)
         squares = A @ A.transpose(0, 2, 1) - explained
-        pulls = A @ self.r[block.rows] - np.tensordot(f * self._b, along, 1)
+        of_residuals = np.tensordot(shares * self._along, DA, 1)
+        pulls = A @ self.r[block.rows] - of_residuals
         M = squares / s2[:, None, None, None]
         g = pulls / s2[:, None, None]
         return M, g

@@ -46,7 +46,9 @@ class Block:
         """Return some of the candidates."""
         parameters = [self.parameters[i] for i in candidates]
         return replace(
-            self, columns=self.columns[list(candidates)], parameters=parameters
+            self,
+            columns=self.columns[list(candidates)],
+            parameters=parameters,
         )
 
 

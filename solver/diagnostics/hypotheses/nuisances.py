@@ -10,12 +10,18 @@ import numpy as np
 from ...data import SEAT_DEVIATION, Known
 from ...robot import Parameter
 
-TRANSLATION, ROTATION, BALL = 2e-3, 1e-2, 0.1
-"""Widths of the priors [m], [rad]: as far as arms are from their models."""
+TRANSLATION = 2e-3
+"""Width of the prior of a length [m]: as far as arms are from their models."""
+ROTATION = 1e-2
+"""The same of an angle [rad]."""
+BALL = 0.1
+"""The same of the ball's place [m]."""
 ARMS = 0.002
 """Standard deviation of the scale of real arms about their models."""
-CENTRE, TURN = 0.3, 1.0
-"""Widths of the priors of a socket's centre, and of a frame's turn, about the fit's [m], [rad]."""
+CENTRE = 0.3
+"""Width of the prior of a socket's centre about the fit's [m]."""
+TURN = 1.0
+"""Width of the prior of a frame's turn about the fit's [rad]."""
 SIDES = 0.4
 """Share of the play by which the rest of a joint differs from socket to socket."""
 SHORTEST = 0.05
@@ -27,21 +33,25 @@ errors of samples are correlated."""
 
 def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
     """Return the widths of the priors of a geometry's parameters, shape (n,) [m, rad]."""
-    return np.array(
-        [
-            BALL if p.of_ball else TRANSLATION if p.unit == "m" else ROTATION
-            for p in parameters
-        ]
-    )
+    return np.array([_width_of(parameter) for parameter in parameters])
+
+
+def _width_of(parameter: Parameter) -> float:
+    if parameter.of_ball:
+        return BALL
+    return TRANSLATION if parameter.unit == "m" else ROTATION
 
 
 def precision(widths: np.ndarray, by_scale: np.ndarray, scale: float) -> np.ndarray:
     """Return the inverse covariance of unknowns whose size is held to a scale, shape (n, n)."""
-    return np.diag(widths**-2) + np.outer(by_scale, by_scale) / scale**2
+    of_scale = np.outer(by_scale, by_scale)
+    return np.diag(widths**-2) + of_scale / scale**2
 
 
 def of_centres(
-    sockets: np.ndarray, known: Sequence[Known[int]], directions: np.ndarray
+    sockets: np.ndarray,
+    known: Sequence[Known[int]],
+    directions: np.ndarray,
 ) -> np.ndarray:
     """Return those by the places of all seats, of samples and distances, shape (3 N + K, 3 S).
 
@@ -52,9 +62,11 @@ def of_centres(
     """
     seats = np.eye(int(sockets.max()) + 1)
     of_samples = np.kron(seats[sockets], np.eye(3))
-    ends = seats[[k.first for k in known]] - seats[[k.second for k in known]]
-    of_known = DISTANCE_WEIGHT * ends[:, :, None] * directions[:, None]
-    return CENTRE * np.vstack([of_samples, of_known.reshape(-1, of_samples.shape[1])])
+    first = seats[[length.first for length in known]]
+    second = seats[[length.second for length in known]]
+    along = (first - second)[:, :, None] * directions[:, None]
+    of_known = along.reshape(-1, of_samples.shape[1])
+    return CENTRE * np.vstack([of_samples, DISTANCE_WEIGHT * of_known])
 
 
 def of_play(by_joints: np.ndarray, sockets: np.ndarray, noise: float) -> np.ndarray:
@@ -63,19 +75,24 @@ def of_play(by_joints: np.ndarray, sockets: np.ndarray, noise: float) -> np.ndar
     Gears with play rest on one side there.
     """
     squares = np.sum(by_joints**2, axis=1)
-    levers = np.sqrt(np.mean(squares, axis=0)).clip(min=SHORTEST)
-    shifts = by_joints * (SIDES * noise / levers)
+    levers = np.sqrt(np.mean(squares, axis=0))
+    offsets = SIDES * noise / levers.clip(min=SHORTEST)
+    shifts = by_joints * offsets
     seats = np.eye(int(sockets.max()) + 1)
-    columns = seats[sockets][:, None, :, None] * shifts[:, :, None]
+    in_seats = seats[sockets][:, None, :, None]
+    columns = in_seats * shifts[:, :, None]
     return columns.reshape(3 * len(shifts), -1)
 
 
 def of_calipers(known: Sequence[Known[int]]) -> np.ndarray:
     """Return those of K distances by the errors of their measurement, shape (K, bases + K)."""
-    bases = sorted({k.distance for k in known if k.on_base})
+    bases = sorted({length.distance for length in known if length.on_base})
     of_bases = np.zeros((len(known), len(bases)))
-    for row, k in zip(of_bases, known, strict=True):
-        if k.on_base:
-            row[bases.index(k.distance)] = k.deviation
-    own = [SEAT_DEVIATION if k.on_base else k.deviation for k in known]
-    return DISTANCE_WEIGHT * np.hstack([of_bases, np.diag(own)])
+    deviations: list[float] = []
+    for row, length in zip(of_bases, known, strict=True):
+        deviation = length.deviation
+        if length.on_base:
+            row[bases.index(length.distance)] = deviation
+            deviation = SEAT_DEVIATION
+        deviations.append(deviation)
+    return DISTANCE_WEIGHT * np.hstack([of_bases, np.diag(deviations)])

@@ -60,7 +60,8 @@ class Samples:
     @cached_property
     def starts(self) -> np.ndarray:
         """First index of each socket in that order."""
-        return np.searchsorted(self.sockets[self.order], np.arange(self.count))
+        in_order = self.sockets[self.order]
+        return np.searchsorted(in_order, np.arange(self.count))
 
     def is_overdetermined(self, unknowns: int) -> bool:
         """Return True for twice as many numbers as unknowns, the sockets' centres left out."""
@@ -71,16 +72,13 @@ class Samples:
         most = max(enough // self.count, minimum)
         chosen = [rows[evenly(len(rows), most)] for rows in self.rows]
         few = np.concatenate(chosen)
-        return Samples(
-            self.positions[few],
-            self.sockets[few],
-            self.measured[few],
-        )
+        return Samples(self.positions[few], self.sockets[few], self.measured[few])
 
     @cached_property
     def frames(self) -> list[int]:
         """The seats that are frames of instruments."""
-        return np.unique(self.sockets[self.measured.any(axis=1)]).tolist()
+        of_points = self.measured.any(axis=1)
+        return np.unique(self.sockets[of_points]).tolist()
 
     def aligned(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Return the rotations R of all seats by predicted balls of V models, (S, V, 3, 3).
@@ -88,22 +86,25 @@ class Samples:
         Points have shape (N, V, 3) [m], their weights (N, V); sockets have no rotation.
         """
         V = points.shape[1]
-        turns = np.tile(np.eye(3), (self.count, V, 1, 1))
+        R = np.tile(np.eye(3), (self.count, V, 1, 1))
         for k in self.frames:
             rows = self.rows[k]
+            measured = self.measured[rows]
             for v in range(V):
-                pose = kabsch(self.measured[rows], points[rows, v], weights[rows, v])
-                turns[k, v] = pose.rotation
-        return turns
+                pose = kabsch(measured, points[rows, v], weights[rows, v])
+                R[k, v] = pose.rotation
+        return R
 
     def robustly_aligned(self, points: np.ndarray) -> np.ndarray:
         """Return the same of one model's balls, shape (N, 3), by robust weights, (S, 3, 3)."""
         balls = points[:, None]
-        turns = self.aligned(balls, np.ones((len(points), 1)))
+        weights = np.ones((len(points), 1))
+        turns = self.aligned(balls, weights)
         for _ in range(ROUNDS if self.frames else 0):
             places = balls - self.offsets(turns)
-            e = places - medians(places, self)[self.sockets]
-            turns = self.aligned(balls, robust_weights(e, typical(e)))
+            errors = places - medians(places, self)[self.sockets]
+            weights = robust_weights(errors, typical(errors))
+            turns = self.aligned(balls, weights)
         return turns[:, 0]
 
     def offsets(self, R: np.ndarray) -> np.ndarray:
@@ -129,8 +130,9 @@ class Samples:
 
 def samples_of(measurements: Sequence[Measurement]) -> Samples:
     """Return the samples of placements, seat after seat."""
-    q = np.concatenate([m.positions for m in measurements])
-    return Samples(q, seats_of(measurements)[1], _measured(measurements))
+    positions = np.concatenate([m.positions for m in measurements])
+    _, sockets = seats_of(measurements)
+    return Samples(positions, sockets, _measured(measurements))
 
 
 def seats_of(
@@ -144,7 +146,8 @@ def seats_of(
             if m.kind == "points":
                 seat = (m.frame, OF_INSTRUMENT)
             seats += [seat] * count
-    labels = sorted(dict.fromkeys(seats), key=lambda seat: seat[1] == OF_INSTRUMENT)
+    distinct = dict.fromkeys(seats)
+    labels = sorted(distinct, key=lambda seat: seat[1] == OF_INSTRUMENT)
     indices = [labels.index(seat) for seat in seats]
     return tuple(labels), np.array(indices)
 
@@ -155,19 +158,22 @@ def _measured(measurements: Sequence[Measurement]) -> np.ndarray:
     Of poses it is a point beside the ball, which orientations move, too.
     """
     of_poses = all(m.has_orientations for m in measurements)
-    points: list[np.ndarray] = []
+    parts: list[np.ndarray] = []
     for m in measurements:
         if m.kind == "sockets":
-            points.append(np.zeros((len(m.positions), 3)))
+            parts.append(np.zeros((len(m.positions), 3)))
             continue
-        levers = m.rotations @ LEVER if of_poses else 0.0
-        points.append((m.points + levers)[m.order])
-    return np.concatenate(points)
+        points = m.points
+        if of_poses:
+            points = points + m.rotations @ LEVER
+        parts.append(points[m.order])
+    return np.concatenate(parts)
 
 
 def evenly(count: int, enough: int) -> np.ndarray:
     """Return indices of so many of some samples at most, evenly chosen."""
-    return np.linspace(0, count - 1, min(count, enough)).astype(int)
+    places = np.linspace(0, count - 1, min(count, enough))
+    return places.astype(int)
 
 
 def medians(points: np.ndarray, samples: Samples) -> np.ndarray:
@@ -178,8 +184,8 @@ def medians(points: np.ndarray, samples: Samples) -> np.ndarray:
 def means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
     """Return the weighted mean in each socket of values of shape (N, ...)."""
     order, starts = samples.order, samples.starts
-    added = values.ndim - weights.ndim
-    weights = weights.reshape(*weights.shape, *[1] * added)
+    axes = values.ndim - weights.ndim
+    weights = weights.reshape(*weights.shape, *[1] * axes)
     weighted = weights * values
     sums = np.add.reduceat(weighted[order], starts, axis=0)
     totals = np.add.reduceat(weights[order], starts, axis=0)
@@ -197,12 +203,16 @@ def median(values: np.ndarray) -> np.ndarray:
 
 def typical(errors: np.ndarray) -> np.ndarray:
     """Return the scale of errors per axis, shape (N, ..., 3), by their median, shape (...) [m]."""
-    squares = np.einsum("...i,...i->...", errors, errors)
-    variance = median(squares) / CHI_SQUARE
+    variance = median(_squares(errors)) / CHI_SQUARE
     return np.maximum(variance, SMALLEST**2) ** 0.5
 
 
 def robust_weights(errors: np.ndarray, noise: float | np.ndarray) -> np.ndarray:
     """Return the robust weight of each error, shape (N, ..., 3), for a noise s [m]."""
-    squares = np.einsum("...i,...i->...", errors, errors)
-    return student_weights(squares / noise**2, NU)
+    chi_squares = _squares(errors) / noise**2
+    return student_weights(chi_squares, NU)
+
+
+def _squares(errors: np.ndarray) -> np.ndarray:
+    """Return the squared lengths of vectors, shape (..., 3)."""
+    return np.einsum("...i,...i->...", errors, errors)

@@ -102,7 +102,7 @@ def test_a_zero_that_changes_the_size_is_no_wrong_distance(name, joint, change):
     (finding,) = seen(off)
     assert (finding.level, finding.code) == ("warning", "zero")
     assert f"joint {joint + 1} " in finding.text or robot.joint_names[joint] in finding.text
-    found = re.search(r" off by \+(\d+\.?\d*) deg", finding.text)
+    found = re.search(r" -(\d+\.?\d*) deg .*to what it reads", finding.text)
     assert found is not None and abs(float(found[1]) - np.degrees(0.1)) < 0.5
     assert [finding.code for finding in seen(sound, 0.055)] == ["scale"]
 

@@ -32,7 +32,7 @@ def test_moments_hold_the_joints_where_their_zeros_were_fitted():
     scene = here.check.scene([here.placement(here.samples("none"))])
     m = len(here.robot.actuated)
     true = STANDARD_LOAD.moments(here.arm, scene.q, None)[:, :m]
-    fitted, read = scene.torques, STANDARD_LOAD.moments(here.robot, scene.q, None)
+    fitted, read = scene.as_readings.moments, STANDARD_LOAD.moments(here.robot, scene.q, None)
     off, before = (np.linalg.norm(one[:, :m] - true) for one in (fitted, read))
     assert off < before
 

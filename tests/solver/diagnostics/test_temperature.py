@@ -8,9 +8,9 @@ import pytest
 from mukca.recorder import Placement, Sample
 from mukca.solver.data import Measurement
 from mukca.solver.diagnostics import RigidModel
-from mukca.solver.diagnostics.explain import scene_of
 from mukca.solver.diagnostics.hypotheses import KINDS, Comparison, kind_of
 from mukca.solver.diagnostics.hypotheses.kinds import Block
+from mukca.solver.diagnostics.scene_fit import scene_of
 from mukca.solver.robot import BallModel, workspace
 
 RISE = 5.0

@@ -12,6 +12,8 @@ from msgspec import structs
 import mukca
 from mukca import Calibration
 from mukca.solver.assessment import Options, assess
+from mukca.solver.data import measure
+from mukca.solver.diagnostics import inspect_all
 
 
 @pytest.mark.parametrize(("offsets", "likeliest"), [({}, "nothing"), ({3: 3e-3}, "panda_joint4")])
@@ -179,3 +181,26 @@ def test_a_calibration_whose_distance_nobody_measured_is_not_valid_yet(
         status, out, _ = command(*words, tmp_path / "untold")
         assert status == 3 and "the distance was not given: 50 mm assumed" in out
         assert command(*words, tmp_path / "told")[0] == 0
+
+
+@pytest.mark.slow
+def test_a_zero_has_one_sign_wherever_it_is_told(simulated, panda):
+    """That of what is to be added to the readings."""
+    trained = [
+        mukca.Placement.of_arrays(
+            placement.name,
+            [sample.position for sample in placement.samples],
+            [sample.socket for sample in placement.samples],
+            distance=0.05,
+        )
+        for placement in simulated.calibration.document.data
+    ]
+    since = simulated.read({3: 5e-3})
+    survey = inspect_all(panda, [measure(p, panda) for p in (*trained, since)])
+    by_check = next(h for h in survey.hypotheses if h.name == "zero_lost")
+    by_validate = mukca.what_changed(simulated.calibration, since)
+    (by_rezero,) = mukca.rezero(simulated.calibration, since).changed
+    offsets = by_check.parameters["offset"], by_validate.cause.offset, by_rezero.offset
+    assert offsets == pytest.approx([5e-3] * 3, abs=5e-4)
+    for text in (by_check.text, by_validate.text, by_rezero.brief):
+        assert "deg" in text and "to what it reads" in text and "+0.2" in text

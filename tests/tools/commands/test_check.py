@@ -1,5 +1,6 @@
 """``mukca check`` and ``mukca crossval``: what they say, and never a circle."""
 
+import re
 from shutil import copytree
 
 import numpy as np
@@ -53,7 +54,7 @@ def test_what_was_measured_and_how_well_is_heeded(session, copy, run):
     rough = ["check", str(session), *robot, "--distance", "0.0504"]
     assert "longer (+- 0.07 %) than its model" in run(*rough)[1]
     status, told = run(*rough, "--distance-deviation", "0.0005")
-    assert status == 0 and "Nothing wrong was seen" in told
+    assert status == 0 and "Nothing bars a calibration; 3 remarks." in told
     status, told = run(*rough, "--known", "front:0-left:0=0.4272")
     assert "sockets are 50.0 mm apart than 50.4" in told
     status, told = run(*rough[:-2], "--known", "front:0-left:0=0.4572")
@@ -75,6 +76,43 @@ def test_too_little_is_told(copy, run, counts, status, words):
     assert got == status, told
     assert words in told and ("NOT ENOUGH DATA: Only 3 samples" in told) == (status == 3)
     assert "Nothing wrong" not in told and "mukca check" not in told
+
+
+@pytest.mark.parametrize("counts", [(6, 6), (3, 3)])
+def test_few_samples_are_told_as_solve_does(copy, run, tmp_path, counts):
+    """They bar no calibration that is better than the nominal model."""
+    thinned(copy / "front", *counts)
+    words = str(copy / "front"), "--robot", "panda"
+    status, told = run("check", *words)
+    _, solved = run("solve", *words, "--out", str(tmp_path / "calibrated"))
+    is_better = "USE IT" in solved
+    assert is_better == ("better than the nominal model (" in told) == (counts == (6, 6))
+    assert f"only {counts[0]} samples in a socket" in told.lower()
+    assert status == (0 if is_better else 3)
+
+
+def test_what_is_left_out_is_a_remark(copy, run):
+    (copy / "empty").mkdir()
+    status, told = run("check", str(copy), "--robot", "panda")
+    assert status == 0 and "session/empty: an empty folder among the placements is left" in told
+    assert "Nothing bars a calibration; 1 remark." in told and "Nothing wrong" not in told
+    (copy / "left" / "hole_0.csv").write_text("no numbers\n")
+    status, told = run("check", str(copy), "--robot", "panda")
+    assert "; the placement is left out" in told and "Nothing bars a calibration; 2 remarks" in told
+
+
+def test_a_placement_of_few_samples_is_none_to_train_on(copy, run):
+    thinned(copy / "right", 3, 3)
+    _, told = run("check", str(copy), "--robot", "panda")
+    assert "To train on two, session/front and session/left serve best" in told
+
+
+def test_a_wrong_distance_has_one_figure(recordings, run):
+    folders = [str(recordings / "panda_1" / name) for name in ("front", "right")]
+    _, told = run("check", *folders, "--robot", "panda", "--distance", "0.052")
+    verdict = next(line for line in told.splitlines() if line.startswith("FAIL"))
+    assert set(re.findall(r"sockets are (\S+ mm)", verdict)) == {"49.9 mm"}
+    assert set(re.findall(r"(\d+\.\d+) % (?:too|longer|off)", verdict)) == {"4.30"}
 
 
 def test_a_part_with_one_socket_or_sample_serves_beside_a_whole_one(copy, run):

@@ -262,7 +262,7 @@ def test_what_may_explain_the_size_is_said(document, rows):
         row["distance"] = 0.051
     text = rows(document)[2]
     assert "The arm came out 2.00 % longer (+- 0.07 %) than its model" in text
-    assert "the sockets are 50.0 mm apart, or every length of the model is 2.0 % off" in text
+    assert "the sockets are 50.0 mm apart, or every length of the model is 2.00 % off" in text
 
 
 @pytest.mark.parametrize(

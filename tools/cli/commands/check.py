@@ -1,13 +1,14 @@
 """``mukca check``: recordings by themselves."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
+from functools import cached_property
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from .... import recorder
-from ....solver import assessment, calibration, data, design, diagnostics, results
+from ....solver import assessment, calibration, design, diagnostics, results
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
 from .report import emit_with_page
@@ -23,9 +24,10 @@ _OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros gravi
 
 POINTS = "points that an instrument measured"
 
-SIZE_LOST, DISTANCE = 0.05, "scale"
-"""Standard deviation of the arm's size, as a share, from which a fit gave it up to meet a distance,
-and the code of findings on distances."""
+SIZE_LOST = 0.05
+"""Standard deviation of the arm's size, as a share, from which a fit gave it up for a distance."""
+DISTANCE = "scale"
+"""Code of findings on distances."""
 NOTHING_WRONG = "Nothing wrong was seen."
 
 
@@ -53,14 +55,112 @@ class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
     )
 
 
+@dataclass(frozen=True)
+class _Checked:
+    """Recordings that were looked at, and the accuracy of a calibration on them."""
+
+    problem: "calibration.CalibrationProblem"
+    """As solve begins, all placements trained on."""
+    findings: "Sequence[results.Diagnostic]"
+    accuracy: "design.Accuracy | None"
+    """None where an error bars a fit, or none settles."""
+
+    @property
+    def survey(self) -> "diagnostics.Survey":
+        return self.problem.survey
+
+    @cached_property
+    def shared(self) -> "list[results.Diagnostic]":
+        """Findings that are not told with their placement."""
+        inspections = self.survey.placements
+        of_one = set(chain.from_iterable(one.diagnostics for one in inspections))
+        return [finding for finding in self.findings if finding not in of_one]
+
+    @cached_property
+    def next_placement(self) -> str:
+        return diagnostics.next_placement(self.problem.robot, self.survey)
+
+    @cached_property
+    def verdict(self) -> "assessment.Verdict":
+        """The verdict on recordings, by the rows that a calibration has, too."""
+        placements = self.problem.measurements
+        in_sockets = [m for m in placements if m.kind == "sockets" and m.has_distance]
+        accuracy = self.accuracy
+        recordings = assessment.Recordings(
+            placements,
+            (),
+            None if accuracy is None else accuracy.scale,
+            assumed=[m.distance for m in in_sockets if m.distance_source == "default"],
+            readings=max((m.distance_readings for m in in_sockets), default=1),
+            tied=bool(self.problem.options.distances),
+            causes=self.survey.hypotheses,
+            better=None if accuracy is None else accuracy.better,
+        )
+        rows = assessment.recording_rows(self.findings, recordings)
+        return assessment.judge(rows, self.survey.hypotheses)
+
+    @property
+    def answer(self) -> str:
+        """The verdict in a line; without one that bars a calibration, the number of remarks."""
+        verdict = self.verdict
+        if verdict.status != "pass":
+            return f"{verdict.title}: {verdict.text}"
+        count = len(self.findings) + len(self.problem.warnings)
+        if not count:
+            return NOTHING_WRONG
+        answer = f"Nothing bars a calibration; {assessment.plural(count, 'remark')}."
+        few = [row.text for row in verdict.reasons if row.name == "samples"]
+        return " ".join([answer, *(f"{text[0].upper()}{text[1:]}." for text in few)])
+
+    @cached_property
+    def lines(self) -> list[str]:
+        """All that the terminal says."""
+        seen = _seen(self.survey, self.shared)
+        return [self.answer, *seen, self.amount, self.next_placement]
+
+    @property
+    def amount(self) -> str:
+        """Number of samples, and the accuracy of a calibration on them."""
+        problem, accuracy = self.problem, self.accuracy
+        placements = problem.measurements
+        total = sum(sum(measured.counts) for measured in placements)
+        count = assessment.plural(len(placements), "placement")
+        text = f"In all {total} samples in {count}"
+        if accuracy is not None:
+            repeatability = assessment.repeatability_of(
+                problem.robot, problem.options.repeatability_mm
+            )
+            words = assessment.predicted_in_words(
+                accuracy.distance_deviation, accuracy.length, repeatability
+            )
+            return f"{text}: calibrated on them, {words}."
+        why = "a fit to them does not settle"
+        if _are_broken(self.findings):
+            why = "mend the errors first"
+        return f"{text}; what a calibration would know by them cannot be told: {why}."
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON has it."""
+        accuracy, survey = self.accuracy, self.survey
+        return {
+            "findings": [finding.as_dict() for finding in self.shared],
+            "placements": [_row(inspection) for inspection in survey.placements],
+            "hypotheses": [asdict(hypothesis) for hypothesis in survey.hypotheses],
+            "scale": None if accuracy is None else accuracy.scale.as_dict(),
+            "predicted_distance_deviation": accuracy and accuracy.distance_deviation,
+            "next_placement": {"text": self.next_placement},
+            "warnings": list(self.problem.warnings),
+            "verdict": self.verdict.as_said(),
+        }
+
+
 def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     options.check_out()
     if options.calibration is not None:
         names = [field.name for field in fields(ValidateOptions)]
-        same = {
-            name: getattr(options, name) for name in names if hasattr(options, name)
-        }
+        shared = [name for name in names if hasattr(options, name)]
+        same = {name: getattr(options, name) for name in shared}
         return run_validate(ValidateOptions(**same), terminal)
     if not options.robot:
         raise UsageError(
@@ -68,98 +168,48 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
         )
     robot = options.load_robot()
     settings = options.settings.validated()
-    placements_read = recorder.read_placements(
+    placements = recorder.read_placements(
         *options.data, as_recorded=settings.as_recorded
     )
-    # as solve begins, all placements trained on
-    problem = calibration.problems_of(robot, placements_read, (), settings)[""]
-    placements = problem.measurements
-    survey = problem.survey
-    terminal.warn(*problem.warnings)
-    findings, accuracy = _by_a_fit(problem, settings)
-    of_one = set(
-        chain.from_iterable(inspection.diagnostics for inspection in survey.placements)
-    )
-    shared = [finding for finding in findings if finding not in of_one]
-    broken = _are_broken(findings)
-    predicted = None if accuracy is None else accuracy.distance_deviation
-    scale = None if accuracy is None else accuracy.scale
-    hint = diagnostics.next_placement(robot, survey)
-    repeatability = assessment.repeatability_of(robot, settings.repeatability_mm)
-    lines = [
-        *_seen(survey, shared),
-        _amount(placements, accuracy, repeatability, broken=broken),
-        hint,
-    ]
-    in_sockets = [m for m in placements if m.kind == "sockets" and m.has_distance]
-    assumed = [m.distance for m in in_sockets if m.distance_source == "default"]
-    readings = max((m.distance_readings for m in in_sockets), default=1)
-    causes = survey.hypotheses
-    tied = bool(settings.distances)
-    recordings = assessment.Recordings(
-        placements,
-        (),
-        scale,
-        assumed=assumed,
-        readings=readings,
-        tied=tied,
-        causes=causes,
-    )
-    rows = assessment.recording_rows(findings, recordings)
-    verdict = assessment.judge(rows, survey.hypotheses)
-    answer = f"{verdict.title}: {verdict.text}"
-    if verdict.status == "pass":
-        remarks = assessment.plural(len(findings), "remark")
-        answer = (
-            f"Nothing bars a calibration; {remarks}." if findings else NOTHING_WRONG
-        )
-    lines.insert(0, answer)
-    terminal.say(*lines)
-    emit_with_page(
-        options,
-        terminal,
-        lines,
-        {
-            "robot": options.robot,
-            "findings": [finding.as_dict() for finding in shared],
-            "placements": [_row(inspection) for inspection in survey.placements],
-            "hypotheses": [asdict(hypothesis) for hypothesis in survey.hypotheses],
-            "scale": None if scale is None else scale.as_dict(),
-            "predicted_distance_deviation": predicted,
-            "next_placement": {"text": hint},
-            "warnings": list(problem.warnings),
-            "verdict": verdict.as_said(),
-        },
-    )
-    return verdict.exit_status
+    checked = _checked(calibration.problems_of(robot, placements, (), settings)[""])
+    terminal.warn(*checked.problem.warnings)
+    terminal.say(*checked.lines)
+    document = {"robot": options.robot, **checked.as_dict()}
+    emit_with_page(options, terminal, checked.lines, document)
+    return checked.verdict.exit_status
 
 
 def _are_broken(findings: "Sequence[results.Diagnostic]") -> bool:
     return any(finding.level == "error" for finding in findings)
 
 
-def _by_a_fit(
-    problem: "calibration.CalibrationProblem", settings: SolveOptions
-) -> "tuple[tuple[results.Diagnostic, ...], design.Accuracy | None]":
+def _checked(problem: "calibration.CalibrationProblem") -> _Checked:
     """Return what was seen, and the accuracy by a fit; None where something bars it.
 
     A distance is an error where the fit gave the arm's size up to meet it.
     """
-    findings = problem.checks
-    if _are_broken(findings):
-        return findings, None
-    premises = settings.load, settings.distances, settings.deviation
-    zeros = bool(settings.zeros)
+    if _are_broken(problem.checks):
+        return _Checked(problem, problem.checks, None)
+    settings = problem.options
     accuracy = design.accuracy_by(
-        problem.robot, problem.measurements, *premises, zeros=zeros
+        problem.robot,
+        problem.measurements,
+        settings.load,
+        settings.distances,
+        settings.deviation,
+        zeros=bool(settings.zeros),
     )
-    if accuracy is None or (accuracy.scale.deviation or 0.0) <= SIZE_LOST:
-        return findings, accuracy
-    judged = tuple(
+    if accuracy is None:
+        return _Checked(problem, problem.checks, None)
+    problem = problem.sized(accuracy.scale)
+    findings = problem.checks
+    if (accuracy.scale.deviation or 0.0) <= SIZE_LOST:
+        return _Checked(problem, findings, accuracy)
+    judged = [
         replace(finding, level="error") if finding.code == DISTANCE else finding
         for finding in findings
-    )
-    return judged, None if _are_broken(judged) else accuracy
+    ]
+    return _Checked(problem, judged, None if _are_broken(judged) else accuracy)
 
 
 def _row(inspection: "diagnostics.Inspection") -> dict[str, Any]:
@@ -176,7 +226,8 @@ def _row(inspection: "diagnostics.Inspection") -> dict[str, Any]:
 
 
 def _seen(
-    survey: "diagnostics.Survey", shared: "Sequence[results.Diagnostic]"
+    survey: "diagnostics.Survey",
+    shared: "Sequence[results.Diagnostic]",
 ) -> list[str]:
     lines = [f"{finding.level}: {finding}" for finding in shared]
     for inspection in survey.placements:
@@ -194,22 +245,3 @@ def _seen(
         )
         lines += [f"  {finding.level}: {finding}" for finding in inspection.diagnostics]
     return lines
-
-
-def _amount(
-    placements: "Sequence[data.Measurement]",
-    accuracy: "design.Accuracy | None",
-    repeatability: float | None,
-    *,
-    broken: bool,
-) -> str:
-    """Return the number of samples, and the accuracy of a calibration on them."""
-    total = sum(sum(measured.counts) for measured in placements)
-    count = assessment.plural(len(placements), "placement")
-    text = f"In all {total} samples in {count}"
-    if accuracy is not None:
-        predicted, _, length = accuracy
-        words = assessment.predicted_in_words(predicted, length, repeatability)
-        return f"{text}: calibrated on them, {words}."
-    why = "mend the errors first" if broken else "a fit to them does not settle"
-    return f"{text}; what a calibration would know by them cannot be told: {why}."

@@ -192,8 +192,9 @@ def accuracy_in_words(problem: "calibration.CalibrationProblem") -> str:
     repeatability = assessment.repeatability_of(
         problem.robot, settings.repeatability_mm
     )
-    predicted, _, length = accuracy
-    words = assessment.predicted_in_words(predicted, length, repeatability)
+    words = assessment.predicted_in_words(
+        accuracy.distance_deviation, accuracy.length, repeatability
+    )
     return f"Calibrated on all, {words}."
 
 

@@ -1,0 +1,169 @@
+"""Hypotheses on columns, ranked by what the nominal model leaves with them."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from .column_hypothesis import ColumnHypothesis, other_orders, signs, swaps, unchanged
+from .hypotheses import Samples
+from .robust_fit import RigidModel
+
+STEPS = 8
+"""Steps of an offset."""
+MAX_STEP = 0.2
+"""Largest change of an offset in a step [rad]."""
+MAX_MISTAKES = 3
+"""Largest number of mistakes; with more, the model is another robot's."""
+USUAL_OFFSET = np.deg2rad(1.5)
+"""Largest offset of a joint that is no mistake [rad]."""
+NEEDED = 1.5
+"""Factor by which the error grows without an offset that is needed."""
+TOLERANCE = 0.02
+"""Largest mean error of a correct model once the ball's place is fitted [m]."""
+TRIED = 90
+"""Samples by which a hypothesis is ranked."""
+FEWEST = 4
+"""Of each socket, at least."""
+MOST_SIGNS = 8
+"""Arms with more joints than this: their signs are tried one at a time only."""
+PROMISING = 0.8
+"""Largest share of the present error with which a hypothesis is worth a fit."""
+MOST = 4
+"""Hypotheses that are worth one, at most."""
+OFFSETS = np.deg2rad(np.arange(-165, 181, 30))
+"""Offsets from which those of each joint are sought [rad]."""
+
+
+class Ranked(NamedTuple):
+    """A hypothesis with the error that it leaves."""
+
+    error: float
+    """[m]."""
+    hypothesis: ColumnHypothesis
+
+
+@dataclass(frozen=True)
+class NominalModel:
+    """Hypotheses on some samples, judged by the nominal model with its ball put right."""
+
+    model: RigidModel
+    samples: Samples
+
+    def ranked(self, hypotheses: Iterable[ColumnHypothesis]) -> list[Ranked]:
+        """Return the error that each hypothesis leaves [m], the least first."""
+        candidates = list(hypotheses)
+        if not candidates:
+            return []
+        variants = [hypothesis.apply(self.samples) for hypothesis in candidates]
+        errors = self.model.nominal.errors(variants)
+        return sorted(map(Ranked, errors, candidates), key=_error)
+
+    def best(self, hypotheses: Iterable[ColumnHypothesis]) -> Ranked:
+        """Return the hypothesis that leaves least."""
+        first, *_ = self.ranked(hypotheses)
+        return first
+
+    @property
+    def turning(self) -> list[int]:
+        """Joints whose offset shows.
+
+        A turn of the first or the last joint is one of the base frame or of the ball.
+        """
+        actuated = self.model.robot.actuated
+        inner = range(1, len(actuated) - 1)
+        return [joint for joint in inner if actuated[joint].type != "prismatic"]
+
+    def with_best_offsets(
+        self,
+        starts: Sequence[ColumnHypothesis],
+        joints: Sequence[Sequence[int]],
+    ) -> list[ColumnHypothesis]:
+        """Return hypotheses with the best offsets of as many joints each near those they have."""
+        hypotheses = list(starts)
+        if not starts or not joints[0]:
+            return hypotheses
+        columns = np.array(joints)
+        of_joints = np.arange(len(starts))[:, None], columns
+        for _ in range(STEPS):
+            variants = [hypothesis.apply(self.samples) for hypothesis in hypotheses]
+            steps = self.model.nominal.offsets(variants, columns)
+            largest = np.abs(steps).max(axis=1, keepdims=True)
+            shares = np.minimum(1.0, MAX_STEP / largest.clip(1e-9))
+            offsets = np.array([hypothesis.offsets for hypothesis in hypotheses])
+            offsets[of_joints] += steps * shares
+            pairs = zip(hypotheses, offsets, strict=True)
+            hypotheses = [replace(h, offsets=of_all) for h, of_all in pairs]
+        return hypotheses
+
+    def single_offsets(self) -> list[Ranked]:
+        """Return the best offset of each joint by itself, the best first."""
+        as_recorded = unchanged(self.model.robot)
+        starts: list[ColumnHypothesis] = []
+        for joint in self.turning:
+            trials = [as_recorded.with_offset(joint, offset) for offset in OFFSETS]
+            starts.append(self.best(trials).hypothesis)
+        joints = [[joint] for joint in self.turning]
+        return self.ranked(self.with_best_offsets(starts, joints))
+
+    def several_offsets(
+        self,
+        starts: Sequence[ColumnHypothesis],
+    ) -> list[ColumnHypothesis]:
+        """Return the best hypothesis with offsets of some joints, each of them needed, if any."""
+        needed = self.turning
+        several = self.with_best_offsets(starts, [needed] * len(starts))
+        error, best = self.best(several)
+        while needed:
+            fewer = [best.with_offset(joint, 0.0) for joint in needed]
+            others = [[j for j in needed if j != joint] for joint in needed]
+            simpler = self.best(self.with_best_offsets(fewer, others))
+            if simpler.error > NEEDED * error:
+                break
+            error, best = simpler
+            needed = [joint for joint in needed if best.offsets[joint]]
+        is_usual = np.abs(best.offsets) < USUAL_OFFSET
+        best = replace(best, offsets=np.where(is_usual, 0.0, best.offsets))
+        mistakes = best.mistakes
+        count = len(mistakes.pop("zero", ())) + len(mistakes)
+        return [best] if 0 < count <= MAX_MISTAKES else []
+
+
+def _error(ranked: Ranked) -> float:
+    return ranked.error
+
+
+def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
+    """Return the best hypotheses of each kind that clearly lower the error."""
+    robot = model.robot
+    nominal = NominalModel(model, samples.thinned(TRIED, FEWEST))
+    as_recorded = unchanged(robot)
+    now = nominal.best([as_recorded]).error
+    ranking = nominal.ranked(signs(robot, 1))[:2]
+    ranking += nominal.ranked(swaps(robot))[:2]
+    ranking += nominal.ranked(other_orders(robot))[:1]
+    if not model.zeros:
+        single = nominal.single_offsets()[:2]
+        ranking += single
+        unknowns = 3 + len(nominal.turning)
+        unexplained = min(map(_error, ranking)) > TOLERANCE / 2
+        if unexplained and nominal.samples.is_overdetermined(unknowns):
+            starts = [as_recorded, *signs(robot, 1), *swaps(robot)]
+            starts += [start for _, start in single]
+            ranking += nominal.ranked(nominal.several_offsets(starts))
+    joints = len(robot.actuated)
+    for count in range(2, joints if joints <= MOST_SIGNS else 0):
+        if min(map(_error, ranking)) > TOLERANCE:
+            ranking += nominal.ranked(signs(robot, count))[:1]
+    ranking.sort(key=_error)
+    likely = [ranked for ranked in ranking if ranked.error < PROMISING * now]
+    return [ranked.hypothesis for ranked in likely[:MOST]]
+
+
+def last_sign(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
+    """Return the last joint's other sign, unless it leaves clearly more."""
+    few = samples.thinned(TRIED, FEWEST)
+    *_, flipped = signs(model.robot, 1)
+    error, now = model.nominal.errors([flipped.apply(few), few])
+    return [] if error > now / PROMISING else [flipped]

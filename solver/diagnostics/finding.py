@@ -1,0 +1,188 @@
+"""A cause that was accepted as a diagnostic: its words, its place, and how much it matters."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from ..data import Measurement
+from ..results import Consequence, Diagnostic, Hypothesis
+from .configurations import row_of, where_of
+from .consequence import consequence_of, level_of, nominal_errors
+from .corrections import PLAY_HINT
+from .hypotheses import KINDS, Candidate
+from .scene_fit import MENDER, Given
+
+SEATED = 0.03
+"""Distance from its socket [m] beyond which a ball was elsewhere, not just badly seated."""
+LEAST_GAIN = 2e-3
+"""Gears have some hundred teeth: a wrong ratio is off by more than this share, an uneven joint
+may look like less."""
+SMALLEST_MOVE = 7.5e-4
+"""A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
+UNWEIGHED = (
+    "distance",
+    "scaled",
+    "one_socket",
+    "known",
+    "copies",
+    "repeated",
+    "unexplained",
+    "stuck",
+    "uneven",
+    "soft_base",
+)
+"""Explanations that no fit with them and without them compares: of typed distances, of what the
+fit has as well, or of samples that tell nothing."""
+FITTED = ("length", "angle", "version", "zero")
+"""Causes whose numbers are unknowns of the fit: how well it has them, the errors say, unless the
+samples scatter like those of gears with play, which hides zeros."""
+MOST_DRIFT = 3e-3
+"""Drifts over a placement below this are no error [m], since the fit holds them."""
+PLAY = 0.015
+"""The same where gears have play, which looks like a drift [m]."""
+MOST_NOISE = 5e-3
+"""Unexplained noise below this, and less than half of the nominal errors, is no error [m]."""
+GARBAGE = 1e-2
+"""What a placement fitted alone leaves beyond this is no recording of a ball in a socket [m]."""
+LOOSE = 5e-4
+"""Noise from which gears with play are suggested as the cause [m]."""
+HELD_OUT = "; it is held out: the model has none of it, the errors measured there have"
+"""Added to the advice on what is weighed by the model in a placement to train on."""
+NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
+"""Causes that cannot be confused with play."""
+ELSEWHERE = "it was recorded elsewhere, by another base or arm; solve leaves it out"
+POINT_ELSEWHERE = "it is of another target, or of another pose; solve leaves it out"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A cause in the recordings of an inspection."""
+
+    cause: Candidate
+    measurements: Sequence[Measurement]
+    given: Given
+    zeros: bool
+    """The joints may have offsets of degrees."""
+
+    @cached_property
+    def told(self) -> Hypothesis:
+        """The cause in words."""
+        return self.cause.hypothesis()
+
+    @property
+    def placement(self) -> str | None:
+        """Name of the placement that has it; None for all."""
+        return self.cause.parameters.get("placement")
+
+    @property
+    def is_held_out(self) -> bool:
+        """True where no placement to train on has it."""
+        trained = self.given.trained
+        return bool(trained) and (self.placement or trained[0]) not in trained
+
+    @property
+    def is_weighed(self) -> bool:
+        """True where a fit with it and one without it tell how much it matters."""
+        return self.cause.kind in KINDS and self.told.name not in UNWEIGHED
+
+    @property
+    def is_scattered(self) -> bool:
+        """True where samples scatter so much that nothing can be trusted, however fitted."""
+        return self.cause.parameters.get("noise_here", 0.0) >= MOST_NOISE
+
+    @cached_property
+    def consequence(self) -> Consequence | None:
+        """Its effect on a model; None where no fit tells, or it is held out."""
+        if self.is_held_out or not self.is_weighed:
+            return None
+        return consequence_of(self.cause, self.given.trained)
+
+    @cached_property
+    def diagnostic(self) -> Diagnostic:
+        """It in words, and how much it matters."""
+        cause, told, noise = self.cause, self.told, self.cause.parameters["noise"]
+        code, advice = cause.kind.code, told.advice
+        level = self._level()
+        if told.name == "ball_sample" and cause.parameters["size"] > SEATED:
+            code = "elsewhere"
+            advice = POINT_ELSEWHERE if cause.of_points else ELSEWHERE
+        advice = by_mender(advice, self.given)
+        is_error = level == "error"
+        may_be_play = noise > LOOSE and told.name not in NOT_PLAY
+        if is_error and may_be_play and not self.zeros:
+            advice += PLAY_HINT
+        if self.is_held_out and told.name == "copies":
+            level = "note"  # it proves nothing, as the errors held out say
+        sound_enough = not (self.is_scattered or self._is_garbage())
+        if self.is_held_out and (self.is_weighed or is_error) and sound_enough:
+            level = "warning"
+            advice += HELD_OUT
+        where = self._where()
+        return Diagnostic(level, code, where, told.text, advice, self.consequence)
+
+    def _level(self) -> str:
+        """Return how much it matters, by its consequence where there is one."""
+        level = self.cause.kind.level
+        if self.consequence is not None and not self.is_scattered:
+            level = level_of(self.consequence, self.cause.scene.noise)
+        if level == "error" and (self._is_slight() or self._is_noise()):
+            return "warning"
+        return level
+
+    def _where(self) -> str:
+        """Return the sample, the placement or the known distance that it concerns."""
+        p = self.cause.parameters
+        if "known" in p:
+            return f"--known {p['known']}"
+        if self.cause.of_all:
+            return where_of(self.measurements)
+        measured = next(m for m in self.measurements if m.name == self.placement)
+        if "sample" in p and not p.get("throughout"):
+            return row_of(measured, p["socket"], p["sample"])
+        return where_of([measured])
+
+    def _is_slight(self) -> bool:
+        """Tell whether something else says how much it matters, or it is a small one.
+
+        Of a distance, the size of the arm decides; of what is fitted, the errors.
+        """
+        name, p = self.cause.kind.name, self.cause.parameters
+        if name == "gain":
+            return abs(p["offset"]) < LEAST_GAIN
+        if name in FITTED:
+            return p["noise"] <= LOOSE
+        smallest = {
+            "base_moved": SMALLEST_MOVE,
+            "drift": PLAY if self.zeros else MOST_DRIFT,
+        }
+        return name == "distance" or p.get("size", 0.0) < smallest.get(name, 0.0)
+
+    def _is_garbage(self) -> bool:
+        """Tell whether its placement, fitted alone, leaves a centimetre: held out, too."""
+        scene = self.cause.scene
+        # none beside a cause of all
+        floors = zip(scene.measurements, scene.floors, strict=False)
+        here = [floor for m, floor in floors if m.name == self.placement]
+        return any(floor > GARBAGE for floor in here)
+
+    def _is_noise(self) -> bool:
+        """Tell whether it is noise that a fit averages out, and far from the nominal errors."""
+        kind, sigma = self.cause.kind, self.cause.sigma
+        if kind.noise is None or sigma >= MOST_NOISE:
+            return False
+        if kind.name != "unexplained":
+            return True
+        return sigma < nominal_errors(self.cause.scene) / 2
+
+    @property
+    def explains_errors(self) -> bool:
+        """True where it may be why placements fitted alone leave much."""
+        diagnostic = self.diagnostic
+        is_serious = diagnostic.level == "error" or diagnostic.advice.endswith(HELD_OUT)
+        of_frame = "frame" in self.cause.parameters
+        return is_serious or of_frame or self.cause.kind.name in FITTED
+
+
+def by_mender(advice: str, given: Given) -> str:
+    """Return advice by what sets recordings right: not every solve does."""
+    return advice.replace(f"{MENDER} ", f"{given.mender} ", 1)

@@ -1,0 +1,182 @@
+"""Recordings about a robust fit, as a linear scene, and the errors of fits to single placements."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..data import (
+    CALIPER_DEVIATION,
+    STANDARD_LOAD,
+    Known,
+    KnownDistance,
+    Load,
+    Measurement,
+    RobotRecordings,
+    places_of,
+)
+from ..robot import Robot
+from .hypotheses import Scene, evenly, medians, samples_of
+from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
+
+MOST = 240
+"""Samples of a placement that are used at most, evenly chosen."""
+USUAL = 2e-4
+"""Prior noise of an arm of unknown repeatability [m]."""
+USUAL_WIDTH = 0.6
+"""Standard deviation of its logarithm."""
+KNOWN_WIDTH = 0.25
+"""The same where the repeatability is known."""
+INSTRUMENTS = 1.0
+"""The same of the noise of points: trackers measure to 0.02 mm, cameras to a millimetre."""
+SERVOS = 4e-4
+"""Noise of arms made of servos apart from the play of their gears [m]."""
+RESOLUTION = 1e-4
+"""Repeatability that a printed socket shows at best [m]."""
+BAD_RATIO = 2.5
+"""Factor on the usual error of the other placements, beyond which one stands out."""
+EXACT = 1e-5
+"""Largest error of a fit to fewer samples than unknowns [m], which means nothing."""
+MENDER = "solve"
+"""The verb that sets recordings right unless told otherwise, as the texts of causes have it."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """Settings of an inspection: known distances and the load."""
+
+    known: Sequence[KnownDistance] = ()
+    """Distances measured beside those between each placement's sockets."""
+    deviation: float = CALIPER_DEVIATION
+    """Standard deviation of the latter [m]."""
+    load: Load = STANDARD_LOAD
+    """Gravity and payload."""
+    mender: str = MENDER
+    """The verb that sets recordings right, in the words of advice."""
+    trained: Sequence[str] = ()
+    """Names of the placements to train on; none where all may be. What is wrong in others does
+    nothing to the model."""
+
+
+class _Thinned(NamedTuple):
+    """A placement with some of its samples."""
+
+    measured: Measurement
+    numbers: np.ndarray
+    """Number of each sample in its socket as it was, from 0."""
+
+
+def scene_of(
+    model: RigidModel,
+    measurements: Sequence[Measurement],
+    lengths: Sequence[Known[int]],
+    repeatability: float | None,
+    floors: Sequence[float],
+    start: np.ndarray | None = None,
+) -> Scene:
+    """Return recordings as a linear model about a robust fit, begun at some unknowns."""
+    thinned = [_thinned(measured) for measured in measurements]
+    thin = [placement.measured for placement in thinned]
+    numbers = [placement.numbers for placement in thinned]
+    outliers = standing_out(floors)
+    pairs = zip(thin, outliers, strict=True)
+    sound = [measured for measured, usual in pairs if usual is None]
+    few = samples_of(sound or thin).thinned(ABOUT, FEW)
+    fit = model.fit(few, start=start)
+    centres, turns = fit.centres, fit.R
+    if len(sound) < len(thin):
+        samples = samples_of(thin)
+        balls = model.points(fit.x, samples.positions)
+        turns = samples.robustly_aligned(balls)
+        centres = medians(balls - samples.offsets(turns), samples)
+    noise = SERVOS
+    if not model.zeros:
+        noise = max(RESOLUTION, repeatability or USUAL)
+    return Scene(
+        robot=model.robot,
+        parameters=model.parameters,
+        measurements=tuple(thin),
+        known=tuple(lengths),
+        x=fit.x,
+        by_scale=model.by_scale,
+        centres=centres,
+        R=turns,
+        floors=tuple(floors),
+        noise=noise,
+        noise_width=_noise_width(model, measurements, repeatability),
+        zeros=model.zeros,
+        numbers=np.concatenate(numbers),
+    )
+
+
+def _noise_width(
+    model: RigidModel,
+    measurements: Sequence[Measurement],
+    repeatability: float | None,
+) -> float:
+    """Return the standard deviation of the logarithm of the noise that is expected."""
+    if any(m.kind == "points" for m in measurements):
+        return INSTRUMENTS
+    is_unknown = model.zeros or repeatability is None
+    return USUAL_WIDTH if is_unknown else KNOWN_WIDTH
+
+
+def scene_loaded(
+    model: RigidModel,
+    measurements: Sequence[Measurement],
+    given: Given,
+    repeatability: float | None,
+) -> Scene:
+    """Return recordings of which something is known as a linear model; see :func:`scene_of`.
+
+    Raises:
+        KnownError: A known distance names a socket that is not there.
+    """
+    recordings = RobotRecordings(model.robot, measurements)
+    places = places_of(
+        [recordings],
+        lengths=given.known,
+        deviation=given.deviation,
+        require_scale=False,
+    )
+    floors = list(fitted_alone(model.robot, measurements).values())
+    scene = scene_of(model, measurements, places.known, repeatability, floors)
+    return replace(scene, load=given.load)
+
+
+def _thinned(measured: Measurement) -> _Thinned:
+    """Return a placement with so many samples of each socket at most, evenly chosen."""
+    limit = max(MOST // len(measured.counts), 2)
+    numbers = [evenly(count, limit) for count in measured.counts]
+    ranks: list[np.ndarray] = []
+    for rows, chosen in zip(measured.slices, numbers, strict=True):
+        ranks.append(measured.order[rows][chosen])
+    in_time = np.sort(np.concatenate(ranks))
+    return _Thinned(measured.only(in_time), np.concatenate(numbers))
+
+
+def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:
+    """Return the error that a robust rigid fit to each placement alone leaves, by its name [m].
+
+    It is the mean distance of its samples from their socket, each by its weight.
+    """
+    model = RigidModel(robot)
+    return {m.name: model.fit(samples_of([m])).error for m in measurements}
+
+
+def standing_out(floors: Sequence[float]) -> list[float | None]:
+    """Return the error that a placement should leave by the others', if it stands out, else None.
+
+    ``floors`` are the errors that each placement leaves when fitted alone [m].
+    """
+    outliers: list[float | None] = []
+    for i, floor in enumerate(floors):
+        others = [*floors[:i], *floors[i + 1 :]]
+        usual = float(np.median(others)) if others else np.inf
+        if len(others) == 1:
+            usual = max(usual, UNEXPLAINED / BAD_RATIO)
+        largest = BAD_RATIO * max(usual, EXACT)
+        stands_out = usual < UNEXPLAINED and floor > largest
+        outliers.append(usual if stands_out else None)
+    return outliers
