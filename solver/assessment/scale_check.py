@@ -162,39 +162,62 @@ def scale_row(
     instrument measured points.
     """
     level = size_level(scale.value, scale.deviation, distance, readings)
-    status: Status = "fail" if level == "error" else "not enough" if level else "pass"
     text = scale_text(scale)
-    mended = [
-        c for c in checks or () if c.level == "warning" and c.code in SIZE_BY_MODEL
-    ]
-    mended = [c for c in mended if c.code != "model" or c.consequence is not None]
-    doubtful = [c for c in causes if c.fits_as_well or c.probability > DOUBTED]
-    doubted = any(cause.name in SIZE_BY_DISTANCE for cause in doubtful) or joints_wrong(
-        checks
-    )
-    if status != "pass" and mended and not doubted:
-        text += f"; the URDF explains it: {mended[0].text}"
-        return limit_row("scale", "warning", f"{text[0].upper()}{text[1:]}", text=text)
-    codes = [c.code for c in checks or () if c.level == "error" and c.code in _MOVED]
-    if status == "pass" and codes:
-        reason = f"{_MOVED[codes[0]]} while it was recorded, so nothing is known of it"
-        return limit_row("scale", "not evaluated", reason)
-    if status != "pass" and joints_wrong(checks):
+    if level is None:
+        errors = [c.code for c in checks or () if c.level == "error"]
+        moved = [code for code in errors if code in _MOVED]
+        if moved:
+            reason = (
+                f"{_MOVED[moved[0]]} while it was recorded, so nothing is known of it"
+            )
+            return limit_row("scale", "not evaluated", reason)
+        return _row_of_size("pass", text)
+    explained = _explained_by_model(checks or (), causes)
+    if explained:
+        return _row_of_size("warning", f"{text}; the URDF explains it: {explained}")
+    if joints_wrong(checks):
         text += "; the joints explain it, see the data checks: mend them before the distance"
-    elif status != "pass" and not distance:
+    elif not distance:
         text += "; check that the measured points are in metres"
     elif level == "unknown":
         text += (
             ", and may be as long as it; record more samples, at a second place, or with sockets "
             "farther apart"
         )
-    elif level is not None:
-        likely = distance / max(1 + scale.value, 0.1)
-        digits = 1 if abs(likely - distance) >= 2e-4 else 2
-        text += (
-            f": the sockets are {1e3 * likely:.{digits}f} mm apart, or every length of the model "
-            f"is {abs(100 * scale.value):.2f} % off"
-        )
-        cure = "measure the distance a second time, and give each reading by --distance"
-        text += ", though the distance was read twice" if readings > 1 else f": {cure}"
+    else:
+        text += _likely_distance(scale, distance, readings)
+    return _row_of_size("fail" if level == "error" else "not enough", text)
+
+
+def _row_of_size(status: Status, text: str) -> LimitResult:
+    """Return the row of the arm's size, whose reason is its text as a sentence begins."""
     return limit_row("scale", status, f"{text[0].upper()}{text[1:]}", text=text)
+
+
+def _explained_by_model(
+    checks: Sequence[Diagnostic], causes: Sequence[Hypothesis]
+) -> str:
+    """Return what is wrong in the URDF and explains the size; empty where a distance may, too."""
+    doubtful = [c for c in causes if c.fits_as_well or c.probability > DOUBTED]
+    by_distance = any(cause.name in SIZE_BY_DISTANCE for cause in doubtful)
+    if by_distance or joints_wrong(checks):
+        return ""
+    for check in checks:
+        is_of_size = check.level == "warning" and check.code in SIZE_BY_MODEL
+        if is_of_size and (check.code != "model" or check.consequence is not None):
+            return check.text
+    return ""
+
+
+def _likely_distance(scale: Scale, distance: float, readings: int) -> str:
+    """Return in words which distance of the sockets would give the model's size, distance / s."""
+    likely = distance / max(1 + scale.value, 0.1)
+    digits = 1 if abs(likely - distance) >= 2e-4 else 2
+    text = (
+        f": the sockets are {1e3 * likely:.{digits}f} mm apart, or every length of the model "
+        f"is {abs(100 * scale.value):.2f} % off"
+    )
+    if readings > 1:
+        return f"{text}, though the distance was read twice"
+    cure = "measure the distance a second time, and give each reading by --distance"
+    return f"{text}: {cure}"
