@@ -9,9 +9,6 @@ from altered import write_samples
 
 import mukca
 from mukca import MukcaError
-from mukca.solver.data import measure
-from mukca.solver.partial.prior import prior_of
-from mukca.solver.partial.sockets import socket_task
 
 pytestmark = pytest.mark.slow
 
@@ -138,16 +135,6 @@ def test_a_lost_zero_far_beyond_the_errors_of_a_model_is_named(rotation):
     for zero, offset in zip(found.changed, offsets.values(), strict=True):
         assert abs(zero.offset - offset) < 3 * zero.standard_deviation < 1.2e-2
     assert found.other == (rotation > 1e-3)
-
-
-def test_of_two_placements_with_one_name_each_has_its_own_distance(simulated):
-    """As in memory, where no folder tells them apart."""
-    since = simulated.read({3: 5e-3})
-    q, sockets, names = since.positions, since.sockets, since.joint_names
-    far = mukca.Placement.of_arrays("since", q, sockets, names, distance=0.06)
-    prior = prior_of(simulated.calibration)
-    data = [measure(one, prior.robot) for one in (since, far)]
-    assert socket_task(prior, data).distances == [(0, 1, 0.05), (2, 3, 0.06)]
 
 
 def test_the_tour_of_a_model_that_is_off_ends_with_what_would_work(tmp_path, command):

@@ -11,7 +11,6 @@ from msgspec import structs
 
 import mukca
 from mukca import Calibration
-from mukca.solver.assessment import Options, assess
 from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
 
@@ -77,7 +76,7 @@ def test_an_arm_that_bends_is_judged_as_when_it_was_calibrated():
     robot, bends = mukca.load_robot("panda"), {"compliance": 3e-4, "tilt": 1.5e-4}
     _, (*train, test, since) = mukca.simulate_recordings(robot, 4, seed=2, samples=16, **bends)
     calibration = mukca.calibrate(robot, train, test=[test])
-    made = assess(calibration.document, "", Options()).verdict
+    made = calibration.verdict
     assert (made.title, made.use) == ("BETTER", True)
     found = mukca.what_changed(calibration, since)
     assert found.likeliest == "nothing" and found.verdict.title == "BETTER"

@@ -4,7 +4,6 @@ import json
 import shlex
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from recorded import RIGID, write_sockets
 
 import mukca
 from mukca.tools.cli import build_parser, main
-from mukca.tools.report.figures import recommendations
 
 pytestmark = pytest.mark.slow
 
@@ -428,19 +426,6 @@ def test_one_of_several_that_were_trained_on_is_held_out_to_try(document, report
     words = shlex.split(step["command"])
     assert words[words.index("--test") + 1].endswith("moved/front")
     assert "hold out one of those trained on by solve --test" in figures["verdict"]["text"]
-
-
-def test_no_place_is_asked_for_that_lies_beside_the_others():
-    """Where all of a ring round the arm is recorded, another height is left."""
-
-    def words(angles):
-        ring = [(0.5 * np.cos(a), 0.5 * np.sin(a), 0.1) for a in np.deg2rad(angles)]
-        single = SimpleNamespace(predictions=SimpleNamespace(document=SimpleNamespace(arms=None)))
-        single.placements = [SimpleNamespace(position=position) for position in ring]
-        return recommendations._place_in_words(single)
-
-    assert words([0]) == "about 0.50 m to its right, 0.10 m up, 0.71 m from the others"
-    assert words(range(-90, 91, 20)) == "higher or lower than the others, which lie all round"
 
 
 def test_each_step_says_what_it_should_bring(extended, report):

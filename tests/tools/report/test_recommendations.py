@@ -1,0 +1,20 @@
+"""Places to record at next, in words."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from mukca.tools.report.figures import recommendations
+
+
+def test_no_place_is_asked_for_that_lies_beside_the_others():
+    """Where all of a ring round the arm is recorded, another height is left."""
+
+    def words(angles):
+        ring = [(0.5 * np.cos(a), 0.5 * np.sin(a), 0.1) for a in np.deg2rad(angles)]
+        single = SimpleNamespace(predictions=SimpleNamespace(document=SimpleNamespace(arms=None)))
+        single.placements = [SimpleNamespace(position=position) for position in ring]
+        return recommendations._place_in_words(single)
+
+    assert words([0]) == "about 0.50 m to its right, 0.10 m up, 0.71 m from the others"
+    assert words(range(-90, 91, 20)) == "higher or lower than the others, which lie all round"
