@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
-from math import exp, log
+from math import exp, inf, log
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,8 @@ NOISE_DEVIATION = 0.3
 noise shows, as a share of it."""
 FALLING = 0.05
 """Relative change in a step from which on a width falls, and not just settles."""
+LARGEST_LOGARITHM = 700.0
+"""Logarithm of the largest finite width; that of a fit that diverges is infinite."""
 SMALLEST_WIDTH = 1e-8
 """A width is never less: rounding would leave nothing of the scale that lengths share."""
 LEAST_VARIANCE = 1e-24
@@ -167,7 +169,8 @@ class PriorGroup:
         change = self._target(squares, max(effective, 1e-9)) - now
         step = self._step(now, change)
         step = min(max(step, -largest), largest)
-        scale = float(np.exp(now + step))  # inf where a fit diverges
+        logarithm = now + step
+        scale = exp(logarithm) if logarithm < LARGEST_LOGARITHM else inf
         width = max(scale, SMALLEST_WIDTH)
         trail = now, change
         return replace(self, width=width, effective=effective, trail=trail)
