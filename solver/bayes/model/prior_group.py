@@ -22,7 +22,7 @@ FALLING = 0.05
 """Relative change in a step from which on a width falls, and not just settles."""
 LARGEST_LOGARITHM = 700.0
 """Logarithm of the largest finite width; that of a fit that diverges is infinite."""
-SMALLEST_WIDTH = 1e-8
+SMALLEST_WIDTH = 1e-7
 """A width is never less: rounding would leave nothing of the scale that lengths share."""
 LEAST_VARIANCE = 1e-24
 """An unknown of less variance was held, and tells nothing."""
