@@ -6,7 +6,7 @@ from itertools import chain
 
 from ...errors import MukcaError
 from ...solver.assessment import BAND, RoleSummaries, Verdict, mm, plural
-from ...solver.results import CalibrationDocument
+from ...solver.results import CalibrationDocument, Provenance
 from . import figures
 from .figures import ReportDocument
 
@@ -55,17 +55,16 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
         CertificateError: Nothing was held out.
     """
     held_out = report.summary.test
-    verdict = report.verdict
-    provenance = report.provenance
     if held_out is None:
         raise CertificateError(
             "a certificate rests on held-out placements, and there is none: hold one out by "
             "solve --test"
         )
-    amount = f"{plural(held_out.placements, 'placement')}, {plural(held_out.samples, 'sample')}"
+    placements = plural(held_out.placements, "placement")
+    samples = plural(held_out.samples, "sample")
     errors = Section(
         title="Errors at held-out places",
-        lead=f"{amount}, which the calibration did not see.",
+        lead=f"{placements}, {samples}, which the calibration did not see.",
         heads=("model", "mean", "95 % below", "largest"),
         rows=_rows(report.summary),
         paragraphs=[] if report.error_parts is None else [report.error_parts.text],
@@ -74,33 +73,44 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
         title="Limits",
         heads=("on", "measured, 95 % interval", "at most", ""),
         rows=_limits(report),
-        paragraphs=_doubts(verdict),
-    )
-    premises = [
-        f"It rests on this: {premise.text}."
-        for premise in report.rests_on
-        if premise.text not in verdict.title
-    ]
-    answer = Section(
-        title=f"Verdict: {verdict.title}", paragraphs=[*verdict.answer, *premises]
-    )
-    versions = Section(
-        title="Versions and SHA-256",
-        lead=", ".join(
-            f"{name} {version}" for name, version in provenance.versions.items()
-        ),
-        small=_hashes(
-            [("model", provenance.model_sha256), *provenance.data_sha256.items()]
-        ),
+        paragraphs=_doubts(report.verdict),
     )
     sections = (
         Section(rows=_facts(document, report)),
         errors,
         limits,
-        answer,
-        versions,
+        _answer(report),
+        _origin(report.provenance),
     )
-    return Sheet(title=report.robot_name, created=provenance.created, sections=sections)
+    return Sheet(
+        title=report.robot_name,
+        created=report.provenance.created,
+        sections=sections,
+    )
+
+
+def _answer(report: ReportDocument) -> Section:
+    """Return the verdict, and those of its premises that its title does not say."""
+    verdict = report.verdict
+    premises: list[str] = []
+    for premise in report.rests_on:
+        if premise.text not in verdict.title:
+            premises.append(f"It rests on this: {premise.text}.")
+    return Section(
+        title=f"Verdict: {verdict.title}",
+        paragraphs=[*verdict.answer, *premises],
+    )
+
+
+def _origin(provenance: Provenance) -> Section:
+    """Return the versions of the programs, and hashes of the model and the recordings."""
+    versions = [f"{name} {version}" for name, version in provenance.versions.items()]
+    model = ("model", provenance.model_sha256)
+    return Section(
+        title="Versions and SHA-256",
+        lead=", ".join(versions),
+        small=_hashes([model, *provenance.data_sha256.items()]),
+    )
 
 
 def _facts(

@@ -2,11 +2,8 @@
 from .answers import FAR as FAR
 from .answers import HARDLY_MOVED as HARDLY_MOVED
 from .answers import answer_at as answer_at
-from .answers import environment as environment
 from .answers import least_allowed as least_allowed
-from .answers import lines as lines
 from .answers import mostly_allowed as mostly_allowed
-from .answers import text as text
 from .answers import use_text as use_text
 from .collect import report_figures as report_figures
 from .comparison_types import ComparisonDocument as ComparisonDocument
@@ -21,6 +18,9 @@ from .notes import NOTED as NOTED
 from .notes import session_notes as session_notes
 from .recommendations import as_options as as_options
 from .recommendations import steps as steps
+from .templates import environment as environment
+from .templates import lines as lines
+from .templates import text as text
 from .types import Answer as Answer
 from .types import CrossPlacement as CrossPlacement
 from .types import PlotCaption as PlotCaption

@@ -1,61 +1,15 @@
-"""Answers of a report, and the templates, which hold each sentence as a translator wants it."""
+"""Answers of a report to the three questions that a user has."""
 
-from collections.abc import Iterable, Sequence
-from functools import cache
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from ....solver import assessment, diagnostics
-from ....solver.assessment import area, fixed, joined, mm, percent, plural, short_where
+from ....solver.assessment import area
 from ....solver.data import as_point
 from . import types
+from .templates import text
 from .types import Answer
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
-
-FOLDER = Path(__file__).parents[1] / "templates"
-
-
-def each(rows: Iterable[object], form: str) -> list[str]:
-    """Return each row written by a format of Python, in which it is ``0``."""
-    return [form.format(row) for row in rows]
-
-
-_FILTERS = (area, each, fixed, joined, mm, percent, plural, short_where)
-
-
-@cache
-def environment() -> "Environment":
-    """Return the templates; what they insert is escaped in pages, and left as it is in texts."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
-
-    templates = Environment(
-        loader=FileSystemLoader(FOLDER),
-        autoescape=select_autoescape(["html.j2"]),
-        undefined=StrictUndefined,
-        extensions=["jinja2.ext.do"],
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    filters: dict[str, Any] = {function.__name__: function for function in _FILTERS}
-    templates.filters.update(filters, short="{:g}".format)
-    return templates
-
-
-def lines(template: str, block: str, /, **values: object) -> list[str]:
-    """Return the lines of a block of a template."""
-    source = environment().get_template(template)
-    written = "".join(source.blocks[block](source.new_context(values)))
-    return [words for line in written.splitlines() if (words := " ".join(line.split()))]
-
-
-def text(template: str, block: str, /, **values: object) -> str:
-    """Return a block of a template as one line of text."""
-    return " ".join(lines(template, block, **values))
-
 
 FAR = 3.0
 """A sample this many times its placement's mean error from its socket deserves a look."""
@@ -86,54 +40,69 @@ def answers_of(
 
 
 def _data_answer(
-    result: assessment.Assessment, samples: Sequence[assessment.SampleErrors]
+    result: assessment.Assessment,
+    samples: Sequence[assessment.SampleErrors],
 ) -> types.DataAnswer:
+    """Return the answer whether the recordings are sound: checks, lone fits, farthest samples."""
     placements = result.placements
     names = result.predictions.names
     checks = result.predictions.document.checks
     farthest = sorted(samples, key=lambda sample: -sample.error())[:5]
     worst = [_worst(sample, placements[sample.placement]) for sample in farthest]
-    measured = [placement.measured for placement in result.predictions.placements]
-    in_sockets = [
-        measurement for measurement in measured if measurement.kind == "sockets"
-    ]
-    floors = diagnostics.fitted_alone(result.predictions.robot, in_sockets)
-    rows = zip(names, placements, strict=True)
-    floor_by_name = {name: floors[row.name] for name, row in rows if row.name in floors}
-    residuals = list(floor_by_name.values())
-    typical = diagnostics.standing_out(residuals) if len(residuals) > 1 else residuals
+    faulty = placements_with_errors(result)
+    fits = _lone_fits(result)
+    floors = [fit.mean_absolute_error for fit in fits]
     repeatability = result.limits.repeatability
     limit = np.inf if repeatability is None else UNSOUND * repeatability
-    reasons = result.verdict.reasons
     words = text(
         _TEXTS,
         "data",
         checked=checks is not None,
         levels=[check.level for check in checks or ()],
-        drifts=[
-            row.text for row in reasons if "drift" in row.name and row.status in _DRIFTS
-        ],
-        trained=[
-            names[i]
-            for i in placements_with_errors(result)
-            if placements[i].role == "train"
-        ],
-        floors=residuals,
+        drifts=_drifts(result.verdict),
+        trained=[names[i] for i in faulty if placements[i].role == "train"],
+        floors=floors,
         repeatability=repeatability,
-        unsound=[name for name, floor in floor_by_name.items() if floor > limit],
-        odd=[
-            name
-            for name, odd_one in zip(floor_by_name, typical, strict=True)
-            if odd_one is not None
-        ],
+        unsound=[fit.name for fit in fits if fit.mean_absolute_error > limit],
+        odd=_standing_out(fits),
         worst=worst[0],
         far=FAR,
     )
-    fits = [
+    return types.DataAnswer(text=words, worst=tuple(worst), floors=fits)
+
+
+def _drifts(verdict: assessment.Verdict) -> list[str]:
+    """Return the reasons of a verdict that tell of a drift, or leave one possible."""
+    texts: list[str] = []
+    for row in verdict.reasons:
+        if "drift" in row.name and row.status in _DRIFTS:
+            texts.append(row.text)
+    return texts
+
+
+def _lone_fits(result: assessment.Assessment) -> tuple[types.LoneFit, ...]:
+    """Return the error of each placement with sockets when it is fitted alone."""
+    predictions = result.predictions
+    measured = [placement.measured for placement in predictions.placements]
+    in_sockets = [m for m in measured if m.kind == "sockets"]
+    floors = diagnostics.fitted_alone(predictions.robot, in_sockets)
+    floor_by_name: dict[str, float] = {}
+    for name, row in zip(predictions.names, result.placements, strict=True):
+        if row.name in floors:
+            floor_by_name[name] = floors[row.name]
+    return tuple(
         types.LoneFit(name=name, mean_absolute_error=floor)
         for name, floor in floor_by_name.items()
-    ]
-    return types.DataAnswer(text=words, worst=tuple(worst), floors=tuple(fits))
+    )
+
+
+def _standing_out(fits: Sequence[types.LoneFit]) -> list[str]:
+    """Return the names of the placements whose error stands out among those of all."""
+    if len(fits) < 2:
+        return []
+    typical = diagnostics.standing_out([fit.mean_absolute_error for fit in fits])
+    pairs = zip(fits, typical, strict=True)
+    return [fit.name for fit, others in pairs if others is not None]
 
 
 def _worst(
@@ -153,46 +122,56 @@ def _worst(
 def _use_answer(result: assessment.Assessment) -> types.UseAnswer:
     """Return the answer whether the task may be done, placement by placement."""
     uncertainty = result.predictions.document.uncertainty
-    answers: list[Answer] = [
-        answer_at(row, result.tolerance) for row in result.placements
-    ]
+    rows = _uses(result)
+    limits = {row.name: row.found for row in result.verdict.limits}
+    between = text(
+        _TEXTS,
+        "between",
+        found=limits.get("between_placements"),
+        uncertainty=uncertainty,
+    )
+    return types.UseAnswer(
+        rows=tuple(rows),
+        text=_use_words(result, rows),
+        meaning=text(_TEXTS, "meaning", repeatability=result.limits.repeatability),
+        alone=text(_TEXTS, "alone", judged=result.summary.judged[1]) or None,
+        between=between,
+        cannot_see=(uncertainty.cannot_see if uncertainty else ()) or _CANNOT_SEE,
+    )
+
+
+def _uses(result: assessment.Assessment) -> list[types.UseAtPlacement]:
+    """Return the answer at each placement, with its name and the robot's side."""
     rows: list[types.UseAtPlacement] = []
-    for name, row, answer in zip(
-        result.predictions.names, result.placements, answers, strict=True
-    ):
-        y = row.position[1]  # the name may be given from the other side
-        side = (
-            "" if abs(y) < SIDE else f" (to the robot's {'left' if y > 0 else 'right'})"
-        )
-        where = area(row.position, brief=True)
+    for name, row in zip(result.predictions.names, result.placements, strict=True):
+        _, y, _ = row.position
+        called = name
+        if abs(y) >= SIDE:  # the name may be given from the other side
+            side = "left" if y > 0 else "right"
+            called += f" (to the robot's {side})"
         use = types.UseAtPlacement(
             name=name,
-            called=name + side,
-            where=where,
-            answer=answer,
+            called=called,
+            where=area(row.position, brief=True),
+            answer=answer_at(row, result.tolerance),
             least=least_allowed(row),
         )
         rows.append(use)
-    limits = {row.name: row.found for row in result.verdict.limits}
-    called = [row.called for row in rows]
+    return rows
+
+
+def _use_words(
+    result: assessment.Assessment,
+    rows: Sequence[types.UseAtPlacement],
+) -> str:
+    """Return the answer in words; where nobody said what the task allows, the least that does."""
     status = result.verdict.stamp
-    words = use_text(called, answers, f"{1e3 * result.tolerance:g}", status)
     if result.task is None:
         least = {row.called: row.least for row in rows if row.least is not None}
-        words = text(_TEXTS, "ask", least=least, status=status)
-    return types.UseAnswer(
-        rows=tuple(rows),
-        text=words,
-        meaning=text(_TEXTS, "meaning", repeatability=result.limits.repeatability),
-        alone=text(_TEXTS, "alone", judged=result.summary.judged[1]) or None,
-        between=text(
-            _TEXTS,
-            "between",
-            found=limits.get("between_placements"),
-            uncertainty=uncertainty,
-        ),
-        cannot_see=(uncertainty.cannot_see if uncertainty else ()) or _CANNOT_SEE,
-    )
+        return text(_TEXTS, "ask", least=least, status=status)
+    called = [row.called for row in rows]
+    answers: list[Answer] = [row.answer for row in rows]
+    return use_text(called, answers, f"{1e3 * result.tolerance:g}", status)
 
 
 def answer_at(row: assessment.PlacementReport, tolerance: float) -> Answer:

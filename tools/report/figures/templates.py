@@ -1,0 +1,51 @@
+"""The templates of a report, which hold each sentence as a translator wants it."""
+
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ....solver.assessment import area, fixed, joined, mm, percent, plural, short_where
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+FOLDER = Path(__file__).parents[1] / "templates"
+
+
+def each(rows: Iterable[object], form: str) -> list[str]:
+    """Return each row written by a format of Python, in which it is ``0``."""
+    return [form.format(row) for row in rows]
+
+
+_FILTERS = (area, each, fixed, joined, mm, percent, plural, short_where)
+
+
+@cache
+def environment() -> "Environment":
+    """Return the templates; what they insert is escaped in pages, and left as it is in texts."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
+
+    templates = Environment(
+        loader=FileSystemLoader(FOLDER),
+        autoescape=select_autoescape(["html.j2"]),
+        undefined=StrictUndefined,
+        extensions=["jinja2.ext.do"],
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    filters: dict[str, Any] = {function.__name__: function for function in _FILTERS}
+    templates.filters.update(filters, short="{:g}".format)
+    return templates
+
+
+def lines(template: str, block: str, /, **values: object) -> list[str]:
+    """Return the lines of a block of a template."""
+    source = environment().get_template(template)
+    written = "".join(source.blocks[block](source.new_context(values)))
+    return [words for line in written.splitlines() if (words := " ".join(line.split()))]
+
+
+def text(template: str, block: str, /, **values: object) -> str:
+    """Return a block of a template as one line of text."""
+    return " ".join(lines(template, block, **values))
