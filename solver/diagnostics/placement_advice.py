@@ -65,7 +65,7 @@ def _next_place(robot: Robot, centres: np.ndarray) -> str:
     elif aside < -ASIDE:
         side = "right"
     return (
-        f"Next, record a placement near x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m in the frame of "
+        f"Another placement serves best near x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m in the frame of "
         f"{robot.base} (to its {side}), {distances.min():.2f} m from the nearest so far, or as far "
         "that way as the arm reaches."
     )
