@@ -70,7 +70,7 @@ def rows_of_the_fit(
 
 @dataclass(frozen=True)
 class Recordings:
-    """What is judged by ``mukca check`` and by a calibration alike."""
+    """Figures that ``mukca check`` and a calibration judge alike."""
 
     trained: Sequence[Measurement]
     held_out: Sequence[Measurement] = ()

@@ -76,7 +76,7 @@ class ChangedZeros:
 
     @property
     def text(self) -> tuple[str, ...]:
-        """What is to be said of it, in words."""
+        """A sentence on it."""
         if self.probability < MENTIONED:
             return ()
         may = "changed" if self.told else "may have changed"

@@ -30,7 +30,7 @@ class ErrorPattern(Document):
 
 
 class ErrorPatterns(Document):
-    """Where the rest of the error sits."""
+    """Patterns of the rest of the error."""
 
     patterns: tuple[ErrorPattern, ...]
     strongest: str | None

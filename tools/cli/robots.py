@@ -217,7 +217,7 @@ def read_data(
 
 
 class Premises(TypedDict):
-    """What an inspection is told; see :func:`.inspect_all`."""
+    """Arguments of an inspection; see :func:`.inspect_all`."""
 
     given: "diagnostics.Given"
     zeros: bool

@@ -52,7 +52,7 @@ class Session:
     nearest: float
     """Distance of the nearest view [rad]."""
     fit: HandEye | None
-    """What the views leave by the calibrated arm; None where they do not tell."""
+    """Errors that the views leave by the calibrated arm; None where they do not tell."""
 
     @property
     def scales(self) -> np.ndarray:
@@ -80,7 +80,7 @@ class Session:
         return float(np.mean(alike)) > 0.5
 
     def __str__(self) -> str:
-        """What the views leave, in words."""
+        """Errors that the views leave, in words."""
         distance, angle = (1e3 * self.scales).tolist()
         return f"{distance:.2f} mm and {angle:.2f} mrad an axis"
 

@@ -35,7 +35,7 @@ class HeldOut(NamedTuple):
     q: np.ndarray
     """Joint positions, shape (N, m) [rad]."""
     moments: np.ndarray
-    """What holds the joints, shape (N, 3 m) [N m]."""
+    """Torques that hold the joints, shape (N, 3 m) [N m]."""
     measured: np.ndarray | None = None
     """Balls in the instrument's frame, shape (N, 3) [m]; None for those of one socket."""
 
