@@ -9,7 +9,11 @@ import numpy as np
 from ..robot import Robot
 from .hypotheses import Samples
 
-STATES = {"sign": "sign-flipped", "swap": "swapped", "zero": "off"}
+STATES = {
+    "sign": "sign-flipped",
+    "swap": "swapped",
+    "zero": "off",
+}
 """How joints look, by the kind of the mistake."""
 
 

@@ -149,7 +149,11 @@ def _refined(hypothesis: ColumnHypothesis, sound: Candidate) -> ColumnHypothesis
     return replace(hypothesis, offsets=offsets)
 
 
-def _kind(hypothesis: ColumnHypothesis, before: float, after: float) -> Kind:
+def _kind(
+    hypothesis: ColumnHypothesis,
+    before: float,
+    after: float,
+) -> Kind:
     """Return the explanation in the words of a hypothesis, with the errors [m]."""
     gain = "needs no other cause"
     if after < LOWER * before:

@@ -69,7 +69,11 @@ def size_level(
     return "warning" if size > max(SUSPECT, DEVIATIONS * sigma) else None
 
 
-def gross_error(value: float, deviation: float, distance: float) -> float:
+def gross_error(
+    value: float,
+    deviation: float,
+    distance: float,
+) -> float:
     """Return how probable a gross error of a distance that was read once is.
 
     Args:

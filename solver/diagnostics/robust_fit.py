@@ -217,7 +217,11 @@ class RigidModel:
         return about, fit.noise
 
 
-def _begun(samples: Samples, points: np.ndarray, x: np.ndarray) -> _State:
+def _begun(
+    samples: Samples,
+    points: np.ndarray,
+    x: np.ndarray,
+) -> _State:
     """Return the state at which a fit begins, by balls for its first unknowns."""
     R = samples.robustly_aligned(points)
     places = points - samples.offsets(R)
@@ -226,7 +230,11 @@ def _begun(samples: Samples, points: np.ndarray, x: np.ndarray) -> _State:
     return _State(x, R, centres, noise)
 
 
-def _result(samples: Samples, points: np.ndarray, state: _State) -> RigidFit:
+def _result(
+    samples: Samples,
+    points: np.ndarray,
+    state: _State,
+) -> RigidFit:
     """Return a fit by all samples, once a part of them settled it."""
     places = points - samples.offsets(state.R)
     errors = places - state.centres[samples.sockets]

@@ -74,7 +74,11 @@ def _runs(scene: Scene, joint: int) -> Iterator[_Run]:
             yield _Run(joint, run, scene.measurements[place].name)
 
 
-def _freed(model: RigidModel, scene: Scene, run: _Run) -> Scene | None:
+def _freed(
+    model: RigidModel,
+    scene: Scene,
+    run: _Run,
+) -> Scene | None:
     """Return the scene with a joint's angles unknown in some samples; None where no fit explains.
 
     The arm begins as its model has it: a fit to such samples is of no use.
@@ -92,7 +96,12 @@ def _freed(model: RigidModel, scene: Scene, run: _Run) -> Scene | None:
     return replace(changed, explained=(*scene.explained, unknown_angles))
 
 
-def _readings(model: RigidModel, x: np.ndarray, scene: Scene, run: _Run) -> np.ndarray:
+def _readings(
+    model: RigidModel,
+    x: np.ndarray,
+    scene: Scene,
+    run: _Run,
+) -> np.ndarray:
     """Return positions with the angles of a joint that bring the balls of each seat together.
 
     Along u_i, the derivative of ball i by the angle, nothing is known of the samples of the run.
@@ -145,7 +154,12 @@ def _centres(
     return centres
 
 
-def _circles(model: RigidModel, x: np.ndarray, q: np.ndarray, joint: int) -> np.ndarray:
+def _circles(
+    model: RigidModel,
+    x: np.ndarray,
+    q: np.ndarray,
+    joint: int,
+) -> np.ndarray:
     """Return the balls of N samples with a joint at A angles all round, shape (A, N, 3) [m]."""
     turned = np.repeat(q[None], len(ANGLES), axis=0)
     turned[:, :, joint] += ANGLES[:, None]

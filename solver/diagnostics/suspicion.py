@@ -90,7 +90,11 @@ class WhatIf:
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON has it."""
         rivals = [{"text": text, "log_odds": odds} for text, odds in self.rivals]
-        return {**asdict(self), "where": dict(self.where), "rivals": rivals}
+        return {
+            **asdict(self),
+            "where": dict(self.where),
+            "rivals": rivals,
+        }
 
 
 def what_if(
@@ -176,7 +180,11 @@ def _estimate(likeliest: Candidate) -> _Estimate:
     return _Estimate(direction, amount / per_size, deviation / per_size)
 
 
-def _of_size(likeliest: Candidate, direction: np.ndarray, size: float) -> Kind:
+def _of_size(
+    likeliest: Candidate,
+    direction: np.ndarray,
+    size: float,
+) -> Kind:
     """Return the explanation by a candidate of one size, as probable as sound recordings."""
     kind = replace(likeliest.kind, name=TRIED, prior=1.0, separate=False)
     if kind.noise is not None:
@@ -220,7 +228,11 @@ def _unknowns_per_size(
     return 1 / max(shift, 1e-12)
 
 
-def _largest_shift(scene: Scene, rows: slice, shift: np.ndarray) -> float:
+def _largest_shift(
+    scene: Scene,
+    rows: slice,
+    shift: np.ndarray,
+) -> float:
     """Return how far a change of some rows of the residuals moves a ball, or a distance, [m]."""
     residuals = scene.in_rows(rows, shift)
     of_balls = residuals[scene.all_samples].reshape(-1, 3)

@@ -20,6 +20,8 @@ SINGLE = 0.1
 """Share of the largest error of an origin's numbers, up to which the others count as none."""
 VERSION = 10.0
 """Another version's model is off by so many times as much as an arm from its own."""
+OTHERS = (1.4,)
+"""Another arm of the type is off by so many times as much as an arm from its model."""
 ZEROS = (0.03, 0.2)
 """Typical offsets of a joint [rad, m]."""
 LOST = (3e-3, 0.05)
@@ -38,7 +40,11 @@ AXES = "bca"
 """Names of the axes of a link: the two about which its joint tilts, and the joint's own."""
 
 
-def of_origin(scene: Scene, unit: str, widths: tuple[float, ...]) -> Iterable[Block]:
+def of_origin(
+    scene: Scene,
+    unit: str,
+    widths: tuple[float, ...],
+) -> Iterable[Block]:
     """Return blocks of joints whose origins are wrong: along one axis of a link, or anyhow.
 
     The axes are those of :func:`.link_axes`, so that how a URDF's frames are drawn does not count.
@@ -92,10 +98,13 @@ def of_version(scene: Scene) -> Iterable[Block]:
 
 def of_other_arm(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements that another arm of the type recorded."""
-    for place, samples in enumerate(scene.places if len(scene.places) > 1 else ()):
+    if len(scene.places) < 2:
+        return
+    for place, samples in enumerate(scene.places):
         rows = scene.rows(samples)
+        names = scene.named(place)
         columns = scene.by_geometry[rows] @ scene.usual
-        yield Block(rows, columns[None], [scene.named(place)], (1.4,))
+        yield Block(rows, columns[None], [names], OTHERS)
 
 
 def _each(
@@ -105,14 +114,16 @@ def _each(
     **names: str,
 ) -> Iterable[Block]:
     """Return the block of joints that each read too much by their turns, shape (N, m, k)."""
-    columns = -scene.by_joints[..., None] * turns[:, None]
+    shifts = -scene.by_joints[..., None] * turns[:, None]
+    columns = shifts.transpose(2, 0, 1, 3)
     joints = [{"joint": name, **names} for name in scene.robot.joint_names]
-    yield of_samples(scene.every, columns.transpose(2, 0, 1, 3), joints, widths)
+    yield of_samples(scene.every, columns, joints, widths)
 
 
 def of_zero(scene: Scene) -> Iterable[Block]:
     """Return the block of joints that are off throughout."""
-    return _each(scene, np.ones((*scene.q.shape, 1)), ZEROS)
+    alike = np.ones_like(scene.q)
+    return _each(scene, alike[..., None], ZEROS)
 
 
 def of_gain(scene: Scene) -> Iterable[Block]:
@@ -124,7 +135,9 @@ def of_uneven(scene: Scene) -> Iterable[Block]:
     """Return blocks of joints that lead and lag once a turn, or twice, more than gears do."""
     for times, word in enumerate(TURNS, 1):
         phases = times * scene.q
-        waves = np.stack([np.sin(phases), np.cos(phases)], axis=2)
+        sine = np.sin(phases)
+        cosine = np.cos(phases)
+        waves = np.stack([sine, cosine], axis=2)
         yield from _each(scene, waves, UNEVEN, turn=word)
 
 
@@ -137,7 +150,8 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
     bends: np.ndarray = TILT.turns(readings)[:, [0, m]]
     squares: np.ndarray = np.sum(bends**2, axis=1)
     scale = max(float(squares.mean()) ** 0.5, 1e-6)
-    first = scene.model.slices[scene.effects.index(TILT)].start
+    index = scene.effects.index(TILT)
+    first = scene.model.slices[index].start
     of_first_joint = [first, first + m]
     _, by_unknowns, _ = scene.linear
     columns = -by_unknowns[:, :, of_first_joint] / scale
@@ -158,17 +172,26 @@ def of_lag(scene: Scene) -> Iterable[Block]:
     steps = np.zeros_like(scene.q)
     for rows, times in zip(scene.places, scene.times, strict=True):
         order = rows.start + np.argsort(times)
-        steps[order[1:]] = -np.diff(scene.q[order], axis=0)
+        moves = np.diff(scene.q[order], axis=0)
+        steps[order[1:]] = -moves
     columns = -scene.by_joints @ steps[:, :, None]
     yield of_samples(scene.every, columns, [{}], LAGS)
 
 
-def offset(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+def offset(
+    scene: Scene,
+    parameters: Parameters,
+    values: np.ndarray,
+) -> Parameters:
     """Return what is to be added to what a joint reads [rad, m], as in ``mukca rezero``."""
     return {"offset": float(values[0])}
 
 
-def excess(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+def excess(
+    scene: Scene,
+    parameters: Parameters,
+    values: np.ndarray,
+) -> Parameters:
     """Return the share by which a joint reads too much, or all of them lead."""
     return {"offset": -float(values[0])}
 
@@ -200,7 +223,15 @@ def error(
     others = np.delete(errors, largest)
     if float(np.linalg.norm(others)) > SINGLE * abs(value):
         size = float(np.linalg.norm(change))
-        return {"component": part, "error": size, "sense": "off"}
+        return {
+            "component": part,
+            "error": size,
+            "sense": "off",
+        }
     sense = "too large" if value > 0 else "too small"
     component = COMPONENTS[first + largest]
-    return {"component": component, "error": value, "sense": sense}
+    return {
+        "component": component,
+        "error": value,
+        "sense": sense,
+    }

@@ -4,6 +4,7 @@ Samples may lie in another socket than they say, each alone or all that lie ther
 """
 
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -39,11 +40,15 @@ def one_sample(scene: Scene) -> Iterable[Block]:
 
 def bent(scene: Scene) -> Iterable[Block]:
     """Return blocks of balls that sit elsewhere on the flange from a sample on."""
-    of_ball = [i for i, p in enumerate(scene.parameters) if p.of_ball and p.unit == "m"]
+    of_ball: list[int] = []
+    for index, parameter in enumerate(scene.parameters):
+        if parameter.of_ball and parameter.unit == "m":
+            of_ball.append(index)
     if not of_ball:
         return ()
-    slopes = scene.by_geometry[:, of_ball]
-    return changes(scene, slopes.reshape(-1, 3, 1, len(of_ball)), BENDS)
+    columns = scene.by_geometry[:, of_ball]
+    slopes = columns.reshape(-1, 3, 1, len(of_ball))
+    return changes(scene, slopes, BENDS)
 
 
 def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
@@ -51,15 +56,19 @@ def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
     if len(scene.places) < 2:
         return
     squares = scene.remaining**2
-    sizes = np.array([squares[rows].mean() ** 0.5 for rows in scene.places])
+    variances = [squares[rows].mean() for rows in scene.places]
+    sizes = np.array(variances) ** 0.5
     floors = np.array(scene.floors or sizes)
+    errors = np.stack([sizes, floors])
     for place, rows in enumerate(scene.places):
-        here = np.array([sizes[place], floors[place]])
-        others = [np.delete(sizes, place), np.delete(floors, place)]
+        here = errors[:, place]
+        others = np.delete(errors, place, axis=1)
         usual = np.median(others, axis=1)
         few = rows.stop - rows.start <= MOST
         if few and (here > STANDS_OUT * usual).any():
-            yield rows, {**scene.named(place), "noise_here": float(here.max())}
+            names: dict[str, Any] = scene.named(place)
+            names["noise_here"] = float(here.max())
+            yield rows, names
 
 
 def loose_here(
@@ -69,7 +78,8 @@ def loose_here(
 ) -> Iterable[Block]:
     """Return blocks of placements that scatter more than the others, by each sample's root."""
     if roots is None:
-        roots = np.tile(np.eye(3), (len(scene.q), 1, 1))
+        samples = len(scene.q)
+        roots = np.tile(np.eye(3), (samples, 1, 1))
     for rows, parameters in scattered_placements(scene):
         count = rows.stop - rows.start
         each = np.eye(count)
@@ -101,12 +111,15 @@ def mixed_up(scene: Scene) -> Iterable[Block]:
 def _nearest_sockets(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Return the other socket nearest to each sample, shape (N,), and where it is much nearer."""
     every = np.arange(len(scene.q))
-    distances = np.linalg.norm(scene.seats[:, None] - scene.centres, axis=2)
+    arms = scene.seats[:, None] - scene.centres
+    distances = np.linalg.norm(arms, axis=2)
     distances[:, scene.frames] = np.inf
-    recorded = np.nan_to_num(distances[every, scene.sockets], posinf=0.0)
+    recorded = distances[every, scene.sockets]
+    recorded = np.nan_to_num(recorded, posinf=0.0)
     distances[every, scene.sockets] = np.inf
     nearest = np.argmin(distances, axis=1)
-    return nearest, distances.min(axis=1) < NEARER * recorded
+    doubtful = distances.min(axis=1) < NEARER * recorded
+    return nearest, doubtful
 
 
 def _mixed_up(

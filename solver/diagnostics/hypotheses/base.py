@@ -58,12 +58,18 @@ def changes(
         names: list[Parameters] = []
         for rank in ranks.tolist():
             row = int(np.argmax(times == rank))
-            name = {**scene.sample(place, row), "throughout": float(rank == 0)}
+            name = scene.sample(place, row)
+            name["throughout"] = float(rank == 0)
             names += [name] * candidates
         yield of_samples(rows, columns, names, widths)
 
 
-def _cuts(scene: Scene, place: int, *, throughout: bool) -> np.ndarray:
+def _cuts(
+    scene: Scene,
+    place: int,
+    *,
+    throughout: bool,
+) -> np.ndarray:
     """Return the ranks of samples from which on a placement may be otherwise.
 
     Rank 0 is among them where others tell it: placements, if ``throughout``, or the same frame.
@@ -71,13 +77,15 @@ def _cuts(scene: Scene, place: int, *, throughout: bool) -> np.ndarray:
     times = scene.times[place]
     sockets = scene.sockets[scene.places[place]]
     count = len(times)
-    cuts = np.linspace(SIDE, count - SIDE, min(count, MOST_CUTS))
+    most = min(count, MOST_CUTS)
+    cuts = np.linspace(SIDE, count - SIDE, most)
     ranks = np.unique(cuts.astype(int))
     after = times >= ranks[:, None]
     in_socket = sockets == np.unique(sockets)[:, None]
+    of_sockets = in_socket.sum(axis=1)
     counts: np.ndarray = after.astype(int) @ in_socket.T
     # where whole sockets moved alone, their centres hold that
-    partly = (counts != 0) & (counts != in_socket.sum(axis=1))
+    partly = (counts != 0) & (counts != of_sockets)
     ranks = ranks[partly.any(axis=1)]
     beside_others = throughout and len(scene.places) > 1
     in_seats = np.isin(scene.sockets, sockets)
@@ -88,19 +96,24 @@ def _cuts(scene: Scene, place: int, *, throughout: bool) -> np.ndarray:
 
 def moved(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases, or instruments, that moved before some sample."""
-    slopes = np.tile(np.eye(3), (len(scene.q), 1, 1))
+    count = len(scene.q)
+    slopes = np.tile(np.eye(3), (count, 1, 1))
     if scene.frames:
-        slopes = np.concatenate([slopes, _turns(scene)], axis=2)
+        turns = _turns(scene)
+        slopes = np.concatenate([slopes, turns], axis=2)
     return changes(scene, slopes[:, :, None], MOVES, throughout=False)
 
 
 def turned(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that turned about their first socket before some sample."""
     seats = scene.centres[scene.sockets]
-    arms = [seats[rows] - seats[rows.start] for rows in scene.places]
+    arms = np.empty_like(seats)
+    for rows in scene.places:
+        arms[rows] = seats[rows] - seats[rows.start]
     vertical = [0.0, 0.0, 1.0]
-    slopes = np.cross(vertical, np.concatenate(arms))
-    return changes(scene, slopes[:, :, None, None], TURNS, throughout=False)
+    slopes = np.cross(vertical, arms)
+    columns = slopes[:, :, None, None]
+    return changes(scene, columns, TURNS, throughout=False)
 
 
 def _turns(scene: Scene) -> np.ndarray:
@@ -112,8 +125,9 @@ def _turns(scene: Scene) -> np.ndarray:
     even = np.ones(len(scene.q))
     middles = means(scene.offsets, samples, even)
     arms = scene.offsets - middles[scene.sockets]
-    squares = means(arms**2, samples, even).mean(axis=1)
-    sizes = np.maximum(squares**0.5, 1e-6)
+    squares = means(arms**2, samples, even)
+    variances = squares.mean(axis=1)
+    sizes = np.maximum(variances**0.5, 1e-6)
     return cross_matrices(arms) / sizes[scene.sockets, None, None]
 
 
@@ -121,29 +135,42 @@ def drifting(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that moved slowly over a placement."""
     for place, rows in enumerate(scene.places):
         times = scene.times[place]
-        course = times / max(times.max(), 1) - 0.5
+        last = max(times.max(), 1)
+        course = times / last - 0.5
         columns = course[:, None, None] * np.eye(3)
-        yield of_samples(rows, columns, [scene.named(place)], DRIFTS)
+        names = scene.named(place)
+        yield of_samples(rows, columns, [names], DRIFTS)
 
 
-def drift_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+def drift_by(
+    scene: Scene,
+    parameters: Parameters,
+    values: np.ndarray,
+) -> Parameters:
     """Return how far a base drifted, and where to, from the first sample to the last."""
-    return {"size": float(np.linalg.norm(values)), "shift": values.tolist()}
+    size = float(np.linalg.norm(values))
+    return {"size": size, "shift": values.tolist()}
 
 
-def moved_by(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+def moved_by(
+    scene: Scene,
+    parameters: Parameters,
+    values: np.ndarray,
+) -> Parameters:
     """Return how far the base moved; a large move by a socket's samples."""
     size = float(np.linalg.norm(values))
     if size <= FAR or "point" in parameters:
         return {"size": size}
-    seat = scene.labels.index((parameters["placement"], parameters["socket"]))
+    label = parameters["placement"], parameters["socket"]
+    seat = scene.labels.index(label)
     in_seat = scene.sockets == seat
     balls = scene.seats[in_seat]
     after = scene.numbers[in_seat] >= parameters["sample"]
     # in a socket that was entered after the move, none tells how far
     if not after.all():
-        shift = balls[after].mean(axis=0) - balls[~after].mean(axis=0)
-        size = float(np.linalg.norm(shift))
+        place = balls[after].mean(axis=0)
+        place_before = balls[~after].mean(axis=0)
+        size = float(np.linalg.norm(place - place_before))
     return {"size": size}
 
 
@@ -163,13 +190,26 @@ def _length_by_length(
             other, socket_beside = scene.labels[length.second]
             ends = f"{placement}:{socket}-{other}:{socket_beside}"
             name = {"known": f"{ends}={length.distance}"}
-        yield row, {**name, "expected": expected, "given": length.distance}
+        yield (
+            row,
+            {
+                **name,
+                "expected": expected,
+                "given": length.distance,
+            },
+        )
 
 
-def _of_length(row: int, change: float, names: Parameters, **more: Any) -> Block:
+def _of_length(
+    row: int,
+    change: float,
+    names: Parameters,
+    **more: Any,
+) -> Block:
     """Return the block of one known distance that is off by an unknown, or a known change."""
+    rows = slice(row, row + 1)
     column = np.full((1, 1, 1), DISTANCE_WEIGHT * change)
-    return Block(slice(row, row + 1), column, [names], **more)
+    return Block(rows, column, [names], **more)
 
 
 def between(scene: Scene) -> Iterable[Block]:
@@ -177,7 +217,8 @@ def between(scene: Scene) -> Iterable[Block]:
     for row, names in _length_by_length(scene, on_base=True):
         measured = scene.measured(names["placement"])
         source = SOURCES[measured.distance_source]
-        yield _of_length(row, 1.0, {**names, "source": source}, widths=MOVES)
+        sourced = {**names, "source": source}
+        yield _of_length(row, 1.0, sourced, widths=MOVES)
 
 
 def of_one_socket(scene: Scene) -> Iterable[Block]:
@@ -202,7 +243,8 @@ def of_distance(scene: Scene) -> Iterable[Block]:
         in_frame = scene.sockets == k
         columns = -scene.offsets * in_frame[:, None]
         flat = columns.reshape(1, -1, 1)
-        yield Block(scene.all_samples, flat, [{"frame": name}], SHARES)
+        names = {"frame": name}
+        yield Block(scene.all_samples, flat, [names], SHARES)
 
 
 def of_model(scene: Scene) -> Iterable[Block]:
@@ -222,7 +264,11 @@ def _of_bases(scene: Scene) -> np.ndarray:
     return DISTANCE_WEIGHT * scene.expected * on_base
 
 
-def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+def share(
+    scene: Scene,
+    parameters: Parameters,
+    values: np.ndarray,
+) -> Parameters:
     """Return the share, and how far apart the sockets would be."""
     value = float(values[0])
     lengths = [length.distance for length in scene.known if length.on_base]
@@ -235,4 +281,8 @@ def share(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameter
 
 def sockets_by_share(share: float, length: float) -> Parameters:
     """Return how far apart sockets are that would make the arm no longer by a share [m]."""
-    return {"share": share, "given": length, "likely": length / max(1 + share, 0.1)}
+    return {
+        "share": share,
+        "given": length,
+        "likely": length / max(1 + share, 0.1),
+    }

@@ -228,7 +228,13 @@ class Comparison:
             logs = ratios + prior[:, None]
             evidence = logs.max(axis=0).tolist()
             best = np.argmax(logs, axis=0).tolist()
-            tried += map(_Trial, evidence, repeat(b), best, count_from(0))
+            tried += map(
+                _Trial,
+                evidence,
+                repeat(b),
+                best,
+                count_from(0),
+            )
         tried.sort(reverse=True)
         near = [
             trial[1:]

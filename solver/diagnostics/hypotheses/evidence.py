@@ -49,7 +49,8 @@ class LinearEvidence:
         self._root = share**0.5
         self._whitening = whitening
         every = slice(0, len(r))
-        white = self._white(every, np.column_stack([r, B]))
+        columns = np.column_stack([r, B])
+        white = self._white(every, columns)
         self.r = white[:, 0]
         slopes = white[:, 1:]
         self.count = share * len(r)
@@ -84,11 +85,17 @@ class LinearEvidence:
         variances = self._d2 + s2[:, None]
         explained = np.sum(self._along**2 / variances, axis=1)
         chi_square = (self._square - explained) / s2
-        spread = np.sum(np.log(variances / s2[:, None]), axis=1)
+        logs = np.log(variances / s2[:, None])
+        spread = logs.sum(axis=1)
         noise = self.count * np.log(2 * np.pi * s2)
         return self._log_volume - 0.5 * (noise + spread + chi_square)
 
-    def trials(self, smallest: float, largest: float, count: int) -> Trials:
+    def trials(
+        self,
+        smallest: float,
+        largest: float,
+        count: int,
+    ) -> Trials:
         """Return noises to try, up to beyond the likeliest without further columns."""
         sigma = np.geomspace(smallest, largest, count)
         logs = self.log_likelihood(sigma)
@@ -131,16 +138,18 @@ class LinearEvidence:
         C^-1 = (1 - D (d^2 + sigma^2)^-1 D^T) / sigma^2.
         """
         C, R, k = block.columns.shape
-        flat = block.columns.transpose(1, 0, 2).reshape(R, C * k)
-        white = self._white(block.rows, flat)
-        A = white.reshape(R, C, k).transpose(1, 2, 0)
-        products = self._D[block.rows].T @ white
-        DA = products.reshape(len(products), C, k)
+        by_rows = block.columns.transpose(1, 0, 2)
+        white = self._white(block.rows, by_rows.reshape(R, C * k))
+        by_rows = white.reshape(R, C, k)
+        A = by_rows.transpose(1, 2, 0)
+        along = self._D[block.rows].T @ white
+        DA = along.reshape(len(along), C, k)
         s2 = sigma**2
         shares = 1 / (self._d2 + s2[:, None])
         if C == 1:
             T = DA[:, 0]
-            explained = np.array([[T.T @ (share[:, None] * T)] for share in shares])
+            products = [T.T @ (share[:, None] * T) for share in shares]
+            explained = np.array(products)[:, None]
         else:
             pairs = DA[..., :, None] * DA[..., None, :]
             explained = np.tensordot(shares, pairs, 1)

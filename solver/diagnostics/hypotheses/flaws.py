@@ -67,7 +67,13 @@ class Flaw:
         marks = [_SAMPLE.match(name) for name in names]
         samples = [int(mark[1]) for mark in marks if mark]
         others = tuple(name for name in names if not _SAMPLE.match(name))
-        return cls(text, kinds_of_unit, others, samples[0] if samples else None, size)
+        return cls(
+            text,
+            kinds_of_unit,
+            others,
+            samples[0] if samples else None,
+            size,
+        )
 
     @property
     def unit(self) -> str:

@@ -19,7 +19,11 @@ Values = Callable[[Scene, Parameters, np.ndarray], Parameters]
 """Further parameters, by a candidate's own and the estimate of its unknowns."""
 DECADES = 5.0
 """Logarithm of the range over which less noise is as likely."""
-UNITS = {"mm": 1e3, "deg": 180 / np.pi, "%": 100.0}
+UNITS = {
+    "mm": 1e3,
+    "deg": 180 / np.pi,
+    "%": 100.0,
+}
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,13 @@ def of_samples(
     """Return candidates that change the residuals of n samples, by columns (C, n, 3, k)."""
     rows = slice(3 * samples.start, 3 * samples.stop)
     C, k = len(parameters), columns.shape[-1]
-    return Block(rows, columns.reshape(C, -1, k), parameters, widths, fixed)
+    return Block(
+        rows,
+        columns.reshape(C, -1, k),
+        parameters,
+        widths,
+        fixed,
+    )
 
 
 Blocks = Callable[[Scene], Iterable[Block]]
@@ -97,7 +107,11 @@ Noise = Callable[[Scene], NoisePrior]
 """Belief on the noise of a scene."""
 
 
-def sized(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+def sized(
+    scene: Scene,
+    parameters: Parameters,
+    values: np.ndarray,
+) -> Parameters:
     """Return how large a candidate's unknowns are."""
     return {"size": float(np.linalg.norm(values))}
 
@@ -212,6 +226,10 @@ def kind_of(
     **more: Any,
 ) -> Kind:
     """Return the explanation with the words of a key."""
-    words: dict[str, Any] = {"name": key, **_WORDS[key], **more}
+    words: dict[str, Any] = {
+        "name": key,
+        **_WORDS[key],
+        **more,
+    }
     words.setdefault("code", words["name"])
     return Kind(**words, blocks=blocks, values=values, noise=noise)

@@ -57,28 +57,33 @@ def _other_directions(said: np.ndarray) -> list[Gravity]:
     others: list[Gravity] = []
     for components in product((-1.0, 0.0, 1.0), repeat=3):
         direction = np.array(components)
-        if 0 < np.count_nonzero(direction) < 3:
-            unit = direction / np.linalg.norm(direction)
-            if unit @ said < ALIKE * strength:
-                x, y, z = (strength * unit + 0.0).tolist()
-                others.append((x, y, z))
+        axes = np.count_nonzero(direction)
+        if axes not in (1, 2):
+            continue
+        gravity = direction * (strength / axes**0.5)
+        if gravity @ said < ALIKE * strength**2:
+            x, y, z = gravity.tolist()
+            others.append((x, y, z))
     return others
 
 
 def _logs(scene: Scene, directions: Sequence[Gravity]) -> list[float]:
     """Return the logarithm of the evidence by direction of gravity."""
     some = evenly(len(scene.q), MOST)
-    of_some = (3 * some[:, None] + np.arange(3)).ravel()
+    of_some = 3 * some[:, None] + np.arange(3)
+    of_some = of_some.ravel()
     of_lengths = scene.all_lengths.start + np.arange(len(scene.known))
     rows = np.append(of_some, of_lengths)
     elastic = np.flatnonzero(scene.is_elastic)
     columns: list[np.ndarray] = []
     for gravity in directions:
         load = replace(scene.load, gravity=gravity)
-        of_effects = scene.of_effects(scene.readings_under(load))
-        columns.append(of_effects[of_some][:, elastic])
+        readings = scene.readings_under(load)
+        of_effects = scene.of_effects(readings)[of_some]
+        columns.append(of_effects[:, elastic])
     nameless: list[Parameters] = [{}] * len(columns)
-    block = Block(slice(0, len(of_some)), np.array(columns), nameless)
+    samples = slice(0, len(of_some))
+    block = Block(samples, np.array(columns), nameless)
     first = scene.centres.size + len(scene.parameters)
     others = np.delete(scene.nuisances[rows], first + elastic, axis=1)
     evidence = LinearEvidence(scene.residuals[rows], others)
@@ -86,12 +91,13 @@ def _logs(scene: Scene, directions: Sequence[Gravity]) -> list[float]:
     noise = NoisePrior(1.5 * scene.noise, scene.noise_width, below=True)
     density = trials.log_likelihood + noise.log_density(trials.sigma)
     ratios = evidence.log_ratios(block, trials.sigma)[:, 0]
+    by_trial = ratios + density[:, None]
     logs: list[float] = []
-    for c, log_by_trial in enumerate((ratios + density[:, None]).T):
-        likeliest = int(np.argmax(log_by_trial))
+    for c, likeliest in enumerate(np.argmax(by_trial, axis=0)):
         sigma = float(trials.sigma[likeliest])
         estimate = evidence.posterior(block.only([c]), sigma)
-        logs.append(float(log_by_trial[likeliest]) + _log_positive(estimate))
+        log_evidence = float(by_trial[likeliest, c])
+        logs.append(log_evidence + _log_positive(estimate))
     return logs
 
 

@@ -42,7 +42,11 @@ def _width_of(parameter: Parameter) -> float:
     return TRANSLATION if parameter.unit == "m" else ROTATION
 
 
-def precision(widths: np.ndarray, by_scale: np.ndarray, scale: float) -> np.ndarray:
+def precision(
+    widths: np.ndarray,
+    by_scale: np.ndarray,
+    scale: float,
+) -> np.ndarray:
     """Return the inverse covariance of unknowns whose size is held to a scale, shape (n, n)."""
     of_scale = np.outer(by_scale, by_scale)
     return np.diag(widths**-2) + of_scale / scale**2
@@ -69,7 +73,11 @@ def of_centres(
     return CENTRE * np.vstack([of_samples, DISTANCE_WEIGHT * of_known])
 
 
-def of_play(by_joints: np.ndarray, sockets: np.ndarray, noise: float) -> np.ndarray:
+def of_play(
+    by_joints: np.ndarray,
+    sockets: np.ndarray,
+    noise: float,
+) -> np.ndarray:
     """Return those of samples by offsets of m joints in each of S seats, shape (3 N, S m).
 
     Gears with play rest on one side there.

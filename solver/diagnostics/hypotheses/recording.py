@@ -33,7 +33,8 @@ def copies(scene: Scene) -> Iterable[Block]:
     """Return the block of the first socket whose samples are those of an earlier one."""
     # an instrument measures a pose again
     count = scene.samples.count - len(scene.frames)
-    of_sockets = [scene.q[rows] for rows in scene.samples.rows[:count]]
+    rows_of_sockets = scene.samples.rows[:count]
+    of_sockets = [scene.q[rows] for rows in rows_of_sockets]
     for later, q in enumerate(of_sockets):
         for earlier, others in enumerate(of_sockets[:later]):
             twins = _alike(q, others, SAME)
@@ -62,14 +63,23 @@ def repeated(scene: Scene) -> Iterable[Block]:
         q, seats = scene.q[rows], scene.sockets[rows]
         in_one_seat = seats[:, None] == seats
         near = _alike(q, q, NEAR) & in_one_seat
-        again = np.tril(near, -1).any(axis=1)
+        to_earlier = np.tril(near, -1)
+        again = to_earlier.any(axis=1)
         if again.mean() > REPEATED:
             postures = int(np.sum(~again))
-            names = {**scene.named(place), "samples": len(q), "postures": postures}
+            names: Parameters = {
+                **scene.named(place),
+                "samples": len(q),
+                "postures": postures,
+            }
             yield without_columns(names, CHANCE)
 
 
-def _alike(q: np.ndarray, others: np.ndarray, tolerance: float) -> np.ndarray:
+def _alike(
+    q: np.ndarray,
+    others: np.ndarray,
+    tolerance: float,
+) -> np.ndarray:
     """Tell which postures differ by less from which others on every joint, shape (N, M)."""
     differences = np.abs(q[:, None] - others)
     return differences.max(axis=2) < tolerance
@@ -82,10 +92,12 @@ def steps(scene: Scene) -> np.ndarray:
         readings = np.unique(column.round(9))
         gaps: np.ndarray = np.diff(readings)
         step = float(gaps.min(initial=np.inf, where=gaps > 1e-7))
+        if not np.isfinite(step):
+            continue
         multiples = column / step
         errors: np.ndarray = np.abs(multiples - multiples.round())
         tolerance = max(EXACT, 1e-6 / step)
-        if np.isfinite(step) and errors.max() < tolerance:
+        if errors.max() < tolerance:
             steps_of_joints[j] = step
     return steps_of_joints
 
@@ -129,25 +141,31 @@ def pushed(scene: Scene) -> Iterable[Block]:
 def pushed_here(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements in which the joints were turned so, unlike in the others."""
     J = scene.by_joints
-    covariances = J @ J.transpose(0, 2, 1) + 1e-6 * np.eye(3)
-    roots = np.linalg.cholesky(covariances)
+    covariances = J @ J.transpose(0, 2, 1)
+    roots = np.linalg.cholesky(covariances + 1e-6 * np.eye(3))
     for block in loose_here(scene, roots, PUSHED_HERE):
         (names,) = block.parameters
         if scene.measured(names["placement"]).kind == "sockets":
             yield block
 
 
-def _gain(scene: Scene, width: np.ndarray, trials: np.ndarray) -> float:
+def _gain(
+    scene: Scene,
+    width: np.ndarray,
+    trials: np.ndarray,
+) -> float:
     """Return how much likelier noise of the joints, times some trial, is than of the ball.
 
     In the axes V of J J^T = V d^2 V^T, an error e has the variances d^2 t^2 + s^2 by joint noise t
     and the noise s of the ball; by that of the ball alone all axes have one variance.
     """
     errors = scene.remaining
-    even = max(float(np.mean(errors**2)), 1e-14)
-    alike = -1.5 * len(errors) * (np.log(even) + 1)
+    variance = float(np.mean(errors**2))
+    log_even = np.log(max(variance, 1e-14))
+    alike = -1.5 * len(errors) * (log_even + 1)
     J = scene.by_joints * width
-    squares, axes = np.linalg.eigh(J @ J.transpose(0, 2, 1))
+    covariances = J @ J.transpose(0, 2, 1)
+    squares, axes = np.linalg.eigh(covariances)
     along = np.einsum("nij,ni->nj", axes, errors)
     of_joints = squares * trials[:, None, None] ** 2
     of_ball = scene.noise * np.array([1.0, 0.5])

@@ -54,8 +54,10 @@ class Samples:
     @cached_property
     def order(self) -> np.ndarray | slice:
         """Socket after socket, as they mostly come."""
-        ascending = bool((np.diff(self.sockets) >= 0).all())
-        return slice(None) if ascending else np.argsort(self.sockets, kind="stable")
+        steps = np.diff(self.sockets)
+        if (steps >= 0).all():
+            return slice(None)
+        return np.argsort(self.sockets, kind="stable")
 
     @cached_property
     def starts(self) -> np.ndarray:
@@ -65,20 +67,26 @@ class Samples:
 
     def is_overdetermined(self, unknowns: int) -> bool:
         """Return True for twice as many numbers as unknowns, the sockets' centres left out."""
-        return 3 * (len(self.sockets) - self.count) >= 2 * unknowns
+        beside_centres = len(self.sockets) - self.count
+        return 3 * beside_centres >= 2 * unknowns
 
     def thinned(self, enough: int, minimum: int = 1) -> "Samples":
         """Return about so many of the samples, evenly from each socket, and so many of it."""
         most = max(enough // self.count, minimum)
         chosen = [rows[evenly(len(rows), most)] for rows in self.rows]
         few = np.concatenate(chosen)
-        return Samples(self.positions[few], self.sockets[few], self.measured[few])
+        return Samples(
+            positions=self.positions[few],
+            sockets=self.sockets[few],
+            measured=self.measured[few],
+        )
 
     @cached_property
     def frames(self) -> list[int]:
         """The seats that are frames of instruments."""
         of_points = self.measured.any(axis=1)
-        return np.unique(self.sockets[of_points]).tolist()
+        seats = np.unique(self.sockets[of_points])
+        return seats.tolist()
 
     def aligned(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Return the rotations R of all seats by predicted balls of V models, (S, V, 3, 3).
@@ -110,21 +118,25 @@ class Samples:
     def offsets(self, R: np.ndarray) -> np.ndarray:
         """Return R y of the samples by the rotations of their seats, shape (N, ..., 3) [m]."""
         if not self.frames:
-            return np.zeros((len(self.sockets), *R.shape[1:-1]))
+            shape = R.shape[1:-1]
+            return np.zeros((len(self.sockets), *shape))
         return np.einsum("n...ij,nj->n...i", R[self.sockets], self.measured)
 
     def by_turns(self, offsets: np.ndarray) -> np.ndarray:
         """Return the derivatives of -exp(w) R y by the turns w of all frames, (N, ..., 3, 3 F)."""
-        slopes = np.zeros((*offsets.shape, 3 * len(self.frames)))
+        unknowns = 3 * len(self.frames)
+        slopes = np.zeros((*offsets.shape, unknowns))
         for i, k in enumerate(self.frames):
             rows = self.rows[k]
-            slopes[rows, ..., 3 * i : 3 * i + 3] = cross_matrices(offsets[rows])
+            of_frame = slice(3 * i, 3 * i + 3)
+            slopes[rows, ..., of_frame] = cross_matrices(offsets[rows])
         return slopes
 
     def turned(self, R: np.ndarray, turns: np.ndarray) -> np.ndarray:
         """Return rotations of seats after small turns of the frames, shape (3 F,) [rad]."""
         after = R.copy()
-        after[self.frames] = turn(turns.reshape(-1, 3)) @ R[self.frames]
+        small_turns = turn(turns.reshape(-1, 3))
+        after[self.frames] = small_turns @ R[self.frames]
         return after
 
 
@@ -181,14 +193,18 @@ def medians(points: np.ndarray, samples: Samples) -> np.ndarray:
     return np.array([median(points[rows]) for rows in samples.rows])
 
 
-def means(values: np.ndarray, samples: Samples, weights: np.ndarray) -> np.ndarray:
+def means(
+    values: np.ndarray,
+    samples: Samples,
+    weights: np.ndarray,
+) -> np.ndarray:
     """Return the weighted mean in each socket of values of shape (N, ...)."""
     order, starts = samples.order, samples.starts
     axes = values.ndim - weights.ndim
     weights = weights.reshape(*weights.shape, *[1] * axes)
     weighted = weights * values
-    sums = np.add.reduceat(weighted[order], starts, axis=0)
-    totals = np.add.reduceat(weights[order], starts, axis=0)
+    sums = np.add.reduceat(weighted[order], starts)
+    totals = np.add.reduceat(weights[order], starts)
     return sums / totals
 
 

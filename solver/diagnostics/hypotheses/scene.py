@@ -64,8 +64,12 @@ class Scene(Layout):
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
         """Effects beyond the geometry that a sound arm may have; curves need more samples."""
-        beyond = [effect for effect in EFFECTS.values() if effect not in (CURVE, GAIN)]
-        return tuple(effect for effect in beyond if self.zeros or effect.learned)
+        effects: list[Effect] = []
+        for effect in EFFECTS.values():
+            beyond_geometry = effect not in (CURVE, GAIN)
+            if beyond_geometry and (self.zeros or effect.learned):
+                effects.append(effect)
+        return tuple(effects)
 
     @cached_property
     def model(self) -> ExtendedModel:
@@ -101,7 +105,8 @@ class Scene(Layout):
         """Derivatives of the residuals of samples by the geometry, shape (3 N, n)."""
         _, by_unknowns, _ = self.linear
         n = len(self.parameters)
-        return -by_unknowns[:, :, :n].reshape(-1, n)
+        slopes = -by_unknowns[:, :, :n]
+        return slopes.reshape(-1, n)
 
     @cached_property
     def by_joints(self) -> np.ndarray:
@@ -129,7 +134,8 @@ class Scene(Layout):
     def readings_under(self, load: Load) -> Readings:
         """Return all samples as effects would see them under a load."""
         # zeros decide on which side of its play a joint rests
-        zeros = self.x[len(self.parameters) :] if self.zeros else 0.0
+        n = len(self.parameters)
+        zeros = self.x[n:] if self.zeros else 0.0
         moments: list[np.ndarray] = []
         for m in self.measurements:
             carried = load.of(m.placement)
@@ -159,17 +165,23 @@ class Scene(Layout):
         for effect in self.effects:
             turns: np.ndarray = effect.turns(readings)
             usual = float(np.mean(turns**2)) ** 0.5
-            shift = effect.typical_shift * (self.wide if effect.learned else 1.0)
+            shift = effect.typical_shift
+            if effect.learned:
+                shift *= self.wide
             width = shift / max(usual, SMALLEST_TURN)
-            widths.append(np.full(turns.shape[1], width))
+            coefficients = turns.shape[1]
+            widths.append(np.full(coefficients, width))
         return np.concatenate(widths)
 
     @property
     def is_elastic(self) -> np.ndarray:
         """True for coefficients of elasticity among those of effects, shape (p,)."""
-        elastic = [effect.shared_by_type for effect in self.effects]
-        counts = [of_effect.stop - of_effect.start for of_effect in self.model.slices]
-        return np.repeat(elastic, counts)
+        elastic: list[bool] = []
+        pairs = zip(self.effects, self.model.slices, strict=True)
+        for effect, rows in pairs:
+            count = rows.stop - rows.start
+            elastic += [effect.shared_by_type] * count
+        return np.array(elastic, dtype=bool)
 
     # Residuals and nuisance parameters
 
@@ -250,16 +262,18 @@ class Scene(Layout):
         J = by_joints * (self.play / self.noise)
         covariance = np.eye(3) + J @ J.transpose(0, 2, 1)
         variances, axes = np.linalg.eigh(covariance)
-        return axes * variances[:, None] ** -0.5 @ axes.transpose(0, 2, 1)
+        scaled = axes * variances[:, None] ** -0.5
+        return scaled @ axes.transpose(0, 2, 1)
 
     # What a fit of the nuisance parameters leaves
 
     def recentred(self, sigma: float) -> "Scene":
         """Return the scene about the sockets' most probable centres by the samples alone."""
         rows = self.all_samples
-        x = _ridge(self.nuisances[rows], self.residuals[rows], sigma)
-        of_centres = x[: self.centres.size].reshape(-1, 3)
-        shifts = nuisances.CENTRE * of_centres
+        B = self.nuisances[rows]
+        x = _ridge(B, self.residuals[rows], sigma)
+        of_centres = x[: self.centres.size]
+        shifts = nuisances.CENTRE * of_centres.reshape(-1, 3)
         return replace(self, centres=self.centres + shifts)
 
     def left_of(self, residuals: np.ndarray) -> np.ndarray:
@@ -276,5 +290,6 @@ class Scene(Layout):
 
 def _ridge(B: np.ndarray, r: np.ndarray, sigma: float) -> np.ndarray:
     """Return x = (B^T B + sigma^2)^-1 B^T r, the most probable unknowns of r = B x + noise."""
-    precision = B.T @ B + sigma**2 * np.eye(B.shape[1])
+    unknowns = B.shape[1]
+    precision = B.T @ B + sigma**2 * np.eye(unknowns)
     return np.linalg.solve(precision, B.T @ r)

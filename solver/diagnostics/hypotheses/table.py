@@ -61,6 +61,12 @@ CURABLE = tuple(kind for kind in KINDS if kind.curable)
 """Those that a hand can cure while it records."""
 SIMULATED = (
     *(kind for kind in KINDS if kind.unit is not None),
-    kind_of("base_moved", base.turned, base.moved_by, fault="turn", unit="deg"),
+    kind_of(
+        "base_moved",
+        base.turned,
+        base.moved_by,
+        fault="turn",
+        unit="deg",
+    ),
 )
 """Those by which a fault of some size can be told, and made."""
