@@ -48,7 +48,9 @@ class Recording:
         self.remarks: list[str] = []
         """Remarks to the operator on files that were there already."""
         metadata_before = self._agree(metadata)
-        self._is_new = not self.file.exists()
+        # A description that somebody wrote beforehand stays, whatever happens.
+        described = (folder / METADATA).exists()
+        self._is_new = not described and not self.file.exists()
         self._new_folders: list[Path] = []
         try:
             self._new_folders = _make_folder(folder)

@@ -67,7 +67,10 @@ class Keyboard:
             return
         import termios
 
-        mode = termios.tcgetattr(self._descriptor)
+        try:
+            mode = termios.tcgetattr(self._descriptor)
+        except termios.error:
+            raise HangUp from None
         mode[0] &= ~(termios.IXON | termios.ICRNL)
         mode[3] &= ~(termios.ICANON | termios.ECHO)
         mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0

@@ -144,9 +144,10 @@ class SessionFault:
         match = _TEXT.fullmatch(text)
         allowed = (unit, None) if kind in _KINDS else (unit,)
         if not match or match[5] not in allowed:
+            size, example = (f"[:SIZE{unit}]", f":5{unit}") if unit else ("", "")
             raise ValueError(
-                f"fault {text!r}: expected KIND[@SAMPLE[+COUNT]][:SIZE{unit}], "
-                f"as in {kind}@6:5{unit}"
+                f"fault {text!r}: expected KIND[@SAMPLE[+COUNT]]{size}, "
+                f"as in {kind}@6{example}"
             )
         _, start, count, number, _ = match.groups()
         if number:
