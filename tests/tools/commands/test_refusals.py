@@ -16,12 +16,14 @@ TOLD = [line.strip() for line in LINES if line.startswith("    ")]
 def test_it_is_told_in_one_line_and_nothing_is_written(
     typed, told, refused, session, tmp_path, monkeypatch
 ):
-    """In the folder of three recordings; OUT stands for a folder that is not there."""
+    """In the folder of three recordings; OUT is not there, KEYS is a script of keys."""
     monkeypatch.chdir(session)
+    keys = tmp_path / "keys"
+    keys.write_text("a q")
     _, *words = shlex.split(typed)
     out = tmp_path / "out"
     folder = STORED / "1.0"
     calibrations = {"CALIBRATION": str(folder / "calibrated"), "CALIBRATIONS": str(folder)}
-    stands_for = {"OUT": str(out), **calibrations}
+    stands_for = {"OUT": str(out), "KEYS": str(keys), **calibrations}
     error = refused(told, *(stands_for.get(word, word) for word in words))
     assert error.startswith("mukca") and not out.exists()
