@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import cast
 
 import numpy as np
 
@@ -33,7 +34,11 @@ def readings_of(distance: Readings | None) -> tuple[float, ...]:
     """Return readings as a tuple; none where nobody read anything."""
     if distance is None:
         return ()
-    return tuple(np.ravel(distance).tolist())
+    if isinstance(distance, np.ndarray):
+        return tuple(np.ravel(distance).tolist())
+    if isinstance(distance, Sequence) and not isinstance(distance, str):
+        return tuple(distance)
+    return (cast("float", distance),)
 
 
 def agreed_length(readings: Sequence[float]) -> float:

@@ -170,7 +170,7 @@ class PriorGroup:
         step = self._step(now, change)
         step = min(max(step, -largest), largest)
         logarithm = now + step
-        scale = exp(logarithm) if logarithm < LARGEST_LOGARITHM else inf
+        scale = inf if logarithm > LARGEST_LOGARITHM else exp(logarithm)  # or NaN
         width = max(scale, SMALLEST_WIDTH)
         trail = now, change
         return replace(self, width=width, effective=effective, trail=trail)
