@@ -147,14 +147,17 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
     if TILT not in scene.effects or not readings.moments.any():
         return
     m = scene.q.shape[1]
-    bends: np.ndarray = TILT.turns(readings)[:, [0, m]]
+    turns = TILT.turns(readings)
+    bends: np.ndarray = turns[:, [0, m]]
     squares: np.ndarray = np.sum(bends**2, axis=1)
-    scale = max(float(squares.mean()) ** 0.5, 1e-6)
+    size = float(squares.mean()) ** 0.5
+    scale = max(size, 1e-6)
     index = scene.effects.index(TILT)
     first = scene.model.slices[index].start
     of_first_joint = [first, first + m]
     _, by_unknowns, _ = scene.linear
-    columns = -by_unknowns[:, :, of_first_joint] / scale
+    by_first_joint = by_unknowns[:, :, of_first_joint]
+    columns = -by_first_joint / scale
     yield of_samples(scene.every, columns, [{}], TILTS)
 
 
@@ -172,9 +175,11 @@ def of_lag(scene: Scene) -> Iterable[Block]:
     steps = np.zeros_like(scene.q)
     for rows, times in zip(scene.places, scene.times, strict=True):
         order = rows.start + np.argsort(times)
-        moves = np.diff(scene.q[order], axis=0)
+        q = scene.q[order]
+        moves = np.diff(q, axis=0)
         steps[order[1:]] = -moves
-    columns = -scene.by_joints @ steps[:, :, None]
+    behind = steps[:, :, None]
+    columns = -scene.by_joints @ behind
     yield of_samples(scene.every, columns, [{}], LAGS)
 
 
@@ -218,10 +223,12 @@ def error(
     errors = robot.origins[index] - origins[index]
     first, part = (0, "place") if unit == "m" else (3, "rotation")
     errors = errors[first : first + 3]
-    largest = int(np.argmax(np.abs(errors)))
+    sizes = np.abs(errors)
+    largest = int(np.argmax(sizes))
     value = float(errors[largest])
     others = np.delete(errors, largest)
-    if float(np.linalg.norm(others)) > SINGLE * abs(value):
+    error_of_others = float(np.linalg.norm(others))
+    if error_of_others > SINGLE * abs(value):
         size = float(np.linalg.norm(change))
         return {
             "component": part,

@@ -32,7 +32,8 @@ def one_sample(scene: Scene) -> Iterable[Block]:
     """Return blocks of samples in which the ball was not in its socket."""
     for place, rows in enumerate(scene.places):
         count = rows.stop - rows.start
-        every = np.eye(3 * count).reshape(3 * count, count, 3)
+        identity = np.eye(3 * count)
+        every = identity.reshape(3 * count, count, 3)
         columns = every.swapaxes(0, 1)
         names = [scene.sample(place, row) for row in range(count)]
         yield of_samples(rows, columns, names, SEATING)
@@ -57,7 +58,7 @@ def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
         return
     squares = scene.remaining**2
     variances = [squares[rows].mean() for rows in scene.places]
-    sizes = np.array(variances) ** 0.5
+    sizes = np.sqrt(variances)
     floors = np.array(scene.floors or sizes)
     errors = np.stack([sizes, floors])
     for place, rows in enumerate(scene.places):
@@ -65,7 +66,8 @@ def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
         others = np.delete(errors, place, axis=1)
         usual = np.median(others, axis=1)
         few = rows.stop - rows.start <= MOST
-        if few and (here > STANDS_OUT * usual).any():
+        large = here > STANDS_OUT * usual
+        if few and large.any():
             names: dict[str, Any] = scene.named(place)
             names["noise_here"] = float(here.max())
             yield rows, names
@@ -98,7 +100,8 @@ def mixed_up(scene: Scene) -> Iterable[Block]:
             continue
         masks = doubtful[rows][None]
         if len(doubts) > 1:
-            each = np.eye(rows.stop - rows.start, dtype=bool)
+            count = rows.stop - rows.start
+            each = np.eye(count, dtype=bool)
             masks = np.vstack([masks, each[doubts]])
         names: list[Parameters] = []
         for mask in masks:

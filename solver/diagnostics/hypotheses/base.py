@@ -237,7 +237,8 @@ def of_distance(scene: Scene) -> Iterable[Block]:
     """Return blocks of a share by which all distances of bases are too long, or all points."""
     columns = _of_bases(scene)
     if columns.any():
-        yield Block(scene.all_lengths, -columns[None, :, None], [{}], SHARES)
+        single = -columns[None, :, None]
+        yield Block(scene.all_lengths, single, [{}], SHARES)
     for k in scene.frames:
         name, _ = scene.labels[k]
         in_frame = scene.sockets == k
@@ -255,7 +256,8 @@ def of_model(scene: Scene) -> Iterable[Block]:
     rows = scene.all_lengths
     if scene.frames:
         rows = slice(0, rows.stop)
-    yield Block(rows, -columns[None, rows, None], [{}], SHARES)
+    single = -columns[None, rows, None]
+    yield Block(rows, single, [{}], SHARES)
 
 
 def _of_bases(scene: Scene) -> np.ndarray:
@@ -279,10 +281,10 @@ def share(
     return {**sockets_by_share(value, lengths[0]), "source": source}
 
 
-def sockets_by_share(share: float, length: float) -> Parameters:
+def sockets_by_share(excess: float, length: float) -> Parameters:
     """Return how far apart sockets are that would make the arm no longer by a share [m]."""
     return {
-        "share": share,
+        "share": excess,
         "given": length,
-        "likely": length / max(1 + share, 0.1),
+        "likely": length / max(1 + excess, 0.1),
     }

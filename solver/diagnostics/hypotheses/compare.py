@@ -66,7 +66,8 @@ class Candidate:
         parameters = dict(self.parameters)
         advice = kind.advice.format(**parameters)
         measurements = self.scene.measurements
-        if all(np.abs(m.positions).max() < TINY for m in measurements):
+        largest = [np.abs(m.positions).max() for m in measurements]
+        if max(largest, default=0.0) < TINY:
             advice += (
                 f"; or are the angles in another unit? none is beyond {TINY:g} rad"
             )
@@ -136,7 +137,8 @@ class Candidate:
             return replace(scene, noise=max(scene.noise, self.sigma))
         if kind.scene_after is not None:
             return kind.scene_after(scene, block.parameters[0])
-        columns = block.columns[0, :, : block.unknowns] * max(block.widths)
+        columns = block.columns[0, :, : block.unknowns]
+        columns = columns * max(block.widths)
         explained = (*scene.explained, (block.rows, columns, self.shift))
         right = replace(scene, explained=explained)
         return right.recentred(self.sigma)
@@ -187,7 +189,8 @@ class Comparison:
         scene = self.scene
         blocks = list(kind.blocks(scene))
         total = sum(len(block.parameters) for block in blocks)
-        prior = math.log(STEP * kind.prior / max(total, 1))
+        share = kind.prior / max(total, 1)
+        prior = math.log(STEP * share)
         if kind.noise is None:
             # the noise of servos is never much less
             below = not scene.zeros
@@ -199,7 +202,8 @@ class Comparison:
             sigma = trial * FACTORS
             ratios = self.evidence.log_ratios(block, sigma)
             base = self.evidence.log_likelihood(sigma) + noise.log_density(sigma)
-            logs = np.logaddexp.reduce(ratios, axis=1) + base[:, None]
+            over_widths = np.logaddexp.reduce(ratios, axis=1)
+            logs = over_widths + base[:, None]
             evidence = np.logaddexp.reduce(logs, axis=0) + prior
             best = sigma[np.argmax(logs, axis=0)]
             pairs = zip(evidence.tolist(), best.tolist(), strict=True)
@@ -224,8 +228,8 @@ class Comparison:
         prior = base + noise.log_density(sigma)
         tried: list[_Trial] = []
         for b, block in enumerate(blocks):
-            ratios = self.evidence.log_ratios(block, sigma).max(axis=1)
-            logs = ratios + prior[:, None]
+            ratios = self.evidence.log_ratios(block, sigma)
+            logs = ratios.max(axis=1) + prior[:, None]
             evidence = logs.max(axis=0).tolist()
             best = np.argmax(logs, axis=0).tolist()
             tried += map(

@@ -62,7 +62,8 @@ class LinearEvidence:
         self._log_volume = 0.0
         if whitening is not None:
             volumes = np.linalg.det(whitening)
-            self._log_volume = share * float(np.log(volumes).sum())
+            log_volume = float(np.log(volumes).sum())
+            self._log_volume = share * log_volume
 
     def _white(self, rows: slice, values: np.ndarray) -> np.ndarray:
         """Return values in some rows, shape (R, n), in units in which samples are noisy alike.
@@ -72,12 +73,14 @@ class LinearEvidence:
         values = self._root * values
         if self._whitening is None:
             return values
-        first, end = rows.start // 3, rows.stop // 3
+        first = rows.start // 3
+        end = rows.stop // 3
         W = self._whitening[first:end]
         N, n = len(W), values.shape[1]
         of_samples, of_distances = np.split(values, [3 * N])
         white = W @ of_samples.reshape(N, 3, n)
-        return np.vstack([white.reshape(3 * N, n), of_distances])
+        flat = white.reshape(3 * N, n)
+        return np.vstack([flat, of_distances])
 
     def log_likelihood(self, sigma: np.ndarray) -> np.ndarray:
         """Return ln p(r) without any further column for each noise, shape (L,)."""
@@ -108,22 +111,26 @@ class LinearEvidence:
         if block.fixed:
             shifts = g - 0.5 * M[..., 0]
             return shifts[:, None, :, 0] + block.bonus
-        widths = np.array(block.widths)[:, None, None]
-        factors = log_bayes_factor(M[:, None], g[:, None], widths)
+        widths = np.array(block.widths)
+        factors = log_bayes_factor(M[:, None], g[:, None], widths[:, None, None])
         return factors + block.bonus - np.log(len(widths))
 
     def chi_square(self, block: Block, sigma: float) -> float:
         """Return by how much a block's only candidate lowers chi-square, by its widest prior."""
-        _, g = self._information(block, np.array([sigma]))
+        noises = np.array([sigma])
+        _, g = self._information(block, noises)
         mean, _ = self.posterior(block, sigma)
         return float(g[0, 0] @ mean)
 
     def posterior(self, block: Block, sigma: float) -> Estimate:
         """Return the unknowns of a block's only candidate, by its widest prior."""
-        M, g = self._information(block, np.array([sigma]))
+        noises = np.array([sigma])
+        M, g = self._information(block, noises)
         information, axes = np.linalg.eigh(M[0, 0])
         # Where the nuisances explain all, M is a difference of equal numbers.
-        precision = information.clip(min=0.0) + max(block.widths) ** -2
+        information = information.clip(min=0.0)
+        widest = max(block.widths)
+        precision = information + widest**-2
         covariance: np.ndarray = (axes / precision) @ axes.T
         return Estimate(covariance @ g[0, 0], covariance)
 
@@ -139,7 +146,8 @@ class LinearEvidence:
         """
         C, R, k = block.columns.shape
         by_rows = block.columns.transpose(1, 0, 2)
-        white = self._white(block.rows, by_rows.reshape(R, C * k))
+        flat = by_rows.reshape(R, C * k)
+        white = self._white(block.rows, flat)
         by_rows = white.reshape(R, C, k)
         A = by_rows.transpose(1, 2, 0)
         along = self._D[block.rows].T @ white
@@ -151,11 +159,15 @@ class LinearEvidence:
             products = [T.T @ (share[:, None] * T) for share in shares]
             explained = np.array(products)[:, None]
         else:
-            pairs = DA[..., :, None] * DA[..., None, :]
+            rows = DA[..., :, None]
+            pairs = rows * DA[..., None, :]
             explained = np.tensordot(shares, pairs, 1)
-        squares = A @ A.transpose(0, 2, 1) - explained
-        of_residuals = np.tensordot(shares * self._along, DA, 1)
-        pulls = A @ self.r[block.rows] - of_residuals
+        A_T = A.transpose(0, 2, 1)
+        squares = A @ A_T - explained
+        along_residuals = shares * self._along
+        of_residuals = np.tensordot(along_residuals, DA, 1)
+        residuals = self.r[block.rows]
+        pulls = A @ residuals - of_residuals
         M = squares / s2[:, None, None, None]
         g = pulls / s2[:, None, None]
         return M, g

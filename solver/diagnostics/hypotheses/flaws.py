@@ -49,7 +49,8 @@ class Flaw:
             FlawError: It names none.
         """
         match = _SIZE.search(text)
-        words = re.split(r"[\s:]+|(?=@)", text[: match.start() if match else None])
+        before_size = text[: match.start()] if match else text
+        words = re.split(r"[\s:]+|(?=@)", before_size)
         word, *names = [word for word in words if word] or [""]
         kinds = FLAWS.get(word) or tuple(
             kind for kind in SIMULATED if kind.name == word
@@ -120,7 +121,8 @@ class Flaw:
 
     def _named(self, block: Block) -> Block:
         """Return the candidates of a block that have all its names, and its sample."""
-        indices = [i for i, p in enumerate(block.parameters) if self._is_of(p)]
+        named = map(self._is_of, block.parameters)
+        indices = [i for i, is_named in enumerate(named) if is_named]
         return block.only(indices)
 
     def _is_of(self, parameters: Parameters) -> bool:

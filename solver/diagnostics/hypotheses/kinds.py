@@ -99,8 +99,10 @@ class NoisePrior:
         """Return the logarithm of the density of ln sigma."""
         away = np.log(sigma / self.centre) / self.width
         if self.below:
-            return -0.5 * np.maximum(away, 0) ** 2 - np.log(DECADES)
-        return -0.5 * away**2 - 0.5 * np.log(2 * np.pi * self.width**2)
+            above = np.maximum(away, 0)
+            return -0.5 * above**2 - np.log(DECADES)
+        volume = 0.5 * np.log(2 * np.pi * self.width**2)
+        return -0.5 * away**2 - volume
 
 
 Noise = Callable[[Scene], NoisePrior]
@@ -123,7 +125,9 @@ def sample_named(p: Parameters) -> str:
     """
     if "point" in p and not p.get("number"):
         return f"point {p['point']}"
-    return sample_name(p.get("number", 0), p.get("place", p["sample"] + 1), p["socket"])
+    number = p.get("number", 0)
+    place = p.get("place", p["sample"] + 1)
+    return sample_name(number, place, p["socket"])
 
 
 class _Sentences(Formatter):
@@ -135,8 +139,9 @@ class _Sentences(Formatter):
         digits, _, unit = format_spec.partition(" ")
         if not unit:
             return format(value, digits)
-        value = UNITS[unit] * (value if digits[0] == "+" else abs(value))
-        return f"{value:{digits}} {unit}"
+        size = value if digits[0] == "+" else abs(value)
+        number = format(UNITS[unit] * size, digits)
+        return f"{number} {unit}"
 
 
 @dataclass(frozen=True)

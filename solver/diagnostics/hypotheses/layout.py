@@ -58,7 +58,8 @@ class Layout:
         """Samples of each placement."""
         counts = [len(m.positions) for m in self.measurements]
         ends = np.cumsum([0, *counts]).tolist()
-        return tuple(slice(first, end) for first, end in pairwise(ends))
+        bounds = pairwise(ends)
+        return tuple(slice(first, end) for first, end in bounds)
 
     @property
     def times(self) -> tuple[np.ndarray, ...]:

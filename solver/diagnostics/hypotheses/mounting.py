@@ -55,7 +55,8 @@ def _other_directions(said: np.ndarray) -> list[Gravity]:
     """Return gravity along other axes, and between two of them, with the strength of ``said``."""
     strength = float(np.linalg.norm(said))
     others: list[Gravity] = []
-    for components in product((-1.0, 0.0, 1.0), repeat=3):
+    signs = (-1.0, 0.0, 1.0)
+    for components in product(signs, repeat=3):
         direction = np.array(components)
         axes = np.count_nonzero(direction)
         if axes not in (1, 2):
@@ -70,8 +71,8 @@ def _other_directions(said: np.ndarray) -> list[Gravity]:
 def _logs(scene: Scene, directions: Sequence[Gravity]) -> list[float]:
     """Return the logarithm of the evidence by direction of gravity."""
     some = evenly(len(scene.q), MOST)
-    of_some = 3 * some[:, None] + np.arange(3)
-    of_some = of_some.ravel()
+    rows_of_samples = 3 * some[:, None] + np.arange(3)
+    of_some = rows_of_samples.ravel()
     of_lengths = scene.all_lengths.start + np.arange(len(scene.known))
     rows = np.append(of_some, of_lengths)
     elastic = np.flatnonzero(scene.is_elastic)
@@ -79,21 +80,27 @@ def _logs(scene: Scene, directions: Sequence[Gravity]) -> list[float]:
     for gravity in directions:
         load = replace(scene.load, gravity=gravity)
         readings = scene.readings_under(load)
-        of_effects = scene.of_effects(readings)[of_some]
-        columns.append(of_effects[:, elastic])
+        of_effects = scene.of_effects(readings)
+        of_samples = of_effects[of_some]
+        columns.append(of_samples[:, elastic])
     nameless: list[Parameters] = [{}] * len(columns)
     samples = slice(0, len(of_some))
     block = Block(samples, np.array(columns), nameless)
     first = scene.centres.size + len(scene.parameters)
-    others = np.delete(scene.nuisances[rows], first + elastic, axis=1)
+    nuisances = scene.nuisances[rows]
+    others = np.delete(nuisances, first + elastic, axis=1)
     evidence = LinearEvidence(scene.residuals[rows], others)
-    trials = evidence.trials(LEAST * scene.noise, LARGEST, TRIALS)
-    noise = NoisePrior(1.5 * scene.noise, scene.noise_width, below=True)
-    density = trials.log_likelihood + noise.log_density(trials.sigma)
+    smallest = LEAST * scene.noise
+    trials = evidence.trials(smallest, LARGEST, TRIALS)
+    typical = 1.5 * scene.noise
+    noise = NoisePrior(typical, scene.noise_width, below=True)
+    log_prior = noise.log_density(trials.sigma)
+    density = trials.log_likelihood + log_prior
     ratios = evidence.log_ratios(block, trials.sigma)[:, 0]
     by_trial = ratios + density[:, None]
     logs: list[float] = []
-    for c, likeliest in enumerate(np.argmax(by_trial, axis=0)):
+    best_trials = np.argmax(by_trial, axis=0)
+    for c, likeliest in enumerate(best_trials):
         sigma = float(trials.sigma[likeliest])
         estimate = evidence.posterior(block.only([c]), sigma)
         log_evidence = float(by_trial[likeliest, c])
@@ -105,8 +112,8 @@ def _log_positive(estimate: Estimate) -> float:
     """Return the sum of ln 2 P(u > 0), with each unknown u a Gaussian by itself."""
     deviations = np.sqrt(np.diag(estimate.covariance))
     ratios = estimate.mean / (2**0.5 * deviations)
-    shares = [max(math.erfc(-ratio), 1e-30) for ratio in ratios.tolist()]
-    return sum(map(math.log, shares))
+    doubled = [math.erfc(-ratio) for ratio in ratios.tolist()]
+    return sum(math.log(max(share, 1e-30)) for share in doubled)
 
 
 def stands(parameters: Parameters) -> str:

@@ -64,11 +64,13 @@ def of_centres(
         known: Known distances.
         directions: Of these from the first socket to the second, shape (K, 3).
     """
-    seats = np.eye(int(sockets.max()) + 1)
+    count = int(sockets.max()) + 1
+    seats = np.eye(count)
     of_samples = np.kron(seats[sockets], np.eye(3))
-    first = seats[[length.first for length in known]]
-    second = seats[[length.second for length in known]]
-    along = (first - second)[:, :, None] * directions[:, None]
+    first = [length.first for length in known]
+    second = [length.second for length in known]
+    between = seats[first] - seats[second]
+    along = between[:, :, None] * directions[:, None]
     of_known = along.reshape(-1, of_samples.shape[1])
     return CENTRE * np.vstack([of_samples, DISTANCE_WEIGHT * of_known])
 

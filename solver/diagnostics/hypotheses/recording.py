@@ -142,7 +142,8 @@ def pushed_here(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements in which the joints were turned so, unlike in the others."""
     J = scene.by_joints
     covariances = J @ J.transpose(0, 2, 1)
-    roots = np.linalg.cholesky(covariances + 1e-6 * np.eye(3))
+    positive = covariances + 1e-6 * np.eye(3)
+    roots = np.linalg.cholesky(positive)
     for block in loose_here(scene, roots, PUSHED_HERE):
         (names,) = block.parameters
         if scene.measured(names["placement"]).kind == "sockets":

@@ -73,8 +73,9 @@ class Samples:
     def thinned(self, enough: int, minimum: int = 1) -> "Samples":
         """Return about so many of the samples, evenly from each socket, and so many of it."""
         most = max(enough // self.count, minimum)
-        chosen = [rows[evenly(len(rows), most)] for rows in self.rows]
-        few = np.concatenate(chosen)
+        indices = [evenly(len(rows), most) for rows in self.rows]
+        pairs = zip(self.rows, indices, strict=True)
+        few = np.concatenate([rows[some] for rows, some in pairs])
         return Samples(
             positions=self.positions[few],
             sockets=self.sockets[few],
@@ -99,7 +100,8 @@ class Samples:
             rows = self.rows[k]
             measured = self.measured[rows]
             for v in range(V):
-                pose = kabsch(measured, points[rows, v], weights[rows, v])
+                predicted = points[rows, v]
+                pose = kabsch(measured, predicted, weights[rows, v])
                 R[k, v] = pose.rotation
         return R
 
@@ -184,13 +186,15 @@ def _measured(measurements: Sequence[Measurement]) -> np.ndarray:
 
 def evenly(count: int, enough: int) -> np.ndarray:
     """Return indices of so many of some samples at most, evenly chosen."""
-    places = np.linspace(0, count - 1, min(count, enough))
+    most = min(count, enough)
+    places = np.linspace(0, count - 1, most)
     return places.astype(int)
 
 
 def medians(points: np.ndarray, samples: Samples) -> np.ndarray:
     """Return the medians in each seat, shape (S, 3)."""
-    return np.array([median(points[rows]) for rows in samples.rows])
+    by_seat = [median(points[rows]) for rows in samples.rows]
+    return np.array(by_seat)
 
 
 def means(

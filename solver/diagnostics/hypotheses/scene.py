@@ -80,7 +80,8 @@ class Scene(Layout):
     @cached_property
     def start(self) -> np.ndarray:
         """Unknowns of the model at which all is linear."""
-        of_effects = np.zeros(self.model.size - len(self.x))
+        count = self.model.size - len(self.x)
+        of_effects = np.zeros(count)
         return np.append(self.x, of_effects)
 
     @cached_property
@@ -141,7 +142,8 @@ class Scene(Layout):
             carried = load.of(m.placement)
             positions = m.positions + zeros
             moments.append(carried.moments(self.heavy, positions, m.efforts))
-        return Readings(self.q, np.concatenate(moments), self.clocks)
+        of_all = np.concatenate(moments)
+        return Readings(self.q, of_all, self.clocks)
 
     @cached_property
     def by_readings(self) -> np.ndarray:
@@ -155,7 +157,8 @@ class Scene(Layout):
     def of_effects(self, readings: Readings) -> np.ndarray:
         """Return derivatives of samples' residuals by effects, in their widths, (3 N, p)."""
         axes, turns = design_matrix(self.effects, readings)
-        slopes = -self.by_readings[:, :, axes] * turns[:, None]
+        by_axes = self.by_readings[:, :, axes]
+        slopes = -by_axes * turns[:, None]
         columns = slopes.reshape(3 * len(self.q), -1)
         return columns * self.widths_of_effects(readings)
 
@@ -190,9 +193,12 @@ class Scene(Layout):
         """Residuals of samples, then of distances, shape (3 N + K,) [m]."""
         _, by_unknowns, _ = self.linear
         # beside those at the nominal model
-        fitted = by_unknowns[:, :, : len(self.x)] @ self.x
-        of_samples = self.seats - self.centres[self.sockets] - fitted
-        of_lengths = self.expected - [length.distance for length in self.known]
+        by_fitted = by_unknowns[:, :, : len(self.x)]
+        fitted = by_fitted @ self.x
+        centres = self.centres[self.sockets]
+        of_samples = self.seats - centres - fitted
+        distances = [length.distance for length in self.known]
+        of_lengths = self.expected - distances
         residuals = np.append(of_samples, DISTANCE_WEIGHT * of_lengths)
         for rows, _, shift in self.explained:
             residuals[rows] -= shift
@@ -201,14 +207,15 @@ class Scene(Layout):
     @cached_property
     def spans(self) -> np.ndarray:
         """Vectors between sockets of known distances, as the fit has them, shape (K, 3) [m]."""
-        first = self.centres[[length.first for length in self.known]]
-        second = self.centres[[length.second for length in self.known]]
-        return second - first
+        first = [length.first for length in self.known]
+        second = [length.second for length in self.known]
+        return self.centres[second] - self.centres[first]
 
     @cached_property
     def expected(self) -> np.ndarray:
         """Known distances as the fit has them, shape (K,) [m]."""
-        return np.linalg.norm(self.spans, axis=1).clip(min=1e-12)
+        lengths = np.linalg.norm(self.spans, axis=1)
+        return lengths.clip(min=1e-12)
 
     @cached_property
     def nuisances(self) -> np.ndarray:
@@ -238,8 +245,10 @@ class Scene(Layout):
         for m, place in zip(self.measurements, self.places, strict=True):
             for difference in m.apart:
                 shifts = shifts_by(self.robot, self.q[place], m.order, difference)
-                columns = shifts.reshape(-1, shifts.shape[2])
-                parts.append((self.rows(place), width_of(difference) * columns))
+                width = width_of(difference)
+                columns = width * shifts.reshape(-1, shifts.shape[2])
+                rows = self.rows(place)
+                parts.append((rows, columns))
         return parts
 
     @cached_property
@@ -260,7 +269,8 @@ class Scene(Layout):
             return None
         _, _, by_joints = self.linear
         J = by_joints * (self.play / self.noise)
-        covariance = np.eye(3) + J @ J.transpose(0, 2, 1)
+        of_play = J @ J.transpose(0, 2, 1)
+        covariance = np.eye(3) + of_play
         variances, axes = np.linalg.eigh(covariance)
         scaled = axes * variances[:, None] ** -0.5
         return scaled @ axes.transpose(0, 2, 1)
