@@ -54,6 +54,13 @@ def test_an_error_before_the_first_sample_leaves_nothing_behind(tmp_path, number
     assert (there / "samples.csv").exists()
 
 
+def test_a_description_that_was_there_outlives_an_error(tmp_path):
+    (tmp_path / "placement.json").write_text('{"place": "table"}')
+    with pytest.raises(MukcaError), Recording(tmp_path, METADATA):
+        raise MukcaError
+    assert '"table"' in (tmp_path / "placement.json").read_text()
+
+
 @pytest.mark.slow
 @settings(max_examples=30)
 @given(rows=st.lists(st.tuples(pairs, st.none() | pairs, st.none() | pairs, exact), max_size=5))
