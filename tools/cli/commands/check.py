@@ -11,6 +11,7 @@ from .... import recorder
 from ....solver import assessment, calibration, design, diagnostics, results
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
+from .prediction import predicted_accuracy
 from .report import emit_with_page
 from .validate import ValidateOptions, run_validate
 
@@ -190,15 +191,7 @@ def _checked(problem: "calibration.CalibrationProblem") -> _Checked:
     """
     if _are_broken(problem.checks):
         return _Checked(problem, problem.checks, None)
-    settings = problem.options
-    accuracy = design.accuracy_by(
-        problem.robot,
-        problem.measurements,
-        settings.load,
-        settings.distances,
-        settings.deviation,
-        zeros=bool(settings.zeros),
-    )
+    accuracy = predicted_accuracy(problem)
     if accuracy is None:
         return _Checked(problem, problem.checks, None)
     problem = problem.sized(accuracy.scale)

@@ -7,10 +7,11 @@ from pathlib import Path
 from statistics import fmean, stdev
 from typing import Any
 
-from ....solver import assessment, calibration, data, design, diagnostics, results
+from ....solver import assessment, calibration, data, diagnostics, results
 from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
+from .prediction import predicted_accuracy
 
 WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
@@ -178,19 +179,11 @@ def advice(result: Mapping[str, Any], faulty: Sequence[str]) -> str:
 
 def accuracy_in_words(problem: "calibration.CalibrationProblem") -> str:
     """Return whether another placement is needed, as ``mukca check`` does; empty if unknown."""
-    settings = problem.options
-    accuracy = design.accuracy_by(
-        problem.robot,
-        problem.measurements,
-        settings.load,
-        settings.distances,
-        settings.deviation,
-        zeros=bool(settings.zeros),
-    )
+    accuracy = predicted_accuracy(problem)
     if accuracy is None:
         return ""
     repeatability = assessment.repeatability_of(
-        problem.robot, settings.repeatability_mm
+        problem.robot, problem.options.repeatability_mm
     )
     words = assessment.predicted_in_words(
         accuracy.distance_deviation, accuracy.length, repeatability
