@@ -6,7 +6,8 @@
 
 for each placement with sockets 0 and 1: N_k samples in socket k, mu_k and S_k the mean and the
 covariance of their predicted ball centres, d the measured distance between the sockets [m], Theta
-the parameters [m, rad], and lambda the weight that keeps them near nominal.
+the parameters [m, rad], and lambda the weight that keeps them near nominal. A placement of one
+socket has no distortion.
 """
 
 from collections.abc import Sequence
@@ -76,8 +77,9 @@ class Problem:
                 means.append(mean)
                 offsets = points - ca.repmat(mean, 1, count)
                 total += ca.sumsqr(offsets) / len(measured.positions)
-            length = ca.norm_2(means[1] - means[0])
-            total += (length - measured.distance) ** 2
+            if measured.has_distance:
+                length = ca.norm_2(means[1] - means[0])
+                total += (length - measured.distance) ** 2
         return total
 
     @property
@@ -103,6 +105,8 @@ def _of_placement(
         means.append(mean)
         deviations = (balls[rows] - mean) / len(balls) ** 0.5
         parts.append(deviations.reshape(-1, balls.shape[2]))
+    if not measured.has_distance:
+        return parts
     offset = means[1] - means[0]
     length = float(np.linalg.norm(offset[:, 0]))
     distortion = offset[:, 0] @ offset / length
@@ -158,10 +162,10 @@ def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
     residuals, jacobian = problem.residuals(x)
     unit = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
     J = jacobian[len(x) :]
-    rows = [3 * len(m.positions) + 1 for m in problem.training]
-    distances = np.cumsum(rows) - 1
     variances = [_relative_variances(m) for m in problem.training]
     relative = np.concatenate(variances)
+    paired = [m.has_distance for m in problem.training]
+    distances = np.cumsum([len(v) for v in variances])[paired] - 1
     white = residuals[len(x) :] / np.sqrt(relative)
     balls = np.delete(white, distances)
     fitted = float(np.sum((J @ unit) * J))
@@ -173,6 +177,7 @@ def covariance(problem: Problem, x: np.ndarray) -> np.ndarray:
     known = [
         Known(0, 1, m.distance, CALIPER_DEVIATION, on_base=True)
         for m in problem.training
+        if m.has_distance
     ]
     by_distances = J[distances]
     of_caliper = by_distances.T @ distance_covariance(known) @ by_distances
@@ -183,5 +188,7 @@ def _relative_variances(measured: Measurement) -> np.ndarray:
     """Return the variance of each residual of a placement for noise of variance 1 per axis."""
     total = len(measured.positions)
     of_balls = np.full(3 * total, 1 / total)
+    if not measured.has_distance:
+        return of_balls
     of_distance = sum(1 / count for count in measured.counts[:2])
     return np.append(of_balls, of_distance)

@@ -76,6 +76,24 @@ def test_as_recorded_sets_nothing_right(panda, moved):
     assert [row.name for row in split.document.placements] == ["front", "front, part 2"]
 
 
+@pytest.mark.parametrize("optimizer", ["gauss-newton", "ipopt"])
+def test_the_paper_s_method_takes_a_part_of_one_socket(panda, true_panda, optimizer):
+    """The base moved within the first socket: what came before has no distance to be compared."""
+    x, y, z = PLACES["front"]
+    before, after = (
+        recorded_at(true_panda, place, 1, "front", samples=12)
+        for place in ((x, y, z), (x + 0.004, y, z))
+    )
+    rows = enumerate((*before.samples[:6], *after.samples[6:]), start=1)
+    front = replace(before, samples=tuple(replace(s, number=i, place=0) for i, s in rows))
+    options = {"method": "paper", "split_moved": True, "optimizer": optimizer}
+    found = mukca.calibrate(panda, front, **options)
+    assert [row.samples for row in found.document.placements] == [(6,), (6, 12)]
+    whole = found.document.placements[1].calibrated
+    assert abs(whole.distance_error) < 1e-4 and whole.mean_absolute_error < 3e-4
+    assert found.document.placements[0].calibrated.distance_error is None
+
+
 def test_a_ball_that_never_changed_its_socket_tells_of_the_shape(panda, true_panda, placements):
     """One socket alone does not say how large the arm is: another placement has to."""
     front, left = placements
