@@ -18,9 +18,8 @@ FLAWS: dict[str, tuple[Kind, ...]] = {
 }
 """Kinds of explanations by the word of their flaw."""
 _SIZE = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))\s*(mm|deg|%)\s*$")
-_NUMBER = re.compile(r"[-+]?[\d.]+")
-_OTHER_SIZE = re.compile(r"[\s:][-+]?[\d.]+\s*(?:[uµμc]?m|in|°|degrees|[um]?rad)\s*$")
-"""A size in a unit that none is told in."""
+_OTHER_SIZE = re.compile(r"[-+]?[\d.]*(?:[uµμcm]?m|in|°|deg|degrees|[uµμm]?rad|%)?")
+"""A number or a unit that is no size, unless it is a name."""
 _SAMPLE = re.compile(r"@(\d+)(?:\+\d+)?$")
 
 
@@ -50,8 +49,7 @@ class Flaw:
         """
         match = _SIZE.search(text)
         before_size = text[: match.start()] if match else text
-        words = re.split(r"[\s:]+|(?=@)", before_size)
-        word, *names = [word for word in words if word] or [""]
+        word, *names = _words(before_size) or [""]
         kinds = FLAWS.get(word) or tuple(
             kind for kind in SIMULATED if kind.name == word
         )
@@ -62,8 +60,7 @@ class Flaw:
         unit = match[2] if match else None
         kinds_of_unit = tuple(kind for kind in kinds if unit in (None, kind.unit))
         size = float(match[1]) / UNITS[match[2]] if match else None
-        is_wrong = _OTHER_SIZE.search(text) or any(map(_NUMBER.fullmatch, names))
-        if is_wrong or not kinds_of_unit or (size is not None and size <= 0):
+        if not kinds_of_unit or (size is not None and size <= 0):
             raise FlawError(f"fault {text!r}: {_size_expected(word, kinds[0].unit)}")
         marks = [_SAMPLE.match(name) for name in names]
         samples = [int(mark[1]) for mark in marks if mark]
@@ -100,24 +97,30 @@ class Flaw:
             blocks = [block for block in blocks if block.parameters]
             if blocks:
                 kinds.append(kind.only(blocks))
-            elif kind.noise is not None:
+            elif kind.noise is not None and not self.names and self.sample is None:
                 kinds.append(kind)
         if not kinds:
-            joints, placements = (
-                scene.robot.joint_names,
-                [m.name for m in scene.measurements],
-            )
-            words = " ".join(self.names)
-            reason = (
-                f"these recordings can have none of {words!r}"
-                if words
-                else "none is possible"
-            )
-            raise FlawError(
-                f"fault {self.text!r}: {reason}; the joints are {', '.join(joints)}, "
-                f"the placements {', '.join(placements)}"
-            )
+            raise FlawError(f"fault {self.text!r}: {self._impossible(scene)}")
         return tuple(kinds)
+
+    def _impossible(self, scene: Scene) -> str:
+        """Return in words why no kind of it is in a scene."""
+        word, kind = _words(self.text)[0], self.kinds[0]
+        joints = scene.robot.joint_names
+        placements = [m.name for m in scene.measurements]
+        folders = [name.rpartition("/")[2] for name in placements]
+        strange = {*self.names}.difference(placements, folders)
+        if any(map(_OTHER_SIZE.fullmatch, strange)):
+            return _size_expected(word, kind.unit)
+        marks = [f"@{self.sample}"] if self.sample is not None else []
+        names = " ".join((*self.names, *marks))
+        if names and kind.noise:
+            return f"{word!r} is of all samples; leave out {names!r}"
+        reason = f"can have none of {names!r}" if names else "can have none"
+        return (
+            f"these recordings {reason}; the joints are {', '.join(joints)}, "
+            f"the placements {', '.join(placements)}"
+        )
 
     def _named(self, block: Block) -> Block:
         """Return the candidates of a block that have all its names, and its sample."""
@@ -126,13 +129,21 @@ class Flaw:
         return block.only(indices)
 
     def _is_of(self, parameters: Parameters) -> bool:
-        words = [value for value in parameters.values() if isinstance(value, str)]
-        folders = [word.rpartition("/")[2] for word in words]
-        if not {*words, *folders}.issuperset(self.names):
+        names = [value for value in parameters.values() if isinstance(value, str)]
+        names += [name.rpartition("/")[2] for name in names]
+        unknown = f" {' '.join(self.names)} "
+        for name in sorted(names, key=len, reverse=True):
+            unknown = unknown.replace(f" {' '.join(_words(name))} ", "  ")
+        if unknown.strip():
             return False
         number = parameters.get("number") or parameters.get("place")
         is_first = number == self.sample and not parameters.get("throughout")
         return self.sample is None or is_first
+
+
+def _words(text: str) -> list[str]:
+    """Return the words of a text, blanks or colons between; a sample's begins with @."""
+    return [word for word in re.split(r"[\s:]+|(?=@)", text) if word]
 
 
 def _size_expected(word: str, unit: str | None) -> str:

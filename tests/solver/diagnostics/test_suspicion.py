@@ -74,13 +74,20 @@ def test_the_verb_answers_first_and_tells_the_words(spoilt, capsys, tmp_path):
     assert lines[0].startswith("YES") and len(lines) <= 24
     assert main([*words, "--fault", "bent 4mm", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["answer"] == "no"
+    (tmp_path / "front").rename(tmp_path / "1m")  # a name that looks like a size
+    words[1] = str(tmp_path / "1m")
     for fault, said in [
         ("drift 3kg", "these recordings can have none of '3kg'; the joints are"),
         ("sagg 3mm", "did you mean sag?; the words are"),
         ("base nowhere 3mm", "the joints are panda_joint1"),
+        ("base .mm", "the size of 'base' is above 0 and in mm, as in 'base 3mm'"),
+        ("loose nowhere 2mm", "'loose' is of all samples; leave out 'nowhere'"),
+        ("base @99", "these recordings can have none of '@99'; the joints are"),
     ]:
         assert main([*words, "--fault", fault]) == 2
         assert said in capsys.readouterr().err
+    assert main([*words, "--fault", "base 1m @16 4mm"]) == 0
+    assert "/1m, sample 16) would explain" in capsys.readouterr().out
     assert main([*words, "--fault", "length 2mm", "--zeros"]) == 2
     assert "leave out --zeros" in capsys.readouterr().err
 
@@ -88,12 +95,20 @@ def test_the_verb_answers_first_and_tells_the_words(spoilt, capsys, tmp_path):
 @pytest.mark.parametrize(
     "size", ["3mrad", "0.1 rad", "1mm", "3°", "5 cm", "3um", "2", "0deg", "-3deg", "1..2deg"]
 )
-def test_a_size_of_another_unit_is_told_in_which_it_should_be(size):
+def test_a_size_of_another_unit_is_told_in_which_it_should_be(panda, spoilt, size):
+    measured = [measure(spoilt(""), panda)]
     for fault in (f"zero {size}", f"zero panda_joint4 {size}"):
         with pytest.raises(FlawError) as refused:
-            Flaw.parse(fault)
+            what_if(panda, measured, Flaw.parse(fault))
         told = "the size of 'zero' is above 0 and in deg, as in 'zero 3deg'"
         assert str(refused.value) == f"fault {fault!r}: {told}"
+
+
+@pytest.mark.parametrize("name", ["1m", "3", "mm", "before lunch", "Süd: 2"])
+def test_a_placement_of_any_name_can_be_named(panda, spoilt, name):
+    measured = [measure(spoilt("base@16:4mm", name), panda), measure(spoilt("", "left"), panda)]
+    there = what_if(panda, measured, Flaw.parse(f"base {name} @16 4mm"))
+    assert (there.answer, there.where["placement"]) == ("yes", name)
 
 
 def test_a_fault_without_a_size_is_told_so():
