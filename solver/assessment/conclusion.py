@@ -158,9 +158,7 @@ def _limits_kept(unshown: Sequence[LimitResult], scope: Scope) -> str:
     if near:
         kept = "its limits near the recorded places"
     words = f"It is within {kept}"
-    if any(row.is_above for row in unshown):
-        words = "It misses no limit by more than its deviation"
-    elif unshown:
+    if unshown:
         words += " as measured"
     if near:
         words += ", not yet in all the workspace"

@@ -193,7 +193,7 @@ def _length_row(
     gap: str,
     deviation: float = 0.0,
 ) -> LimitResult:
-    """Return whether a limit is kept; it is missed only beyond the figure's own deviation."""
+    """Return whether a limit is kept; a figure above it by less than its deviation is undecided."""
     if reached is None or limit.value is None:
         reason = gap if reached is None else limit.source
         return limit_row(name, "not evaluated", reason, reached, limit.value)
@@ -201,8 +201,9 @@ def _length_row(
     text = f"{TITLES[name]} {mm(reached, 3)}{interval}, limit {mm(limit.value, 3)}"
     if corrected is not None:
         text += f" (with corrected joint positions {mm(corrected, 3)})"
-    status: Status = "fail" if reached > limit.value + deviation else "pass"
-    if deviation > limit.value:
+    excess = reached - limit.value
+    status: Status = "fail" if excess > deviation else "pass"
+    if deviation > limit.value or 0 < excess <= deviation:
         status = "not enough"
         text += ": record more samples in each socket, or hold out more placements"
     row = limit_row(

@@ -55,20 +55,14 @@ class LimitResult(Document):
     """[m]."""
     status: Status
     deviation: float | None = None
-    """Standard deviation of that value [m]: a limit is missed only beyond it."""
+    """Standard deviation of that value [m]: a limit is missed only beyond it, and is ``not enough``
+    where the value is above the limit by less."""
     full: float | None = None
     """Value reached by the full model, if ``calibrated.urdf`` is not all of it [m]."""
     full_status: Status | None = None
     text: str
     reason: str
     """Origin of the limit, or what is missing."""
-
-    @property
-    def is_above(self) -> bool:
-        """True where the value is above the limit, though maybe by less than its deviation."""
-        if self.found is None or self.limit is None:
-            return False
-        return self.found > self.limit
 
     @property
     def doubt(self) -> str:
@@ -78,8 +72,6 @@ class LimitResult(Document):
         """
         if self.status != "pass" or self.found is None or self.limit is None:
             return ""
-        if self.is_above:
-            return f"{self.title} is {mm(self.found, 3)}, above {mm(self.limit, 3)}"
         upper = self.found + BAND * (self.deviation or 0.0)
         if upper > self.limit:
             return f"{self.title} may be {mm(upper, 3)} (95 %)"

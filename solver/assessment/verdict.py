@@ -73,6 +73,11 @@ class Verdict(Document):
         return _EXIT[self.status]
 
     @property
+    def colour(self) -> Outcome:
+        """Status that its colour shows: a better model that misses a limit is no success."""
+        return "incomplete" if self.kind == "better" else self.status
+
+    @property
     def stamp(self) -> str:
         """The title without its conditions, as in "NO BETTER"."""
         return self.title.partition(", if ")[0].partition(";")[0]

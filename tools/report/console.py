@@ -47,15 +47,16 @@ def show(console: Console, report: ReportDocument) -> None:
 
 def show_answer(console: Console, verdict: Verdict) -> None:
     """Print what the errors were and are, and whether to load the model."""
-    style = {"pass": "bold green", "fail": "bold red"}.get(
-        verdict.status, "bold yellow"
-    )
-    style = "bold green" if verdict.use else style
+    colours = {"pass": "green", "fail": "red", "incomplete": "yellow"}
     by_lines = not console.is_terminal  # a program that reads lines finds each whole
     for words in verdict.answer:
         console.print(Text(words), soft_wrap=by_lines)
     stamp = verdict.stamp
-    title = Text.assemble("Verdict: ", (stamp, style), verdict.title[len(stamp) :])
+    title = Text.assemble(
+        "Verdict: ",
+        (stamp, f"bold {colours[verdict.colour]}"),
+        verdict.title[len(stamp) :],
+    )
     console.print(title, soft_wrap=by_lines)
 
 

@@ -164,9 +164,9 @@ def _limits(report: ReportDocument) -> list[list[str]]:
         if row.found is not None and row.deviation is not None:
             measured += f" \N{PLUS-MINUS SIGN}{mm(BAND * row.deviation, 3)}"
         agreed = "none" if row.limit is None else mm(row.limit, 3)
-        status = row.status
-        if row.doubt:
-            status = "not decided" if row.is_above else f"{status}, as measured"
+        status = f"{row.status}, as measured" if row.doubt else row.status
+        if row.status == "not enough" and row.deviation is not None:
+            status = "not decided"
         rows.append([row.title, measured, agreed, status])
     return rows
 

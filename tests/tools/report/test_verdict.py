@@ -53,6 +53,26 @@ def test_a_limit_that_is_not_kept_holds_a_better_model_back(document, report, li
     assert statuses(verdict)[limit] in ("fail", "not enough")  # beyond its own deviation, or not
 
 
+@pytest.mark.parametrize(
+    ("options", "stamp", "colour", "shown"),
+    [
+        (["--limit-mae-mm", "9"], "PASS", "pass", 32),
+        (["--limit-mae-mm", "1e-4"], "BETTER", "incomplete", 33),
+    ],
+)
+def test_the_colour_says_what_the_words_say(
+    document, written, read_page, options, stamp, colour, shown, monkeypatch, capsys
+):
+    """A limit that is missed is no success, in green neither on the page nor in a terminal."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    file = written(document)
+    main(["report", str(file), *options])
+    page = read_page(file.parent / "report.html")
+    (classes,) = (each["class"] for each, _ in page.having("id") if each["id"] == "verdict")
+    assert classes == f"verdict {colour}"
+    assert f"\x1b[1;{shown}m{stamp}" in capsys.readouterr().out
+
+
 def test_without_held_out_data_nothing_is_validated(document, rows):
     for key in ("data", "placements"):
         document[key] = [row for row in document[key] if row["role"] == "train"]
