@@ -85,15 +85,6 @@ def test_kortex_angles_are_centred_and_go_on_through_turns(told, truth):
     assert state.effort == TORQUES
 
 
-def test_the_first_angle_of_an_actuator_is_its_own(tmp_path):
-    """Those of Gen2 count their turns."""
-    with emulated("kinova", tmp_path, "--noise", "0") as emulation:
-        with open_driver("kinova", emulation.address) as driver:
-            position = driver.read(5).position
-        sent = emulation.sent()[1]["position"]
-    assert position == pytest.approx(sent, abs=1e-3)
-
-
 def test_kortex_logs_in_as_told():
     with kortex_arm() as arm, open_driver("kinova", f"{arm.address}?user=me&password=secret"):
         assert (arm.login.username, arm.login.password) == ("me", "secret")

@@ -213,21 +213,6 @@ def test_a_bad_line_of_a_recording_is_told_with_its_place(tmp_path, lines, told)
     assert "samples.csv" in str(caught.value)
 
 
-def test_marks_on_earlier_samples_count(tmp_path):
-    marks = ["undo,1,0,1.0,,,,,,,,", "undo,2,1,1.0,,,,,,,,", "redo,1,0,1.0,,,,,,,,"]
-    (sample,) = read(recorded(tmp_path, HEADER, GOOD, MORE, *marks)).samples
-    assert (sample.number, sample.socket, sample.states) == (1, 0, 300)
-    relabel = "relabel,1,1,1.0,,,,,,,,"
-    assert read(recorded(tmp_path, HEADER, GOOD, relabel)).sockets.tolist() == [1]
-
-
-def test_a_torn_end_is_not_read_and_told(tmp_path):
-    file = recorded(tmp_path, HEADER, GOOD, MORE) / "samples.csv"
-    file.write_bytes(file.read_bytes()[:-3])
-    placement = read(tmp_path)
-    assert len(placement.samples) == 1 and "torn off" in placement.remarks[0]
-
-
 def test_both_forms_in_one_folder_are_refused(tmp_path):
     recorded(holes(tmp_path, "1,2\n"), HEADER, GOOD)
     with pytest.raises(mukca.MukcaError, match="both"):

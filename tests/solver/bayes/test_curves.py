@@ -69,11 +69,12 @@ def test_an_arm_that_has_none_is_fitted_without():
 
 
 def test_elasticity_that_the_curves_hid_is_found_beside_them():
-    robot = mukca.load_robot("ur5e")
+    robot, untried = mukca.load_robot("ur5e"), ("tilt", "transmission")
     flaws = {"curves": 3e-4, "compliance": 2e-5}
-    truth, (*train, test) = mukca.simulate_recordings(robot, 5, samples=20, seed=5, **flaws)
+    truth, (*train, test) = mukca.simulate_recordings(robot, 4, samples=20, seed=5, **flaws)
     without, found = (
-        mukca.calibrate(robot, train, test=test, without=one) for one in (("curves",), ())
+        mukca.calibrate(robot, train, test=test, without=(*untried, *more))
+        for more in (("curves",), ())
     )
     assert without.document.deflection == {}
     assert any("compliance: kept" in n and "beside curves" in n for n in found.document.choices)
@@ -82,7 +83,7 @@ def test_elasticity_that_the_curves_hid_is_found_beside_them():
     assert np.allclose(bends, truth.deflection.coefficients[0][loaded], atol=4e-6)
     pairs = zip(found.document.coefficients, truth.deflection.coefficients[0], strict=True)
     assert all(abs(one.value - true) < 2 * one.standard_deviation for one, true in pairs)
-    assert held_out(found) < 0.7 * held_out(without)
+    assert held_out(found) < 0.8 * held_out(without)
 
 
 def test_curves_are_compared_where_both_are_known():

@@ -24,9 +24,8 @@ def all_but(*tried):
     return {"without": tuple(name for name in EXTENSIONS if name not in tried)}
 
 
-@pytest.mark.parametrize("name", ["panda", "gen3_lite"])
-def test_what_is_not_there_vanishes(name):
-    robot = mukca.load_robot(name)
+def test_what_is_not_there_vanishes():
+    robot = mukca.load_robot("gen3_lite")
     _, (train, test) = mukca.simulate_recordings(robot, 2, seed=1, samples=20, noise=1e-4)
     found = mukca.calibrate(robot, train, test=test)
     geometric = mukca.calibrate(robot, train, test=test, without=EXTENSIONS)
@@ -36,19 +35,17 @@ def test_what_is_not_there_vanishes(name):
     assert 0.5e-4 < noise.space < 1.3e-4
 
 
-@pytest.mark.parametrize(("kind", "size"), [("compliance", 8e-5), ("tilt", 5e-5)])
-def test_elasticity_is_found_within_its_intervals(kind, size, panda):
-    sizes = {kind: size}
+def test_elasticity_is_found_within_its_intervals(panda):
+    sizes = {"compliance": 8e-5, "tilt": 5e-5}
     truth, (train, test) = mukca.simulate_recordings(panda, 2, seed=2, samples=20, **sizes)
     options = all_but("compliance", "tilt") | {"type_prior": ["none"]}
     found = mukca.calibrate(panda, train, test=test, **options)
     geometric = mukca.calibrate(panda, train, test=test, without=EXTENSIONS)
-    assert kind in found.document.deflection
-    assert any(line.startswith(f"{kind}: kept") for line in found.document.choices or ())
-    values, deviations = coefficients(found, kind)
-    (true,) = truth.deflection.coefficients
-    assert (values >= 0).all()
-    assert (np.abs(values - true) < 3 * deviations.clip(min=1e-7)).mean() > 0.9
+    for kind, true in zip(sizes, truth.deflection.coefficients, strict=True):
+        assert any(line.startswith(f"{kind}: kept") for line in found.document.choices or ())
+        values, deviations = coefficients(found, kind)
+        assert (values >= 0).all()
+        assert (np.abs(values - true) < 3 * deviations.clip(min=1e-7)).mean() > 0.9
     assert held_out(found) < 0.9 * held_out(geometric)
     assert {c.unit for c in found.document.coefficients or ()} >= {"rad/(N m)"}
 
@@ -94,12 +91,12 @@ def test_measured_efforts_tell_how_an_arm_bends(panda):
 def test_gross_outliers_hardly_count():
     """A tenth of the balls, 5 to 50 mm off."""
     robot, generator = mukca.load_robot("panda"), np.random.default_rng(9)
-    _, (*train, test) = mukca.simulate_recordings(robot, 3, samples=20, seed=1, noise=1e-4)
+    _, (*train, test) = mukca.simulate_recordings(robot, 3, samples=15, seed=1, noise=1e-4)
     spoilt = []
     for placement in train:
         q = placement.positions.copy()
-        turns = generator.choice([-1, 1], 4) * generator.uniform(0.02, 0.1, 4)
-        q[np.arange(0, 40, 10), generator.integers(1, 4, 4)] += turns
+        turns = generator.choice([-1, 1], 3) * generator.uniform(0.02, 0.1, 3)
+        q[np.arange(0, 30, 10), generator.integers(1, 4, 3)] += turns
         spoilt.append(moved(placement, q))
     clean, robust = (
         mukca.calibrate(robot, data, test=test, without=EXTENSIONS, as_recorded=True)
@@ -107,7 +104,7 @@ def test_gross_outliers_hardly_count():
     )
     assert held_out(robust) < 1.15 * held_out(clean)
     weights = [s.weight for p in robust.document.data for s in p.samples if s.weight is not None]
-    assert np.sort(weights)[:8].max() < 0.06
+    assert np.sort(weights)[:6].max() < 0.06
     assert robust.document.noise.nu < clean.document.noise.nu
 
 

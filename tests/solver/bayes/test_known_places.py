@@ -148,7 +148,7 @@ def test_stated_deviations_are_those_that_gaussian_noise_leaves(panda):
         found.document.uncertainty.distance_deviation.median
         for found in (
             mukca.calibrate(panda, as_points(truth, poses(panda, n), 1e-4), without=WITHOUT)
-            for n in (300, 1200)
+            for n in (150, 600)
         )
     ]
     # four times the samples halve it

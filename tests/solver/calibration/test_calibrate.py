@@ -273,11 +273,6 @@ def test_a_robot_knows_its_limits_and_misspelt_ones_are_offered(panda):
         mukca.load_robot("Panda")
 
 
-def test_a_ball_of_ones_own_goes_onto_a_shipped_model(panda):
-    own = mukca.load_robot("panda", flange="panda_hand_tcp", ball=(0.0, 0.0, 0.03))
-    assert own.ball_joint.origin.xyz == (0.0, 0.0, 0.03) and own.tip != panda.tip
-
-
 def test_joints_outside_their_limits_are_said(calibration):
     q = np.array([3.5, -0.3, 0.2, -1.8, 0.1, 1.5, 0.7])
     for ask in (calibration.ball, calibration.true_positions, calibration.flange):

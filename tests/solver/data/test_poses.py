@@ -184,13 +184,6 @@ def test_a_rotation_vector_and_a_matrix_are_read_as_the_quaternion(tmp_path):
         assert rotation_matrices(read) == pytest.approx(np.array(turns), abs=1e-9)
 
 
-def test_nine_numbers_that_are_no_rotation_are_refused(tmp_path):
-    names = ",".join(f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3))
-    (tmp_path / "poses.csv").write_text(f"joint,x,y,z,{names}\n0,0,0,0,1,0,0,0,2,0,0,0,1\n")
-    with pytest.raises(mukca.MukcaError, match=":2: r11 to r33 are no rotation"):
-        mukca.read_placements(tmp_path)
-
-
 def test_quaternions_are_those_of_the_rotations(simulated, panda):
     T = simulated.calibration.flange(workspace(panda, 50))
     given = np.hstack([T[:, :3, 3], quaternion_of(T[:, :3, :3])])

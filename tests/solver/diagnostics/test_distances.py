@@ -9,13 +9,10 @@ from cases import by_table
 from recorded import recorded_by_servos
 
 from mukca.solver.assessment import Recordings, recording_rows
-from mukca.solver.bayes.inference import estimate
-from mukca.solver.bayes.model import extend
-from mukca.solver.bayes.results import scale
-from mukca.solver.data import RobotRecordings, measure, observe
+from mukca.solver.data import measure
 from mukca.solver.design import accuracy_by
 from mukca.solver.diagnostics import inspect_all
-from mukca.solver.robot import choose_parameters, load_robot
+from mukca.solver.robot import load_robot
 from mukca.tools.simulation import perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow
@@ -73,15 +70,6 @@ def test_both_sockets_recorded_in_one_are_told(look, record_at, placements):
             f.code for f in look([replace(placements[0], samples=samples), *others]).diagnostics
         ]
         assert codes == ["one-socket"]
-
-
-def test_the_scale_of_a_fit_is_that_of_the_distance(panda, placements):
-    """A distance 0.4 % too long, as far as the prior lets the arm follow."""
-    arm = RobotRecordings(panda, [measure(p, panda, 0.0502) for p in placements])
-    found = estimate(extend(panda, choose_parameters(panda)), observe(arm)).arm
-    size = scale(found)
-    assert 0.002 < size.value < 0.0045
-    assert size.deviation is not None and 2e-4 < size.deviation < 1e-3
 
 
 @pytest.mark.parametrize(("name", "joint"), [("panda", 3), ("panda", 5), ("so101", 2)])

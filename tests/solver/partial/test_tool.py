@@ -67,13 +67,6 @@ def test_samples_of_the_calibration_itself_are_told(simulated):
     assert "trained on these samples, so the tip is its ball" in found.untold[0]
 
 
-def test_a_second_point_gives_the_axis(simulated):
-    touches, shaft = simulated.touched(TIP), simulated.touched(SHAFT, seed=3)
-    found = mukca.tool(simulated.calibration, touches, "spike", axis=shaft)
-    z = found.calibration.kinematics(tool="spike").tool[:3, 2]
-    assert z == pytest.approx([0, 0, 1], abs=0.03)
-
-
 def test_points_of_which_it_is_known_how_they_lie_tell_more(simulated):
     """Two points, 0.1 m apart where nobody says so, and where it is said."""
     touched = simulated.touched_at_two(TIP, 0.1)
@@ -84,15 +77,6 @@ def test_points_of_which_it_is_known_how_they_lie_tell_more(simulated):
     one, two = (mukca.tool(simulated.calibration, p) for p in (free, known))
     assert two.elsewhere <= one.elsewhere < 5e-4
     assert np.array(two.frame.xyz) == pytest.approx(np.array(one.frame.xyz), abs=1e-3)
-
-
-def test_two_more_points_give_the_face(simulated):
-    corners = TIP + 0.03 * np.eye(3)[:2]
-    first, second = (simulated.touched(one, seed=4 + i) for i, one in enumerate(corners))
-    found = mukca.tool(simulated.calibration, simulated.touched(TIP), "plate", face=(first, second))
-    R = found.calibration.kinematics(tool="plate").tool[:3, :3]
-    assert R[:, 2] == pytest.approx([0, 0, 1], abs=0.05)
-    assert R[:, 0] == pytest.approx([1, 0, 0], abs=0.05)
 
 
 def test_what_tells_too_little_is_said(simulated):

@@ -1,5 +1,6 @@
 """``mukca check`` and ``mukca crossval``: what they say, and never a circle."""
 
+import json
 import re
 from shutil import copytree
 
@@ -38,11 +39,11 @@ def test_good_recordings_are_told_by_what_they_would_bring(session, run):
     assert "sockets 50 mm apart (by the recording)" in told
 
 
-def test_a_wrong_distance_is_told_before_the_fit(session, run, answer):
-    words = ["check", str(session), "--robot", "panda", "--distance", "0.12"]
-    status, told = run(*words)
+def test_a_wrong_distance_is_told_before_the_fit(session, command):
+    words = ["check", session, "--robot", "panda", "--distance", "0.12", "--json"]
+    status, out, told = command(*words)
     assert status == 1 and "more likely the sockets are 50.0 mm apart than 120.0" in told
-    found = answer(*words, status=1)
+    found = json.loads(out)
     assert found["findings"][0]["code"] == "scale"
     assert found["scale"]["value"] == pytest.approx(1.4, abs=0.02)
     assert found["placements"][0]["distance_source"] == "given"
@@ -84,8 +85,9 @@ def test_few_samples_are_told_as_solve_does(copy, run, tmp_path, counts):
     thinned(copy / "front", *counts)
     words = str(copy / "front"), "--robot", "panda"
     status, told = run("check", *words)
-    _, solved = run("solve", *words, "--out", str(tmp_path / "calibrated"))
+    decided, solved = run("solve", *words, "--out", str(tmp_path / "calibrated"))
     is_better = "USE IT" in solved
+    assert is_better or (decided == 3 and "record at least 10 in each" in " ".join(solved.split()))
     assert is_better == ("better than the nominal model (" in told) == (counts == (6, 6))
     assert f"only {counts[0]} samples in a socket" in told.lower()
     assert status == (0 if is_better else 3)
@@ -140,22 +142,22 @@ def test_crossval_names_a_bad_placement_and_goes_on(copy, run, method):
     assert "Mend or leave out session/left and run this again" in told, told
 
 
-@pytest.mark.parametrize("distance", ["0.055", "0.06", "0.07", "0.1"])
+@pytest.mark.parametrize("distance", ["0.055", "0.1"])
 def test_a_distance_that_is_far_off_bars_a_calibration(session, run, distance):
     status, told = run("check", str(session / "front"), "--robot", "panda", "--distance", distance)
     assert status == 1 and told.startswith("FAIL"), told
     assert "more likely the sockets are" in told
 
 
-def test_crossval_ends_with_advice(session, run, answer):
-    words = ["crossval", str(session), "--robot", "panda", "--method", "paper", "--processes", "1"]
-    status, told = run(*words)
+def test_crossval_ends_with_advice(session, run, command):
+    words = ["crossval", session, "--robot", "panda", "--method", "paper", "--processes", "1"]
+    status, out, told = command(*words, "--json")
     assert status == 0
     last = told.strip().splitlines()[-1]
     assert last.startswith(("Train on all", "At these places training on all gains little")), told
     _, _, asked = last.partition("distances in the workspace")
     _, checked = run("check", str(session), "--robot", "panda")
     assert asked and asked in checked and "0.90 mm is asked: no other placement is needed" in asked
-    result = answer(*words)
+    result = json.loads(out)
     for row in (*result["left_out"], result["summary"]):  # this method corrects nothing
         assert row["loaded"].items() <= row.items()

@@ -57,8 +57,9 @@ def test_info_shows_what_is_there(recorded, output_of, words):
 def test_info_tells_a_torn_end(recorded, command):
     with (recorded / "samples.csv").open("a") as stream:
         stream.write("capture,4,0")
-    status, _, err = command("info", recorded)
+    status, out, err = command("info", recorded)
     assert status == 0 and "torn off by a crash" in err
+    assert "1 in socket 0, 1 in socket 1" in out
 
 
 def test_info_goes_on_after_an_empty_recording(recorded, output_of):

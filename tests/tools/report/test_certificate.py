@@ -119,11 +119,6 @@ def test_letters_that_no_pdf_font_has_are_refused(refused, document, written, tm
     assert not (tmp_path / "sheet.pdf").exists()
 
 
-def test_other_files_than_pages_are_refused(refused, calibrated, tmp_path):
-    words = (calibrated / "calibration.json", "--certificate", tmp_path / "sheet.doc")
-    refused("end its name in .pdf or .html", "report", *words)
-
-
 def test_the_arm_and_who_recorded_it_are_said_where_they_were_noted(
     run, document, written, tmp_path
 ):

@@ -309,19 +309,6 @@ def test_joints_are_to_be_mended_before_the_distance(document, code, report):
     assert not any("MEASURED" in step["command"] for step in figures["todo"])
 
 
-def test_few_samples_are_not_enough_to_say(session, tmp_path):
-    for file in session.glob("*/hole_*.csv"):
-        few = tmp_path / file.relative_to(session)
-        few.parent.mkdir(exist_ok=True)
-        few.write_text("".join(file.read_text().splitlines(keepends=True)[:5]))
-    words = [str(tmp_path / "front"), "--test", str(tmp_path / "left"), "--accept-distorted"]
-    main(["solve", *words, "--robot", "panda", "--method", "paper", "--out", str(tmp_path / "out")])
-    verdict = json.loads((tmp_path / "out/report.json").read_text())["verdict"]
-    rows = {row["name"]: row for row in verdict["reasons"]}
-    assert rows["samples"]["status"] == "not enough"
-    assert "record at least 10 in each" in rows["samples"]["text"]
-
-
 def test_the_twelve_most_alike_samples_do_not_pass(recordings):
     """They are too few and too alike to show what the arm does elsewhere."""
     folder = recordings / "panda_3"
