@@ -187,6 +187,7 @@ def test_commands_name_the_folder_of_several_parts_once(panda, moved, tmp_path, 
     for placement in moved:
         write_samples(tmp_path / placement.name, placement)
     words = ("solve", tmp_path / "front", "--test", tmp_path / "left", "--robot", "panda")
+    words = (*words, "--without", *RIGID["without"])
     status, told, _ = command(*words, "--out", tmp_path / "out")
     again = json.loads((tmp_path / "out" / "report.json").read_text())["command"]
     assert status == 0 and "part 2" in told

@@ -85,12 +85,17 @@ def test_error_curves_are_known_of_types_that_have_them(name, curves, monkeypatc
         assert [(k, len(q)) for q, k in taken] == [(0, 2), (1, 1), (2, 3), (3, 2)]
 
 
-def test_the_prediction_falls_and_each_socket_has_its_turn(coach, samples, advised):
-    first = coach.advise(samples[:4], 0)
-    assert not first.fitted and first.target is not None and not first.leave
+@pytest.fixture(scope="module")
+def early(coach, samples):
+    """What is said of the first samples."""
+    return coach.advise(samples[:4], 0)
+
+
+def test_the_prediction_falls_and_each_socket_has_its_turn(coach, samples, advised, early):
+    assert not early.fitted and early.target is not None and not early.leave
     assert coach.advise(samples[:BLOCK], 0).leave
     whole = advised[-1]
-    assert whole.fitted and whole.predicted < first.predicted
+    assert whole.fitted and whole.predicted < early.predicted
     assert whole.mean_error and whole.mean_error < 1.5e-4
     assert whole.distance == pytest.approx(0.05, abs=1e-4)
     assert whole.last_error and abs(whole.scale or 1) < 0.01
@@ -189,12 +194,12 @@ def test_another_arm_is_known_by_how_it_moves(samples):
     assert "this moves like a panda" in told
 
 
-def test_no_joint_is_led_farther_than_the_cables_allow(coach, panda, samples):
-    def farthest(selector):
-        target = selector.advise(samples[:3], 0).target
-        return float(np.abs(np.array(target) - samples[0].position).max())
-
-    assert farthest(PoseSelector(panda, 0.05, 1e-6, turn=1.2)) <= 1.2 < farthest(coach)
+def test_no_joint_is_led_farther_than_the_cables_allow(panda, samples, early):
+    bound = PoseSelector(panda, 0.05, 1e-6, turn=1.2).advise(samples[:4], 0)
+    far, near = (
+        np.abs(np.subtract(advice.target, samples[0].position)).max() for advice in (early, bound)
+    )
+    assert near <= 1.2 < far
 
 
 def test_the_ball_is_lifted_where_no_way_keeps_it_in_its_socket(panda):
@@ -213,12 +218,12 @@ def background():
         yield background
 
 
-def test_a_process_beside_the_recorder_answers(background, samples, coach):
-    background.ask(GuidanceRequest(tuple(samples[:5]), 0, None))
+def test_a_process_beside_the_recorder_answers(background, samples, early):
+    background.ask(GuidanceRequest(tuple(samples[:4]), 0, None))
     assert not background.idle
     advice = background.answer(wait=PATIENCE)
-    assert advice and advice.count == 5 and advice.target and background.idle
-    assert advice.predicted == pytest.approx(coach.advise(samples[:5], 0).predicted)
+    assert advice and advice.count == 4 and advice.target and background.idle
+    assert advice.predicted == pytest.approx(early.predicted)
 
 
 def test_a_process_that_dies_is_told(background):
