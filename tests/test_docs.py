@@ -207,6 +207,7 @@ def test_figures_of_the_tutorials_arm_are_those_of_its_commands(
     for words in (*commands, f"{solve} --details --force", export):
         _, out, err = command(*shlex.split(words)[1:])
         told += out + err
+        assert words != solve or len((out + err).splitlines()) <= 24  # one screen
     shown = [block for block in blocks if block not in commands]
     shown += re.findall(r"^    Distances.*?\n\n", (ROOT / "README.md").read_text(), re.M | re.S)
     shown += re.findall(

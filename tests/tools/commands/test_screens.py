@@ -29,17 +29,6 @@ def screen(command):
     return screen
 
 
-def test_a_calibration_of_real_recordings_is_one_screen(recordings, screen, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    folder = recordings / "panda_3"
-    words = ("solve", folder / "frontcenter", "--test", folder, "--robot", folder / "nominal.urdf")
-    words = (*map(str, words), "--distance", "0.05", "--out", "calibrated")
-    status, out, lines = screen(*words)
-    assert status == 0 and len(lines) <= 24
-    assert out.startswith("Distances in the workspace were wrong by ")
-    assert out.splitlines()[1].startswith("USE IT: ")
-
-
 @pytest.mark.slow
 def test_an_answer_comes_first_on_one_screen(session, screen, tmp_path):
     """``MUKCA_KEEP_PAGES=1`` writes the screens anew; numbers are not compared."""

@@ -64,7 +64,7 @@ def test_it_is_the_full_model(imagined, export, tmp_path):
     model, calibrated, robot = Model(out), calibration.calibrated, calibration.robot
     check_commands(model, robot, calibration)
     m = len(robot.actuated)
-    q = configurations(robot, 1500)
+    q = configurations(robot, 400)
     assert np.abs(model("ball", q, 3) - calibration.calibrated.ball(q)).max() < 1e-12
     check_gravity(model("gravity", q[:200], m), robot, q[:200])
     true = model("true_positions", q, m)
@@ -154,7 +154,7 @@ def test_commands_keep_their_tolerance_on_joints_with_play(calibrations, export,
     calibration, out = mukca.load_calibration(file), tmp_path / "arm.c"
     assert export(file, "--to", "c", "--out", out)[0] == 0
     model, robot = Model(out), calibration.robot
-    q = np.clip(configurations(robot, 3000), robot.lower + 0.1, robot.upper - 0.1)
+    q = np.clip(configurations(robot, 1000), robot.lower + 0.1, robot.upper - 0.1)
     starts = np.clip(q + 0.1 * np.sin(np.arange(q.size)).reshape(q.shape), robot.lower, robot.upper)
     poses = calibration.flange(q)
     commands = [command_pose(model, T, start) for T, start in zip(poses, starts, strict=True)]

@@ -83,6 +83,7 @@ def busy_bag(path, kind, moves):
 def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind):
     path = tmp_path / ("session.bag" if kind == "bag" else "session")
     busy_bag(path, kind, moves)
+    path = next(path.glob("*.mcap")) if kind == "mcap" else path
     out = tmp_path / "recordings"
     status, shown, err = extract(path, "--robot", "panda", "--out", out)
     assert status == 0, err
@@ -93,28 +94,6 @@ def test_every_rest_of_a_busy_bag_is_found(extract, moves, tmp_path, kind):
     assert placement.efforts is None
     svg = (out / "rests.svg").read_text()
     assert svg.count("<rect") == len(moves.places) and "panda_joint7" in svg
-
-
-def test_the_calibration_is_that_of_the_recording(extract, moves, session, tmp_path):
-    with Bag(tmp_path / "session", "mcap") as bag:
-        for state in moves.states:
-            bag.write("/joint_states", state.stamp, NAMES, state.position)
-    bare = next((tmp_path / "session").glob("*.mcap"))
-    assert extract(bare, "--robot", "panda", "--out", tmp_path / "out")[0] == 0
-    robot = mukca.load_robot("panda")
-    recorded, extracted = (
-        mukca.calibrate(robot, mukca.read_placements(folder), method="paper")
-        for folder in (session / "front", tmp_path / "out")
-    )
-    # distances between balls do not depend on where the base frame stands
-    q = mukca.read_placements(session / "front")[0].positions
-    balls = [model.ball(q) for model in (recorded, extracted)]
-    lengths = [np.linalg.norm(p[:, None] - p, axis=2) for p in balls]
-    # 12 states of 2e-5 rad noise each, seven joints, 0.9 m away: 14 um a sample
-    assert np.abs(lengths[0] - lengths[1]).max() < 3 * 14e-6
-    there = mukca.read_placements(session / "left")
-    errors = [model.validate(there)[0].calibrated for model in (recorded, extracted)]
-    assert abs(errors[0].mean_absolute_error - errors[1].mean_absolute_error) < 14e-6
 
 
 def test_two_arms_in_one_message(extract, refused, moves, tmp_path):
