@@ -1,5 +1,7 @@
 """What is refused: the base of all errors that a user can mend, and bounds of files and numbers.
 
+Numbers in messages, and wherever else people read them, are written by :func:`fixed`.
+
 Files that others wrote are opened by one function: no device, no pipe, nothing without end. Degrees
 typed for radians, millimetres for metres and grams for kilograms lead to other numbers without a
 word: whoever reads such a number asks its :class:`Quantity` whether it can be.
@@ -48,6 +50,12 @@ def _ends(text: str, most: int) -> str:
     """Return a text's beginning and end, which are at most so many characters."""
     half = most // 2 - 3
     return text if len(text) <= most else f"{text[:half]} ... {text[-half:]}"
+
+
+def fixed(value: float, digits: int, sign: str = "") -> str:
+    """Return a number with so many decimals, as people read it; what rounds to zero has no sign."""
+    text = f"{value:{sign}.{digits}f}"
+    return text if float(text) else text.lstrip("+-")
 
 
 LARGEST_FILE = 200_000_000

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 from types import TracebackType
 
-from ..errors import MukcaError
+from ..errors import MukcaError, fixed
 
 
 class Reason(Enum):
@@ -69,7 +69,7 @@ class JointState:
     While the arm rests it equals the gravity torque. None where the robot does not measure it."""
 
     def __repr__(self) -> str:
-        position = ", ".join(f"{value:.4f}" for value in self.position)
+        position = ", ".join(fixed(value, 4) for value in self.position)
         effort = "" if self.effort is None else ", with effort"
         return f"JointState({self.stamp:.3f} s: {position}{effort})"
 

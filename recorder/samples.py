@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 
+from ..errors import fixed
 from .cells import require_columns, table_bytes
 from .files import RecordingError
 
@@ -62,7 +63,7 @@ class Sample:
         return sample_name(self.number, self.place, self.socket)
 
     def __repr__(self) -> str:
-        position = ", ".join(f"{value:.4f}" for value in self.position)
+        position = ", ".join(fixed(value, 4) for value in self.position)
         place = f"socket {self.socket}" if self.point is None else "measured"
         return f"Sample({self.number or 'unnumbered'}, {place}: {position})"
 

@@ -141,6 +141,12 @@ def test_only_the_command_line_prints():
         assert not printing, file
 
 
+def test_numbers_with_a_sign_are_written_by_one_function():
+    """What rounds to zero has no sign; see :func:`mukca.errors.fixed`."""
+    for file in FILES:
+        assert not re.findall(r"\{[^{}]*:[^{}]*\+[.\d]*[fd]\}", file.read_text()), file
+
+
 def test_no_message_points_into_a_folder_that_is_not_installed():
     """The pages of docs/ come with the repository, not with the package."""
     for file in FILES:

@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from ...errors import fixed
 from ..stream import JointLimits
 from .alarms import Alarm
 from .guidance import Advice
@@ -115,7 +116,8 @@ class View:
         largest = sorted(self.turns, key=lambda turn: -abs(turn[1]))[:2]
         numbers = {joint: i for i, joint in enumerate(self.session.joints, 1)}
         return " ".join(
-            f"J{numbers[joint]} {joint.rounded(turn):+d}" for joint, turn in largest
+            f"J{numbers[joint]} {fixed(joint.rounded(turn), 0, '+')}"
+            for joint, turn in largest
         )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+from ...errors import fixed
 from .stationarity import JointLimits, StationaryPose
 
 LOAD = 2.0
@@ -44,7 +45,7 @@ class ContactDetector:
         torques = self._gravity(position)
         for joint, tau, torque in zip(self._joints, effort, torques, strict=True):
             if abs(tau - torque) > LOAD + LOAD_SHARE * abs(torque):
-                return f"{joint.name} exerts {tau - torque:+.1f} N m beyond gravity"
+                return f"{joint.name} exerts {fixed(tau - torque, 1, '+')} N m beyond gravity"
         return None
 
     def _tremor(self, spread: tuple[float, ...]) -> str | None:

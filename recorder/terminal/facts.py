@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 from rich.text import Text
 
+from ...errors import fixed
 from ..session import View
 
 OLD = 2
@@ -34,7 +35,9 @@ def gauge(view: View, width: int) -> list[Text]:
     facts = [
         None if advice.last_error is None else f"last {_mm(advice.last_error)}",
         None if advice.mean_error is None else f"mean {_mm(advice.mean_error)}",
-        None if advice.scale is None else f"scale {100 * advice.scale:+.2f} %",
+        None
+        if advice.scale is None
+        else f"scale {fixed(100 * advice.scale, 2, '+')} %",
         None if advice.distance is None else f"sockets {_mm(advice.distance)}",
     ]
     older = len(view.session.live) - advice.count

@@ -18,7 +18,6 @@ from .errors import quantiles as quantiles
 from .errors import sample_errors as sample_errors
 from .formatting import apart_words as apart_words
 from .formatting import area as area
-from .formatting import fixed as fixed
 from .formatting import joined as joined
 from .formatting import millimetres as millimetres
 from .formatting import mm as mm

@@ -4,8 +4,9 @@ from collections.abc import Iterable, Sequence
 
 from msgspec.structs import replace
 
+from ...errors import fixed
 from ..results import Better, Hypothesis, Summary
-from .formatting import fixed, joined, percent
+from .formatting import joined, percent
 from .limits import LIMITS, NEAR, WORKSPACE, LimitResult
 from .verdict import (
     INSTRUMENT,

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from msgspec.structs import replace
 
+from ...errors import fixed
 from ..bayes.inference import Posterior
 from ..data import SocketSamples, as_point
 from ..results import UNSEEN, BaseToBase
@@ -195,9 +196,9 @@ def _words(names: tuple[str, str], base: BaseToBase) -> str:
     """Return a known pose for people."""
     first, second = names
     assert base.xyz and base.rpy and base.xyz_deviation and base.turn_deviation
-    place = " ".join(f"{1e3 * value:+.2f}" for value in base.xyz)
+    place = " ".join(fixed(1e3 * value, 2, "+") for value in base.xyz)
     offset = 1e3 * max(base.xyz_deviation)
-    angles = " ".join(f"{np.degrees(value):+.3f}" for value in base.rpy)
+    angles = " ".join(fixed(np.degrees(value), 3, "+") for value in base.rpy)
     turn = np.degrees(max(base.turn_deviation))
     frames = (
         f"{second}'s base stands at {place} mm (+- {offset:.2f}), turned "
@@ -221,7 +222,7 @@ def _turned(
 ) -> str:
     """Return what is missing where a turn of one robot against the other is left."""
     first, second = names
-    along = " ".join(f"{value:+.2f}" for value in axis)
+    along = " ".join(fixed(value, 2, "+") for value in axis)
     counts = ("no socket", "one socket", "two sockets")
     count = counts[shared] if shared < 3 else f"{shared} sockets on one line"
     freedom = "about their line" if shared > 1 else "about it"

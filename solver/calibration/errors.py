@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from msgspec import structs
 
+from ...errors import fixed
 from .. import data, results
 from ..assessment import millimetres
 from ..bayes.inference import Posterior
@@ -88,7 +89,7 @@ class Errors(tuple[results.PlacementErrors, ...]):
                     )
             summary: results.Summary | None = getattr(self.summary, role)
             if summary is not None:
-                removed = f"{100 * summary.removed_when_loaded:.1f} % less"
+                removed = f"{fixed(100 * summary.removed_when_loaded, 1)} % less"
                 rows += _rows(summary, f"= {title}", removed)
         return rows
 

@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
+from ...errors import fixed
 from ..robot import Robot
 from .hypotheses import Samples
 
@@ -56,7 +57,7 @@ class ColumnHypothesis:
         """The mistakes, and what mends them."""
         mistakes = self.mistakes
         joints = mistakes.get("zero", ())
-        degrees = [f"{np.rad2deg(-self.offsets[joint]):+.1f}" for joint in joints]
+        degrees = [fixed(np.rad2deg(-self.offsets[joint]), 1, "+") for joint in joints]
         readings = "it reads" if len(joints) == 1 else "they read"
         mends = {
             "sign": "-q",

@@ -4,6 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
+from ...errors import fixed
 from ..robot import Robot
 from .configurations import FEWEST
 from .inspection import Inspection, Survey
@@ -57,6 +58,8 @@ def _next_place(robot: Robot, centres: np.ndarray) -> str:
     """Return in words where to record beside placements at centres of shape (P, 3) [m]."""
     place = farthest_place(centres)
     x, y, z = place.tolist()
+    pairs = zip("xyz", (x, y, z), strict=True)
+    xyz = ", ".join(f"{axis} {fixed(value, 2, '+')}" for axis, value in pairs)
     distances = np.linalg.norm(centres - place, axis=1)
     aside = y / float(np.hypot(x, y))
     side = "front"
@@ -65,7 +68,7 @@ def _next_place(robot: Robot, centres: np.ndarray) -> str:
     elif aside < -ASIDE:
         side = "right"
     return (
-        f"Another placement serves best near x {x:+.2f}, y {y:+.2f}, z {z:+.2f} m in the frame of "
+        f"Another placement serves best near {xyz} m in the frame of "
         f"{robot.base} (to its {side}), {distances.min():.2f} m from the nearest so far, or as far "
         "that way as the arm reaches."
     )

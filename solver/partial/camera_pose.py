@@ -23,7 +23,7 @@ from .prior import ArmPrior, prior_of
 from .readings import as_poses, fitting_order, fitting_reading
 from .system import OUTLIER, System
 from .task import FAR, NoiseBelief, Rows, Task
-from .updated import LIMIT, Found, found, not_enough
+from .updated import LIMIT, Found, found, not_enough, signed
 
 Camera = Literal["on-arm", "beside"]
 DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
@@ -73,7 +73,7 @@ class CameraPose(Found):
     def brief(self) -> tuple[str, ...]:
         """The pose and how to publish it, line by line; reasons not to rely on it come first."""
         frame, (place, turn) = self.frame, self.held_out
-        turned = " ".join(f"{value:+.6f}" for value in self.quaternion)
+        turned = signed(self.quaternion, 6)
         publisher = () if self.untold else ("For ROS 2:", f"  {self.publisher}")
         return (
             *self.untold,

@@ -7,6 +7,7 @@ from itertools import compress
 
 import numpy as np
 
+from ...errors import fixed
 from ..assessment import mm
 from ..bayes.model import probabilities_by_name
 from ..calibration import Calibration
@@ -49,9 +50,9 @@ class NearestCause:
 
     def text(self, share: str) -> str:
         """Return it in words, with its probability."""
-        size = f"{1e3 * self.offset:+.2f} mm"
+        size = f"{fixed(1e3 * self.offset, 2, '+')} mm"
         if self.unit == "rad":
-            size = f"{math.degrees(self.offset):+.2f} deg"
+            size = f"{fixed(math.degrees(self.offset), 2, '+')} deg"
         return (
             f"nearest cause {self.joint} ({share}): with {size} added to what it reads, "
             f"{mm(self.error)} are left"

@@ -16,7 +16,7 @@ from .fit import fit
 from .prior import ArmPrior, prior_of
 from .sockets import socket_task
 from .task import FAR, NoiseBelief, Task
-from .updated import LIMIT, Found, found, not_enough
+from .updated import LIMIT, Found, found, not_enough, signed
 
 TOUCH, SPREAD = 1e-4, 1.0
 """Noise of touching a point [m], and the standard deviation of its logarithm."""
@@ -56,7 +56,7 @@ class Tool(Found):
         place = f"{self.frame.name} on {self.frame.parent}: {self.place}"
         lines = [*self.untold, place]
         if any(self.frame.rpy):
-            angles = " ".join(f"{angle:+.5f}" for angle in self.frame.rpy)
+            angles = signed(self.frame.rpy, 5)
             lines.append(f"roll pitch yaw {angles} rad")
         if self.elsewhere is not None:
             lines.append(

@@ -1,6 +1,6 @@
 """Calibrations updated by a partial fit: joint zeros, a tool's frame, the posterior of the arm."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from msgspec import structs
 
+from ...errors import fixed
 from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import offsets_in_origins
 from ..calibration import Calibration, UsageError
@@ -56,7 +57,7 @@ class Found:
         """Its place with standard deviations, in words."""
         sigma = np.sqrt(np.diag(self.frame.covariance))
         rows = zip(self.frame.xyz, sigma, strict=True)
-        numbers = [f"{1e3 * v:+.2f} +- {1e3 * s:.2f}" for v, s in rows]
+        numbers = [f"{fixed(1e3 * v, 2, '+')} +- {1e3 * s:.2f}" for v, s in rows]
         return f"x y z {' '.join(numbers)} mm"
 
     def __repr__(self) -> str:
@@ -103,6 +104,11 @@ def found(
     return Found(frame, with_link, notes, untold)
 
 
+def signed(values: Iterable[float], digits: int) -> str:
+    """Return numbers with their signs and so many decimals, blanks between."""
+    return " ".join(fixed(value, digits, "+") for value in values)
+
+
 def not_enough(
     covariance: np.ndarray, limit: float, subject: str, remedy: str
 ) -> tuple[str, ...]:
@@ -110,7 +116,7 @@ def not_enough(
     variances, directions = np.linalg.eigh(covariance)
     if variances[-1] <= limit**2:
         return ()
-    along = " ".join(f"{v:+.2f}" for v in directions[:, -1])
+    along = signed(directions[:, -1], 2)
     deviation = float(variances[-1]) ** 0.5
     return (
         f"NOT ENOUGH DATA: these {subject} along ({along}), +- {1e3 * deviation:.1f} mm "

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...errors import fixed
 from .evidence import geometry_changes
 from .fit import fit
 from .prior import ZERO
@@ -48,15 +49,16 @@ class JointZero:
     @property
     def brief(self) -> str:
         """What to add to its readings, in a line."""
-        offset = f"{self.offset:+.5f} +- {self.standard_deviation:.5f} rad"
-        return f"{self.joint}: add {offset} ({self.degrees:+.3f} deg) to what it reads."
+        offset = f"{fixed(self.offset, 5, '+')} +- {self.standard_deviation:.5f} rad"
+        return f"{self.joint}: add {offset} ({fixed(self.degrees, 3, '+')} deg) to what it reads."
 
     def __str__(self) -> str:
-        offset = f"{self.offset:+.6f} +- {self.standard_deviation:.6f} rad"
-        counts = f"{self.counts:+d}"
+        offset = f"{fixed(self.offset, 6, '+')} +- {self.standard_deviation:.6f} rad"
+        counts, homing = (fixed(n, 0, "+") for n in (self.counts, -self.counts))
+        degrees = fixed(self.degrees, 4, "+")
         return (
-            f"{self.joint}: {offset} to be added to what it reads ({self.degrees:+.4f} deg; of a "
-            f"servo with 4096 counts a turn {counts}, its homing_offset {-self.counts:+d} "
+            f"{self.joint}: {offset} to be added to what it reads ({degrees} deg; of a "
+            f"servo with 4096 counts a turn {counts}, its homing_offset {homing} "
             f"(Feetech), {counts} (Dynamixel))"
         )
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import fixed
 from ...solver.calibration import pose_of_numbers
 from ...solver.robot import Joint, turn
 from .request import Exported, Request, losses_without, plain
@@ -182,11 +183,9 @@ def _printed(rows: list[Row], frames: dict[str, np.ndarray]) -> list[str]:
     for row in rows:
         theta, alpha, beta = map(math.degrees, (row.theta, row.alpha, row.beta))
         numbers = (theta, 1e3 * row.d, 1e3 * row.a, alpha, beta)
-        columns = "".join(f"{round(n, 5) + 0.0:13.5f}" for n in numbers)
+        columns = "".join(f"{fixed(n, 5):>13}" for n in numbers)
         lines.append(f"{row.joint:<{width}}  {row.form:<6}{columns}")
     for name in ("base", "tool"):
-        x, y, z = (1e3 * frames[name][:3, 3]).tolist()
-        lines.append(
-            f"{name}: {x:.5f} {y:.5f} {z:.5f} mm, and a turn that is in the file"
-        )
+        xyz = " ".join(fixed(1e3 * value, 5) for value in frames[name][:3, 3])
+        lines.append(f"{name}: {xyz} mm, and a turn that is in the file")
     return lines

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
-from ...errors import read_bytes
+from ...errors import fixed, read_bytes
 from ...solver.bayes.model.effects import JOINT_OFFSET
 from ...solver.bayes.results import DECIDED, offsets_in_origins
 from .request import Exported, ExportError, Request, losses_without
@@ -43,10 +43,9 @@ class Zero:
     """The reason that nothing is written."""
 
     def __str__(self) -> str:
-        angle = (
-            f"{math.degrees(self.zero):+.2f} +- {math.degrees(self.deviation):.2f} deg"
-        )
-        return f"{self.motor:14} {angle}, {self.why or f'{self.ticks:+d} ticks'}"
+        zero = fixed(math.degrees(self.zero), 2, "+")
+        angle = f"{zero} +- {math.degrees(self.deviation):.2f} deg"
+        return f"{self.motor:14} {angle}, {self.why or fixed(self.ticks, 0, '+') + ' ticks'}"
 
 
 def write(request: Request) -> Exported:
@@ -129,7 +128,7 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
         if deviation > DECIDED:
             why = "not decided by the data, left as it is"
         elif abs(ticks) > MOST_TICKS:
-            why = f"{ticks:+d} ticks are too many: calibrate by lerobot anew first"
+            why = f"{fixed(ticks, 0, '+')} ticks are too many: calibrate by lerobot anew first"
         zeros.append(
             Zero(joint, by_motor[joint], zero, deviation, 0 if why else ticks, why)
         )

@@ -11,7 +11,8 @@ from typing import Any, cast
 import msgspec
 from markupsafe import Markup
 
-from ...solver.assessment import Assessment, fixed, short_names
+from ...errors import fixed
+from ...solver.assessment import Assessment, short_names
 from ...solver.calibration import Calibration
 from ...solver.results import Document, encode, refuse_existing, write_files
 from ..experiments import ModelTrials, SimulationDocument

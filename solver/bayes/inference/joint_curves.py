@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ....errors import fixed
 from ..model import SMALLEST
 from ..model.effects import CURVE
 from .curve_comparison import compare, marginal_fit, random_rows
@@ -71,7 +72,7 @@ def _with_joint_curves(
     if comparison is None:
         reason = "not supported by the data (they would not raise the evidence)"
         return posterior, reason
-    evidence = f"(log evidence {comparison.gain:+.1f})"
+    evidence = f"(log evidence {fixed(comparison.gain, 1, '+')})"
     if not comparison.gain > LOG_EVIDENCE:
         return posterior, f"not supported by the data {evidence}"
     start, rows = posterior, comparison.rows

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ....errors import fixed
 from ...robot import BallModel, Parameter, angles_near, rotation
 from ..inference import Posterior
 
@@ -25,7 +26,7 @@ def joint_offsets_in_words(posterior: Posterior) -> str:
     for joint, zero, deviation in zip(names, zeros, deviations, strict=True):
         doubt = " (not decided)" if deviation > DECIDED else ""
         angle = math.degrees(zero)
-        interval = f"{angle:+.2f} +- {math.degrees(deviation):.2f} deg"
+        interval = f"{fixed(angle, 2, '+')} +- {math.degrees(deviation):.2f} deg"
         words.append(f"{joint} {interval}{doubt}")
     return f"joint offsets: {', '.join(words)}"
 

@@ -8,6 +8,7 @@ from math import log
 
 import numpy as np
 
+from ....errors import fixed
 from ...paper import NotConverged
 from ..inference import FitPosterior
 from ..model.effects import EFFECTS, EXTENSIONS
@@ -68,7 +69,7 @@ class ModelChoice:
             return NO_MASSES
         if gain is None:
             return "not supported by the data (with it, the fit does not settle)"
-        evidence = f"(log evidence {gain:+.1f})"
+        evidence = f"(log evidence {fixed(gain, 1, '+')})"
         probability = self.share(lambda fit: bool({*effects} & {*fit.active}))
         if not probability:
             return f"not supported by the data {evidence}{self.reason}"

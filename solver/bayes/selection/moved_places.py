@@ -10,6 +10,7 @@ from math import log
 
 import numpy as np
 
+from ....errors import fixed
 from ...paper import NotConverged
 from ..inference import FitPosterior, movement_gain, refit
 from ..model import Movement, movements_of
@@ -115,5 +116,5 @@ def _line(posterior: FitPosterior, gain: float) -> FoundMovement:
     if not kept:
         use = ", too unsure to be taken into account"
     cause = f"{WORDS[movement.kind]} by {size:.2f} mm{follows}"
-    text = f"{cause} (log evidence {gain:+.1f}){use}"
+    text = f"{cause} (log evidence {fixed(gain, 1, '+')}){use}"
     return FoundMovement(movement.placement, text, kept, rank)

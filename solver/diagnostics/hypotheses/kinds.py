@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ....errors import fixed
 from ....recorder import sample_name
 from .scene import Scene
 
@@ -139,9 +140,9 @@ class _Sentences(Formatter):
         digits, _, unit = format_spec.partition(" ")
         if not unit:
             return format(value, digits)
-        size = value if digits[0] == "+" else abs(value)
-        number = format(UNITS[unit] * size, digits)
-        return f"{number} {unit}"
+        sign, decimals = digits.removesuffix("f").split(".")
+        size = value if sign else abs(value)
+        return f"{fixed(UNITS[unit] * size, int(decimals), sign)} {unit}"
 
 
 @dataclass(frozen=True)

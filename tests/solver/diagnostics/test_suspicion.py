@@ -111,6 +111,14 @@ def test_a_placement_of_any_name_can_be_named(panda, spoilt, name):
     assert (there.answer, there.where["placement"]) == ("yes", name)
 
 
+@pytest.mark.parametrize(
+    ("offset", "told"), [(-1e-6, "add 0.00 deg"), (1e-6, "add 0.00 deg"), (-0.01, "add -0.57 deg")]
+)
+def test_a_size_that_rounds_to_zero_has_no_sign(offset, told):
+    kind = Flaw.parse("zero").kinds[0]
+    assert told in kind.text({"joint": "panda_joint4", "offset": offset})
+
+
 def test_a_fault_without_a_size_is_told_so():
     with pytest.raises(FlawError, match="fault 'socket 3mm': 'socket' has no size"):
         Flaw.parse("socket 3mm")

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ....errors import fixed
 from ....recorder import METADATA
 from ....recorder.stream import STILL, WINDOW
 from ....solver.results import write_files
@@ -204,7 +205,7 @@ def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:
     )
     rows: list[list[str]] = []
     for number, pause in enumerate(rests, start=1):
-        ball = " ".join(f"{1e3 * value:7.0f}" for value in pause.ball)
+        ball = " ".join(f"{fixed(1e3 * value, 0):>7}" for value in pause.ball)
         sample = f"none: {pause.why}"
         if pause.placement:
             sample = f"{pause.placement}, socket {pause.socket}"

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from .... import recorder
+from ....errors import fixed
 from .. import JsonOption, Terminal, argument, option
 
 HALF = 0.5
@@ -182,7 +183,8 @@ def _joint_lines(facts: dict[str, Any]) -> list[str]:
     lines: list[str] = []
     for name, unit, lowest, highest, spread in rows:
         scale, sign = (1e3, " mm") if unit == "m" else (math.degrees(1), "°")
-        line = f"{name:<{width}}  {scale * lowest:8.1f}{sign} to {scale * highest:7.1f}{sign}"
+        low, high = fixed(scale * lowest, 1), fixed(scale * highest, 1)
+        line = f"{name:<{width}}  {low:>8}{sign} to {high:>7}{sign}"
         lines.append(
             line + (f"  spread up to {scale * spread:.4f}{sign}" if spread else "")
         )

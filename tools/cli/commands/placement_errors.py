@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from ....errors import fixed
 from ....solver import calibration, results
 from ....solver.assessment import millimetres, plural, short_names
 from ... import cli
@@ -46,7 +47,7 @@ def short_rows(errors: "calibration.Errors") -> list[list[str]]:
     for role, title in ROLES.items():
         summary: results.Summary | None = getattr(errors.summary, role)
         if summary is not None:
-            removed = f"{-100 * summary.removed_when_loaded:+.1f} %"
+            removed = f"{fixed(-100 * summary.removed_when_loaded, 1, '+')} %"
             rows.append(["= mean", title, removed, *_figures(summary, two=two)])
     return rows
 

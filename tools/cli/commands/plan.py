@@ -9,6 +9,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from ....errors import fixed
 from ....solver import assessment, design, results
 from ....solver.calibration import UsageError
 from ....solver.results import refuse_existing, write_files
@@ -118,8 +119,8 @@ def _show(
     first, *_ = places = plans[0].places
     moves = [design.in_words(*pair) for pair in itertools.pairwise(places)]
     texts = [
-        "x {:+.2f} y {:+.2f} z {:+.2f} m in the frame of the robot's base".format(
-            *first
+        "x {} y {} z {} m in the frame of the robot's base".format(
+            *(fixed(value, 2, "+") for value in first)
         )
     ]
     terminal.say(f"Placements, in this order: {', then '.join([*texts, *moves])}.")

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from ....errors import fixed
 from ....solver import assessment, calibration, results
 from ....solver.assessment import millimetres
 from .. import Terminal
@@ -27,7 +28,9 @@ def _show_parameters(
     """Show the changes of the joint origins in mm and mrad, one line a joint."""
     from ....solver.robot import COMPONENTS
 
-    changes = {(row.joint, row.component): f"{1e3 * row.change:+.3f}" for row in rows}
+    changes = {
+        (row.joint, row.component): fixed(1e3 * row.change, 3, "+") for row in rows
+    }
     joints = dict.fromkeys(row.joint for row in rows)
     cells = [
         [joint, *(changes.get((joint, c), "fixed") for c in COMPONENTS)]
@@ -76,8 +79,8 @@ def _frame_lines(frames: "Sequence[results.FramePose]") -> list[str]:
                 "are not on one line."
             )
         else:
-            position = " ".join(f"{1e3 * v:+.2f}" for v in frame.xyz)
-            rotation = " ".join(f"{math.degrees(v):+.3f}" for v in frame.rpy)
+            position = " ".join(fixed(1e3 * v, 2, "+") for v in frame.xyz)
+            rotation = " ".join(fixed(math.degrees(v), 3, "+") for v in frame.rpy)
             lines.append(
                 f"Frame {frame.name} stands at {position} mm "
                 f"(+- {millimetres(max(frame.xyz_deviation))}), turned {rotation} deg "

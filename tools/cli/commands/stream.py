@@ -20,6 +20,7 @@ from ....drivers import (
     clock,
     open_driver,
 )
+from ....errors import fixed
 from .. import POSITIVE, FittingTable, Options, Terminal, option
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ class _Monitor:
 
     def line(self) -> str:
         position = self._state.position if self._state else ()
-        angles = " ".join(f"{math.degrees(angle):9.3f}" for angle in position)
+        angles = " ".join(f"{fixed(math.degrees(angle), 3):>9}" for angle in position)
         return f"{angles} deg  {'; '.join(self._figures())}"
 
     def _figures(self) -> list[str]:
@@ -175,8 +176,8 @@ class _Monitor:
             cells = [""] * 3
             if (state := self._state) is not None:
                 angle = state.position[index]
-                effort = f"{state.effort[index]:.2f}" if state.effort else ""
-                cells = [f"{math.degrees(angle):.3f}", f"{angle:.5f}", effort]
+                effort = fixed(state.effort[index], 2) if state.effort else ""
+                cells = [fixed(math.degrees(angle), 3), fixed(angle, 5), effort]
             rows.append([name, *(f"{cell:>10}" for cell in cells)])
         lines = list(
             chain.from_iterable(textwrap.wrap(part, width) for part in self._figures())

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
 
+from ....errors import fixed
 from ....solver import diagnostics
 from ....solver.calibration import SolveOptions
 from ....solver.diagnostics import FLAWS, WhatIf
@@ -100,7 +101,7 @@ def _rows(result: WhatIf) -> list[tuple[str, str]]:
     if result.alike is not None:
         rows.append(("the patterns are alike by (1: the same)", f"{result.alike:.2f}"))
     odds = result.log_odds / 2.302585092994046
-    return [*rows, ("odds against nothing wrong", f"10^{odds:+.1f}")]
+    return [*rows, ("odds against nothing wrong", f"10^{fixed(odds, 1, '+')}")]
 
 
 def _next(result: WhatIf) -> str:

@@ -5,7 +5,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ....solver.assessment import area, fixed, joined, mm, percent, plural, short_where
+from ....errors import fixed
+from ....solver.assessment import area, joined, mm, percent, plural, short_where
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -3,6 +3,7 @@
 from itertools import chain
 from pathlib import Path
 
+from ....errors import fixed
 from ....solver.assessment import nice_above
 from ...experiments import ModelTrials, SimulationDocument
 from .axis import MM, Axis
@@ -40,7 +41,7 @@ def _misses(k: int, model: ModelTrials, clearance: float) -> Panel:
     for trial in insertions:
         x, y = trial.miss[:2]
         outcome = "in" if trial.inserted else "not in"
-        hint = f"{MM * x:+.2f}, {MM * y:+.2f} mm; {outcome}"
+        hint = f"{fixed(MM * x, 2, '+')}, {fixed(MM * y, 2, '+')} mm; {outcome}"
         mark = mark_of(k, hollow=not trial.inserted)
         panel.dot(x, y, mark, hint, 4)
     return panel
