@@ -113,7 +113,7 @@ def _each(
     widths: tuple[float, ...],
     **names: str,
 ) -> Iterable[Block]:
-    """Return the block of joints that each read too much by their turns, shape (N, m, k)."""
+    """Return the block of joints that each read too little by their turns, shape (N, m, k)."""
     shifts = -scene.by_joints[..., None] * turns[:, None]
     columns = shifts.transpose(2, 0, 1, 3)
     joints = [{"joint": name, **names} for name in scene.robot.joint_names]

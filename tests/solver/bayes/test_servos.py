@@ -7,6 +7,7 @@ import pytest
 from altered import coefficients, moved, seats, with_efforts, write_samples
 
 import mukca
+from mukca.solver.bayes.model.effects import EXTENSIONS
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
@@ -37,8 +38,7 @@ def recorded(robot, tmp_path_factory):
 @pytest.fixture(scope="module")
 def found(robot, recorded):
     placement, at = recorded
-    without = ["compliance", "tilt", "play", "transmission"]
-    return mukca.calibrate(robot, placement, zeros=True, sockets_at=at, without=without)
+    return mukca.calibrate(robot, placement, zeros=True, sockets_at=at, without=[*EXTENSIONS])
 
 
 def test_joint_offsets_are_found_make_no_arm_longer_and_stand_in_the_urdf(found, recorded):
@@ -68,7 +68,7 @@ def test_backlash_is_found_and_widens_what_is_said_of_offsets(robot, recorded):
     rest = np.where(idle, generator.uniform(-1, 1, efforts.shape), efforts)
     efforts = np.where(idle, 0.0, efforts)
     read = with_efforts(moved(placement, placement.positions + half * rest), efforts)
-    without = ["compliance", "tilt", "transmission"]
+    without = [name for name in EXTENSIONS if name != "play"]
     found = mukca.calibrate(robot, read, zeros=True, sockets_at=at, without=without)
     assert found.document.deflection.keys() == {"play"}
     assert np.degrees(found.document.deflection["play"][2]) == pytest.approx(0.35, abs=0.15)
