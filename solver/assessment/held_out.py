@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..data import Metrics, mean_metrics, whole_name
+from ..data import Metrics, mean_metrics
 from ..diagnostics import SEVERE, predicted_limit
 from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
@@ -18,11 +18,8 @@ from .limits import TITLES, Limit, LimitResult, Limits, Status, limit_row, with_
 from .predictions import PlacementPrediction, Predictions
 from .verdict import INSTRUMENT
 
-NOTHING_HELD_OUT = (
-    "no placement was held out; record another and add it by solve --test",
-    "no placement was held out; hold out one of those trained on by solve --test",
-)
-"""By a calibration that was trained on one placement, and on several."""
+NOTHING_HELD_OUT = "no placement was held out; hold one out by solve --test"
+"""The next step says which one, or where to record it."""
 ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
 NEAREST = 0.1
 """A held-out placement nearer than this to one that was trained on proves nothing [m]."""
@@ -81,11 +78,11 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
         loaded = document.summary.test.loaded
         corrected = document.summary.test.calibrated
     words = f"{joined(neighbours)}, which proves nothing"
-    reason = f"{words}; record another {NEAREST:g} m away"
-    if not neighbours:
-        training = {whole_name(p.name) for p in predictions.of_role("train")}
-        is_choice = len(training) > 1 and document.arms is None
-        reason = NOTHING_HELD_OUT[is_choice]
+    reason = (
+        f"{words}; record another {NEAREST:g} m away"
+        if neighbours
+        else NOTHING_HELD_OUT
+    )
     results = error_rows(
         loaded,
         None if corrected == loaded else corrected,
