@@ -10,6 +10,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
+from pathlib import Path
 
 from .files import RecordingError
 
@@ -32,6 +33,8 @@ LENGTHS = {
     "µm": 1e-6,
 }
 """Units of lengths [m]."""
+UNITS = ("m", "cm", "mm", "um", "rad", "mrad", "deg")
+"""All of them, each by one name."""
 _UNIT = re.compile(
     r"(.*?)[\s_]*(?:\[\s*([^\d\W][^\]]*|°)\]|\(\s*([^\d\W][^)]*|°)\)|[\s_](deg(?:rees?)?|rad(?:ians?)?|"
     r"°|mm|cm))",
@@ -168,6 +171,17 @@ def match_joints(
     if order is not None and len(set(order)) == len(order):
         return Match(tuple(order))
     return _numbered(names, joints, some_named=bool(ways)) if in_order else None
+
+
+def require_samples(
+    labels: Sequence[str], joints: Sequence[str], file: Path | str
+) -> None:
+    """Refuse a table whose lines are called like a model's joints, and not its columns."""
+    if labels and joints and match_joints(labels, joints, in_order=False):
+        raise RecordingError(
+            f"{file}: its lines are joints ({','.join(labels):.60}); write a line for each sample "
+            "and a column for each joint, as by transposing the table"
+        )
 
 
 def missing_joints(names: Sequence[str], joints: Sequence[str]) -> list[str]:

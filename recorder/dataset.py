@@ -15,7 +15,7 @@ from typing import cast
 
 from ..errors import reason_of
 from .cells import table_bytes
-from .columns import Column
+from .columns import UNITS, Column
 from .files import EmptyRecordingError, RecordingError
 from .metadata import METADATA, read_keys
 from .placement import LAST_SOCKET, SOCKETS, Placement
@@ -232,6 +232,7 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         joint_names=names if has_header else None,
         files=tuple(table.file for _, table in tables),
         remarks=tuple(remarks),
+        labels=tables[0][1].labels,
     )
 
 
@@ -245,7 +246,7 @@ def _shared_joints(tables: Sequence[Table]) -> list[Column]:
     joints = first.joints()
     if first.header and not joints:
         raise RecordingError(
-            f"{first.file}:1: no column holds joint positions in rad, deg, m or mm; the header "
+            f"{first.file}:1: no column holds joint positions in {', '.join(UNITS)}; the header "
             f"is {','.join(first.header):.150}"
         )
     if not joints:

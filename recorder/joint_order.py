@@ -50,6 +50,8 @@ def joint_order(
     elif count == 2 * m and _are_whole(samples):
         # 1,5,2,5 for 1.5 and 2.5: nobody could tell, but for the count.
         hint = "; these look like decimal commas: separate by semicolons"
+    elif sum(sample.socket == samples[0].socket for sample in samples) == m:
+        hint = "; a line is a sample: are these lines joints?"
     if count != m:
         raise RecordingError(
             f"{samples[0].where or placement}: {count} joint positions, but the robot's "

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from .columns import Column, ColumnError, match_joints
+from .columns import Column, ColumnError, match_joints, require_samples
 from .coordinates import AXES, MATRIX, QUATERNION, RPY, TURNS, VECTOR
 from .files import RecordingError
 from .points import coordinates
@@ -55,6 +55,7 @@ def rows_of(
     table: Table, joint_names: Sequence[str], forms: Sequence[Sequence[str]] = ((),)
 ) -> Rows:
     """Return the rows of a table as :func:`read_rows` does."""
+    require_samples(table.labels, joint_names, table.file)
     columns, form, note = _Search(table, joint_names, forms).columns()
     if table.header is not None and table.header[:3] == _EVENTS:
         return _captured(table, joint_names, note)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import numbers_of
-from .columns import Match
+from .columns import Match, require_samples
 from .files import RecordingError
 from .joint_order import joint_order
 from .samples import Sample
@@ -65,6 +65,8 @@ class Placement:
     """Name of the base's position: two robots that visited one base recorded the same place. The
     folder's own name, if ``placement.json`` gives none."""
 
+    labels: tuple[str, ...] = ()
+    """Texts beside the numbers of the first file, line by line; they are of no joint."""
     payload: float | None = None
     """Mass at the ball beyond the model's [kg]; None where ``placement.json`` does not give it."""
 
@@ -222,6 +224,7 @@ class Placement:
 
     def _order(self, joint_names: tuple[str, ...]) -> Match | None:
         """Return where a model's joints stand; None where the files name none."""
+        require_samples(self.labels, joint_names, self.first_file)
         return joint_order(
             self.joint_names, joint_names, self.samples, self.first_file, self.name
         )

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from .cells import comment_line
-from .columns import ANGLES, LENGTHS, Column, ColumnError
+from .columns import ANGLES, LENGTHS, UNITS, Column, ColumnError
 from .coordinates import AXES, QUATERNION, RPY, TURNS, VECTOR, match_coordinates
 from .files import RecordingError
 from .placement import Placement
@@ -113,9 +113,7 @@ def coordinates(
         elif name in (*VECTOR, *RPY):
             units = ANGLES
         if column.unit and column.unit not in units:
-            some = ", ".join(
-                f"[{unit}]" for unit in ("m", "mm", "rad", "deg") if unit in units
-            )
+            some = ", ".join(f"[{unit}]" for unit in UNITS if unit in units)
             choices = f"known are {some}" if some else "it has none"
             raise RecordingError(
                 f"{table.file}:1: column {column.name} has unit {column.unit!r}; {choices}"

@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 from .cells import (
@@ -80,6 +81,12 @@ class Table:
     def is_text(self, index: int) -> bool:
         """Return whether a column holds words, times or nothing, and no number."""
         return all(_is_text(row[index].strip()) for row in self.rows)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Texts of the first column that holds some; empty without one."""
+        texts = (i for i in range(len(self.rows[0])) if self.is_text(i))
+        return tuple(row[i].strip() for i in islice(texts, 1) for row in self.rows)
 
     def joints(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that may be joints: numbers, and neither times nor row numbers."""
@@ -201,12 +208,22 @@ def _require_header(
     widths = {len(_trimmed(cells, len(words))) for _, cells in others}
     has_width = len(widths) == 1 and len(words) not in widths
     no_header = has_width and (min(widths) == 1 or len(words) < min(widths))
-    if no_header and not _has_number(words):
-        title = text.splitlines()[line - 1].strip()
+    if (no_header and not _has_number(words)) or _is_padded(words, others):
+        title = text.splitlines()[line - 1].strip(" ,;\t")
         raise RecordingError(
             f"{file}:{line}: {title!r:.60} is no header of the lines below it, which have another "
             "number of columns; name each column, or begin the line with #"
         )
+
+
+def _is_padded(
+    words: Sequence[str], others: Sequence[tuple[int, Sequence[str]]]
+) -> bool:
+    """Return whether a first line is a title with separators behind it, as spreadsheets pad it."""
+    size = len(_trimmed(words, 1))
+    nameless = [cells[size : len(words)] for _, cells in others[:_LOOKED_AT]]
+    is_text = bool(words[0].strip()) and number_of(words[0]) is None
+    return is_text and max(map(_numbers, nameless), default=0) > size
 
 
 def _header(
@@ -251,8 +268,12 @@ def _counted(cells: Sequence[str]) -> bool:
     return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
+def _numbers(cells: Sequence[str]) -> int:
+    return sum(number_of(cell) is not None for cell in cells)
+
+
 def _has_number(cells: Sequence[str]) -> bool:
-    return any(number_of(cell) is not None for cell in cells)
+    return _numbers(cells) > 0
 
 
 def _are_units(cells: Sequence[str]) -> bool:

@@ -202,6 +202,8 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
             )
         unit = "lengths are metres" if slides else "angles are radians"
         guess = "is it another robot?"
+        if len(robot.actuated) in np.bincount(placement.sockets):
+            guess = "is it another robot, or is a line a joint, where it should be a sample?"
         if slides and abs(positions[row, column]) > _LONGEST_SLIDE:
             guess = "are these millimetres? a header of JOINT [mm] is read as such"
         elif not slides and abs(positions).max() > 2 * np.pi:
