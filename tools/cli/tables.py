@@ -38,7 +38,7 @@ def in_words(heads: Sequence[str], cells: Sequence[str]) -> str:
     """Return a row whose cells follow their heads, as in ``left: MAE 0.12, max 0.31``.
 
     A percentage stands in the place of a number of samples, and so without its head. A single
-    cell is a remark.
+    cell is a remark, and a dash stands for nothing.
     """
     first, *others = cells
     if not others:
@@ -46,7 +46,7 @@ def in_words(heads: Sequence[str], cells: Sequence[str]) -> str:
     facts: list[str] = []
     for head, cell in zip(heads[1:], others, strict=True):
         fact = cell if "%" in cell else f"{head} {cell}"
-        facts += [fact.strip()] if cell else []
+        facts += [fact.strip()] if cell.strip("-") else []
     return f"{first}: {', '.join(facts)}"
 
 

@@ -112,5 +112,11 @@ def test_of_a_fleet_those_to_look_at_come_first(session, screen, tmp_path):
         write_rows(tmp_path / f"fleet/arm-{number}/front/hole_0.csv", [[number, 2]], ["a", "b"])
     words = ("--robot", "panda", "--method", "paper", "--processes", "1", "--out", tmp_path / "out")
     keeps("fleet", screen("fleet", tmp_path / "fleet", *words), tmp_path)
-    words = [*words, "--force", "--details"]
+    words = [*words, "--force"]
+    told = [*MUKCA, "fleet", str(tmp_path / "fleet"), *map(str, words)]
+    with TerminalSession(told, columns=40, rows=200) as terminal:
+        assert terminal.wait() == 1
+        lines = [line.strip() for line in terminal.text.splitlines()]
+    assert "arm-1: verdict no calibration" in lines and "and 3 more arms" in lines
+    words = [*words, "--details"]
     assert screen("fleet", tmp_path / "fleet", *words)[1].count("Mend the recordings") == 8

@@ -52,7 +52,7 @@ def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
     if options.details:
         show_details(result, terminal)
     else:
-        terminal.say_in_short(*answer(result), below=BELOW)
+        show_in_short(result, terminal)
     if learned.types:
         terminal.say(f"Elasticity, for --type-prior: {written['elasticity.json']}")
     terminal.say(f"Report: {written['fleet.html']}")
@@ -60,19 +60,25 @@ def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
     return assessment.worst(arm.exit_status for arm in arms)
 
 
-def answer(result: "fleet.FleetDocument") -> list[str]:
-    """Return the state of the fleet in lines: a sentence, a table, and the next steps."""
+def show_in_short(result: "fleet.FleetDocument", terminal: cli.Terminal) -> None:
+    """Show the state of the fleet: a sentence, a table, and as many next steps as fit."""
     arms = sorted(result.arms, key=_urgency)
-    rows = [HEADS, *(fleet.line_of(arm) for arm in arms[:MOST_ROWS])]
-    lines = [f"{fleet.summary_of(result)}."]
-    for name, session, before, now, verdict in rows:
-        cells = (
-            f"{name[-NAME:]:{NAME}} {session[-SESSION:]:{SESSION}} {before:>9} {now:>9}"
-        )
-        lines.append(f"{cells}  {verdict}")
+    heads = ("mean error", *HEADS[1:])
+    rows: list[Sequence[str]] = [heads, *map(fleet.line_of, arms[:MOST_ROWS])]
     if len(arms) > MOST_ROWS:
-        lines.append(f"and {plural(len(arms) - MOST_ROWS, 'more arm')}")
-    return lines + _steps(arms)
+        rows.append([f"and {plural(len(arms) - MOST_ROWS, 'more arm')}"])
+    terminal.say(f"{fleet.summary_of(result)}.")
+    terminal.say_rows(rows, _aligned)
+    terminal.say_in_short(*_steps(arms), below=BELOW + 1 + len(rows))
+
+
+def _aligned(row: Sequence[str]) -> str:
+    """Return a row of the short table as a line."""
+    if len(row) == 1:
+        return row[0]
+    name, session, before, now, verdict = row
+    cells = f"{name[-NAME:]:{NAME}} {session[-SESSION:]:{SESSION}} {before:>9} {now:>9}"
+    return f"{cells}  {verdict}"
 
 
 def _urgency(arm: "fleet.FleetArm") -> tuple[bool, bool]:
