@@ -95,7 +95,7 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
         predicted, *details = gauge(view, width)
         facts = [*kept(view, width), predicted, stream(view, width), *details]
         top += [line for line in facts if line.plain][: max(0, spare - 2)]
-    keys = [Text(fit(KEYS, width), style="bold")][:spare]
+    keys = [Text(fit(_keys(view), width), style="bold")][:spare]
     room = height - len(top) - len(keys)
     if view.help:
         page = [f"page        {view.page}"] if view.page else []
@@ -104,6 +104,13 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
         middle = _middle(view, width, room)
     middle += [Text()] * room
     return [*top, *middle[:room], *keys]
+
+
+def _keys(view: View) -> str:
+    """Return the keys that do something now: while the operator is asked, those that answer."""
+    if view.question:
+        return view.question.partition("   ")[2]
+    return view.typed.partition("_   ")[2] if view.typed else KEYS
 
 
 def _wrapped(texts: Iterable[str], width: int, style: str) -> list[Text]:

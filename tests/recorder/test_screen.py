@@ -177,3 +177,21 @@ def test_the_banner_is_three_rows_of_one_colour(more):
     rows = [line for line in lines if str(line.style).startswith("bold white on ")]
     assert len(rows) == 3 and len({str(row.style) for row in rows}) == 1
     assert all(row.cell_len == 60 and row.plain.strip() for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("asked", "keys"),
+    [
+        ({}, "space capture  u undo  r redo  s next socket  q finish  ? all keys"),
+        (
+            {"question": "MOVED?: elsewhere now?   y new placement   n go on"},
+            "y new placement   n go on",
+        ),
+        (
+            {"typed": "relabel: sample, blank, socket: 12  1_   Enter does it, q leaves"},
+            "Enter does it, q leaves",
+        ),
+    ],
+)
+def test_the_bottom_row_has_the_keys_that_do_something(asked, keys):
+    assert drawn(view(**asked))[-1].strip() == keys
