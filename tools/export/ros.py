@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...errors import LARGEST_DOCUMENT, read_bytes, read_json
+from ...errors import LARGEST_DOCUMENT, ON_FLANGE, ROTATION, read_bytes, read_json
 from ...solver.robot import COMPONENTS, ModelError, Origin, add_comment, add_link, scan
 from .request import (
     Exported,
@@ -177,6 +177,13 @@ def write_urdf(request: Request) -> Exported:
                 "metres and a turn in radians, as in --tool gripper=0,0,0.12,0,0,1.57"
             )
         x, y, z, roll, pitch, yaw = numbers
+        doubts = {
+            "place": ON_FLANGE.doubt((x, y, z)),
+            "turn": ROTATION.doubt((roll, pitch, yaw)),
+        }
+        for part, doubt in doubts.items():
+            if doubt:
+                raise ExportError(f"--tool {tool}: {part}: {doubt}")
         origin = Origin((x, y, z), (roll, pitch, yaw))
         try:
             data = add_link(text, flange, origin, tool)

@@ -17,8 +17,10 @@ FLAWS: dict[str, tuple[Kind, ...]] = {
     for word in sorted({kind.fault or kind.name for kind in SIMULATED})
 }
 """Kinds of explanations by the word of their flaw."""
-_SIZE = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))\s*(mm|deg|%)\s*$")
-_OTHER_SIZE = re.compile(r"[-+]?[\d.]*(?:[uµμcm]?m|in|°|deg|degrees|[uµμm]?rad|%)?")
+_SIZE = re.compile(
+    r"(?<![\d.,])([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[-+]?\d+)?)\s*(mm|deg|%)\s*$"
+)
+_OTHER_SIZE = re.compile(r"[-+]?[\d.,]*(?:[uµμcm]?m|in|°|deg|degrees|[uµμm]?rad|%)?")
 """A number or a unit that is no size, unless it is a name."""
 _SAMPLE = re.compile(r"@(\d+)(?:\+\d+)?$")
 
@@ -59,7 +61,7 @@ class Flaw:
             )
         unit = match[2] if match else None
         kinds_of_unit = tuple(kind for kind in kinds if unit in (None, kind.unit))
-        size = float(match[1]) / UNITS[match[2]] if match else None
+        size = float(match[1].replace(",", ".")) / UNITS[match[2]] if match else None
         if not kinds_of_unit or (size is not None and size <= 0):
             raise FlawError(f"fault {text!r}: {_size_expected(word, kinds[0].unit)}")
         marks = [_SAMPLE.match(name) for name in names]

@@ -119,6 +119,12 @@ def test_a_size_that_rounds_to_zero_has_no_sign(offset, told):
     assert told in kind.text({"joint": "panda_joint4", "offset": offset})
 
 
+@pytest.mark.parametrize("size", ["3.5mm", "3,5mm", "0,35e1 mm", "35e-1mm"])
+def test_a_size_is_read_as_people_write_it(size):
+    flaw = Flaw.parse(f"base {size}")
+    assert flaw.size == pytest.approx(3.5e-3) and not flaw.names
+
+
 def test_a_fault_without_a_size_is_told_so():
     with pytest.raises(FlawError, match="fault 'socket 3mm': 'socket' has no size"):
         Flaw.parse("socket 3mm")

@@ -15,6 +15,7 @@ from .... import recorder
 from ....errors import ON_FLANGE, MukcaError
 from ....recorder import POSE_FORMS, RecordingError
 from ....solver import calibration, results
+from ....solver.assessment import plural
 from ....solver.calibration import UsageError
 from .. import PayloadOptions, Terminal, argument, one_arm, option
 
@@ -217,7 +218,7 @@ def written(
     yield write
     if out is not None:
         results.write_files(out.parent, {out.name: ("\n".join(lines) + "\n").encode()})
-        terminal.say(f"Wrote {len(lines) - 1} rows to {out}")
+        terminal.say(f"Wrote {plural(len(lines) - 1, 'row')} to {out}")
 
 
 class _PosesOptions(_PathOptions):
