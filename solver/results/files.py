@@ -167,11 +167,15 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> dict[str, Path]:
     return {name: folder / name for name in contents}
 
 
-def _write(file: Path, content: bytes) -> None:
-    file = file.resolve()  # a link stays one
+def _write(path: Path, content: bytes) -> None:
+    file = path.resolve()  # a link stays one
     if file.exists() and not file.is_file():
         raise OutputError(f"{file}: is no file; choose another")
-    handle, temporary = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
+    try:
+        handle, temporary = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
+    except OSError as error:
+        error.filename = str(path)
+        raise
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(content)

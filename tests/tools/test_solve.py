@@ -199,6 +199,31 @@ def shell(session):
     )  # fmt: skip
 
 
+LONG = 300 * "x"
+"""A name that no disk takes, and that even root cannot look at."""
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        f"report {LONG}",
+        f"compare {LONG}",
+        f"extract {LONG} --robot panda",
+        f"validate {LONG} front",
+        f"check {LONG} --robot panda",
+        f"fleet {LONG} --robot panda --out out",
+        f"solve front --robot panda --out {LONG}",
+        f"plan --robot panda --out {LONG}.svg",
+        f"plan --robot panda --out {LONG[:246]}.svg",
+    ],
+)
+def test_a_path_that_cannot_be_looked_at_is_told(shell, words):
+    result = shell(words)
+    *_, last = result.stderr.splitlines()
+    assert result.returncode == 2 and last.startswith(f"mukca {words.split()[0]}: xxx")
+    assert last.endswith("File name too long") and "/.xxx" not in last
+
+
 def test_as_a_module_and_to_a_closed_pipe(shell):
     result = shell("solve front --robot panda | head -1")
     assert result.returncode == 0 and "Traceback" not in result.stderr

@@ -53,6 +53,8 @@ VERBS: dict[str, Verb] = {
 }
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EBADF, errno.EDQUOT)
 """Errors of a standard output that is full, or gone."""
+UNREACHABLE = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP)
+"""Errors of a path that was typed, where no verb tells them."""
 EXAMPLES = 2
 """Examples that ``--help`` shows."""
 
@@ -118,6 +120,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         _write_nowhere()
         return 141
     except OSError as error:
+        if error.filename is not None and error.errno in UNREACHABLE:
+            sys.stderr.write(f"mukca {verb}: {error.filename}: {error.strerror}\n")
+            return 2
         if error.filename is not None or error.errno not in UNWRITABLE:
             raise
         _write_nowhere()
