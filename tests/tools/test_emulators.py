@@ -13,6 +13,8 @@ from emulation import emulated
 from mukca import open_driver
 from mukca.drivers import clock
 from mukca.drivers.transport import CanBus, parse_can_address
+from mukca.tools import emulators
+from mukca.tools.cli.commands import EMULATORS
 
 LEAVERS = 40
 RESET = struct.pack("ii", 1, 0)
@@ -51,9 +53,7 @@ def leave(name, address, messages):
         bus.close()
 
 
-@pytest.mark.parametrize(
-    "name", ["franka", "ur", "xarm", "kuka", "feetech", "dynamixel", "kinova", "damiao", "piper"]
-)
+@pytest.mark.parametrize("name", EMULATORS)
 def test_clients_that_leave_at_any_moment_do_no_harm(name, tmp_path):
     source = random.Random(7)
     with outlived(name, tmp_path) as emulation:
@@ -94,3 +94,11 @@ def test_a_request_that_makes_no_sense_does_no_harm(name, message, tmp_path):
                 clock.sleep(0.1)
         else:
             leave(name, emulation.address, [bytes.fromhex(message)])
+
+
+def test_the_help_names_the_controllers_of_a_fault_that_some_lack():
+    for kind, words in emulators.KINDS.items():
+        faults = {name: getattr(emulators, EMULATORS[name]).FAULTS for name in EMULATORS}
+        having = sorted(name for name in faults if kind in faults[name])
+        if having != sorted(EMULATORS):
+            assert words.endswith(f"({', '.join(having)})"), kind

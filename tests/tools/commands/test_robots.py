@@ -2,7 +2,9 @@
 
 import io
 import json
+import re
 from contextlib import redirect_stdout
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +12,8 @@ import mukca
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).parents[3]
 
 
 def listed(what):
@@ -52,6 +56,12 @@ def test_each_is_read_by_a_driver_that_is_there(robots):
 def test_the_reach_is_about_the_data_sheets(robots, name, low, high):
     """Plus the ball beyond the flange: 850, 855, 700 mm; 225 + 100 mm and a gripper of 100."""
     assert low < robots[name]["reach"] < high
+
+
+def test_the_readme_names_each_with_its_driver(robots):
+    rows = re.findall(r"^\| (`.*`) \| \[?`(\w+)`", (ROOT / "README.md").read_text(), re.M)
+    listed = {name: driver for names, driver in rows for name in re.findall(r"`(\w+)`", names)}
+    assert listed == {name: row["driver"].partition(":")[0] for name, row in robots.items()}
 
 
 def test_for_people(command):

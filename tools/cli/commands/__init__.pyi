@@ -1,2 +1,3 @@
-# keep: open_emulator
+# keep: EMULATORS, open_emulator
+from .emulate import EMULATORS as EMULATORS
 from .emulate import open_emulator as open_emulator
