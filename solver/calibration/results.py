@@ -28,7 +28,9 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         shifts = posterior and posterior.moved
         problem = problem.at_rest(shifts, selected.movements, calibrated)
     scale = estimates.scale_of(fit)
-    problem = problem.sized(scale)
+    distorted = _distorted(problem, calibrated)
+    if not distorted:
+        problem = problem.sized(scale)
     before = ball_refitted(problem)
     errors = errors_of(problem, fit, before)
     figures = estimates.known_of(fit, problem, before)
@@ -42,7 +44,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         solve_seconds=fit.seconds,
         placements=errors.placements,
         summary=errors.summary,
-        distorted=_distorted(problem, calibrated),
+        distorted=distorted,
         parameters=estimates.parameter_values(calibrated, posterior),
         rotation_numbers=calibrated.rotation_numbers,
         choices=selected and selected.notes,

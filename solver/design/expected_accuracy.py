@@ -32,6 +32,8 @@ from ..data import (
     RobotRecordings,
     SocketSamples,
     as_point,
+    evaluate,
+    is_distorted,
     observe,
 )
 from ..paper import NotConverged
@@ -169,6 +171,8 @@ class Accuracy(NamedTuple):
     """Median of those distances [m]."""
     better: Better
     """Errors of distances by the nominal model and by the calibrated one."""
+    distorted: bool
+    """True where the fit does not reproduce the distance of sockets: it tells no size then."""
 
 
 def accuracy_by(
@@ -202,7 +206,15 @@ def accuracy_by(
     if not np.isfinite(errors.median):
         return None
     better = _better(arm, load, [m.positions for m in measurements])
-    return Accuracy(errors.median, scale(arm), errors.length, better)
+    distorted = any(_is_distorted(arm, load, m) for m in measurements)
+    return Accuracy(errors.median, scale(arm), errors.length, better, distorted)
+
+
+def _is_distorted(posterior: Posterior, load: Load, measured: Measurement) -> bool:
+    """Return whether a fit does not reproduce the distance between a placement's sockets."""
+    moments = load.torques(posterior.model.robot, measured)
+    balls = posterior.predict(measured.positions, moments)
+    return is_distorted(evaluate(balls, measured), measured)
 
 
 def _better(posterior: Posterior, load: Load, recorded: Sequence[np.ndarray]) -> Better:

@@ -142,7 +142,7 @@ def test_crossval_names_a_bad_placement_and_goes_on(copy, run, method):
     assert "Mend or leave out session/left and run this again" in told, told
 
 
-@pytest.mark.parametrize("distance", ["0.055", "0.1"])
+@pytest.mark.parametrize("distance", ["0.025", "0.055", "0.1"])
 def test_a_distance_that_is_far_off_bars_a_calibration(session, run, distance):
     status, told = run("check", str(session / "front"), "--robot", "panda", "--distance", distance)
     assert status == 1 and told.startswith("FAIL"), told

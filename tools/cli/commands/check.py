@@ -194,9 +194,10 @@ def _checked(problem: "calibration.CalibrationProblem") -> _Checked:
     accuracy = predicted_accuracy(problem)
     if accuracy is None:
         return _Checked(problem, problem.checks, None)
-    problem = problem.sized(accuracy.scale)
+    if not accuracy.distorted:
+        problem = problem.sized(accuracy.scale)
     findings = problem.checks
-    if (accuracy.scale.deviation or 0.0) <= SIZE_LOST:
+    if not accuracy.distorted and (accuracy.scale.deviation or 0.0) <= SIZE_LOST:
         return _Checked(problem, findings, accuracy)
     judged = [
         replace(finding, level="error") if finding.code == DISTANCE else finding
