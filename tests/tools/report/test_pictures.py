@@ -4,6 +4,7 @@ from base64 import b64encode
 from io import BytesIO
 from pathlib import Path
 
+import kept
 import numpy as np
 import pytest
 from kept import pictures
@@ -55,6 +56,26 @@ def looks(tab, style, file, size):
         picture = Image.open(BytesIO(picture)).convert("L")
         thumbnails[name] = np.asarray(picture.resize(size, Image.Resampling.BOX))
     return thumbnails
+
+
+def test_only_a_picture_that_looks_otherwise_is_written_anew(tmp_path, monkeypatch):
+    monkeypatch.setattr(kept, "PAGES", tmp_path)
+    grey = np.full((4, 4), 100, np.uint8)
+    for keep, views, written in (
+        ("", {"wide": grey}, None),
+        ("1", {"wide": grey}, grey),
+        ("1", {"wide": grey + 3}, grey),
+        ("1", {"wide": grey + 30}, grey + 30),
+        ("", {"wide": grey}, None),
+        ("1", {"wide": grey, "narrow": grey}, np.hstack([grey, grey])),
+    ):
+        monkeypatch.setenv("MUKCA_KEEP_PAGES", keep)
+        if written is None:
+            with pytest.raises(AssertionError, match="it looks otherwise"):
+                kept.pictures("page", views)
+        else:
+            kept.pictures("page", views)
+            assert np.array_equal(np.asarray(Image.open(tmp_path / "page.png")), written)
 
 
 def test_the_report_looks_as_it_did(tab, style, auto):
