@@ -28,7 +28,7 @@ GUIDING = 3
 class DatagramEmulator(Emulator):
     """A controller that sends each state to one client as a datagram."""
 
-    FAULTS = (*COMMON_KINDS, "stranger", "version")
+    FAULTS = (*COMMON_KINDS, "stranger")
     _udp: UdpPort
     _target: tuple[str, int]
     """Address at which the client listens."""
@@ -58,6 +58,7 @@ class FrankaEmulator(DatagramEmulator):
     VERSIONS = dict.fromkeys(
         ("5", "3", "4", "6", "7", "8", "9", "10"), Version(7, 1000.0)
     )
+    FAULTS = (*DatagramEmulator.FAULTS, "version")
 
     def listen(self, address: str) -> None:
         """Open TCP port 1337."""
@@ -132,7 +133,7 @@ class KukaEmulator(DatagramEmulator):
     VERSIONS = dict.fromkeys(
         ("1.15", "1.11", "1.14", "1.16", "2.5", "2.7"), Version(7, 200.0)
     )
-    FAULTS = (*COMMON_KINDS, "stranger", "version", "commanding")
+    FAULTS = (*DatagramEmulator.FAULTS, "version", "commanding")
 
     def listen(self, address: str) -> None:
         """Bind the controller's UDP port; the session's client is on the same port."""
