@@ -167,7 +167,7 @@ def panda():
     return mukca.load_robot("panda")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def chromium():
     """A browser without a window."""
     playwright = pytest.importorskip("playwright.sync_api")
@@ -179,6 +179,13 @@ def chromium():
         browser = player.chromium.launch(executable_path=program, args=options)
         yield browser
         browser.close()
+
+
+@pytest.fixture
+def tab(chromium):
+    """A page of it."""
+    with chromium.new_page() as tab:
+        yield tab
 
 
 @pytest.fixture(scope="session")

@@ -65,11 +65,10 @@ def test_every_page_is_built_as_it_is_written(site):
     assert wrong == []
 
 
-def test_the_site_works_from_the_disk_on_every_screen(site, chromium):
+def test_the_site_works_from_the_disk_on_every_screen(site, tab):
     from playwright.sync_api import TimeoutError as TooLate
 
     wrong = []
-    tab = chromium.new_page()
     tab.on("pageerror", lambda error: wrong.append(f"{tab.url}: {error}"))
     tab.on("request", lambda asked: asked.url.startswith("http") and wrong.append(asked.url))
     for source in _pages():

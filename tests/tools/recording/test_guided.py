@@ -123,34 +123,31 @@ def in_socket(arm, q, centre):
     return q
 
 
-def test_a_session_goes_on_hands_free_with_the_page_in_a_browser(
-    hands, tmp_path, scripted, chromium
-):
+def test_a_session_goes_on_hands_free_with_the_page_in_a_browser(hands, tmp_path, scripted, tab):
     """It says where to go, changes sockets, takes nothing astray, and ends."""
     out, steps = tmp_path / "front", tmp_path / "steps"
     keys = f"a*{BLOCK} 1 a*{BEGUN - BLOCK} q"
     assert scripted(out, keys, hand=hands / "begin.csv").status == 0
     pace = "rate=100&move=0.6&speed=3"
     words = led(steps, hands / "rest.csv", out, pace, *GOAL, "--auto", "--page")
-    page = chromium.new_page()
-    page.set_default_timeout(1000 * PATIENCE)
+    tab.set_default_timeout(1000 * PATIENCE)
     with TerminalSession(words) as terminal:
         terminal.wait_for("GO ON?", f"Continues {BLOCK} in socket 0, {BEGUN - BLOCK} in socket")
         terminal.press("y")
         url = re.search(r"http://\S+/", terminal.wait_for("page: http", "SOCKET 1 NOW"))
         assert url
         complaints = []
-        page.on("console", lambda message: complaints.append(message.text))
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.goto(url[0])
-        page.wait_for_selector("text=SOCKET 1 NOW")
+        tab.on("console", lambda message: complaints.append(message.text))
+        tab.on("pageerror", lambda error: complaints.append(str(error)))
+        tab.goto(url[0])
+        tab.wait_for_selector("text=SOCKET 1 NOW")
         terminal.press(" ")
-        page.wait_for_selector("text=/GOT \\d/")
-        page.wait_for_selector("canvas[data-drawn='arm and ghost']")
+        tab.wait_for_selector("text=/GOT \\d/")
+        tab.wait_for_selector("canvas[data-drawn='arm and ghost']")
         for number in range(BEGUN + 1, 2 * LEAST):
             if number in CHANGES:
                 if number == 2 * BLOCK:
-                    page.wait_for_selector("text=SOCKET 0 NOW")
+                    tab.wait_for_selector("text=SOCKET 0 NOW")
                     terminal.wait_for("enough here: ball to socket 0, then press s")
                 terminal.press("s")
                 terminal.wait_for(f"socket {CHANGES.index(number)} is active")
@@ -162,14 +159,14 @@ def test_a_session_goes_on_hands_free_with_the_page_in_a_browser(
             if number == ASTRAY:
                 terminal.wait_for("predicted", "goal 20.00", "next best", "◆", "mean")
         terminal.wait_for("ENOUGH: q finishes", "the goal is reached", "missed 0")
-        page.wait_for_selector("text=ENOUGH")
-        assert page.locator("#facts").inner_text().startswith("predicted error of distances")
-        assert page.locator(".joint").count() == 7
+        tab.wait_for_selector("text=ENOUGH")
+        assert tab.locator("#facts").inner_text().startswith("predicted error of distances")
+        assert tab.locator(".joint").count() == 7
         assert not complaints  # until the session ends: then there is no link
         terminal.press("q")
         assert terminal.wait() == 0
         terminal.wait_for("mukca check", "mukca solve")
-        page.wait_for_selector("text=NO LINK")
+        tab.wait_for_selector("text=NO LINK")
     taken = read(out)
     astray = np.loadtxt(hands / "rest.csv", delimiter=",")[ASTRAY - BEGUN, 0]
     assert np.abs(taken.positions[:, 0] - astray).min() > 0.01

@@ -62,21 +62,20 @@ def test_the_page_is_live_read_only_and_behind_a_token(hand, tmp_path):
     assert len(mukca.read_placements(tmp_path / "front")[0].samples) == 1
 
 
-def test_the_page_shows_the_arm_large_and_the_joint_to_move(chromium):
+def test_the_page_shows_the_arm_large_and_the_joint_to_move(tab):
     page_file = Path(mukca.__file__).parent / "tools/recording/page.html"
     span = Path(__file__).with_name("span.js").read_text().partition("\n")[2]
     state = Path(__file__).with_suffix(".json").read_text()
-    page = chromium.new_page()
-    page.route("**/x/", lambda way: way.fulfill(path=page_file, content_type="text/html"))
-    page.route("**/state", lambda way: way.fulfill(body=state, content_type="application/json"))
+    tab.route("**/x/", lambda way: way.fulfill(path=page_file, content_type="text/html"))
+    tab.route("**/state", lambda way: way.fulfill(body=state, content_type="application/json"))
     for width, height in ((1280, 800), (390, 844)):
-        page.set_viewport_size({"width": width, "height": height})
-        page.goto("http://page.test/x/")
-        page.wait_for_selector("canvas[data-drawn='arm and ghost']")
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        assert max(page.evaluate(span)) > 0.7
-        assert page.locator(".joint.move span").first.inner_text() == "panda_joint1"
-        assert page.locator(".joint.move").count() == 1
-        assert "the best next pose" in page.locator("#legend").inner_text()
-        page.locator("summary").click()
-        assert "MOVE the arm" in page.locator("details").inner_text()
+        tab.set_viewport_size({"width": width, "height": height})
+        tab.goto("http://page.test/x/")
+        tab.wait_for_selector("canvas[data-drawn='arm and ghost']")
+        assert tab.evaluate("document.documentElement.scrollWidth") <= width
+        assert max(tab.evaluate(span)) > 0.7
+        assert tab.locator(".joint.move span").first.inner_text() == "panda_joint1"
+        assert tab.locator(".joint.move").count() == 1
+        assert "the best next pose" in tab.locator("#legend").inner_text()
+        tab.locator("summary").click()
+        assert "MOVE the arm" in tab.locator("details").inner_text()

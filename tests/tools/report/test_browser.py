@@ -22,7 +22,8 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def tab(chromium):
     """One for all pages: each program that draws one takes as long to start as a page to load."""
-    return chromium.new_context().new_page()
+    with chromium.new_page() as tab:
+        yield tab
 
 
 @pytest.fixture

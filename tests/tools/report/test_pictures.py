@@ -40,7 +40,8 @@ def style():
 
 @pytest.fixture(scope="module")
 def tab(chromium):
-    return chromium.new_context(bypass_csp=True).new_page()  # pages load no font
+    with chromium.new_page(bypass_csp=True) as tab:  # pages load no font
+        yield tab
 
 
 def looks(tab, style, file, size):
