@@ -29,11 +29,6 @@ def test_an_address_may_hold_colons_and_may_come_apart(hand):
         assert driver.joint_names == ("a", "b")
 
 
-def test_the_model_s_joints_are_checked(hand):
-    with refused("WRONG_ROBOT", match="2 joints, but the model has 1"):
-        open_driver(f"mock:{hand}", joint_names=["elbow"])
-
-
 @by_table("text", "says")
 def test_what_cannot_be_opened_is_told_in_one_line(text, says):
     with pytest.raises(MukcaError) as caught:
@@ -60,11 +55,6 @@ def test_addresses_that_mean_nothing(name, address):
     with refused("BAD_ADDRESS") as caught:
         open_driver(name, address)
     assert "\n" not in str(caught.value)
-
-
-def test_an_option_that_is_not_known_names_those_that_are():
-    with refused("BAD_ADDRESS", match="there are: rate, effort"):
-        open_driver("ur", "host?speed=1")
 
 
 @by_table("address", "bus")

@@ -132,21 +132,6 @@ def test_a_line_that_stalls_and_then_delivers_all_gives_no_old_angles(
             assert any(abs(told["position"][joint] - angle) < tolerance for told in near), state
 
 
-@pytest.mark.parametrize("name", ["franka", "ur"])
-def test_a_connection_that_ends_is_told_and_made_again(name, tmp_path):
-    with (
-        emulated(name, tmp_path, *options("hangup@1+1")) as emulation,
-        Reconnecting(lambda: open_driver(name, emulation.address)) as driver,
-    ):
-        end = clock.now() + 60
-        while not driver.drops:
-            assert clock.now() < end
-            read_one(driver, 1)
-        assert "ended the connection" in driver.trouble or "closed" in driver.trouble
-        assert read_states(driver, 5)
-        assert driver.drops == 1
-
-
 @pytest.mark.parametrize("name", ["franka", "kuka", "ur", "kinova"])
 def test_a_controller_that_takes_nobody_is_told(name, tmp_path):
     """Busy where the connection is taken, unreachable where no answer tells them apart."""

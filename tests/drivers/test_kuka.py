@@ -129,11 +129,6 @@ def test_a_port_that_is_taken_is_told():
             open_driver("kuka", f"127.0.0.2:{port}?bind={host}")
 
 
-def test_an_address_that_is_not_this_computers_is_told():
-    with refused("BAD_ADDRESS", match="cannot be opened here"):
-        open_driver("kuka", "127.0.0.2?bind=8.8.8.8")
-
-
 def test_a_session_without_joint_angles_is_told(controller, virtual_time):
     sequence = count()
     send = Every(virtual_time, 0.1, lambda: controller.send(next(sequence), 0, 1, ()))

@@ -146,7 +146,3 @@ def test_a_model_of_another_arm_is_named(refused, tmp_path):
     Path(other).write_bytes(mukca.load_robot("ur5e").text.data)
     line = refused(other, "simulate", "insertion", "--model", other)
     assert "shoulder_pan_joint" in line and "panda_joint1" in line
-
-
-def test_an_option_of_the_other_experiment_is_refused(refused):
-    refused("--hole-mm", "simulate", "drawing", "--hole-mm", "16")

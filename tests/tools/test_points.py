@@ -99,14 +99,6 @@ def test_a_malformed_file_is_refused_by_line(tmp_path, header, row, words):
         mukca.read_placements(tmp_path)[0]
 
 
-def test_columns_stand_in_any_order_and_units_in_the_header(tmp_path):
-    (tmp_path / "points.csv").write_text("z [mm],a [deg],b,x,y [mm]\n300,180,2,0.1,200\n")
-    (sample,) = mukca.read_placements(tmp_path)[0].samples
-    assert sample.position == pytest.approx((np.pi, 2)) and sample.point is not None
-    assert sample.point == pytest.approx((0.1, 0.2, 0.3))
-    assert mukca.read_placements(tmp_path)[0].joint_names == ("a", "b")
-
-
 def test_the_papers_method_refuses_points(measured, refused):
     words = ("solve", measured / "train", "--robot", "panda", "--method", "paper")
     refused("--method paper knows sockets only", *words)

@@ -176,12 +176,6 @@ def test_bad_recordings_get_one_line(refused, session, tmp_path, hole_0, told):
     assert refused(told, *words).startswith("mukca solve: ")
 
 
-def test_unknown_words_are_usage_errors(run):
-    assert run("solve")[0] == 2
-    assert run("calibrate")[0] == 2
-    assert run()[0] == 0  # the help
-
-
 def test_a_full_disk_is_told(run, tmp_path):
     """A limit on the size of files stands for the disk; the URDF alone is larger."""
     with full_disk(4096):

@@ -148,8 +148,6 @@ def test_an_earlier_calibration_is_where_the_next_one_begins(ur10, of_ur10, tmp_
     with pytest.raises(mukca.MukcaError, match="of an arm with the joints shoulder_pan"):
         _, (data,) = mukca.simulate_recordings(mukca.load_robot("panda"), 1, samples=8)
         mukca.calibrate(mukca.load_robot("panda"), data, prior=prior)
-    with pytest.raises(mukca.MukcaError, match="Name it by --prior"):
-        mukca.calibrate(robot, new, remounted=("tool",))
 
 
 def test_a_file_holds_the_posterior_of_its_calibration(curved):

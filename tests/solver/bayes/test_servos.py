@@ -78,13 +78,6 @@ def test_backlash_is_found_and_widens_what_is_said_of_offsets(robot, recorded):
     assert np.degrees(np.abs(error[deviations[:4] < DECIDED])).max(initial=0) < 0.4
 
 
-def test_offsets_need_angles_that_are_free(robot, recorded):
-    with pytest.raises(mukca.MukcaError, match="--zeros: elbow_flex must turn, and its angles be"):
-        mukca.calibrate(robot, recorded[0], zeros=True, fix=["elbow_flex.yaw"])
-    with pytest.raises(mukca.MukcaError, match="belongs to --method auto"):
-        mukca.calibrate(robot, recorded[0], zeros=True, method="paper")
-
-
 def test_check_and_crossval_know_of_offsets_as_solve_does(recorded, tmp_path, capsys):
     """Readings off by degrees are an error, unless offsets may be."""
     for name, first in (("a", 0), ("b", 1)):

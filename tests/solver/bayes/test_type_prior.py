@@ -120,15 +120,6 @@ def test_what_tells_nothing_of_this_arm_is_refused(recorded, other, tmp_path):
         mukca.calibrate(mukca.load_robot("panda"), recorded[1][0], type_prior=[rigid])
 
 
-@pytest.mark.parametrize("text", [None, "no JSON", '{"format": "other-1"}'])
-def test_a_file_of_another_kind_is_told_which_kinds_are_read(panda, text, tmp_path):
-    _, train = mukca.simulate_recordings(panda, 1, samples=12)
-    if text is not None:
-        (tmp_path / "bad.json").write_text(text)
-    with pytest.raises(mukca.MukcaError, match=r"a calibration\.json or elasticity\.json"):
-        mukca.calibrate(panda, train, type_prior=[tmp_path / "bad.json"])
-
-
 def test_shipped_elasticity_is_that_of_its_type_alone(panda):
     _, train = mukca.simulate_recordings(panda, 1, samples=12, seed=3, **FLAWS)
     options = {"without": ["transmission", "joint-noise"]}

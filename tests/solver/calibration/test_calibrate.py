@@ -267,10 +267,8 @@ def test_placements_may_come_one_by_one(panda, placements):
     assert found.parameters == mukca.calibrate(panda, placements[0], method="paper").parameters
 
 
-def test_a_robot_knows_its_limits_and_misspelt_ones_are_offered(panda):
+def test_a_robot_knows_its_limits(panda):
     assert panda.lower[3] == pytest.approx(-3.0718) and panda.upper.shape == (7,)
-    with pytest.raises(mukca.MukcaError, match="did you mean 'panda'"):
-        mukca.load_robot("Panda")
 
 
 def test_joints_outside_their_limits_are_said(calibration):

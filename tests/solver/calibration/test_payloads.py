@@ -53,21 +53,6 @@ def test_one_fit_holds_different_loads_and_predicts_another(placements, tmp_path
     refused("kitchen=2", *validate, "--payload", "kitchen=2")
 
 
-@pytest.mark.parametrize(
-    ("payload", "words"),
-    [
-        ("kitchen=2", "--payload kitchen=2: no such placement; there are s/bare, s/loaded"),
-        ("bare=-1", "--payload bare=-1: give kilograms, zero or more"),
-        (["bare=2", "much"], "--payload much: give kilograms"),
-        (float("nan"), "--payload nan: give kilograms"),
-        ("bare=2500", r"--payload bare=2500: 2500: kilograms are expected \(are these grams"),
-    ],
-)
-def test_payloads_that_cannot_be_are_refused(placements, payload, words):
-    with pytest.raises(MukcaError, match=words):
-        mukca.calibrate(mukca.load_robot("panda"), placements[:2], payload=payload)
-
-
 def test_a_placement_states_its_own_payload(placements, tmp_path):
     write_samples(tmp_path / "front", placements[0])
     file = tmp_path / "front" / "placement.json"

@@ -7,7 +7,6 @@ import pytest
 from mukca.errors import MukcaError
 from mukca.recorder import Placement, read_placement
 from mukca.solver.data import (
-    KnownError,
     RobotRecordings,
     distance_covariance,
     measure,
@@ -44,20 +43,6 @@ def test_placements_of_one_base_share_the_error_of_its_measurement(two, panda):
     assert covariance[2] == pytest.approx([0, 0, 2e-4**2])
     other = replace(two[1], distance=0.1)
     assert distance_covariance(observed([two[0], other], panda).known)[0, 1] == 0
-
-
-@pytest.mark.parametrize(
-    "text", ["", "a:0-b:0", "a:0-b:0=x", "a:0-b:0=-1", "a:0-b:0=1+-0", "a-b=1"]
-)
-def test_bad_known_distances_are_told(text):
-    with pytest.raises(KnownError, match="known distance"):
-        parse_known(text)
-
-
-@pytest.mark.parametrize("text", ["front:2-left:0=1", "back:0-left:0=1", "front:0-front:0=1"])
-def test_known_distances_need_their_sockets(two, panda, text):
-    with pytest.raises(KnownError):
-        observed(two, panda, lengths=[parse_known(text)])
 
 
 @pytest.mark.parametrize("known", [0, 3])

@@ -75,12 +75,6 @@ def test_a_covariance_of_another_size_is_refused_before_it_fills_the_memory(
     assert peak < 90e6
 
 
-@pytest.mark.parametrize("verb", ["tool", "validate"])
-def test_a_name_without_a_calibration_asks_for_one(refused, tmp_path, monkeypatch, verb):
-    monkeypatch.chdir(tmp_path)
-    refused("mukca solve DATA --robot ur3e", verb, "ur3e", "x.csv")
-
-
 def test_points_in_millimetres_are_asked_about(simulated, cal, tmp_path, refused):
     names = simulated.calibration.robot.joint_names
     rows = np.hstack([simulated.later.positions[:8], np.full((8, 3), 412.5)])

@@ -208,12 +208,3 @@ def test_a_model_that_is_not_in_its_encoding_is_told_with_the_line(odd):
     odd.write_bytes(ODD_ARM.replace("an odd arm", "\n gepr\xfcft").encode("latin-1"))
     with pytest.raises(ModelError, match=r"odd.urdf:3: not in utf-8.*; save the file as UTF-8"):
         load_robot(str(odd))
-
-
-def test_unknown_robots_and_links_are_told(odd):
-    with pytest.raises(ModelError, match=r"No such file.*panda"):
-        load_robot("pandas")
-    with pytest.raises(ModelError, match="no link is called 'nowhere'"):
-        load_robot(str(odd), base="nowhere")
-    with pytest.raises(ModelError, match="'ball_link' is not below 'finger'"):
-        load_robot(str(odd), base="finger")

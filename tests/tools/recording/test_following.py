@@ -8,7 +8,7 @@ import pytest
 from record_commands import read
 
 import mukca
-from mukca.drivers import DriverError, clock
+from mukca.drivers import clock
 from mukca.recorder import Sample, sample_files
 from mukca.recorder.session import Advice, Alarm, Session, View
 from mukca.solver.results import write_files
@@ -161,11 +161,3 @@ def test_without_a_guide_it_leads_through_the_recording(session, tmp_path, virtu
     rows = [recorded.positions[recorded.sockets == k] for k in (0, 1)]
     led = np.concatenate([rows[0][:3], rows[1][:2], rows[0][3:4]])
     assert np.abs(taken.positions - led).max() < 0.02
-
-
-def test_what_cannot_be_followed_is_refused(panda, session):
-    with pytest.raises(DriverError, match="expected KIND"):
-        following_hand(f"mock:{session / 'front'}?follow&fault=base@x", panda, None)
-    with pytest.raises(DriverError, match="7"):
-        following_hand(f"mock:{session / 'front'}?follow", mukca.load_robot("ur5e"), None)
-    assert following_hand(f"mock:{session / 'front'}", panda, None) is None
