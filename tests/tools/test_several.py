@@ -95,6 +95,11 @@ def test_arms_that_shared_one_base_are_written_without_where_they_stand(cell, tm
     assert "two placements cure it, three are better" in told
     assert f"Wrote {out / 'arms.json'}, and a folder for each robot" in told
     assert not (out / "arms.urdf").exists() and (out / "right" / "report.html").is_file()
+    arms = mukca.load_calibration(out)
+    assert [bool(arm.postures) for arm in arms.document.arms] == [True, False]
+    for refused in (lambda: arms.pose("right"), arms.urdf):
+        with pytest.raises(mukca.MukcaError, match="free to turn"):
+            refused()
 
 
 def tools_meet(out, later, true_panda, command, refused):

@@ -147,20 +147,6 @@ def test_tools_meet_as_stated_where_only_an_instrument_saw_both(noisy):
         assert np.linalg.norm(FACING.apply(b) - a) < 3 * told.tool_deviation
 
 
-def test_one_base_leaves_a_turn_about_the_line_of_its_sockets(exact, tmp_path):
-    """No pose is given, and none is written: from memory and from files alike."""
-    found = exact.fit(("front",))
-    told = found.document.between["A_to_B"]
-    assert told.xyz is None and "turn" in told.text
-    assert set(found.save(tmp_path / "out")) >= {"arms", "A_urdf", "B_urdf"}
-    assert not (tmp_path / "out" / "arms.urdf").exists()
-    for arms in (found, mukca.load_calibration(tmp_path / "out")):
-        assert [bool(arm.postures) for arm in arms.document.arms] == [True, False]
-        for refused in (lambda arms=arms: arms.pose("B"), arms.urdf):
-            with pytest.raises(mukca.MukcaError, match="free to turn"):
-                refused()
-
-
 def test_arms_that_share_nothing_are_refused(exact):
     train = {"A": exact.placements["A"][0], "B": exact.placements["B"][1]}
     with pytest.raises(mukca.MukcaError, match="nothing ties it to the robot"):
