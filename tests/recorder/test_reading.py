@@ -184,7 +184,7 @@ def test_paths_without_a_placement_are_told_in_one_line(tmp_path):
     file.write_text("1,2,3")
     for paths, told in (
         ((), "no placement is given"),
-        (("/nowhere",), "/nowhere: no such folder"),
+        (("nowhere",), "nowhere: no such folder"),
         ((file,), "not a folder"),
         ((tmp_path,), "no recording in this folder"),
         ((tmp_path / ("long" * 100),), "cannot be read: File name too long"),
