@@ -193,6 +193,18 @@ def shell(session):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("name", ["S\N{LATIN SMALL LETTER U WITH DIAERESIS}d", "a\udcff"])
+@pytest.mark.parametrize("words", ["check {} --robot panda", "info {}", "solve {} --robot panda"])
+def test_letters_that_the_output_has_not_are_marks(
+    shell, session, tmp_path, monkeypatch, words, name
+):
+    """As on a console of Windows, or where a name is of another encoding."""
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii:strict")
+    shutil.copytree(session / "front", tmp_path / name)
+    result = shell(words.format(tmp_path / "*"))
+    assert result.returncode in (0, 1, 3) and "?" in result.stdout, result.stderr
+
+
 LONG = 300 * "x"
 """A name that no disk takes, and that even root cannot look at."""
 

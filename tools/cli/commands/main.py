@@ -89,6 +89,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         complete(os.environ.get("COMP_LINE", ""))
     if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]  (closed by the caller)
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
+    reconfigure = getattr(sys.stdout, "reconfigure", None)
+    if reconfigure is not None and sys.stdout.errors == "strict":
+        reconfigure(errors="replace")  # no name stops a command
     words = list(sys.argv[1:] if argv is None else argv)
     verb = words[0] if words else None
     try:
