@@ -61,7 +61,10 @@ class Flaw:
             )
         unit = match[2] if match else None
         kinds_of_unit = tuple(kind for kind in kinds if unit in (None, kind.unit))
-        size = float(match[1].replace(",", ".")) / UNITS[match[2]] if match else None
+        size = None
+        if match:
+            digits = match[1].replace(",", ".")
+            size = float(digits) / UNITS[match[2]]
         if not kinds_of_unit or (size is not None and size <= 0):
             raise FlawError(f"fault {text!r}: {_size_expected(word, kinds[0].unit)}")
         marks = [_SAMPLE.match(name) for name in names]
@@ -94,12 +97,13 @@ class Flaw:
             reason = "play, and zeros that are off by degrees, look the same; leave out --zeros"
             raise FlawError(f"fault {self.text!r}: {reason}")
         kinds: list[Kind] = []
+        of_all = not self.names and self.sample is None
         for kind in self.kinds:
             blocks = [self._named(block) for block in kind.blocks(scene)]
             blocks = [block for block in blocks if block.parameters]
             if blocks:
                 kinds.append(kind.only(blocks))
-            elif kind.noise is not None and not self.names and self.sample is None:
+            elif kind.noise is not None and of_all:
                 kinds.append(kind)
         if not kinds:
             raise FlawError(f"fault {self.text!r}: {self._impossible(scene)}")
@@ -112,13 +116,16 @@ class Flaw:
         placements = [m.name for m in scene.measurements]
         folders = [name.rpartition("/")[2] for name in placements]
         strange = {*self.names}.difference(placements, folders)
-        if any(map(_OTHER_SIZE.fullmatch, strange)):
+        is_other_size = any(map(_OTHER_SIZE.fullmatch, strange))
+        if is_other_size:
             return _size_expected(word, kind.unit)
         marks = [f"@{self.sample}"] if self.sample is not None else []
         names = " ".join((*self.names, *marks))
         if names and kind.noise:
             return f"{word!r} is of all samples; leave out {names!r}"
-        reason = f"can have none of {names!r}" if names else "can have none"
+        reason = "can have none"
+        if names:
+            reason = f"can have none of {names!r}"
         return (
             f"these recordings {reason}; the joints are {', '.join(joints)}, "
             f"the placements {', '.join(placements)}"

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ....errors import fixed
+from ....errors import fixed as fixed_decimals
 from ....recorder import sample_name
 from .scene import Scene
 
@@ -142,7 +142,7 @@ class _Sentences(Formatter):
             return format(value, digits)
         sign, decimals = digits.removesuffix("f").split(".")
         size = value if sign else abs(value)
-        return f"{fixed(UNITS[unit] * size, int(decimals), sign)} {unit}"
+        return f"{fixed_decimals(UNITS[unit] * size, int(decimals), sign)} {unit}"
 
 
 @dataclass(frozen=True)
