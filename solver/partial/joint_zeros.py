@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
-from ..data import Measurement, measure
+from ..data import Measurement, check_distinct, measure
 from ..robot import Robot
 from .found_zeros import Zeros, still_off
 from .prior import ANGLE, LENGTH, TOLERANCES, prior_of
@@ -58,6 +58,7 @@ def rezero(
         measure(placement, robot, distance, sockets=1, load=prior.load)
         for placement in as_list(data)
     ]
+    check_distinct(measured)
     measured, new, remarks = new_samples(arm, measured)
     task = _remarked(socket_task(prior, measured, stood), measured, remarks)
     if ball_moved:

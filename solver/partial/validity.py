@@ -25,7 +25,7 @@ from ..assessment import (
     rows_since,
 )
 from ..calibration import Calibration, Errors, as_list
-from ..data import Measurement, Metrics, Readings, measure
+from ..data import Measurement, Metrics, Readings, check_distinct, measure
 from ..results import CalibrationDocument, Summary
 from .changes import Changes, changes_since
 from .other_probe import probe_shift, probe_words
@@ -182,6 +182,7 @@ def _as_read_now(
         measure(placement, robot, distance, sockets=1, load=load)
         for placement in placements
     ]
+    check_distinct(measured)
     return [*map(calibration.as_read_now, measured)]
 
 

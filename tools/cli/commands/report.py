@@ -8,7 +8,7 @@ from .... import recorder
 from ....solver import assessment, results
 from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import SolveOptions
-from ....solver.data import measure
+from ....solver.data import check_distinct, measure
 from ....solver.results import write_files
 from ... import cli, report
 from ...report import figures
@@ -220,6 +220,7 @@ def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:
             measure(placement, robot, options.distance, sockets=1)
             for placement in placements
         ]
+        check_distinct(data)
     else:
         data = figures.shared_data(contenders.values())
     result = figures.compare(contenders, data)
