@@ -24,11 +24,11 @@ from .hypotheses import Samples as Samples
 from .inspection import Inspection as Inspection
 from .inspection import Survey as Survey
 from .inspection import inspect_all as inspect_all
-from .listing import cause as cause
 from .live import LiveCheck as LiveCheck
 from .live import is_coarse as is_coarse
 from .placement_advice import farthest_place as farthest_place
 from .placement_advice import next_placement as next_placement
+from .ranking import cause as cause
 from .robust_fit import RigidModel as RigidModel
 from .scene_fit import MENDER as MENDER
 from .scene_fit import Given as Given

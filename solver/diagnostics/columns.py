@@ -9,8 +9,6 @@ from dataclasses import replace
 from itertools import chain
 from typing import NamedTuple
 
-import numpy as np
-
 from .column_hypothesis import ColumnHypothesis
 from .column_ranking import last_sign, promising
 from .hypotheses import (
@@ -132,8 +130,7 @@ def _candidate(
     if part.placement is not None:
         parameters["placement"] = part.placement
     kind = _kind(hypothesis, before, sound.sigma)
-    prior = float(np.log(kind.prior / len(names)))
-    return sound.as_cause(kind, parameters, prior)
+    return sound.as_cause(kind, parameters, len(names))
 
 
 def _refined(hypothesis: ColumnHypothesis, sound: Candidate) -> ColumnHypothesis:

@@ -1,32 +1,76 @@
-"""Explanations of recordings, one after the other.
+"""Causes of recordings, one after the other.
 
-The most probable one is added to the nuisances, and all others are compared again, until that of
-sound recordings is the most probable.
+The most probable cause is accepted and becomes a nuisance, and all others are compared again, until
+sound recordings are probable enough.
 """
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ..data import Measurement
 from ..results import Hypothesis
 from .columns import of_columns
-from .hypotheses import KINDS, Candidate, Comparison, Kind, Scene, likeliest_of
-from .listing import listed_of, shares_of
+from .hypotheses import KINDS, Candidate, Comparison, Scene, likeliest_of
+from .ranking import Ranking, ranking_of
 from .robust_fit import RigidModel
 from .stuck import of_stuck
 
-ROUNDS = 8
-"""Largest number of causes."""
-SURE = 0.1
-"""Probability of sound recordings from which they are accepted as sound."""
 OF_JOINTS = ("sign", "swap", "zero", "model")
 """Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
 LEAST = 8
 """Fewest samples for any explanation."""
 MORE = 20
 """Fewest samples for explanations that are only warnings."""
+
+
+@dataclass(frozen=True)
+class Acceptance:
+    """Thresholds of causes; evidence is a log Bayes factor against sound recordings."""
+
+    first: float
+    """Evidence of all causes together from which the first is accepted."""
+    further: float
+    """The same of a further one."""
+    rounds: int
+    """Largest number of causes, those at once counted as one."""
+    separate: float | None = None
+    """Evidence from which several causes of the most probable kind are accepted at once, where each
+    may hold; None to accept the most probable cause, whatever others of its kind are."""
+
+    def accepted(
+        self,
+        ranking: Ranking,
+        before: Sequence[Candidate],
+    ) -> list[Candidate]:
+        """Return the causes of a ranking that are right, the best first; none if all is sound."""
+        if ranking.evidence <= (self.further if before else self.first):
+            return []
+        if self.separate is None:
+            return [ranking.best]
+        likeliest = max(ranking.shares, key=lambda name: ranking.shares[name])
+        of_kind = [c for c in ranking.candidates if c.kind.name == likeliest]
+        of_kind.sort(key=lambda candidate: -candidate.log_evidence)
+        first, *others = of_kind
+        # residuals of one global cause would look like another
+        alike = (c for c in before if c.of_all and c.residuals & first.residuals)
+        if first is ranking.sound or (first.of_all and any(alike)):
+            return []
+        separate = [
+            candidate
+            for candidate in others
+            if first.kind.separate and ranking.factor(candidate) > self.separate
+        ]
+        return [first, *separate]
+
+
+SURE = math.log(9)
+"""Evidence up to which recordings count as sound: their probability is a tenth there."""
+SAVED = Acceptance(SURE, SURE, rounds=8, separate=0.0)
+"""Thresholds of causes of saved recordings."""
 
 
 def explain(
@@ -39,95 +83,79 @@ def explain(
     count = len(scene.q)
     if count < LEAST:
         return causes, listed
-    kinds = KINDS
-    residuals = set[str]()
-    is_decided = False
-    for _ in range(ROUNDS):
-        candidates = _candidates(model, scene, kinds, residuals)
-        shares = shares_of(candidates)
-        listed = listed or listed_of(candidates, shares)
-        accepted = _accepted(candidates, shares)
-        if not accepted:
+    levels = set[str]()
+    for ranking, accepted in rounds(scene, partial(_ranking, model), SAVED):
+        levels_of_round = {cause.kind.level for cause in accepted}
+        if count < MORE and levels_of_round == {"warning"}:
             break
-        first, *alternatives = accepted
-        is_error = first.kind.level == "error"
-        if count < MORE and not is_error:
-            listed = listed if causes else ()
-            break
-        if first.of_all:
-            if residuals & first.residuals:
-                break  # residuals of one global cause would look like another
-            residuals |= first.residuals
+        if not listed or "error" in levels_of_round - levels:
+            listed = ranking.listed()
+        levels |= levels_of_round
         causes += accepted
-        if is_error and not is_decided:
-            listed = listed_of(candidates, shares)
-            is_decided = True
-        if first.has_no_effect:
-            kinds = tuple(kind for kind in kinds if kind is not first.kind)
-        scene = _beside(_scene_after(model, first), alternatives)
     return causes, listed
 
 
-def _candidates(
+def rounds(
+    scene: Scene,
+    rank: Callable[[Scene, Sequence[Candidate]], Ranking],
+    acceptance: Acceptance,
+) -> Iterator[tuple[Ranking, list[Candidate]]]:
+    """Yield the explanations of a scene and the causes accepted of them, until all is sound.
+
+    ``rank`` compares the explanations of a scene, beside the causes accepted before.
+    """
+    causes: list[Candidate] = []
+    for _ in range(acceptance.rounds):
+        ranking = rank(scene, causes)
+        accepted = acceptance.accepted(ranking, causes)
+        yield ranking, accepted
+        if not accepted:
+            break
+        causes += accepted
+        scene = _scene_after(accepted)
+
+
+def _ranking(
     model: RigidModel,
     scene: Scene,
-    kinds: Sequence[Kind],
-    residuals: Collection[str],
-) -> list[Candidate]:
-    """Return all explanations of a scene, sound recordings first.
+    before: Sequence[Candidate],
+) -> Ranking:
+    """Return all explanations of a scene beside the causes that were accepted before.
 
-    The meaning of columns is asked where no cause of all samples was accepted before.
+    The meaning of columns is asked where no cause of all samples was accepted.
     """
-    candidates = Comparison(scene, kinds).candidates
-    if scene.readings is not None or "samples" in residuals:
-        return candidates
-    sound = shares_of(candidates)["sound"] >= SURE
-    likeliest = likeliest_of(candidates)
-    candidates += of_columns(model, scene, likeliest, sound=sound)
-    if not sound:
-        candidates += of_stuck(model, scene)
-    return candidates
-
-
-def _accepted(
-    candidates: Sequence[Candidate],
-    shares: Mapping[str, float],
-) -> list[Candidate]:
-    """Return what is right of the most probable kind, the best first; none where all is sound."""
-    likeliest = max(shares, key=lambda name: shares[name])
-    if likeliest == "sound" or shares["sound"] >= SURE:
-        return []
-    of_kind = [c for c in candidates if c.kind.name == likeliest]
-    of_kind.sort(key=lambda candidate: -candidate.log_evidence)
-    evidence_of_sound = candidates[0].log_evidence
-    separate = [
-        candidate
-        for candidate in of_kind
-        if candidate.kind.separate and candidate.log_evidence > evidence_of_sound
+    idle = [cause.kind for cause in before if cause.has_no_effect]
+    kinds = [kind for kind in KINDS if kind not in idle]
+    ranking = ranking_of([Comparison(scene, kinds)])
+    of_all = [
+        cause for cause in before if cause.of_all and "samples" in cause.residuals
     ]
-    return separate or of_kind[:1]
+    if of_all or scene.readings is not None:
+        return ranking
+    is_sound = ranking.evidence <= SURE
+    likeliest = likeliest_of(ranking.candidates)
+    causes = of_columns(model, scene, likeliest, sound=is_sound)
+    if not is_sound:
+        causes += of_stuck(model, scene)
+    return ranking.beside(causes)
 
 
-def _beside(scene: Scene, alternatives: Sequence[Candidate]) -> Scene:
-    """Return a scene in which more candidates of the same round are right, too."""
+def _scene_after(accepted: Sequence[Candidate]) -> Scene:
+    """Return the scene where causes of a kind are right, fitted anew where it turns joints."""
+    first, *others = accepted
+    kind = first.kind
+    right = first if kind.turns is None else _turned_back(first)
+    scene = right.after()
+    if first.of_all and kind.noise is None:
+        scene = replace(scene, floors=())  # of fits without it
     explained = list(scene.explained)
-    for candidate in alternatives:
-        before = len(candidate.scene.explained)
-        explained += candidate.after().explained[before:]
+    for cause in others:
+        before = len(cause.scene.explained)
+        explained += cause.after().explained[before:]
     return replace(scene, explained=tuple(explained))
 
 
-def _scene_after(model: RigidModel, accepted: Candidate) -> Scene:
-    """Return the scene where an explanation is right, fitted anew where it turns joints."""
-    kind = accepted.kind
-    right = accepted if kind.turns is None else _turned_back(model, accepted)
-    scene = right.after()
-    if accepted.of_all and kind.noise is None:
-        return replace(scene, floors=())  # of fits without it
-    return scene
-
-
-def _turned_back(model: RigidModel, accepted: Candidate) -> Candidate:
+def _turned_back(accepted: Candidate) -> Candidate:
     """Return an explanation after a fit of joints that are turned back by it.
 
     There its unknown stays among the nuisances: its size is known only so well.
@@ -143,6 +171,7 @@ def _turned_back(model: RigidModel, accepted: Candidate) -> Candidate:
         offsets[:, joint] = correction * turns(readings)
         measurements.append(m.shifted(offsets))
     turned = replace(scene, measurements=tuple(measurements))
+    model = RigidModel(scene.robot, zeros=scene.zeros)
     fitted, _ = model.refitted(turned, scene.x)
     (block,) = accepted.kind.blocks(fitted)
     return replace(accepted, scene=fitted, block=block.only([joint]))

@@ -1,15 +1,18 @@
-"""A fault of a recording session, and the comparison with sound samples that names it."""
+"""A cause as a fault of a recording session: its samples, and its rivals."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from ...recorder import Placement
 from ..results import Hypothesis
 from .hypotheses import Candidate, Parameters, Scene
+from .ranking import Ranking
 
+EVIDENCE = 2.5
+"""Log Bayes factor of all faults against sound samples from which the first is told."""
+SHARE = 1.0
+"""Share of the errors that counts as independent: with less, few samples take a fault for noise."""
 RIVAL = 3.0
 """Log Bayes factor up to which a fault of another kind counts as nearly as probable."""
 
@@ -30,46 +33,15 @@ class Fault:
     """Other kinds of fault that are nearly as probable, the most probable first."""
 
 
-@dataclass(frozen=True)
-class FaultComparison:
-    """Explanations of some samples, compared with the hypothesis of sound ones."""
-
-    sound: Candidate
-    causes: Sequence[Candidate]
-    evidence: float
-    """Log Bayes factor of all causes together, over all arms that may be."""
-
-    def beside(self, causes: Sequence[Candidate]) -> "FaultComparison":
-        """Return the comparison with further causes of the same arm."""
-        factors = [self.factor(candidate) for candidate in causes]
-        evidence = np.logaddexp.reduce([self.evidence, *factors])
-        return replace(self, causes=[*self.causes, *causes], evidence=float(evidence))
-
-    @cached_property
-    def best(self) -> Candidate:
-        """The most probable cause."""
-        return max(self.causes, key=self.factor)
-
-    def factor(self, candidate: Candidate) -> float:
-        """Return the log Bayes factor of a candidate against sound samples."""
-        return candidate.log_evidence - self.sound.log_evidence
-
-    @property
-    def fault(self) -> Fault:
-        """The most probable cause as a fault, with its rivals."""
-        return replace(fault_of(self.best, self.factor(self.best)), rivals=self.rivals)
-
-    @property
-    def rivals(self) -> tuple[Fault, ...]:
-        """The best of each other kind that is nearly as probable, the most probable first."""
-        rivals = dict[str, Fault]()
-        best = self.factor(self.best)
-        for candidate in sorted(self.causes, key=self.factor, reverse=True):
-            name = candidate.kind.name
-            factor = self.factor(candidate)
-            if best - factor < RIVAL and name not in (self.best.kind.name, *rivals):
-                rivals[name] = fault_of(candidate, factor)
-        return tuple(rivals.values())
+def first_fault(ranking: Ranking, cause: Candidate) -> Fault:
+    """Return a cause as a fault, with the best of each other kind that is nearly as probable."""
+    factor = ranking.factor(cause)
+    rivals = dict[str, Fault]()
+    for rival in sorted(ranking.candidates[1:], key=ranking.factor, reverse=True):
+        name, evidence = rival.kind.name, ranking.factor(rival)
+        if factor - evidence < RIVAL and name not in (cause.kind.name, *rivals):
+            rivals[name] = fault_of(rival, evidence)
+    return replace(fault_of(cause, factor), rivals=tuple(rivals.values()))
 
 
 def fault_of(candidate: Candidate, evidence: float) -> Fault:

@@ -15,7 +15,7 @@ from .explain import explain
 from .finding import GARBAGE, Finding, by_mender
 from .hypotheses import Scene
 from .robust_fit import RigidModel
-from .scene_fit import Given, scene_loaded
+from .scene_fit import Given, scene_of
 
 UNCLEAR = {"ball_loose", "pushed", "unexplained", "other_arm", "drift"}
 """Causes that several faults look like, which each placement may tell by itself."""
@@ -98,7 +98,7 @@ def inspect_all(
     if not measurements:
         return Survey((), ())
     model = RigidModel(robot, zeros=zeros)
-    scene = scene_loaded(model, measurements, given, repeatability)
+    scene = scene_of(model, measurements, given, repeatability)
     causes, hypotheses = explain(model, scene)
     findings = [Finding(cause, measurements, given, zeros) for cause in causes]
     gains = [cause for cause in causes if cause.kind.name == "gain"]

@@ -1,19 +1,47 @@
 """Samples that lie in another socket than their numbers say: a change was not told."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import NamedTuple
 
+import numpy as np
+
 from ...recorder import Placement
-from .fault import number_of
-from .hypotheses import Candidate, kind_of
+from .fault import EVIDENCE, SHARE, number_of
+from .hypotheses import (
+    Candidate,
+    Parameters,
+    Samples,
+    Scene,
+    kind_of,
+    sound_recordings,
+)
+from .ranking import Ranking
+from .robust_fit import ABOUT, FEW, RigidModel
 
 FORGOTTEN = kind_of(
     "socket",
     form="{samples} in socket {other}, not {socket}",
     advice="was a change of socket forgotten?",
 )
+DOUBT = -2.0
+"""Log Bayes factor of any other cause from which samples in other sockets are considered."""
+SMALL = 0.015
+"""Size of a cause that is no other socket [m]."""
+CLEAN = 2.0
+"""Noise that such a cause may leave, as a multiple of the usual."""
+STEPS = 6
+"""Steps of a fit to samples in other sockets."""
+TIMES = 2.0
+"""Those that leave up to so many times the least error are looked at closely."""
+CLOSE = 16
+"""So many of them are, at most."""
+LITTLE = 1e-3
+"""All that leave at most this are looked at closely [m]."""
+MANY = 1000
+"""More sockets than a base has."""
 
 
 class Run(NamedTuple):
@@ -23,7 +51,7 @@ class Run(NamedTuple):
     socket: int
 
 
-def runs_of(placement: Placement) -> Iterator[Run]:
+def _runs(placement: Placement) -> Iterator[Run]:
     """Yield samples at a change of socket that may be numbered wrongly."""
     sockets = [sample.socket for sample in placement.samples]
     changes = [i for i in range(1, len(sockets)) if sockets[i] != sockets[i - 1]]
@@ -37,7 +65,7 @@ def runs_of(placement: Placement) -> Iterator[Run]:
             yield Run(range(begin, end), after)
 
 
-def relabelled(placement: Placement, run: Run) -> Placement:
+def _relabelled(placement: Placement, run: Run) -> Placement:
     """Return a placement with some samples in another socket."""
     samples = list(placement.samples)
     for i in run.rows:
@@ -45,21 +73,80 @@ def relabelled(placement: Placement, run: Run) -> Placement:
     return replace(placement, samples=tuple(samples))
 
 
-def forgotten(
-    sound: Candidate,
-    placement: Placement,
-    run: Run,
-    log_prior: float,
-) -> Candidate:
-    """Return a change of socket that was not told, by the scene of relabelled samples."""
+def of_sockets(
+    model: RigidModel,
+    fitted: Callable[[Sequence[Placement], np.ndarray], Scene],
+    placements: Sequence[Placement],
+    ranking: Ranking,
+    before: Sequence[Candidate],
+) -> list[Candidate]:
+    """Return samples of the last placement that may be of another socket, as causes.
+
+    None are looked for where one small fault leaves nothing more, nor beside another fault, which
+    only both together would explain. ``fitted`` is a scene of placements from some unknowns on.
+    """
+    arm = ranking.sound.scene
+    if arm.explained or ranking.evidence <= DOUBT:
+        return []
+    best = ranking.best
+    is_small = best.parameters.get("size", math.inf) < SMALL
+    leaves_nothing = best.sigma < CLEAN * arm.noise
+    is_told = ranking.factor(best) > EVIDENCE
+    if is_small and leaves_nothing and is_told:
+        return []
+    *others, placement = placements
+    for cause in before:
+        placement = _relabelled(placement, cause.parameters["run"])
+    runs = list(_runs(placement))
+    causes: list[Candidate] = []
+    for run in _promising(model, [*others, placement], arm.x, runs):
+        scene = fitted([*others, _relabelled(placement, run)], arm.x)
+        of_arm = replace(scene, play=arm.play, wide=arm.wide)
+        sound = sound_recordings(of_arm, SHARE)
+        causes.append(sound.as_cause(FORGOTTEN, _names(placement, run), len(runs)))
+    return causes
+
+
+def _names(placement: Placement, run: Run) -> Parameters:
+    """Return the parameters of samples that lie in another socket."""
     numbers = [number_of(placement, i) for i in run.rows]
     samples = f"samples {numbers[0]} to {numbers[-1]} lie"
-    parameters = {
+    return {
         "placement": placement.name,
-        "rows": run.rows,
+        "run": run,
         "numbers": tuple(numbers),
         "socket": placement.samples[run.rows[0]].socket,
         "other": run.socket,
         "samples": samples if len(numbers) > 1 else f"sample {numbers[0]} lies",
     }
-    return sound.as_cause(FORGOTTEN, parameters, log_prior)
+
+
+def _promising(
+    model: RigidModel,
+    placements: Sequence[Placement],
+    x: np.ndarray,
+    runs: Sequence[Run],
+) -> list[Run]:
+    """Return the runs with which a linear fit leaves little, or near the least."""
+    *before, placement = placements
+    count = max(ABOUT // len(placements), FEW)
+    parts = [p.samples[:: max(len(p.samples) // count, 1)] for p in before]
+    start = sum(map(len, parts))
+    parts.append(placement.samples)
+    q = np.array([sample.position for sample in chain(*parts)])
+    pairs = [(i, sample.socket) for i, part in enumerate(parts) for sample in part]
+    seats = np.array(pairs) @ [MANY, 1]
+    last = MANY * len(before)
+    no_points = np.zeros((len(q), 3))
+    linear = model.linearised(x, q)
+    errors: list[float] = []
+    for rows, socket in runs:
+        of_run = seats.copy()
+        of_run[start + np.array(rows)] = last + socket
+        _, sockets = np.unique(of_run, return_inverse=True)
+        samples = Samples(q, sockets, no_points)
+        fit = model.fit(samples, STEPS, x, linear)
+        errors.append(float(fit.errors.mean()))
+    limits = [TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]]
+    largest = max(LITTLE, min(limits))
+    return [run for run, error in zip(runs, errors, strict=True) if error <= largest]

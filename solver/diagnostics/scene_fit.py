@@ -1,7 +1,7 @@
 """Recordings about a robust fit, as a linear scene, and the errors of fits to single placements."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,6 @@ import numpy as np
 from ..data import (
     CALIPER_DEVIATION,
     STANDARD_LOAD,
-    Known,
     KnownDistance,
     Load,
     Measurement,
@@ -70,12 +69,27 @@ class _Thinned(NamedTuple):
 def scene_of(
     model: RigidModel,
     measurements: Sequence[Measurement],
-    lengths: Sequence[Known[int]],
+    given: Given,
     repeatability: float | None,
-    floors: Sequence[float],
+    floors: Sequence[float] | None = None,
     start: np.ndarray | None = None,
 ) -> Scene:
-    """Return recordings as a linear model about a robust fit, begun at some unknowns."""
+    """Return recordings as a linear model about a robust fit, begun at some unknowns.
+
+    ``floors`` are the errors of fits to each placement alone [m]; None to fit them.
+
+    Raises:
+        KnownError: A known distance names a socket that is not there.
+    """
+    recordings = RobotRecordings(model.robot, measurements)
+    places = places_of(
+        [recordings],
+        lengths=given.known,
+        deviation=given.deviation,
+        require_scale=False,
+    )
+    if floors is None:
+        floors = list(fitted_alone(model.robot, measurements).values())
     thinned = [_thinned(measured) for measured in measurements]
     thin = [placement.measured for placement in thinned]
     numbers = [placement.numbers for placement in thinned]
@@ -97,7 +111,7 @@ def scene_of(
         robot=model.robot,
         parameters=model.parameters,
         measurements=tuple(thin),
-        known=tuple(lengths),
+        known=tuple(length for length in places.known if length.distance),
         x=fit.x,
         by_scale=model.by_scale,
         centres=centres,
@@ -105,6 +119,7 @@ def scene_of(
         floors=tuple(floors),
         noise=noise,
         noise_width=_noise_width(model, measurements, repeatability),
+        load=given.load,
         zeros=model.zeros,
         numbers=np.concatenate(numbers),
     )
@@ -120,29 +135,6 @@ def _noise_width(
         return INSTRUMENTS
     is_unknown = model.zeros or repeatability is None
     return USUAL_WIDTH if is_unknown else KNOWN_WIDTH
-
-
-def scene_loaded(
-    model: RigidModel,
-    measurements: Sequence[Measurement],
-    given: Given,
-    repeatability: float | None,
-) -> Scene:
-    """Return recordings of which something is known as a linear model; see :func:`scene_of`.
-
-    Raises:
-        KnownError: A known distance names a socket that is not there.
-    """
-    recordings = RobotRecordings(model.robot, measurements)
-    places = places_of(
-        [recordings],
-        lengths=given.known,
-        deviation=given.deviation,
-        require_scale=False,
-    )
-    floors = list(fitted_alone(model.robot, measurements).values())
-    scene = scene_of(model, measurements, places.known, repeatability, floors)
-    return replace(scene, load=given.load)
 
 
 def _thinned(measured: Measurement) -> _Thinned:

@@ -186,6 +186,5 @@ def _candidate(changed: Scene, run: _Run) -> Candidate:
     }
     if run.placement is not None:
         parameters["placement"] = run.placement
-    share = STUCK.prior / len(names) / len(changed.places)
     sound = sound_recordings(changed)
-    return sound.as_cause(STUCK, parameters, float(np.log(share)))
+    return sound.as_cause(STUCK, parameters, len(names) * len(changed.places))

@@ -33,7 +33,7 @@ from .hypotheses import (
     likeliest_of,
 )
 from .robust_fit import RigidModel
-from .scene_fit import Given, scene_loaded
+from .scene_fit import Given, scene_of
 
 CLEAR = 3.0
 """Logarithm of the odds from which a flaw is clearly there."""
@@ -113,7 +113,7 @@ def what_if(
         KnownError: A known distance names a socket that is not there.
     """
     model = RigidModel(robot, zeros=zeros)
-    scene = scene_loaded(model, measurements, given or Given(), repeatability)
+    scene = scene_of(model, measurements, given or Given(), repeatability)
     likeliest = likeliest_of(Comparison(scene, flaw.possible(scene)).candidates)
     estimate = _estimate(likeliest)
     size = flaw.size or estimate.size or scene.noise
@@ -285,7 +285,7 @@ def shift_by(
 
     Of several joints it takes one amid the chain; what is free besides is random.
     """
-    scene = scene_loaded(RigidModel(robot), [measured], Given(), None)
+    scene = scene_of(RigidModel(robot), [measured], Given(), None)
     kind, *_ = flaw.possible(scene)
     block, *_ = kind.blocks(scene)
     single = block.only([len(block.parameters) // 2])

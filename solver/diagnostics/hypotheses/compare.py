@@ -120,14 +120,14 @@ class Candidate:
         self,
         kind: Kind,
         parameters: Parameters,
-        log_prior: float,
+        count: int,
     ) -> "Candidate":
-        """Return what changed a scene that was fitted anew, by its evidence as sound recordings."""
+        """Return one of so many causes of a kind, by the scene that it changed, sound with it."""
         return replace(
             self,
             kind=replace(kind, scene_after=_as_it_is),
             block=replace(self.block, parameters=[parameters]),
-            log_evidence=self.log_evidence + log_prior,
+            log_evidence=self.log_evidence + math.log(kind.prior / count),
         )
 
     def after(self) -> Scene:

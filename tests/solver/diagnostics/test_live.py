@@ -9,7 +9,7 @@ from sessions import Setting
 from mukca.recorder import Sample
 from mukca.solver.data import STANDARD_LOAD
 from mukca.solver.diagnostics import LiveCheck, RigidModel
-from mukca.solver.diagnostics.live import CLOSE
+from mukca.solver.diagnostics.relabelling import CLOSE
 
 LATE = "socket@13+6"
 

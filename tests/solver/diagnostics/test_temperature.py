@@ -10,7 +10,7 @@ from mukca.solver.data import Measurement
 from mukca.solver.diagnostics import RigidModel
 from mukca.solver.diagnostics.hypotheses import KINDS, Comparison, kind_of
 from mukca.solver.diagnostics.hypotheses.kinds import Block
-from mukca.solver.diagnostics.scene_fit import scene_of
+from mukca.solver.diagnostics.scene_fit import Given, scene_of
 from mukca.solver.robot import BallModel, workspace
 
 RISE = 5.0
@@ -53,7 +53,7 @@ def scene(panda, true_panda):
         samples = tuple(Sample(tuple(a), 0, point=tuple(b), temperature=t) for a, b, t in rows)
         placement = Placement(name="front", samples=samples, joint_names=panda.joint_names)
         model, measured = RigidModel(panda), [Measurement(placement, 0.0)]
-        return scene_of(model, measured, (), 1e-4, [0.0])
+        return scene_of(model, measured, Given(), 1e-4, [0.0])
 
     return scene
 
