@@ -123,11 +123,12 @@ class Candidate:
         count: int,
     ) -> "Candidate":
         """Return one of so many causes of a kind, by the scene that it changed, sound with it."""
+        log_prior = math.log(kind.prior / count)
         return replace(
             self,
             kind=replace(kind, scene_after=_as_it_is),
             block=replace(self.block, parameters=[parameters]),
-            log_evidence=self.log_evidence + math.log(kind.prior / count),
+            log_evidence=self.log_evidence + log_prior,
         )
 
     def after(self) -> Scene:
