@@ -19,9 +19,13 @@ from pathlib import Path
 import numpy as np
 
 from mukca.recorder import read_placement, write_holes
-from mukca.solver.data import measure
+from mukca.solver.bayes.inference import estimate
+from mukca.solver.bayes.model import extend
+from mukca.solver.data import Measurement, RobotRecordings, measure, observe
+from mukca.solver.diagnostics import RigidModel
+from mukca.solver.diagnostics.hypotheses import samples_of
 from mukca.solver.paper import Problem, build_problem, solve
-from mukca.solver.robot import load_robot
+from mukca.solver.robot import Robot, choose_parameters, load_robot
 from mukca.tools.simulation import demo_arm, demo_bases, record, simulate_recordings
 
 IMPORTS = {
@@ -60,6 +64,20 @@ def evaluations(problem: Problem) -> None:
     print(
         f"one fit of {steps} iterations costs {fit / evaluation:.1f} of its evaluations of "
         f"residuals and Jacobian ({1e3 * evaluation:.2f} ms each)"
+    )
+
+
+def fits(robot: Robot, measured: Measurement) -> None:
+    """Compare the quick fit of the diagnostics with the full one, for the same unknowns."""
+    quick = RigidModel(robot)
+    samples = samples_of([measured])
+    full = extend(robot, choose_parameters(robot))
+    data = observe(RobotRecordings(robot, [measured]))
+    by_quick = seconds(lambda: quick.fit(samples))
+    by_full = seconds(lambda: estimate(full, data, joint_noise=False))
+    print(f"quick fit    {1e3 * by_quick:7.1f} ms")
+    print(
+        f"full fit     {1e3 * by_full:7.1f} ms   {by_full / by_quick:.0f} x the quick fit"
     )
 
 
@@ -129,9 +147,11 @@ def main() -> None:
         _, placements = simulate_recordings(so101, 1, samples=40, noise=5e-4)
         write_holes(placements[0], servo_arm)
         robot = load_robot(arguments.robot)
-        problem = build_problem(robot, [measure(read_placement(folder), robot)])
+        measured = measure(read_placement(folder), robot)
+        problem = build_problem(robot, [measured])
         evaluations(problem)
         optimizers(problem)
+        fits(robot, measured)
         commands(folder, arguments.robot, servo_arm, arguments.rounds)
 
 
