@@ -25,6 +25,7 @@ from mukca.solver.bayes.inference import Posterior
 from mukca.solver.bayes.model.effects import EXTENSIONS
 from mukca.solver.bayes.selection import JOINT_NOISE, select_models
 from mukca.solver.data import (
+    STANDARD_LOAD,
     KnownDistance,
     Measurement,
     RobotRecordings,
@@ -34,7 +35,6 @@ from mukca.solver.data import (
 from mukca.solver.robot import (
     Robot,
     choose_parameters,
-    gravity_moments,
     load_robot,
     workspace,
 )
@@ -71,7 +71,7 @@ def costs(robot: Robot, data: list[Measurement]) -> None:
     model = found.model
 
     def evaluate() -> None:
-        model.linearise(found.x, one.positions, one.torques)
+        model.linearise(found.x, one)
 
     evaluation = seconds(evaluate, 30)
     fit = seconds(lambda: select_models(first, parameters, one), 5)
@@ -92,7 +92,7 @@ def distance_errors(found: Posterior, truth: np.ndarray, seed: int) -> np.ndarra
     """Return errors of distances up to 400 mm between balls in the workspace [m]."""
     robot = found.model.robot
     q = workspace(robot, 2000, seed)
-    ball = found.predict(q, gravity_moments(robot, q))
+    ball = found.predict(STANDARD_LOAD.at(robot, q))
     true = found.model.ball.points(truth, q)
     lengths = np.linalg.norm(true[1::2] - true[::2], axis=1)
     errors = np.linalg.norm(ball[1::2] - ball[::2], axis=1) - lengths

@@ -102,8 +102,8 @@ def draw(kind: str, size: float, seed: int) -> tuple[float, ...]:
     parts = error_parts(fit.posterior, sockets)
     assert parts is not None
     squares = 0.0
-    for q, _ in sockets:
-        off = fit.ball(q) - effect.ball(q)
+    for samples in sockets:
+        off = fit.ball(samples.q) - effect.ball(samples.q)
         squares += float(np.sum((off - off.mean(axis=0)) ** 2))
     lacking = squares / len(held.positions) - parts.want_of_data**2
     interval = parts.not_in_model

@@ -21,12 +21,11 @@ import numpy as np
 from worlds import realistic_flaws
 
 from mukca.solver.calibration import SolveOptions, fit_robots
-from mukca.solver.data import Measurement, RobotRecordings, measure
+from mukca.solver.data import STANDARD_LOAD, Measurement, RobotRecordings, measure
 from mukca.solver.robot import (
     BallModel,
     InverseKinematics,
     Robot,
-    gravity_moments,
     load_robot,
     workspace,
 )
@@ -104,7 +103,7 @@ def draw(rigid: bool, step: float | None, seed: int) -> dict[str, Row]:
         return [measure(placement, robot) for placement in recorded]
 
     test, q = at(slice(3, 6), 30), workspace(robot, 800, seed=1)
-    true_positions = how.deflection.true_positions(q, gravity_moments(robot, q))
+    true_positions = how.deflection.true_positions(STANDARD_LOAD.at(robot, q))
     true = lengths(BallModel(arm, []).points(np.empty(0), true_positions))
     rows: dict[str, Row] = {}
     for name, (samples, places) in TRAINED.items():

@@ -30,6 +30,7 @@ from mukca.solver.data import (
     WORLD,
     Pose,
     RobotRecordings,
+    Samples,
     SocketAt,
     measure,
     observations_at,
@@ -102,7 +103,7 @@ def size_of(robot: Robot) -> float:
 def seen(found: TiedRobots, i: int, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the balls of one robot in the world, and their slopes by all unknowns."""
     arm, frame = found.arms[i], found.robots[i].frame
-    points, J, _ = arm.model.linearise(arm.x, q, np.tile(0 * q, 3))
+    points, J, _ = arm.linearise(Samples.unloaded(q))
     slopes, pose = np.zeros((len(q), 3, len(found.around.mean))), found.poses[frame]
     begin = found.columns[i].start
     slopes[:, :, begin : begin + J.shape[2]] = pose.rotation @ J

@@ -74,11 +74,9 @@ def shares_within(calibration: mukca.Calibration, measured: Measurement) -> list
     What is stated has the misfit of every other point, and is judged at the points between.
     """
     posterior, load = calibration.posterior, calibration.load
-    moments = load.torques(calibration.robot, measured)
-    halves = [
-        HeldOut(measured.positions[k::2], moments[k::2], measured.points[k::2])
-        for k in (0, 1)
-    ]
+    samples = load.samples(calibration.robot, measured)
+    parts = slice(0, None, 2), slice(1, None, 2)
+    halves = [HeldOut(samples.only(part), measured.points[part]) for part in parts]
     factors = [misfit(posterior, [half]) for half in halves]
     shares = [
         within(posterior, half, factor, CHI_SQUARES)

@@ -43,6 +43,7 @@ from mukca.solver.calibration.fit import fit_robots
 from mukca.solver.data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
+    STANDARD_LOAD,
     Measurement,
     RobotRecordings,
     measure,
@@ -51,7 +52,6 @@ from mukca.solver.results import CalibratedRobot
 from mukca.solver.robot import (
     BallModel,
     Robot,
-    gravity_moments,
     load_robot,
     rotation_vectors,
     workspace,
@@ -89,10 +89,10 @@ class Truth:
 
     def ball(self, q: np.ndarray) -> np.ndarray:
         """Ball centres, shape (N, 3) [m]."""
-        moments = gravity_moments(self.arm, q + self.zeros)
-        true = self.flaws.deflection.true_positions(q + self.zeros, moments)
+        samples = STANDARD_LOAD.at(self.arm, q + self.zeros)
+        true = self.flaws.deflection.true_positions(samples)
         if self.flaws.play:
-            torques = moments[:, : q.shape[1]]
+            torques = samples.torques
             true = true - 0.5 * self.flaws.play * np.sign(torques) * (
                 abs(torques) > REST
             )
@@ -175,8 +175,7 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
     def ask(where: str, q: np.ndarray) -> None:
         """Distances by the full model, and by the URDF alone."""
         q = q[: len(q) // 2 * 2]
-        moments = gravity_moments(robot, q)
-        _, deviation = distance_deviations(found, q, moments)
+        _, deviation = distance_deviations(found, STANDARD_LOAD.at(robot, q))
         true, full, alone = (_lengths(of(q)) for of in (truth.ball, *balls))
         errors[where] = ((full - true) / deviation).tolist()
         errors[f"{where}, URDF"] = standard(
@@ -222,9 +221,7 @@ def _deviations(found: Posterior, held: Measurement, truth: Truth) -> list[float
     scatter: list[float] = []
     for rows in held.slices:
         x = held.positions[rows]
-        points, jacobian, _ = found.model.linearise(
-            found.x, x, gravity_moments(truth.arm, x)
-        )
+        points, jacobian, _ = found.linearise(STANDARD_LOAD.at(truth.arm, x))
         exact = truth.ball(x)
         error = (points - points.mean(axis=0)) - (exact - exact.mean(axis=0))
         centred = jacobian - jacobian.mean(axis=0)
@@ -238,9 +235,8 @@ def _poses(found: Posterior, arm: CalibratedRobot, truth: Truth) -> list[float]:
     true = CalibratedRobot(truth.arm, deflection=truth.flaws.deflection)
     q = workspace(arm.robot, POSES)
     at, exact = (one.poses(q)[0].reshape(-1, 4, 4) for one in (arm, true))
-    covariances = pose_covariances(
-        found, q, gravity_moments(arm.robot, q), at[:, :3, 3]
-    )
+    poses = STANDARD_LOAD.at(arm.robot, q)
+    covariances = pose_covariances(found, poses, at[:, :3, 3])
     turns = rotation_vectors(at[:, :3, :3] @ exact[:, :3, :3].swapaxes(1, 2))
     errors = np.hstack([(at - exact)[:, :3, 3], turns])
     squares = np.einsum("ni,nij,nj->n", errors, np.linalg.inv(covariances), errors)

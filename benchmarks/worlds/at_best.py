@@ -12,7 +12,7 @@ import numpy as np
 from mukca.recorder import Placement
 from mukca.solver.bayes.model import Noise, extend
 from mukca.solver.bayes.model.effects import EFFECTS, JOINT_OFFSET
-from mukca.solver.data import CALIPER_DEVIATION, STANDARD_LOAD
+from mukca.solver.data import CALIPER_DEVIATION, STANDARD_LOAD, Samples
 from mukca.solver.design import ParameterCovariance, Workspace
 from mukca.solver.robot import Robot, all_parameters
 from mukca.tools.simulation import Imperfection
@@ -76,7 +76,7 @@ class AtBest:
         known.covariance[self.ball, self.ball] += ANYWHERE**2
         known = _after(replace(known, noise=Noise(noise, 0.0, GAUSSIAN)), touches)
         rows = q.reshape(-1, q.shape[-1])
-        slopes = known.model.linearise(known.x, rows, _moments(known, rows))[1]
+        slopes = known.linearise(_loaded(known, rows))[1]
         slopes = slopes.reshape(*q.shape[:2], 3, -1)
         apart = slopes - slopes.mean(axis=1, keepdims=True)
         squares = np.einsum("knai,ij,knaj->kn", apart, known.covariance, apart)
@@ -97,14 +97,14 @@ def _after(known: ParameterCovariance, placement: Placement) -> ParameterCovaria
     size, centres = known.model.size, list[np.ndarray]()
     for k in range(int(placement.sockets.max()) + 1):
         q = placement.positions[placement.sockets == k]
-        moments = _moments(known, q)
-        known = known.with_sockets(1).with_samples(q, k, moments)
-        centres.append(known.model.linearise(known.x, q, moments)[0].mean(axis=0))
+        samples = _loaded(known, q)
+        known = known.with_sockets(1).with_samples(samples, k)
+        centres.append(known.linearise(samples)[0].mean(axis=0))
     if len(centres) == 2:
         away = (centres[1] - centres[0]) / np.linalg.norm(centres[1] - centres[0])
         known = known.with_lengths({0: -away, 1: away}, CALIPER_DEVIATION)
     return replace(known, covariance=known.covariance[:size, :size].copy())
 
 
-def _moments(known: ParameterCovariance, q: np.ndarray) -> np.ndarray:
-    return STANDARD_LOAD.moments(known.model.robot, q, None)
+def _loaded(known: ParameterCovariance, q: np.ndarray) -> Samples:
+    return STANDARD_LOAD.at(known.model.robot, q)

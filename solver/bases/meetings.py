@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from ...errors import fixed
 from ..bayes.inference import Posterior
-from ..data import SocketSamples, as_point
+from ..data import Samples, as_point
 from ..results import UNSEEN, BaseToBase
 from ..robot import PoseModel, PoseSolver, Solutions, workspace
 from .ties import TiedRobots
@@ -76,10 +76,10 @@ def _tool_deviation(
         return None
     frame = world.robots[robot].frame
     pose = world.poses[frame]
-    first = _unloaded(meetings.first)
-    second = _unloaded(meetings.second)
-    _, J1, _ = world.arms[0].linearise(*first)
-    points, J2, _ = world.arms[robot].linearise(*second)
+    first = Samples.unloaded(meetings.first)
+    second = Samples.unloaded(meetings.second)
+    _, J1, _ = world.arms[0].linearise(first)
+    points, J2, _ = world.arms[robot].linearise(second)
     size = len(world.around.mean)
     A = np.zeros((len(points), 3, size))
     begin = world.columns[0].start
@@ -139,7 +139,7 @@ def _recorded_by_both(world: TiedRobots, robot: int) -> np.ndarray:
     lowest: list[np.ndarray] = []
     highest: list[np.ndarray] = []
     for k in (0, robot):
-        recorded = world.arms[k].data.positions
+        recorded = world.arms[k].data.q
         balls = _balls(world, k, recorded)
         lowest.append(balls.min(axis=0))
         highest.append(balls.max(axis=0))
@@ -148,21 +148,13 @@ def _recorded_by_both(world: TiedRobots, robot: int) -> np.ndarray:
     return np.array([low, high])
 
 
-def _unloaded(q: np.ndarray) -> SocketSamples:
-    """Return configurations without moments."""
-    count, joints = q.shape
-    moments = np.zeros((count, 3 * joints))
-    return SocketSamples(q, moments)
-
-
 def _balls(
     world: TiedRobots,
     robot: int,
     q: np.ndarray,
 ) -> np.ndarray:
     """Return balls of a robot without load in the world, shape (N, 3) [m]."""
-    samples = _unloaded(q)
-    points = world.arms[robot].predict(*samples)
+    points = world.arms[robot].predict(Samples.unloaded(q))
     base = world.poses[world.robots[robot].frame]
     return base.apply(points)
 

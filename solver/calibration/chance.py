@@ -38,9 +38,9 @@ class Comparison:
 
     def _at(self, q: np.ndarray, efforts: np.ndarray | None) -> Apart:
         step = -(-len(q) // POSES)
-        moments = self.load.moments(self.first.model.robot, q, efforts)
-        poses = q[::step], moments[::step]
-        a, b = Estimate(self.first, *poses), Estimate(self.second, *poses)
+        samples = self.load.at(self.first.model.robot, q, efforts)
+        poses = samples.only(slice(None, None, step))
+        a, b = Estimate(self.first, poses), Estimate(self.second, poses)
         return apart_by_chance(a, b, follows=self.later)
 
 

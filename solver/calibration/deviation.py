@@ -59,11 +59,9 @@ class FittedModel(FullModel):
                 continue
             held = measure(row.placement(names), robot, sockets=1, load=load)
             if held.kind == "points":
-                places.append(
-                    HeldOut(held.positions, load.torques(robot, held), held.points)
-                )
+                places.append(HeldOut(load.samples(robot, held), held.points))
             else:
-                places += [HeldOut(*samples) for samples in load.by_socket(robot, held)]
+                places += map(HeldOut, load.by_socket(robot, held))
         return misfit(self.posterior, places)
 
     def deviation(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
@@ -85,12 +83,12 @@ class FittedModel(FullModel):
         arm = self.kinematics(**setup)
         rows = checked(arm.calibrated, q)
         poses = arm.calibrated.poses(rows)[0].reshape(-1, 4, 4) @ arm.tool
-        moments = arm.load.moments(arm.robot, rows, None)
+        samples = arm.load.at(arm.robot, rows)
         tool = setup.get("tool")
         places = poses[:, :3, 3]
         of_ball = isinstance(tool, str) and tool == self.robot.tip
         inside = pose_covariances(
-            self.posterior, rows, moments, places, of_ball=of_ball, misfit=self.misfit
+            self.posterior, samples, places, of_ball=of_ball, misfit=self.misfit
         )
         R = np.kron(np.eye(2), arm.base[:3, :3])
         return (R @ inside @ R.T).reshape(*np.shape(q)[:-1], 6, 6)

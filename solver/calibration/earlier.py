@@ -198,7 +198,7 @@ def _stored(
             for kind in SOURCE_KINDS
             if kind in stored.noises
         },
-        model.predict(x, data.positions, data.torques, data.clocks),
+        model.predict(x, data),
         np.array(weights, dtype=float),
         document.log_evidence or 0.0,
         (x,),

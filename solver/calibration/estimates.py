@@ -61,7 +61,7 @@ def error_curves(posterior: Posterior) -> results.ErrorCurves | None:
         if joint.type == "prismatic":
             continue
         variances = np.sum((B @ Sigma[k::m, k::m]) * B, axis=1)
-        positions = posterior.data.positions[:, k]
+        positions = posterior.data.q[:, k]
         curve = results.JointCurve(
             joint=joint.name,
             values=_rounded(B @ coefficients[:, k]),

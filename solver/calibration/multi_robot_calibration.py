@@ -240,7 +240,7 @@ def _postures(world: TiedRobots, robot: int) -> list[list[list[float]]]:
     shared = np.flatnonzero(np.isin(visitor.sockets, list(others)))
     rows = np.flatnonzero(np.isin(arm.data.sockets, shared))
     _, first = np.unique(arm.data.recorded_at[rows], return_index=True)
-    q = arm.data.positions[rows[first]]
+    q = arm.data.q[rows[first]]
     origins = arm.model.ball.origins(arm.values)
     places = link_poses(arm.model.robot.joints, q, origins)[..., 3]
     return world.poses[visitor.frame].apply(places).round(5).tolist()

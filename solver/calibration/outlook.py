@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import results
 from ..bayes import results as bayes
-from ..data import Load, SocketSamples
+from ..data import Load, Samples
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
 from ..diagnostics import farthest_place
 from ..robot import InverseKinematics, Robot, SimulationError
@@ -54,7 +54,7 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
 
 def _imagined(
     robot: Robot, place: np.ndarray, distance: float, load: Load
-) -> list[SocketSamples]:
+) -> list[Samples]:
     """Return varied samples in both sockets of a base at a place; none where it is out of reach."""
     half = np.array([0.0, distance / 2, 0.0])
     for factor in NEARER:
@@ -67,7 +67,5 @@ def _imagined(
         repeated = [
             np.tile(rows, (ADVISED // GUIDED, 1)) for rows in (q[:GUIDED], q[GUIDED:])
         ]
-        return [
-            SocketSamples(rows, load.moments(robot, rows, None)) for rows in repeated
-        ]
+        return [load.at(robot, rows) for rows in repeated]
     return []

@@ -50,7 +50,6 @@ from .measurements import STANDARD_LOAD as STANDARD_LOAD
 from .measurements import Apart as Apart
 from .measurements import Load as Load
 from .measurements import Measurement as Measurement
-from .measurements import SocketSamples as SocketSamples
 from .measurements import TooFewError as TooFewError
 from .measurements import whole_name as whole_name
 from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION
@@ -74,6 +73,10 @@ from .places import RobotRecordings as RobotRecordings
 from .places import base_name as base_name
 from .places import measured_in_frame as measured_in_frame
 from .places import places_of as places_of
+from .samples import Clock as Clock
+from .samples import SampleRows as SampleRows
+from .samples import Samples as Samples
+from .samples import joined as joined
 from .socket_distance import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .socket_distance import check_distance as check_distance
 from .tips import TipSamples as TipSamples

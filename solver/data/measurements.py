@@ -6,7 +6,7 @@ A measured pose is two samples, place [m] and orientation [rad], which come last
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ...errors import MukcaError
 from ...recorder import Placement
 from ..robot import STANDARD_GRAVITY, Robot, gravity_moments
 from .instrument import rotation_matrices
+from .samples import Samples
 
 PART = ", part "
 """Between the name of a placement and the number of its part, where it was split."""
@@ -179,12 +180,18 @@ class Measurement:
     def clocks(self) -> np.ndarray:
         """Number of samples before each row, time and temperature since the first, shape (N, 3).
 
-        Time [s] and temperature [K] are 0 where they were not recorded.
+        Time [s] and temperature [K] are NaN where they were not recorded.
         """
         clocks = np.column_stack(
             [self.order, self.clock("time"), self.clock("temperature")]
         )
-        return np.nan_to_num(clocks - clocks[np.argmin(self.order)])
+        return clocks - clocks[np.argmin(self.order)]
+
+    @property
+    def wheres(self) -> np.ndarray:
+        """File and line of each row of :attr:`positions`, for messages, shape (N,)."""
+        wheres = [sample.where for sample in self.placement.samples]
+        return np.array(wheres)[self.order]
 
     def called(self, name: str) -> "Measurement":
         """Return the placement by another name."""
@@ -224,40 +231,32 @@ class Load:
         mass = placement.payload
         return self if mass is None else Load(self.gravity, mass)
 
-    def torques(self, robot: Robot, measured: Measurement) -> np.ndarray:
-        """Return the moments that hold the joints in a placement's samples; see :meth:`moments`."""
+    def samples(self, robot: Robot, measured: Measurement) -> Samples:
+        """Return the samples of a placement, row by row as :attr:`Measurement.positions`."""
         load = self.of(measured.placement)
-        return load.moments(robot, measured.positions, measured.efforts)
+        return load.at(robot, measured.positions, measured.efforts, measured.clocks)
 
-    def by_socket(self, robot: Robot, measured: Measurement) -> "list[SocketSamples]":
-        """Return the samples in each socket, with their :meth:`torques`."""
-        moments = self.torques(robot, measured)
-        return [
-            SocketSamples(measured.positions[rows], moments[rows])
-            for rows in measured.slices
-        ]
+    def by_socket(self, robot: Robot, measured: Measurement) -> list[Samples]:
+        """Return the samples in each socket."""
+        samples = self.samples(robot, measured)
+        return [samples.only(rows) for rows in measured.slices]
 
-    def moments(
-        self, robot: Robot, q: np.ndarray, efforts: np.ndarray | None
-    ) -> np.ndarray:
-        """Return the moments that hold an arm's joints at positions q, shape (N, 3 m) [N m].
+    def at(
+        self,
+        robot: Robot,
+        q: np.ndarray,
+        efforts: np.ndarray | None = None,
+        clocks: np.ndarray | None = None,
+    ) -> Samples:
+        """Return an arm at joint positions q, shape (N, m) [rad], with the moments that hold it.
 
-        Torques about the joints' own axes, as measured unless ``efforts`` is None, then the moments
-        across them, which always follow from the masses.
+        Torques about the joints' own axes are as measured unless ``efforts`` is None. The moments
+        across them always follow from the masses.
         """
         moments = gravity_moments(robot, q, self.gravity, self.payload)
         if efforts is not None:
             moments[:, : q.shape[1]] = efforts
-        return moments
-
-
-class SocketSamples(NamedTuple):
-    """N samples in one socket."""
-
-    q: np.ndarray
-    """Joint positions, shape (N, m) [rad]."""
-    moments: np.ndarray
-    """Moments that hold the joints, shape (N, 3 m) [N m]."""
+        return Samples(q, moments, clocks)
 
 
 STANDARD_LOAD = Load(STANDARD_GRAVITY, 0.0)

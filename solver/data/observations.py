@@ -1,15 +1,16 @@
 """The samples of one robot, and the places where they were recorded."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from .known import WORLD, KnownDistance, SocketAt
 from .metrics import CALIPER_DEVIATION
 from .places import Places, RobotRecordings, places_of
+from .samples import Samples, joined
 
 SourceKind = Literal["sockets", "points", "turns"]
 SOURCE_KINDS: tuple[SourceKind, ...] = ("sockets", "points", "turns")
@@ -17,23 +18,12 @@ SOURCE_KINDS: tuple[SourceKind, ...] = ("sockets", "points", "turns")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Observations(Places):
+class Observations(Samples, Places):
     """The data of one robot: N samples, m joints, and the places, S sockets among them."""
 
-    positions: np.ndarray
-    """Joint positions, shape (N, m) [rad]."""
-    torques: np.ndarray
-    """Moments that hold the arm, about the joints' own axes and those across, shape (N, 3 m)
-    [N m]."""
     sockets: np.ndarray
     """Index of each sample's socket among all sockets, shape (N,); -1 for what an instrument
     measured."""
-    clocks: np.ndarray
-    """Index, time and temperature from the first sample of its placement on, shape (N, 3)."""
-    time: np.ndarray
-    """Times of the samples, shape (N,) [s]; NaN where not known."""
-    temperature: np.ndarray
-    """Temperatures, likewise."""
     recorded_at: np.ndarray
     """Name of the placement of each sample, shape (N,)."""
     measured_in: np.ndarray
@@ -50,19 +40,25 @@ class Observations(Places):
     @classmethod
     def none(cls, joints: int) -> "Observations":
         """Return no samples of a robot with so many joints."""
-        shapes = {
-            "positions": (0, joints),
-            "torques": (0, 3 * joints),
-            "clocks": (0, 3),
-            "points": (0, 3),
-            "rotations": (0, 3, 3),
-        }
-        places = Places(labels=(), known=())
-        names = {field.name for field in fields(cls)}.difference(vars(places))
-        samples: dict[str, Any] = {
-            name: np.zeros(shapes.get(name, 0)) for name in names
-        }
-        return cls(**vars(places), **samples)
+        nothing = Samples.unloaded(np.zeros((0, joints)))
+        return cls.of(nothing, Places(labels=(), known=()))
+
+    @classmethod
+    def of(cls, samples: Samples, places: Places, name: str = "") -> "Observations":
+        """Return samples of a placement, by its name, that nothing is known of but the arm."""
+        N = len(samples.q)
+        none = np.full(N, -1)
+        return cls(
+            **vars(places),
+            **vars(samples),
+            sockets=none,
+            recorded_at=np.full(N, name),
+            measured_in=none,
+            points=np.zeros((N, 3)),
+            turned_in=none,
+            rotations=np.tile(np.eye(3), (N, 1, 1)),
+            wheres=np.full(N, ""),
+        )
 
     @property
     def turned(self) -> np.ndarray:
@@ -150,13 +146,11 @@ class Observations(Places):
             i for i, (name, _) in enumerate(self.labels) if name not in placements
         ]
         rows = ~np.isin(self.recorded_at, list(placements))
-        places = vars(self.at(indices))
-        by_sample = {field.name for field in fields(self)}.difference(places)
-        samples = {name: getattr(self, name)[rows] for name in by_sample}
+        samples = self.only(rows)
         new = np.full(self.socket_count + 1, -1)  # the last stands for no socket
         new[indices] = np.arange(len(indices))
-        samples["sockets"] = new[samples["sockets"]]
-        return Observations(**places, **samples)
+        places = vars(self.at(indices))
+        return replace(samples, sockets=new[samples.sockets], **places)
 
 
 def observe(
@@ -180,36 +174,19 @@ def observe(
 
 def observations_at(places: Places, arm: RobotRecordings) -> Observations:
     """Return the samples of a robot at its places."""
-    parts = list[dict[str, np.ndarray]]()
+    parts = list[Observations]()
     turns = [m for m in arm.measurements if m.has_orientations]
     for i, m in enumerate((*arm.measurements, *turns)):
-        N = len(m.positions)
-        none = np.full(N, -1)
-        part = {
-            "positions": m.positions,
-            "torques": arm.load.torques(arm.robot, m),
-            "sockets": none,
-            "clocks": m.clocks,
-            "time": m.clock("time"),
-            "temperature": m.clock("temperature"),
-            "recorded_at": np.full(N, m.name),
-            "measured_in": none,
-            "points": np.zeros((N, 3)),
-            "turned_in": none,
-            "rotations": np.tile(np.eye(3), (N, 1, 1)),
-            "wheres": np.array([sample.where for sample in m.placement.samples]),
-        }
+        part = Observations.of(arm.load.samples(arm.robot, m), places, m.name)
+        columns: dict[str, np.ndarray] = {"wheres": m.wheres}
         if m.kind == "sockets":
             sockets = [places.labels.index(label) for label in m.labels]
-            part["sockets"] = np.repeat(sockets, m.counts)
-        elif i < len(arm.measurements):
-            part["measured_in"] = np.full(N, places.frames.index(m.frame))
-            part["points"] = m.points
+            columns["sockets"] = np.repeat(sockets, m.counts)
         else:
-            part["turned_in"] = np.full(N, places.frames.index(m.frame))
-            part["rotations"] = m.rotations
-        parts.append(part)
-    samples: dict[str, Any] = {
-        name: np.concatenate([part[name] for part in parts]) for name in parts[0]
-    }
-    return Observations(**vars(places), **samples)
+            frame = np.full(len(m.positions), places.frames.index(m.frame))
+            if i < len(arm.measurements):
+                columns |= {"measured_in": frame, "points": m.points}
+            else:
+                columns |= {"turned_in": frame, "rotations": m.rotations}
+        parts.append(replace(part, **columns))
+    return joined(parts)

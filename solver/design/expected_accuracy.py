@@ -30,7 +30,7 @@ from ..data import (
     Load,
     Measurement,
     RobotRecordings,
-    SocketSamples,
+    Samples,
     as_point,
     evaluate,
     is_distorted,
@@ -49,7 +49,7 @@ CELLS = 10
 
 def predicted_posterior(
     posterior: Posterior,
-    by_socket: Sequence[SocketSamples],
+    by_socket: Sequence[Samples],
 ) -> Posterior:
     """Return the posterior of the model after recording the same base at another place.
 
@@ -59,14 +59,14 @@ def predicted_posterior(
     before = from_fit(posterior)
     first = before.sockets
     after = before.with_sockets(len(by_socket))
-    for k, (q, moments) in enumerate(by_socket, first):
-        after = after.with_samples(q, k, moments)
+    for k, samples in enumerate(by_socket, first):
+        after = after.with_samples(samples, k)
     on_base = [length for length in posterior.data.known if length.on_base]
     if on_base and len(by_socket) > 1:
         a = on_base[0].first
         b = on_base[0].second
         u = unit(posterior.centres[b] - posterior.centres[a])
-        balls = [posterior.predict(*samples) for samples in by_socket[:2]]
+        balls = [posterior.predict(samples) for samples in by_socket[:2]]
         means = [points.mean(axis=0) for points in balls]
         v = unit(means[1] - means[0])
         ends = {a: u, b: -u, first: -v, first + 1: v}
@@ -92,8 +92,7 @@ def workspace_samples(
 ) -> WorkspaceSamples:
     """Return the ball in random poses by a model with unknowns x, shape (size,)."""
     q = workspace(model.robot, POSES)
-    moments = load.moments(model.robot, q, None)
-    points, J, _ = model.linearise(x, q, moments)
+    points, J, _ = model.linearise(x, load.at(model.robot, q))
     return WorkspaceSamples(points, J)
 
 
@@ -107,8 +106,7 @@ def error_map(
     middle of all samples that were trained on: g^T Sigma g with g = u^T (J_p - Jm), u the direction
     from that middle, J_p the derivatives of the place and Jm the mean of the samples'.
     """
-    data = posterior.data
-    _, J, _ = posterior.linearise(data.positions, data.torques, data.clocks)
+    _, J, _ = posterior.linearise(posterior.data)
     middle = posterior.points.mean(axis=0)
     directions = unit(poses.points - middle)
     by_offsets = poses.slopes - J.mean(axis=0)
@@ -133,7 +131,7 @@ def joint_effects(
     model: ExtendedModel,
     x: np.ndarray,
     poses: WorkspaceSamples,
-    by_socket: Sequence[SocketSamples],
+    by_socket: Sequence[Samples],
 ) -> tuple[JointEffect, ...]:
     """Return the displacements of the ball by the numbers of each joint, and of the ball.
 
@@ -152,7 +150,7 @@ def joint_effects(
 
     recorded: list[np.ndarray] = []
     for samples in by_socket:
-        _, J, _ = model.linearise(x, *samples)
+        _, J, _ = model.linearise(x, samples)
         recorded.append(squares(J))
     at_samples = np.concatenate(recorded).mean(axis=0)
     anywhere = squares(poses.slopes).mean(axis=0)
@@ -212,8 +210,7 @@ def accuracy_by(
 
 def _is_distorted(posterior: Posterior, load: Load, measured: Measurement) -> bool:
     """Return whether a fit does not reproduce the distance between a placement's sockets."""
-    moments = load.torques(posterior.model.robot, measured)
-    balls = posterior.predict(measured.positions, moments)
+    balls = posterior.predict(load.samples(posterior.model.robot, measured))
     return is_distorted(evaluate(balls, measured), measured)
 
 
@@ -227,7 +224,7 @@ def _better(posterior: Posterior, load: Load, recorded: Sequence[np.ndarray]) ->
         return model.ball.points(nominal, q)
 
     def calibrated_points(q: np.ndarray) -> np.ndarray:
-        return posterior.predict(q, load.moments(model.robot, q, None))
+        return posterior.predict(load.at(model.robot, q))
 
     models = Models(nominal_points, calibrated_points, corrected=False)
     return better_than_nominal(posterior, load, models, recorded)

@@ -32,7 +32,7 @@ from ..bayes.model import (
     prior_groups,
 )
 from ..bayes.results import distance_slopes, variances_of
-from ..data import Observations
+from ..data import Observations, Samples
 from ..robot import workspace
 
 CENTRE = 1.0
@@ -72,8 +72,7 @@ def workspace_of(
 ) -> Workspace:
     """Return random pairs of poses within the joints' limits."""
     q = workspace(model.robot, 2 * pairs)
-    moments = np.tile(0 * q, 3)
-    lengths, slopes = distance_slopes(model, x, q, moments)
+    lengths, slopes = distance_slopes(model, x, Samples.unloaded(q))
     return Workspace(slopes, lengths)
 
 
@@ -130,39 +129,35 @@ class ParameterCovariance:
 
     def with_samples(
         self,
-        q: np.ndarray,
+        samples: Samples | np.ndarray,
         socket: int,
-        moments: np.ndarray | None = None,
     ) -> "ParameterCovariance":
         """Return the same with more samples in a socket (D1).
 
-        Their configurations q have shape (N, m) [rad], and moments that hold the joints (N, 3 m) [N
-        m]; None for a rigid arm.
+        Of a rigid arm their joint positions are enough, shape (N, m) [rad].
         """
-        of_samples = self.whitened(q, socket, moments)
+        of_samples = self.whitened(samples, socket)
         rows = np.concatenate(of_samples)
         return replace(self, covariance=updated(self.covariance, rows))
 
     def linearise(
         self,
-        q: np.ndarray,
-        moments: np.ndarray | None = None,
+        samples: Samples | np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return balls and derivatives, see :meth:`.ExtendedModel.linearise`; rigid by default."""
-        if moments is None:
-            moments = np.tile(0 * q, 3)
-        return self.model.linearise(self.x, q, moments)
+        """Return balls and derivatives, see :meth:`.ExtendedModel.linearise`."""
+        if not isinstance(samples, Samples):
+            samples = Samples.unloaded(samples)
+        return self.model.linearise(self.x, samples)
 
     def whitened(
         self,
-        q: np.ndarray,
+        samples: Samples | np.ndarray,
         socket: int,
-        moments: np.ndarray | None = None,
     ) -> np.ndarray:
         """Return L^-1 A of (D1) for each of some samples, shape (N, 3, n), with C = L L^T."""
-        _, J, by_joints = self.linearise(q, moments)
+        _, J, by_joints = self.linearise(samples)
         size = len(self.covariance)
-        A = np.zeros((len(q), 3, size))
+        A = np.zeros((len(J), 3, size))
         A[:, :, : self.model.size] = J
         A[:, :, self._centre(socket)] = -np.eye(3)
         C = self.noise.as_gaussian(by_joints)

@@ -20,7 +20,7 @@ from .hypotheses import SIZE_BY_DISTANCE as SIZE_BY_DISTANCE
 from .hypotheses import SIZE_BY_MODEL as SIZE_BY_MODEL
 from .hypotheses import Flaw as Flaw
 from .hypotheses import FlawError as FlawError
-from .hypotheses import Samples as Samples
+from .hypotheses import SeatSamples as SeatSamples
 from .inspection import Inspection as Inspection
 from .inspection import Survey as Survey
 from .inspection import inspect_all as inspect_all

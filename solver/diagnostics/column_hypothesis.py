@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import fixed
 from ..robot import Robot
-from .hypotheses import Samples
+from .hypotheses import SeatSamples
 
 STATES = {
     "sign": "sign-flipped",
@@ -27,10 +27,10 @@ class ColumnHypothesis:
     signs: np.ndarray
     offsets: np.ndarray
 
-    def apply(self, samples: Samples) -> Samples:
+    def apply(self, samples: SeatSamples) -> SeatSamples:
         """Return samples as they would be."""
-        q = samples.positions[:, self.order] * self.signs - self.offsets
-        return replace(samples, positions=q)
+        q = samples.q[:, self.order] * self.signs - self.offsets
+        return replace(samples, q=q)
 
     @property
     def mistakes(self) -> dict[str, list[int]]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .column_hypothesis import ColumnHypothesis, other_orders, signs, swaps, unchanged
-from .hypotheses import Samples
+from .hypotheses import SeatSamples
 from .robust_fit import RigidModel
 
 STEPS = 8
@@ -49,7 +49,7 @@ class NominalModel:
     """Hypotheses on some samples, judged by the nominal model with its ball put right."""
 
     model: RigidModel
-    samples: Samples
+    samples: SeatSamples
 
     def ranked(self, hypotheses: Iterable[ColumnHypothesis]) -> list[Ranked]:
         """Return the error that each hypothesis leaves [m], the least first."""
@@ -134,7 +134,7 @@ def _error(ranked: Ranked) -> float:
     return ranked.error
 
 
-def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
+def promising(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]:
     """Return the best hypotheses of each kind that clearly lower the error."""
     robot = model.robot
     nominal = NominalModel(model, samples.thinned(TRIED, FEWEST))
@@ -161,7 +161,7 @@ def promising(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
     return [ranked.hypothesis for ranked in likely[:MOST]]
 
 
-def last_sign(model: RigidModel, samples: Samples) -> list[ColumnHypothesis]:
+def last_sign(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]:
     """Return the last joint's other sign, unless it leaves clearly more."""
     few = samples.thinned(TRIED, FEWEST)
     *_, flipped = signs(model.robot, 1)

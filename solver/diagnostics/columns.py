@@ -15,8 +15,8 @@ from .hypotheses import (
     KINDS,
     Candidate,
     Kind,
-    Samples,
     Scene,
+    SeatSamples,
     kind_of,
     of_zero,
     sound_recordings,
@@ -66,7 +66,7 @@ def of_columns(
         rows = part.rows
         for hypothesis in _possible(model, scene, rows, sound=sound):
             readings = scene.q.copy()
-            readings[rows] = hypothesis.apply(_samples(scene, rows)).positions
+            readings[rows] = hypothesis.apply(_samples(scene, rows)).q
             changed, noise = model.refitted(replace(scene, readings=readings))
             if noise < UNEXPLAINED:
                 candidates.append(_candidate(hypothesis, changed, part, before))
@@ -83,11 +83,11 @@ def _suspects(scene: Scene, likeliest: Candidate) -> Iterator[_Part]:
                 yield _Part(rows, measured.name)
 
 
-def _samples(scene: Scene, rows: slice) -> Samples:
+def _samples(scene: Scene, rows: slice) -> SeatSamples:
     """Return some samples, their seats counted from 0."""
     seats = scene.sockets[rows]
     measured = scene.samples.measured[rows]
-    return Samples(scene.q[rows], seats - seats.min(), measured)
+    return SeatSamples(scene.q[rows], seats - seats.min(), measured)
 
 
 def _possible(

@@ -132,7 +132,7 @@ class _Fit:
     def unknowns(self) -> np.ndarray:
         """Geometry and effects of the arm, shape (size,)."""
         scene = self.scene
-        widths = scene.widths_of_effects(scene.as_readings)
+        widths = scene.widths_of_effects(scene.loaded_samples)
         sizes = [scene.centres.size, len(scene.parameters), len(widths)]
         _, of_geometry, of_effects, _ = np.split(self._x, np.cumsum(sizes))
         return np.concatenate([scene.usual @ of_geometry, widths * of_effects])
@@ -167,8 +167,7 @@ class _Fit:
 
     def _predict(self, unknowns: np.ndarray, q: np.ndarray) -> np.ndarray:
         scene = self.scene
-        moments = scene.load.moments(scene.heavy, q, None)
-        return scene.model.predict(unknowns, q, moments)
+        return scene.model.predict(unknowns, scene.load.at(scene.heavy, q))
 
 
 def _rows_of_samples(scene: Scene, counted: Sequence[int]) -> list[int]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..bayes.model.effects import JOINT_OFFSET
 from ..robot import BallModel, Robot, choose_parameters
-from .hypotheses import BALL, Samples, means, medians, robust_weights, typical
+from .hypotheses import BALL, SeatSamples, means, medians, robust_weights, typical
 
 MAX_OFFSET = np.deg2rad(30)
 """Prior standard deviation of joint offsets in a search [rad]."""
@@ -26,21 +26,23 @@ class NominalFit:
         of_place = [p.index for p in parameters if p.of_ball and p.unit == "m"]
         self._place = BallModel(robot, of_place)
 
-    def errors(self, variants: Sequence[Samples]) -> list[float]:
+    def errors(self, variants: Sequence[SeatSamples]) -> list[float]:
         """Return the mean errors by the nominal model, its ball put right, of each reading [m]."""
         joints = np.arange(len(self._robot.actuated) if self._zeros else 0)
         of_variants = np.tile(joints, (len(variants), 1))
         _, errors = self._seeds(variants, of_variants, JOINT_OFFSET.typical_shift)
         return errors.tolist()
 
-    def offsets(self, variants: Sequence[Samples], joints: np.ndarray) -> np.ndarray:
+    def offsets(
+        self, variants: Sequence[SeatSamples], joints: np.ndarray
+    ) -> np.ndarray:
         """Return the best offsets of joints, shape (V, J), by the nominal model [rad]."""
         offsets, _ = self._seeds(variants, joints, MAX_OFFSET)
         return offsets[:, 3:]
 
     def _seeds(
         self,
-        variants: Sequence[Samples],
+        variants: Sequence[SeatSamples],
         joints: np.ndarray,
         width: float,
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -75,9 +77,11 @@ class NominalFit:
         errors = np.linalg.norm(e, axis=2)
         return offsets, np.average(errors, axis=0, weights=weights)
 
-    def _values(self, variants: Sequence[Samples], joints: np.ndarray) -> np.ndarray:
+    def _values(
+        self, variants: Sequence[SeatSamples], joints: np.ndarray
+    ) -> np.ndarray:
         """Return balls, and derivatives by their place and by joints, (N, V, 3, 1 + 3 + J)."""
-        q = np.stack([variant.positions for variant in variants], axis=1)
+        q = np.stack([variant.q for variant in variants], axis=1)
         N, V, m = q.shape
         linear = self._place.linearise(self._place.nominal, q.reshape(-1, m))
         points = linear.points.reshape(N, V, 3, 1)
@@ -90,7 +94,7 @@ class NominalFit:
 def _with_turns(
     values: np.ndarray,
     offsets: np.ndarray,
-    samples: Samples,
+    samples: SeatSamples,
     weights: np.ndarray,
 ) -> np.ndarray:
     """Return places of seats and their derivatives, those by the turns of frames behind them.

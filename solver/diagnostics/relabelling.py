@@ -13,8 +13,8 @@ from .fault import EVIDENCE, SHARE, number_of
 from .hypotheses import (
     Candidate,
     Parameters,
-    Samples,
     Scene,
+    SeatSamples,
     kind_of,
     sound_recordings,
 )
@@ -144,7 +144,7 @@ def _promising(
         of_run = seats.copy()
         of_run[start + np.array(rows)] = last + socket
         _, sockets = np.unique(of_run, return_inverse=True)
-        samples = Samples(q, sockets, no_points)
+        samples = SeatSamples(q, sockets, no_points)
         fit = model.fit(samples, STEPS, x, linear)
         errors.append(float(fit.errors.mean()))
     limits = [TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]]

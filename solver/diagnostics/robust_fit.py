@@ -10,12 +10,13 @@ import numpy as np
 
 from ..bayes.model import extend
 from ..bayes.model.effects import JOINT_OFFSET
+from ..data import Samples
 from ..robot import Robot, choose_parameters
 from .hypotheses import (
     ARMS,
     SMALLEST,
-    Samples,
     Scene,
+    SeatSamples,
     means,
     medians,
     precision,
@@ -117,22 +118,20 @@ class RigidModel:
 
     def points(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Return ball centres for unknowns, shape (n,), and joint positions, (N, m), as (N, 3)."""
-        no_moments = np.tile(0 * q, 3)
-        return self._model.predict(x, q, no_moments)
+        return self._model.predict(x, Samples.unloaded(q))
 
     def linearised(self, x: np.ndarray, q: np.ndarray) -> Linear:
         """Return balls, (N, 3), and derivatives by unknowns, (N, 3, n), and joints, (N, 3, m)."""
-        no_moments = np.tile(0 * q, 3)
-        return self._model.linearise(x, q, no_moments)
+        return self._model.linearise(x, Samples.unloaded(q))
 
-    def fitted(self, samples: Samples) -> Robot:
+    def fitted(self, samples: SeatSamples) -> Robot:
         """Return the arm as some samples show it."""
         values = self._model.values(self.fit(samples).x)
         return self.robot.with_origins(self._model.ball.origins(values))
 
     def fit(
         self,
-        samples: Samples,
+        samples: SeatSamples,
         iterations: int = ITERATIONS,
         start: np.ndarray | None = None,
         linear: Linear | None = None,
@@ -144,15 +143,15 @@ class RigidModel:
         else:
             arm, few = _LinearArm(linear, x), samples
         P = self._prior(few)
-        state = _begun(few, arm.points(x, few.positions), x)
+        state = _begun(few, arm.points(x, few.q), x)
         for _ in range(iterations):
-            balls = arm.linearised(state.x, few.positions)
+            balls = arm.linearised(state.x, few.q)
             state, change = self._improved(few, balls, state, P)
             if change < SETTLED:
                 break
-        return _result(samples, arm.points(state.x, samples.positions), state)
+        return _result(samples, arm.points(state.x, samples.q), state)
 
-    def _prior(self, samples: Samples) -> np.ndarray:
+    def _prior(self, samples: SeatSamples) -> np.ndarray:
         """Return the inverse covariance of the unknowns, then of the turns of frames."""
         n, turns = len(self.widths), 3 * len(samples.frames)
         P = np.eye(n + turns) / TURN**2
@@ -162,7 +161,7 @@ class RigidModel:
 
     def _improved(
         self,
-        samples: Samples,
+        samples: SeatSamples,
         balls: Linear,
         state: _State,
         P: np.ndarray,
@@ -218,7 +217,7 @@ class RigidModel:
 
 
 def _begun(
-    samples: Samples,
+    samples: SeatSamples,
     points: np.ndarray,
     x: np.ndarray,
 ) -> _State:
@@ -231,7 +230,7 @@ def _begun(
 
 
 def _result(
-    samples: Samples,
+    samples: SeatSamples,
     points: np.ndarray,
     state: _State,
 ) -> RigidFit:

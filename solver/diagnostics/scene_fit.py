@@ -101,7 +101,7 @@ def scene_of(
     centres, turns = fit.centres, fit.R
     if len(sound) < len(thin):
         samples = samples_of(thin)
-        balls = model.points(fit.x, samples.positions)
+        balls = model.points(fit.x, samples.q)
         turns = samples.robustly_aligned(balls)
         centres = medians(balls - samples.offsets(turns), samples)
     noise = SERVOS

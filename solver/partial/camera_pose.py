@@ -197,7 +197,7 @@ def camera_task(
             f"{where}: places up to {farthest:.0f} m away; are these millimetres?"
         )
     rows = Rows.of(prior, data, np.zeros(len(B), int), ("",))
-    poses = prior.flanges(prior.mean, rows.q, rows.moments)
+    poses = prior.flanges(prior.mean, rows)
     starts = {way: poses.hand_eye(side(B), where) for way, side in SIDES.items()}
     misfit = _misfit(camera, starts, B)
     if misfit or starts[camera].distance > LOOSE:

@@ -65,7 +65,7 @@ def _start(task: Task) -> State:
     new = [k for k in range(count) if k not in task.known]
     tool = place = np.eye(3)
     if start is None:
-        flanges = prior.flanges(x, rows.q, rows.moments)
+        flanges = prior.flanges(x, rows)
         tips = flanges.p + flanges.R @ prior.tip(x)
         for k in new:
             tips_there = tips[rows.places == k]

@@ -10,7 +10,7 @@ import numpy as np
 from ..bayes.model import ExtendedModel, Noise, block_matrix, extend
 from ..bayes.model.effects import JOINT_OFFSET
 from ..calibration import Calibration, UsageError, posterior_of
-from ..data import STANDARD_LOAD, HandEye, Load, hand_eye
+from ..data import STANDARD_LOAD, HandEye, Load, Samples, hand_eye
 from ..design import ParameterCovariance, Workspace
 from ..robot import (
     Parameter,
@@ -100,13 +100,13 @@ class ArmPrior:
         """Return the ball's, or a tool's, place on the flange by the unknowns x, shape (3,) [m]."""
         return x[self.ball] + self.model.ball.nominal[self.ball]
 
-    def flanges(self, x: np.ndarray, q: np.ndarray, moments: np.ndarray) -> Flanges:
+    def flanges(self, x: np.ndarray, samples: Samples) -> Flanges:
         """Return the flange's poses by the unknowns x: those of a ball in its origin."""
         model = self.model
         y = x[: model.size].copy()
         y[self.ball] = -model.ball.nominal[self.ball]
-        points = model.linearise(y, q, moments)
-        turns = model.linearise(y, q, moments, of_turns=True)
+        points = model.linearise(y, samples)
+        turns = model.linearise(y, samples, of_turns=True)
         p, p_by_unknowns, p_by_joints = points
         R, R_by_unknowns, R_by_joints = turns
         by_unknowns = np.hstack([p_by_unknowns, R_by_unknowns])

@@ -25,7 +25,7 @@ import numpy as np
 
 from ...errors import MukcaError
 from ...recorder import Sample
-from ..data import FrameError, hand_eye, rotation_matrices
+from ..data import FrameError, Samples, hand_eye, rotation_matrices
 from ..robot import matrix_rpy, rotation_vectors, turn
 from .prior import ArmPrior, Flanges
 
@@ -159,8 +159,7 @@ def fitting_order(prior: ArmPrior, q: np.ndarray, M: np.ndarray) -> str:
         return ""
     orders = np.array(list(permutations(range(m))))  # that in which they stand first
     rows = q[:, orders].swapaxes(0, 1).reshape(-1, m)
-    unloaded = np.zeros((len(rows), 3 * m))
-    poses = prior.flanges(prior.mean, rows, unloaded)
+    poses = prior.flanges(prior.mean, Samples.unloaded(rows))
     R = poses.R.reshape(-1, N, 3, 3)
     p = poses.p.reshape(-1, N, 3)
     measured, points = M[:, :3, :3], M[:, :3, 3]

@@ -144,7 +144,7 @@ class System:
 
     def outliers(self, noun: str) -> dict[int, str]:
         """Return the outliers among the samples, and where each stands, or its number."""
-        wheres = self.task.rows.wheres
+        wheres: list[str] = self.task.rows.wheres.tolist()
         indices = np.flatnonzero(self.state.weights < OUTLIER).tolist()
         return {i: wheres[i] or f"{noun} {i}" for i in indices}
 
@@ -152,7 +152,7 @@ class System:
 def linear(task: Task, state: State) -> System:
     """Return a task, linear about a state."""
     prior, rows, x = task.prior, task.rows, state.x
-    flanges = prior.flanges(x, rows.q, rows.moments)
+    flanges = prior.flanges(x, rows)
     left, right = rows.resized(float(x[task.scale].sum()))
     turns = state.places[rows.places]
     tools = flanges.R @ state.tool

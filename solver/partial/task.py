@@ -19,7 +19,7 @@ from itertools import chain
 import numpy as np
 
 from ..bayes.model import NU
-from ..data import HandEye, Measurement
+from ..data import HandEye, Measurement, Samples, joined
 from .prior import ArmPrior
 
 SIZE = 3e-3
@@ -28,25 +28,21 @@ FAR, ANY_TURN = 1.0, 3.0
 """Standard deviations of what is not known at all [m], [rad]."""
 
 
-@dataclass(frozen=True)
-class Rows:
-    """Samples: joint positions, the place each belongs to, and poses that were measured."""
+@dataclass(frozen=True, kw_only=True)
+class Rows(Samples):
+    """Samples, the place each belongs to, and poses that were measured."""
 
-    q: np.ndarray
-    """Joint positions, shape (N, m) [rad]."""
-    moments: np.ndarray
-    """Moments that hold the joints, shape (N, 3 m) [N m]."""
     places: np.ndarray
     """Index of each sample's place V, shape (N,)."""
     names: tuple[str, ...]
     """Of the places."""
-    wheres: tuple[str, ...]
-    """File and line of each sample, for messages."""
+    wheres: np.ndarray
+    """File and line of each sample, for messages, shape (N,)."""
     warnings: tuple[str, ...]
     """Remarks on the samples."""
-    left: np.ndarray = field(default_factory=lambda: np.eye(4)[None])
-    """L, shape (N, 4, 4); of one row where it is the identity."""
-    right: np.ndarray = field(default_factory=lambda: np.eye(4)[None])
+    left: np.ndarray
+    """L, shape (N, 4, 4)."""
+    right: np.ndarray
     """R, likewise."""
     turns: bool = False
     """True where orientations were measured, too."""
@@ -59,19 +55,17 @@ class Rows:
         names: tuple[str, ...],
     ) -> "Rows":
         """Return the samples of placements, at the arm's load."""
-        torques = [prior.load.torques(prior.robot, m) for m in data]
-        wheres: list[str] = []
-        for m in data:
-            samples = m.placement.samples
-            wheres += [samples[int(rank)].where for rank in m.order]
+        samples = joined([prior.load.samples(prior.robot, m) for m in data])
         warnings = chain.from_iterable(m.warnings for m in data)
+        identity = np.tile(np.eye(4), (len(places), 1, 1))
         return Rows(
-            q=np.concatenate([m.positions for m in data]),
-            moments=np.concatenate(torques),
+            **vars(samples),
             places=places,
             names=names,
-            wheres=tuple(wheres),
+            wheres=np.concatenate([m.wheres for m in data]),
             warnings=tuple(warnings),
+            left=identity,
+            right=identity,
         )
 
     @property

@@ -246,8 +246,7 @@ def _elsewhere(prior: ArmPrior, x: np.ndarray, P: np.ndarray) -> float | None:
             q = guide.reach(targets, generator, rounds=1)
         except SimulationError:
             continue
-        moments = prior.load.moments(prior.robot, q, None)
-        slopes = model.linearise(x, q, moments)[1]
+        slopes = model.linearise(x, prior.load.at(prior.robot, q))[1]
         differences = slopes - slopes.mean(axis=0)
         squares.append(float(np.sum(differences @ P * differences)) / POSTURES)
         if len(squares) == ELSEWHERE:

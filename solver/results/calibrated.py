@@ -255,8 +255,8 @@ class CalibratedRobot:
             efforts = effort_rows(self.robot, effort, len(positions))
         if not self.deflection.extensions:
             return positions
-        moments = (load or self.load).moments(self.robot, positions, efforts)
-        return self.deflection.true_positions(positions, moments, clocks)
+        samples = (load or self.load).at(self.robot, positions, efforts, clocks)
+        return self.deflection.true_positions(samples)
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:
         """Return :meth:`ball` by the exported URDF alone, without any correction of q."""

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from ..bayes.model import Deflection
-from ..data import Load
+from ..data import Load, Samples
 from ..robot import Robot, moments_function
 
 
@@ -20,7 +20,8 @@ def symbolic_positions(robot: Robot, deflection: Deflection, load: Load, q: Any)
         q: Joint positions, shape (m,) [rad].
     """
     moments = moments_function(robot, load.gravity, load.payload)(q)
-    (positions,) = deflection.true_positions(_as_row(q), _as_row(moments))
+    samples = Samples(_as_row(q), _as_row(moments))
+    (positions,) = deflection.true_positions(samples)
     return ca.vertcat(*positions)
 
 

@@ -64,7 +64,7 @@ def test_curves_are_in_the_covariance_as_they_are_drawn(known):
     fixed = replace(known, covariance=0 * known.covariance)
     q = workspace(known.model.robot, 3)
     joint = CurveAnnealing(fixed, [], {0: q}, [0], None).joint
-    _, _, by = known.model.linearise(known.x, q, np.tile(0 * q, 2))
+    _, _, by = known.linearise(q)
     generator = np.random.default_rng(0)
     shown = [
         np.einsum("nij,nj->ni", by, curve_values(q, 3e-4 * random_curves(6, generator)))

@@ -7,6 +7,7 @@ from imagined import poses
 
 import mukca
 from mukca.solver.bayes.model import Deflection
+from mukca.solver.data import STANDARD_LOAD
 from mukca.solver.robot import (
     BallModel,
     InverseKinematics,
@@ -24,7 +25,7 @@ def test_the_ball_of_an_arm_that_bends_is_in_its_socket(true_panda):
     elastic = Deflection(("compliance", "tilt"), (np.full(7, 5e-5), np.full(14, 3e-5)))
     how = Imperfection(deflection=elastic)
     q = record(true_panda, AT, np.random.default_rng(0), samples=5, imperfection=how).positions
-    bent = elastic.true_positions(q, gravity_moments(true_panda, q))
+    bent = elastic.true_positions(STANDARD_LOAD.at(true_panda, q))
     balls = BallModel(true_panda, []).points(np.empty(0), bent)
     assert balls == pytest.approx(
         np.repeat(AT.sockets, 5, axis=0), abs=5e-6

@@ -17,7 +17,7 @@ from ...recorder import Placement
 from ...solver.bayes.model import Deflection
 from ...solver.bayes.model.effects import EFFECTS, EXTENSIONS, Effect
 from ...solver.calibration import UsageError, check_keywords
-from ...solver.data import check_distance
+from ...solver.data import Samples, check_distance
 from ...solver.results import CalibratedRobot
 from ...solver.robot import (
     BallModel,
@@ -218,13 +218,15 @@ def lead(
     N, m = true.shape
     clocks = np.zeros((N, 3))
     clocks[:, 0] = np.arange(N)
+    samples = Samples(true, moments, clocks)
     if how.deflection.tilts:
-        true = _seated(arm, seats, true, (moments, clocks), how.deflection)
-    readings = true
+        samples = _seated(arm, seats, samples, how.deflection)
+    true = readings = samples.q
     for _ in range(8):  # contracts by the slope of the deflection, some 1e-3, each time
-        believed = how.deflection.true_positions(readings, moments, clocks)[:, :m]
+        samples = replace(samples, q=readings)
+        believed = how.deflection.true_positions(samples)[:, :m]
         readings = true - (believed - readings)
-    torques = moments[:, :m]
+    torques = samples.torques
     either = generator.choice([-1.0, 1.0], readings.shape)
     side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
     readings = readings + 0.5 * how.play * side
@@ -237,21 +239,21 @@ def lead(
 def _seated(
     arm: Robot,
     seats: np.ndarray,
-    true: np.ndarray,
-    held: tuple[np.ndarray, np.ndarray],
+    samples: Samples,
     deflection: Deflection,
-) -> np.ndarray:
-    """Return joint positions that put the ball into its seat, though the joints tilt."""
+) -> Samples:
+    """Return samples whose true joint positions put the ball into its seat, though joints tilt."""
     model = BallModel(arm, [])
-    m = true.shape[1]
+    m = samples.q.shape[1]
     # Each step leaves some 1e-3 of the millimetre that tilts move the ball by.
     for _ in range(3):
-        tilts = deflection.true_positions(true, *held)[:, m:]
-        turned = np.hstack([true, tilts])
+        tilts = deflection.true_positions(samples)[:, m:]
+        turned = np.hstack([samples.q, tilts])
         linear = model.linearise(np.empty(0), turned)
         back = np.linalg.pinv(linear.by_joints[:, :, :m])
-        true = true + np.einsum("nij,nj->ni", back, seats - linear.points)
-    return true
+        change = np.einsum("nij,nj->ni", back, seats - linear.points)
+        samples = replace(samples, q=samples.q + change)
+    return samples
 
 
 def reachable_bases(

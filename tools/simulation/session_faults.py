@@ -15,7 +15,7 @@ from ...drivers import Driver, Reason
 from ...drivers.arms import Mock, arm_at
 from ...recorder import Placement
 from ...solver.data import measure
-from ...solver.diagnostics import FLAWS, Flaw, RigidModel, Samples, shift_by
+from ...solver.diagnostics import FLAWS, Flaw, RigidModel, SeatSamples, shift_by
 from ...solver.robot import BallModel, Robot, all_parameters, nominal_balls
 
 APART = 0.03
@@ -226,7 +226,7 @@ def fitted_session(
     apart = max(APART, 0.5 * float(distances.max()))
     sockets = (distances > apart).astype(int)
     in_sockets = np.zeros_like(balls)
-    samples = Samples(q, sockets, in_sockets)
+    samples = SeatSamples(q, sockets, in_sockets)
     arm = RigidModel(robot).fitted(samples)
     balls = nominal_balls(arm, q)
     centres: list[np.ndarray] = []

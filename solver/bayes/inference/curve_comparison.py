@@ -56,7 +56,7 @@ class Comparison:
         fit = replace(
             self.curved,
             state=state,
-            samples=samples.of(self.rows),
+            samples=samples.only(self.rows),
             weights=self.curved.next_weights,
         )
         return marginalised(fit)
@@ -102,7 +102,7 @@ def marginal_fit(
 ) -> CurveFit:
     """Return the fit to some samples at the scales of highest evidence."""
     weights = np.ones(len(rows))
-    fit = CurveFit(state, samples.of(rows), prior, weights)
+    fit = CurveFit(state, samples.only(rows), prior, weights)
     return marginalised(fit)
 
 

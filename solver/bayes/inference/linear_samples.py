@@ -5,43 +5,32 @@ from functools import cached_property
 
 import numpy as np
 
-from ...data import Observations
+from ...data import Observations, SampleRows
 from ..model.effects import KNOTS, curve_values, splines
 from .normal_equations import NormalEquations, Solution, prior_equations
 from .state import State
 
 
 @dataclass(frozen=True)
-class LinearSamples:
+class LinearSamples(SampleRows):
     """N samples of a robot with m joints, and d unknowns y beside the curves, see (A7)."""
 
     columns: np.ndarray
     """[G_i, a_i], shape (N, 3, d + 1) [m]."""
-    readings: np.ndarray
-    """q_ij, shape (N, m) [rad]."""
     slopes: np.ndarray
     """S_ij, shape (N, 3, m) [m/rad]; 0 for joints that have no curve."""
     sources: np.ndarray
     """Index of each sample's noise, shape (N,)."""
 
-    def of(self, rows: np.ndarray) -> "LinearSamples":
-        """Return some of the samples."""
-        return LinearSamples(
-            self.columns[rows],
-            self.readings[rows],
-            self.slopes[rows],
-            self.sources[rows],
-        )
-
     @property
     def shape(self) -> tuple[int, int]:
         """Shape of all curves' coefficients: (KNOTS, m)."""
-        return KNOTS, self.readings.shape[1]
+        return KNOTS, self.q.shape[1]
 
     @cached_property
     def places(self) -> tuple[np.ndarray, np.ndarray]:
         """The four coefficients of each sample and joint among all, and their weights."""
-        knots, weights = splines(self.readings)
+        knots, weights = splines(self.q)
         _, m = self.shape
         joints = np.arange(m, dtype=np.int64)[:, None]
         return knots * m + joints, weights
@@ -61,7 +50,7 @@ class LinearSamples:
     @cached_property
     def distances(self) -> np.ndarray:
         """Of all pairs of samples, 2 sin(d / 2) of each joint, shape (N, m, N)."""
-        halves = self.readings / 2
+        halves = self.q / 2
         s, c = np.sin(halves), np.cos(halves)
         sines = s[..., None] * c.T - c[..., None] * s.T
         return 2 * sines
@@ -73,11 +62,11 @@ def samples_around(
     curves: np.ndarray | None = None,
 ) -> tuple[State, LinearSamples]:
     """Return a state at the joint positions that curves, (KNOTS, m), make of readings."""
-    positions = readings.positions
-    shifts = np.zeros(positions.shape)
+    q = readings.q
+    shifts = np.zeros(q.shape)
     if curves is not None:
-        shifts = curve_values(positions, curves.ravel())
-    data = replace(readings, positions=positions + shifts)
+        shifts = curve_values(q, curves.ravel())
+    data = replace(readings, q=q + shifts)
     objective = replace(state.objective, data=data)
     state = replace(state, objective=objective).linearised()
     joints = objective.model.robot.actuated
@@ -87,7 +76,7 @@ def samples_around(
     a = state.errors[:, :, None] - by_curves
     G = state.linear.by_unknowns
     columns = np.concatenate([G, a], axis=2)
-    return state, LinearSamples(columns, positions, slopes, data.source_of)
+    return state, LinearSamples(q, columns, slopes, data.source_of)
 
 
 def equations_of_rest(

@@ -79,7 +79,7 @@ class Objective:
         freedom = self.data.freedom
         if not freedom:
             return VolumeTerm(0.0, slope)
-        log_volume, by_unknowns = self.model.log_volume(x, self.data.positions)
+        log_volume, by_unknowns = self.model.log_volume(x, self.data.q)
         slope[: self.model.size] = -freedom * by_unknowns
         return VolumeTerm(-freedom * log_volume, slope)
 
@@ -127,9 +127,9 @@ def linearise(
     socket, a measured orientation the rotation vector from F R_y to that of its link.
     """
     model, data = objective.model, objective.data
-    size, N = model.size, len(data.positions)
+    size, N = model.size, len(data.q)
     J = np.zeros((N, 3, objective.size))
-    balls = model.linearise(x, data.positions, data.torques, data.clocks)
+    balls = model.linearise(x, data)
     places = balls.points.copy()
     J[:, :, :size] = balls.by_unknowns
     by_joints = balls.by_joints
@@ -164,8 +164,8 @@ def _turns_in_frame(
 ) -> Prediction:
     """Return rotation vectors from measured orientations to the link's, and their derivatives."""
     model, data = objective.model, objective.data
-    q, clocks = data.positions[rows], data.clocks[rows]
-    links = model.linearise(x, q, data.torques[rows], clocks, of_turns=True)
-    measured_rotations = frame.rotation @ data.rotations[rows]
+    samples = data.only(rows)
+    links = model.linearise(x, samples, of_turns=True)
+    measured_rotations = frame.rotation @ samples.rotations
     errors = links.points @ measured_rotations.swapaxes(1, 2)
     return links._replace(points=rotation_vectors(errors))

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...data import Observations, Pose, SourceKind
+from ...data import Observations, Pose, Samples, SourceKind
 from ..model import (
     Deflection,
     ExtendedModel,
@@ -98,18 +98,13 @@ class Posterior:
         size = self.model.size
         return self.covariance[:size, :size]
 
-    def linearise(
-        self,
-        q: np.ndarray,
-        moments: np.ndarray,
-        clocks: np.ndarray | None = None,
-    ) -> Prediction:
+    def linearise(self, samples: Samples) -> Prediction:
         """Return balls at x and their derivatives, see :meth:`.ExtendedModel.linearise`."""
-        return self.model.linearise(self.x, q, moments, clocks)
+        return self.model.linearise(self.x, samples)
 
-    def predict(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Return the ball's centre for rows of joint positions and torques, shape (N, 3) [m]."""
-        return self.model.predict(self.x, q, torque)
+    def predict(self, samples: Samples) -> np.ndarray:
+        """Return the ball's centres, shape (N, 3) [m]."""
+        return self.model.predict(self.x, samples)
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,7 +34,7 @@ def start(
     for movement in objective.movements:
         groups.append(movement.prior(begin))
         begin += movement.size
-    points = model.predict(x, data.positions, data.torques, data.clocks)
+    points = model.predict(x, data)
     frames = first_frames(data, points)
     linear = linearise(objective, x, frames)
     state = State(

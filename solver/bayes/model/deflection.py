@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect, Readings
+from ...data import Samples
+from .effects import CURVE, EFFECTS, JOINT_OFFSET, KNOTS, Effect
 
 
 class DesignMatrix(NamedTuple):
@@ -29,16 +30,16 @@ class DesignMatrix(NamedTuple):
         return true
 
 
-def design_matrix(effects: Sequence[Effect], readings: Readings) -> DesignMatrix:
+def design_matrix(effects: Sequence[Effect], samples: Samples) -> DesignMatrix:
     """Return the design matrix of all coefficients of some effects."""
-    N, m = map(int, readings.q.shape)
+    N, m = map(int, samples.q.shape)
     joints: np.ndarray = np.arange(m)
     axes: list[np.ndarray] = [joints[:0]]
     turns = [np.zeros((N, 0))]
     for effect in effects:
         turned = joints[effect.columns]
         axes += [m * axis + turned for axis in effect.axes.values()]
-        turns.append(effect.turns(readings))
+        turns.append(effect.turns(samples))
     return DesignMatrix(
         axes=np.concatenate(axes),
         turns=np.concatenate(turns, axis=1),
@@ -106,17 +107,10 @@ class Deflection:
         """True if a joint turns steeply where its load changes sign."""
         return any(effect.joint_noise is not None for effect in self.effects)
 
-    def true_positions(
-        self,
-        q: np.ndarray,
-        moments: np.ndarray,
-        clocks: np.ndarray | None = None,
-    ) -> np.ndarray:
-        """Return the true joint positions q', shape (N, m), or with tilts (N, 3 m) [rad].
-
-        Arguments are those of :class:`.Readings`.
-        """
-        true = self._by_derivatives(Readings(q, moments, clocks))
+    def true_positions(self, samples: Samples) -> np.ndarray:
+        """Return the true joint positions q', shape (N, m), or with tilts (N, 3 m) [rad]."""
+        true = self._by_derivatives(samples)
+        q = samples.q
         m = q.shape[1]
         for effect in self.effects:
             if effect.shift is not None:
@@ -124,7 +118,7 @@ class Deflection:
                 true[:, :m] += effect.shift(q, coefficients)
         return true
 
-    def _by_derivatives(self, readings: Readings) -> np.ndarray:
+    def _by_derivatives(self, samples: Samples) -> np.ndarray:
         """Return the true positions by effects that have no shorter way."""
         effects: list[Effect] = []
         coefficients = [np.zeros(0)]
@@ -132,5 +126,5 @@ class Deflection:
             if effect.shift is None:
                 effects.append(effect)
                 coefficients.append(c)
-        design = design_matrix(effects, readings)
-        return design.true_positions(readings.q, np.concatenate(coefficients))
+        design = design_matrix(effects, samples)
+        return design.true_positions(samples.q, np.concatenate(coefficients))

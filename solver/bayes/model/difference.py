@@ -68,9 +68,8 @@ class Difference(Movement):
         rows = data.rows_of(self.placement)
         slopes = np.zeros((len(rows), 3, self.size))
         if rows.any():
-            q = data.positions[rows]
-            order = data.clocks[rows, 0]
-            slopes[rows] = shifts_by(self.robot, q, order, self.apart)
+            order = data.index[rows, 0]
+            slopes[rows] = shifts_by(self.robot, data.q[rows], order, self.apart)
         return slopes
 
     def prior(self, begin: int) -> PriorGroup:

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...data import Samples
 from ...robot import BallModel, Parameter, Robot, RotationNumbers, workspace
 from .deflection import Deflection, design_matrix
-from .effects import CURVE, EFFECTS, Effect, Readings
+from .effects import CURVE, EFFECTS, Effect
 from .prior_group import Expected, GivenPrior
 
 SCALE_SAMPLES = 200
@@ -114,31 +115,18 @@ class ExtendedModel:
         coefficients = tuple(x[place] for place in self.slices)
         return Deflection(self.extensions, coefficients)
 
-    def predict(
-        self,
-        x: np.ndarray,
-        q: np.ndarray,
-        torque: np.ndarray,
-        clocks: np.ndarray | None = None,
-    ) -> np.ndarray:
+    def predict(self, x: np.ndarray, samples: Samples) -> np.ndarray:
         """Return the ball's centres Phi(x, q), shape (N, 3) [m].
 
-        Args:
-            x: The unknowns, shape (size,), and any others behind them.
-            q: Joint positions as the encoders read them, shape (N, m) [rad].
-            torque: What holds the joints, see :func:`~mukca.solver.robot.gravity_moments`, shape
-                (N, 3 m) [N m]; without tilt (N, m) is enough.
-            clocks: See :class:`.Readings`, shape (N, 3).
+        ``x`` are the unknowns, shape (size,), and any others behind them.
         """
-        true = self.deflection(x).true_positions(q, torque, clocks)
+        true = self.deflection(x).true_positions(samples)
         return self.ball.points(self.values(x), true)
 
     def linearise(
         self,
         x: np.ndarray,
-        q: np.ndarray,
-        torque: np.ndarray,
-        clocks: np.ndarray | None = None,
+        samples: Samples,
         *,
         of_turns: bool = False,
     ) -> Prediction:
@@ -146,21 +134,20 @@ class ExtendedModel:
 
         ``of_turns`` returns the rotations of the ball's link in their place.
         """
-        readings = Readings(q, torque, clocks)
-        design = design_matrix(self.effects, readings)
+        design = design_matrix(self.effects, samples)
         coefficients = x[self.geometry : self.size]
-        true = design.true_positions(q, coefficients)
+        true = design.true_positions(samples.q, coefficients)
         function = self.ball.rotations if of_turns else self.ball.linearise
         linear = function(self.values(x), true)
         by_axes = linear.by_joints[:, :, design.axes]
         by_coefficients = by_axes * design.turns[:, None]
         parts = linear.by_parameters, by_coefficients
         by_unknowns = np.concatenate(parts, axis=2)
-        m = q.shape[1]
+        m = samples.q.shape[1]
         by_joints = linear.by_joints[:, :, :m]
         for effect in self.effects:
             if effect.joint_noise is not None:
-                shares = effect.joint_noise(readings.torques)
+                shares = effect.joint_noise(samples.torques)
                 by_joints = by_joints * shares[:, None]
         return Prediction(linear.points, by_unknowns, by_joints)
 
@@ -192,8 +179,7 @@ class ExtendedModel:
         q = workspace(self.robot, SCALE_SAMPLES)
         model = self.without_curves
         nominal = np.zeros(model.size)
-        no_load = np.tile(0 * q, 3)
-        balls = model.linearise(nominal, q, no_load)
+        balls = model.linearise(nominal, Samples.unloaded(q))
         cloud = balls.points - balls.points.mean(axis=0)
         J = balls.by_unknowns.reshape(cloud.size, -1)
         shifts = balls.by_unknowns[:, :, model.scaleless]

@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from ...data import Observations
+from ...data import Clock, Observations
 from .prior_group import PriorGroup
 
 SIZE = 1e-3
@@ -23,10 +23,10 @@ class Movement:
 
     placement: str
     kind: Literal["step", "drift", "slow", "difference"]
-    clock: str = "time"
+    clock: Clock = "time"
     """Clock that it follows, ``time`` or ``temperature``."""
     at: float = 0.0
-    """When a step was made: from this time on."""
+    """When a step was made: from this time on, since the first sample."""
     waves: int = 1
 
     @property
@@ -45,7 +45,7 @@ class Movement:
         course = np.zeros((len(rows), self.waves))
         if not rows.any():
             return course
-        t = getattr(data, self.clock)[rows]
+        t = data.clock(self.clock)[rows, 0]
         duration = max(float(np.ptp(t)), 1e-12)
         s = (t - t.min()) / duration
         if self.kind == "step":
@@ -82,10 +82,10 @@ class Movement:
 def movements_of(data: Observations, placement: str) -> list[Movement]:
     """Return the movements that a placement's samples could tell, from its clocks."""
     rows = data.rows_of(placement)
-    clocks = {"time": data.time, "temperature": data.temperature}
+    clocks: tuple[Clock, ...] = ("time", "temperature")
     movements: list[Movement] = []
-    for clock, values in clocks.items():
-        t = values[rows]
+    for clock in clocks:
+        t = data.clock(clock)[rows, 0]
         waves = min(WAVES, len(t) // EACH)
         if waves < 1 or not np.isfinite(t).all():
             continue

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...data import Observations, Pose, hand_eye
 from ...robot import Origin, Parameter
-from .effects import Effect, Readings
+from .effects import Effect
 from .extended_model import ExtendedModel
 from .prior_group import SMALLEST_WIDTH, Expected, GivenPrior, PriorGroup
 
@@ -32,10 +32,9 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
     The torques of the data tell the size of a plausible compliance.
     """
     groups = _geometry_groups(model, data)
-    readings = Readings(data.positions, data.torques, data.clocks)
     for effect, place in zip(model.effects, model.slices, strict=True):
         members = np.arange(model.size)[place]
-        turns = effect.turns(readings)
+        turns = effect.turns(data)
         if effect.rare:
             groups += _rare_groups(model, effect, members, turns)
         else:
@@ -140,7 +139,7 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
     placements = data.recorded_at[turned]
     of_placements = np.isin(data.recorded_at[balls], placements)
     points = data.points[balls[of_placements]]
-    q, ball = data.positions[turned], model.ball
+    q, ball = data.q[turned], model.ball
     R = ball.rotations(ball.nominal, q).points
     p = ball.points(ball.nominal, q)
     first_line = str(data.wheres[turned[0]])

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...data import SocketSamples
+from ...data import Samples
 from ..inference import Posterior
 from .uncertainty import covariance_of
 
@@ -25,19 +25,14 @@ class SocketMean(NamedTuple):
     """Its covariance by the samples' noise, shape (3, 3) [m^2]."""
 
     @classmethod
-    def of(
-        cls,
-        posterior: Posterior,
-        q: np.ndarray,
-        moments: np.ndarray,
-    ) -> "SocketMean":
+    def of(cls, posterior: Posterior, samples: Samples) -> "SocketMean":
         """Return that of samples, whose noise counts as correlated."""
-        points, J, by_joints = posterior.linearise(q, moments)
+        points, J, by_joints = posterior.linearise(samples)
         noise = posterior.noise.as_gaussian(by_joints)
         return cls(
             centre=points.mean(axis=0),
             slopes=J.mean(axis=0),
-            noise=CORRELATED * noise.mean(axis=0) / len(q),
+            noise=CORRELATED * noise.mean(axis=0) / len(points),
         )
 
 
@@ -64,7 +59,7 @@ class BaseLength(NamedTuple):
 
 def length_deviation(
     posterior: Posterior,
-    by_socket: Sequence[SocketSamples],
+    by_socket: Sequence[Samples],
     measured: float,
 ) -> float:
     """Return the standard deviation of a placement's distance error by the full model [m].
@@ -72,7 +67,7 @@ def length_deviation(
     The first two sockets of ``by_socket`` count, and their distance is measured to ``measured``
     [m].
     """
-    means = [SocketMean.of(posterior, *samples) for samples in by_socket[:2]]
+    means = [SocketMean.of(posterior, samples) for samples in by_socket[:2]]
     length = BaseLength.of(*means)
     Sigma = covariance_of(posterior)
     variance = length.slope @ Sigma @ length.slope

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...data import IDENTITY, common_covariance, distance_covariance, kabsch
+from ...data import IDENTITY, Samples, common_covariance, distance_covariance, kabsch
 from ...results import Apart
 from ..inference import Posterior
 from ..model import PriorGroup, block_matrix, prior_covariance
@@ -54,15 +54,12 @@ class Estimate:
     """Predictions of a calibration at poses, and the sources of their errors."""
 
     posterior: Posterior
-    q: np.ndarray
-    """Joint positions, shape (N, m) [rad]."""
-    moments: np.ndarray
-    """Moments that hold the joints, shape (N, 3 m) [N m]."""
+    poses: Samples
 
     @cached_property
     def linear(self) -> LinearBalls:
         """The balls, linear in the unknowns."""
-        points, J, _ = self.posterior.linearise(self.q, self.moments)
+        points, J, _ = self.posterior.linearise(self.poses)
         return LinearBalls(points, rows_of(J))
 
     @cached_property
@@ -111,7 +108,7 @@ class Estimate:
     def recorded(self) -> list[tuple[float, ...]]:
         """Joint positions of the samples in sockets, so that equal ones compare equal."""
         data = self.posterior.data
-        in_sockets = data.positions[data.sockets >= 0]
+        in_sockets = data.q[data.seated]
         rows = in_sockets.round(SAME_DIGITS).tolist()
         return [tuple(row) for row in rows]
 
@@ -122,8 +119,7 @@ class Estimate:
         With A a sample's whitened derivatives and w its weight, its part is w^1/2 A Sigma D^T.
         """
         slopes = samples_in_sockets(self.posterior).slopes
-        in_sockets = self.posterior.data.sockets >= 0
-        weights = self.posterior.weights[in_sockets]
+        weights = self.posterior.weights[self.posterior.data.seated]
         roots = np.sqrt(weights)[:, None, None]
         return roots * (slopes @ self.spread.T)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...data import IDENTITY, Load
+from ...data import IDENTITY, Load, Samples
 from ...robot import BallModel, workspace
 from ..inference import Posterior
 from .joint_offsets import with_joint_offsets
@@ -115,11 +115,10 @@ def _uses(posterior: Posterior, load: Load) -> list[Use]:
     robot = posterior.model.robot
     margin = AWAY * arm_length(robot)
     counts = (PLACES, POSTURES)
-    recorded = posterior.data.positions
-    nearby, places = poses_near(robot, recorded, counts, margin)
-    moments_nearby = load.moments(robot, nearby, None)
-    anywhere = workspace(robot, 2 * PAIRS)
-    moments_anywhere = load.moments(robot, anywhere, None)
+    recorded = posterior.data.q
+    q, places = poses_near(robot, recorded, counts, margin)
+    nearby = load.at(robot, q)
+    anywhere = load.at(robot, workspace(robot, 2 * PAIRS))
 
     def point(errors: np.ndarray) -> np.ndarray:
         offsets = without_mean(errors, places)
@@ -128,9 +127,9 @@ def _uses(posterior: Posterior, load: Load) -> list[Use]:
     uses = [
         *_in_sockets(posterior),
         *_measured(posterior),
-        _use(posterior, nearby, moments_nearby, point),
-        _distances(posterior, nearby, moments_nearby),
-        _distances(posterior, anywhere, moments_anywhere),
+        _use(posterior, nearby, point),
+        _distances(posterior, nearby),
+        _distances(posterior, anywhere),
     ]
     return [use for use in uses if use.variance]
 
@@ -141,11 +140,9 @@ def _in_sockets(posterior: Posterior) -> list[Use]:
     A sample of a point counts by its robust weight, and so it does in its socket's mean.
     """
     data = posterior.data
-    rows = np.flatnonzero(data.sockets >= 0)
-    q = data.positions[rows]
-    torques = data.torques[rows]
-    sockets = data.sockets[rows]
-    weights = posterior.weights[rows]
+    samples = data.only(data.seated)
+    sockets = samples.sockets
+    weights = posterior.weights[data.seated]
     roots = np.sqrt(weights)[:, None, None]
 
     def point(errors: np.ndarray) -> np.ndarray:
@@ -161,7 +158,7 @@ def _in_sockets(posterior: Posterior) -> list[Use]:
 
     uses: list[Use] = []
     for difference in (point, distance):
-        use = _use(posterior, q, torques, difference)
+        use = _use(posterior, samples, difference)
         uses.append(replace(use, targets=posterior.centres[sockets]))
     return uses
 
@@ -189,48 +186,38 @@ def _measured(posterior: Posterior) -> list[Use]:
         rows = np.flatnonzero(is_ball)
         if 3 * len(rows) <= posterior.model.geometry:
             continue  # a geometry can meet so few whatever they are
-        q = data.positions[rows]
-        torques = data.torques[rows]
-        uses.append(_in_frame(posterior, q, torques))
-        first = np.tile(np.arange(len(rows)), PARTNERS)
-        seconds = [generator.permutation(len(rows)) for _ in range(PARTNERS)]
+        uses.append(_in_frame(posterior, data.only(rows)))
+        first = np.tile(rows, PARTNERS)
+        seconds = [generator.permutation(rows) for _ in range(PARTNERS)]
         pairs = np.concatenate([first, *seconds])
-        uses.append(_distances(posterior, q[pairs], torques[pairs]))
+        uses.append(_distances(posterior, data.only(pairs)))
     return uses
 
 
-def _in_frame(
-    posterior: Posterior,
-    q: np.ndarray,
-    torques: np.ndarray,
-) -> Use:
+def _in_frame(posterior: Posterior, samples: Samples) -> Use:
     """Return the use that balls are in a frame that no arm knows: errors less its best motion.
 
     With Q an orthonormal basis of what the frame's motions do to all balls, what counts of errors e
     is e - Q Q^T e.
     """
-    points = posterior.predict(q, torques)
+    points = posterior.predict(samples)
     motions = IDENTITY.slopes(points)
     Q = basis_of(motions)
 
     def point(errors: np.ndarray) -> np.ndarray:
         return outside(rows_of(errors), Q)
 
-    return _use(posterior, q, torques, point)
+    return _use(posterior, samples, point)
 
 
-def _distances(
-    posterior: Posterior,
-    q: np.ndarray,
-    torques: np.ndarray,
-) -> Use:
+def _distances(posterior: Posterior, samples: Samples) -> Use:
     """Return the use that measures distances, from the first half of the poses to the second."""
-    points = posterior.predict(q, torques)
-    half = len(q) // 2
+    points = posterior.predict(samples)
+    half = len(points) // 2
     first = np.arange(half)
     second = first + half
     lengths = _lengths(points, first, second)
-    return _use(posterior, q, torques, lengths)
+    return _use(posterior, samples, lengths)
 
 
 def _lengths(
@@ -256,8 +243,7 @@ def _lengths(
 
 def _use(
     posterior: Posterior,
-    q: np.ndarray,
-    torques: np.ndarray,
+    samples: Samples,
     difference: Difference,
 ) -> Use:
     """Return a use at poses at which the full model says where the ball is, and how surely.
@@ -265,7 +251,7 @@ def _use(
     Its variance is the mean of s^T Sigma s, with s the derivatives of an error that counts by the
     unknowns.
     """
-    points, slopes, _ = posterior.linearise(q, torques)
+    points, slopes, _ = posterior.linearise(samples)
     rows = difference(slopes)
     # of error curves, few poses at a time need few coefficients
     has_curves = posterior.deflection.curves is not None
@@ -273,7 +259,7 @@ def _use(
     Sigma = posterior.of_unknowns
     variances = [sum_of_variances(part, Sigma) for part in parts]
     variance = sum(variances) / max(len(rows), 1)
-    return Use(q, points, difference, variance)
+    return Use(samples.q, points, difference, variance)
 
 
 def without_mean(values: np.ndarray, places: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...data import SocketSamples
+from ...data import Samples, joined
 from ...results import ErrorParts, Interval
 from ..inference import Posterior
 from ..model import probabilities
@@ -38,26 +38,25 @@ LEAST_SHARE = 1e-12
 
 def error_parts(
     posterior: Posterior,
-    sockets: Sequence[SocketSamples],
+    sockets: Sequence[Samples],
 ) -> ErrorParts | None:
     """Return the parts of the error at held-out sockets; None for too few samples.
 
     Their expected squares are n^2 tr Q^T C Q, tr Q^T J Sigma J^T Q, and m^2 times the sum of both
     for n = 1. They are scaled to sum to the square of the error that was found.
     """
-    samples = _thinned(sockets)
-    if not samples:
+    parts = _thinned(sockets)
+    if not parts:
         return None
-    q = np.concatenate([part.q for part in samples])
-    moments = np.concatenate([part.moments for part in samples])
-    points, J, by_joints = posterior.linearise(q, moments)
-    counts = [len(part.q) for part in samples]
+    samples = joined(parts)
+    points, J, by_joints = posterior.linearise(samples)
+    counts = [len(part.q) for part in parts]
     across = _contrasts(counts).T
     A = across @ rows_of(J)
     want = A @ covariance_of(posterior) @ A.T
     C = block_diagonal(posterior.noise.as_gaussian(by_joints))
     noise = across @ C @ across.T
-    roots = [across @ F for F in _roots(q, moments, by_joints)]
+    roots = [across @ F for F in _roots(samples, by_joints)]
     errors = across @ points.ravel()
     weights = _weights(want, noise, roots, errors)
     by_noise = weights.sum(axis=(0, 2))
@@ -72,7 +71,7 @@ def error_parts(
 
     def error(part: float) -> float:
         """Return a part of the expected square as an error of a sample [m]."""
-        return float(min(scale * part, square) / len(q)) ** 0.5
+        return float(min(scale * part, square) / len(points)) ** 0.5
 
     interval = Interval(
         value=error(of_model),
@@ -80,23 +79,19 @@ def error_parts(
         high=error(expected * SIZES[high]),
     )
     return ErrorParts(
-        error=(square / len(q)) ** 0.5,
+        error=(square / len(points)) ** 0.5,
         noise=error(of_noise),
         want_of_data=error(of_want),
         not_in_model=interval,
     )
 
 
-def _thinned(sockets: Sequence[SocketSamples]) -> list[SocketSamples]:
+def _thinned(sockets: Sequence[Samples]) -> list[Samples]:
     """Return at most :data:`MOST` samples, of sockets that are left with three or more."""
     total = sum(len(samples.q) for samples in sockets)
     step = -(-total // MOST)
-    thinned: list[SocketSamples] = []
-    for q, moments in sockets:
-        if len(q) > 2 * step:
-            samples = SocketSamples(q[::step], moments[::step])
-            thinned.append(samples)
-    return thinned
+    every = slice(None, None, step)
+    return [samples.only(every) for samples in sockets if len(samples.q) > 2 * step]
 
 
 def _weights(
@@ -137,17 +132,14 @@ def _contrasts(counts: Sequence[int]) -> np.ndarray:
     return np.kron(along_axis, np.eye(3))
 
 
-def _roots(
-    q: np.ndarray,
-    moments: np.ndarray,
-    by_joints: np.ndarray,
-) -> Iterator[np.ndarray]:
+def _roots(samples: Samples, by_joints: np.ndarray) -> Iterator[np.ndarray]:
     """Yield roots F of covariances F F^T of errors that a model may lack, shape (3 N, k).
 
     Of samples a and b these are exp(-|q_a - q_b|^2 / 2 l^2) along each axis alone; and with j_a
     how the ball moves by a joint, j_a j_b^T times exp(-2 sin^2((q_a - q_b) / 2) / l^2) of its
     angle, or times the sign by which gravity pushes it in both.
     """
+    q = samples.q
     differences = q[:, None] - q
     squares = np.sum(differences**2, axis=2)
     for length in LENGTHS:
@@ -162,7 +154,7 @@ def _roots(
             ratios = half_sines[:, :, j] / length
             kernel = np.exp(-2 * ratios**2)
             roots.append(_root(kernel))
-        signs = np.sign(moments[:, j, None])
+        signs = np.sign(samples.moments[:, j, None])
         roots.append(signs)
         for root in roots:
             columns = along * root[:, None]

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...data import IDENTITY, fit_pose
+from ...data import IDENTITY, Samples, fit_pose
 from ..inference import Posterior
 from .projections import basis_of, bisected, outside, rows_of, shifts_of
 from .uncertainty import covariance_of
@@ -32,10 +32,7 @@ LARGEST = 1e6
 class HeldOut(NamedTuple):
     """Samples that share a place which nobody knows: a socket, or the frame of an instrument."""
 
-    q: np.ndarray
-    """Joint positions, shape (N, m) [rad]."""
-    moments: np.ndarray
-    """Torques that hold the joints, shape (N, 3 m) [N m]."""
+    samples: Samples
     measured: np.ndarray | None = None
     """Balls in the instrument's frame, shape (N, 3) [m]; None for those of one socket."""
 
@@ -44,7 +41,7 @@ def misfit(posterior: Posterior, places: Sequence[HeldOut]) -> float:
     """Return f by held-out samples; 0 where they are too few."""
     squares: list[float] = []
     for place in places:
-        if len(place.q) > 2:
+        if len(place.samples.q) > 2:
             squares += _squares_of_misfit(posterior, place).tolist()
     count = len(squares)
     if count < FEWEST:
@@ -100,7 +97,7 @@ def _by_axes(posterior: Posterior, place: HeldOut) -> ByAxes:
     With N_i = L L^T and L^-1 A_i Sigma A_i^T L^-T = V diag(s) V^T, these are s and V^T L^-1 e_i.
     A_i and e_i are without what another place of all samples would do to them.
     """
-    points, J, by_joints = posterior.linearise(place.q, place.moments)
+    points, J, by_joints = posterior.linearise(place.samples)
     if place.measured is None:
         unknown_place = shifts_of(points)
         errors = points - points.mean(axis=0)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from msgspec.structs import replace
 
-from ...data import CALIPER_DEVIATION, Load, Measurement
+from ...data import CALIPER_DEVIATION, Load, Measurement, Samples
 from ...results import Better, Improvement, Interval
 from ...robot import workspace
 from ..inference import Posterior
@@ -73,8 +73,8 @@ def better_than_nominal(
     draws = change.mean + white @ change.root.T
 
     def improvement(q: np.ndarray) -> Improvement:
-        moments = load.moments(robot, q, None)
-        lengths, slopes = distance_slopes(posterior.model, posterior.x, q, moments)
+        poses = load.at(robot, q)
+        lengths, slopes = distance_slopes(posterior.model, posterior.x, poses)
         truths = lengths + draws @ slopes.T
         return _improvement(models, q, lengths, truths)
 
@@ -195,12 +195,12 @@ def _evidence(
     unknowns.
     """
     means: list[SocketMean] = []
-    for q, moments in load.by_socket(posterior.model.robot, measured):
-        mean = SocketMean.of(posterior, q, moments)
+    for samples in load.by_socket(posterior.model.robot, measured):
+        mean = SocketMean.of(posterior, samples)
         means.append(mean)
-        some = evenly(len(q), MOST // 2)
+        some = evenly(len(samples.q), MOST // 2)
         if len(some) > 1:
-            yield _scatter(posterior, q[some], moments[some], mean.centre)
+            yield _scatter(posterior, samples.only(some), mean.centre)
     if measured.has_distance:
         length = BaseLength.of(*means[:2])
         error = length.value - measured.distance
@@ -212,8 +212,7 @@ def _evidence(
 
 def _scatter(
     posterior: Posterior,
-    q: np.ndarray,
-    moments: np.ndarray,
+    samples: Samples,
     centre: np.ndarray,
 ) -> np.ndarray:
     """Return what samples of a socket tell about its centre, as far as they are independent.
@@ -221,7 +220,7 @@ def _scatter(
     With L L^T the noise of a sample, they are L^-1 (p - c) and L^-1 J without what another centre
     would do to them.
     """
-    points, J, by_joints = posterior.linearise(q, moments)
+    points, J, by_joints = posterior.linearise(samples)
     columns = np.dstack([shifts_of(points), points - centre, J])
     white = whitened(posterior, by_joints, columns)
     rows = rows_of(white)

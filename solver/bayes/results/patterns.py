@@ -76,8 +76,7 @@ def _rows(
     parts: list[list[np.ndarray]] = []
     for k, m in enumerate(placements):
         q = m.positions
-        moments = load.torques(robot, m)
-        points, J, by_joints = posterior.linearise(q, moments)
+        points, J, by_joints = posterior.linearise(load.samples(robot, m))
         still = m.at_rest(points)
         frames = fit_frames([(still, m)])
         errors = still - targets(still, m, frames)

@@ -1,9 +1,11 @@
 """Covariance of the flange's pose, or of a tool on it, by a posterior."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from ...data import Samples
 from ..inference import Posterior
 from ..model import ExtendedModel
 from ..model.effects import curve_values, splines
@@ -16,8 +18,7 @@ BATCH = 1024
 
 def pose_covariances(
     posterior: Posterior,
-    q: np.ndarray,
-    moments: np.ndarray,
+    poses: Samples,
     places: np.ndarray,
     *,
     of_ball: bool = False,
@@ -35,8 +36,7 @@ def pose_covariances(
 
     Args:
         posterior: What is known of the robot.
-        q: Joint positions as the encoders read them, shape (N, m) [rad].
-        moments: What holds the joints, shape (N, 3 m) [N m].
+        poses: Joint positions as the encoders read them, and what holds the joints.
         places: Points of the flange's link in the base, shape (N, 3) [m].
         of_ball: The points are the ball's centres, so the ball's place on the flange counts.
         misfit: f, of held-out samples beside the noise of the fit; 0 for the posterior alone.
@@ -49,10 +49,11 @@ def pose_covariances(
     of_place[:3, :3] = of_space * np.eye(3)
     of_joints = factor * noise.joint**2
     has_curves = posterior.deflection.curves is not None
-    covariances = np.empty((len(q), 6, 6))
-    for begin in range(0, len(q), BATCH):
+    covariances = np.empty((len(places), 6, 6))
+    for begin in range(0, len(places), BATCH):
         rows = slice(begin, begin + BATCH)
-        J, by_joints = _derivatives(posterior, q[rows], moments[rows], places[rows])
+        part_of_poses = poses.only(rows)
+        J, by_joints = _derivatives(posterior, part_of_poses, places[rows])
         if not of_ball:
             J[:, :, _of_ball(posterior.model)] = 0.0
         scalars = J.shape[2]
@@ -61,7 +62,7 @@ def pose_covariances(
         spread = spread.reshape(J.shape)
         part = spread @ J.swapaxes(1, 2)
         if has_curves:
-            part += _of_curves(Sigma, J, by_joints, q[rows])
+            part += _of_curves(Sigma, J, by_joints, part_of_poses.q)
         squares = by_joints @ by_joints.swapaxes(1, 2)
         part += of_place + of_joints * squares
         covariances[rows] = part
@@ -79,8 +80,7 @@ class PoseSlopes(NamedTuple):
 
 def _derivatives(
     posterior: Posterior,
-    q: np.ndarray,
-    moments: np.ndarray,
+    poses: Samples,
     places: np.ndarray,
 ) -> PoseSlopes:
     """Return derivatives of poses by all unknowns but curves, and by the joints."""
@@ -88,11 +88,12 @@ def _derivatives(
     x = posterior.x
     curves = posterior.deflection.curves
     if curves is not None:
-        q = q + curve_values(q, curves.ravel())
+        corrections = curve_values(poses.q, curves.ravel())
+        poses = replace(poses, q=poses.q + corrections)
         model = model.without_curves
         x = x[: model.size]
-    points, J, by_joints = model.linearise(x, q, moments)
-    _, turns, turns_by_joints = model.linearise(x, q, moments, of_turns=True)
+    points, J, by_joints = model.linearise(x, poses)
+    _, turns, turns_by_joints = model.linearise(x, poses, of_turns=True)
     arms = (places - points)[:, :, None]
 
     def of_pose(shift: np.ndarray, turn: np.ndarray) -> np.ndarray:

@@ -44,8 +44,8 @@ def predicted_errors(
     exported: np.ndarray | None = None,
 ) -> DistanceDeviation:
     """Return the predicted errors of distances between pairs of poses."""
-    moments = load.moments(posterior.model.robot, q, None)
-    distances, deviation = distance_deviations(posterior, q, moments)
+    poses = load.at(posterior.model.robot, q)
+    distances, deviation = distance_deviations(posterior, poses)
     export_error = None
     if exported is not None:
         points = posterior.model.ball.points(exported, q)

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...data import IDENTITY, SocketSamples
+from ...data import IDENTITY, Samples
 from ...results import Correlation, Scale
 from ..inference import Posterior
 from ..model import ExtendedModel, PriorGroup, submatrix
@@ -82,8 +82,7 @@ def observability_index(posterior: Posterior) -> float:
     """
     model = posterior.model
     data = posterior.data
-    samples = (data.positions, data.torques, data.clocks)
-    q = posterior.deflection.true_positions(*samples)
+    q = posterior.deflection.true_positions(data)
     linear = model.ball.linearise(posterior.values, q)
     variances = np.diag(posterior.prior_covariance)
     widths = np.sqrt(variances[: model.geometry])
@@ -106,21 +105,19 @@ def observability_index(posterior: Posterior) -> float:
     values = values[values > 1e-6 * values[0]]
     log_mean = np.mean(np.log(values))
     mean = float(np.exp(log_mean))
-    return mean / len(data.positions) ** 0.5
+    return mean / len(data.q) ** 0.5
 
 
 def distance_slopes(
     model: ExtendedModel,
     x: np.ndarray,
-    q: np.ndarray,
-    torque: np.ndarray,
+    samples: Samples,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return distances between pairs of ball positions, shape (N,), and derivatives (N, size).
 
-    Joint positions q have shape (2 N, m) [rad], rows 0 and 1, 2 and 3, ... being pairs, and what
-    holds their joints (2 N, 3 m) [N m].
+    Of the 2 N samples, rows 0 and 1, 2 and 3, ... are pairs.
     """
-    points, J, _ = model.linearise(x, q, torque)
+    points, J, _ = model.linearise(x, samples)
     offsets = points[1::2] - points[::2]
     directions = unit(offsets)
     by_offsets = J[1::2] - J[::2]
@@ -130,11 +127,10 @@ def distance_slopes(
 
 def distance_deviations(
     posterior: Posterior,
-    q: np.ndarray,
-    torque: np.ndarray,
+    samples: Samples,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the distances of :func:`distance_slopes`, and their standard deviations [m]."""
-    distances, slopes = distance_slopes(posterior.model, posterior.x, q, torque)
+    distances, slopes = distance_slopes(posterior.model, posterior.x, samples)
     variances = variances_of(slopes, covariance_of(posterior))
     return distances, np.sqrt(variances)
 
@@ -149,7 +145,7 @@ def covariance_of(posterior: Posterior) -> np.ndarray:
 
 def predicted_deviation(
     posterior: Posterior,
-    by_socket: Sequence[SocketSamples],
+    by_socket: Sequence[Samples],
 ) -> float:
     """Return how far samples should lie from their socket's mean, noise included, as rms [m].
 
@@ -165,18 +161,17 @@ def predicted_deviation(
 
 def _sum_of_squares(
     posterior: Posterior,
-    samples: SocketSamples,
+    samples: Samples,
 ) -> float:
     """Return the sum of squares of n samples in a socket [m^2]."""
-    q, torque = samples
-    n = len(q)
+    n = len(samples.q)
     covariance = posterior.of_unknowns
     sums = np.zeros((3, len(covariance)))
     total = 0.0
     noise = 0.0
     for begin in range(0, n, BATCH):
         some = slice(begin, begin + BATCH)
-        _, J, by_joints = posterior.linearise(q[some], torque[some])
+        _, J, by_joints = posterior.linearise(samples.only(some))
         sums += J.sum(axis=0)
         N = posterior.noise.as_gaussian(by_joints)
         noise += float(np.einsum("nii->", N))

@@ -21,19 +21,17 @@ class WhitenedSamples(NamedTuple):
 def samples_in_sockets(posterior: Posterior) -> WhitenedSamples:
     """Return the samples in sockets of a fit."""
     data = posterior.data
-    rows = np.flatnonzero(data.sockets >= 0)
-    q = data.positions[rows]
-    samples = (q, data.torques[rows], data.clocks[rows])
-    points, J, by_joints = posterior.linearise(*samples)
-    sockets = data.sockets[rows]
+    samples = data.only(data.seated)
+    points, J, by_joints = posterior.linearise(samples)
+    sockets = samples.sockets
     residuals = points - posterior.centres[sockets]
     in_socket = np.eye(len(posterior.centres))[sockets]
     by_centres = -np.kron(in_socket, np.eye(3))
-    by_centres = by_centres.reshape(len(q), 3, posterior.centres.size)
+    by_centres = by_centres.reshape(len(points), 3, posterior.centres.size)
     columns = np.dstack([residuals, J, by_centres])
     white = whitened(posterior, by_joints, columns)
     return WhitenedSamples(
-        q,
+        samples.q,
         residuals=white[:, :, 0],
         slopes=white[:, :, 1:],
     )

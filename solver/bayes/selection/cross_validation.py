@@ -47,11 +47,10 @@ def held_out_errors(posterior: FitPosterior) -> np.ndarray:
 
 def _mean_error(posterior: FitPosterior, x: np.ndarray, placement: str) -> float:
     """Return the mean distance of balls from their socket's mean or measured place [m]."""
-    model, data = posterior.model, posterior.data
-    rows = data.rows_of(placement)
-    q, clocks = data.positions[rows], data.clocks[rows]
-    points = model.predict(x, q, data.torques[rows], clocks)
-    sockets = data.sockets[rows]
+    data = posterior.data
+    samples = data.only(data.rows_of(placement))
+    points = posterior.model.predict(x, samples)
+    sockets = samples.sockets
     errors: list[np.ndarray] = []
     for socket in np.unique(sockets[sockets >= 0]):
         balls = points[sockets == socket]
@@ -59,7 +58,7 @@ def _mean_error(posterior: FitPosterior, x: np.ndarray, placement: str) -> float
     by_instrument = sockets < 0
     if by_instrument.any():
         balls = points[by_instrument]
-        measured = data.points[rows][by_instrument]
+        measured = samples.points[by_instrument]
         pose = fit_pose(measured, balls)
         errors.append(balls - pose.apply(measured))
     distances = np.linalg.norm(np.concatenate(errors), axis=1)

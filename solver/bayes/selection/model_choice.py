@@ -65,7 +65,7 @@ class ModelChoice:
         """Return what became of an extension by which the evidence rose, in words."""
         effects = EXTENSIONS[extension]
         of_torques = any(EFFECTS[name].shared_by_type for name in effects)
-        if of_torques and not self.models[0].data.torques.any():
+        if of_torques and not self.models[0].data.moments.any():
             return NO_MASSES
         if gain is None:
             return "not supported by the data (with it, the fit does not settle)"

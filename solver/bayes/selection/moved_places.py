@@ -108,7 +108,7 @@ def _line(posterior: FitPosterior, gain: float) -> FoundMovement:
     follows = "" if movement.clock == "time" else f", with {movement.clock}"
     rank = None
     if movement.kind == "step":
-        times = data.time[data.rows_of(movement.placement)]
+        times = data.clock("time")[data.rows_of(movement.placement)]
         rank = int(np.sum(times < movement.at))
         follows = ", before its {first}"
     kept = gain >= KEPT

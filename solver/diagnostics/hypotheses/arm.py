@@ -143,11 +143,11 @@ def of_uneven(scene: Scene) -> Iterable[Block]:
 
 def of_soft_base(scene: Scene) -> Iterable[Block]:
     """Return the block of a base that tilts under the arm, as its first joint would, but more."""
-    readings = scene.as_readings
-    if TILT not in scene.effects or not readings.moments.any():
+    samples = scene.loaded_samples
+    if TILT not in scene.effects or not samples.moments.any():
         return
     m = scene.q.shape[1]
-    turns = TILT.turns(readings)
+    turns = TILT.turns(samples)
     bends: np.ndarray = turns[:, [0, m]]
     squares: np.ndarray = np.sum(bends**2, axis=1)
     size = float(squares.mean()) ** 0.5

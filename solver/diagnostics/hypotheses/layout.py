@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...data import Known, Measurement
-from .samples import Samples, Seat, samples_of, seats_of
+from .samples import Seat, SeatSamples, samples_of, seats_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,17 +25,17 @@ class Layout:
     """Corrected joint positions, shape (N, m); None for those recorded."""
 
     @cached_property
-    def samples(self) -> Samples:
+    def samples(self) -> SeatSamples:
         """Joint positions, the seats of the balls, and what instruments measured."""
         recorded = samples_of(self.measurements)
         if self.readings is None:
             return recorded
-        return replace(recorded, positions=self.readings)
+        return replace(recorded, q=self.readings)
 
     @property
     def q(self) -> np.ndarray:
         """Joint positions, shape (N, m)."""
-        return self.samples.positions
+        return self.samples.q
 
     @property
     def sockets(self) -> np.ndarray:
@@ -65,11 +65,6 @@ class Layout:
     def times(self) -> tuple[np.ndarray, ...]:
         """Rank of each sample of each placement in the order of recording."""
         return tuple(m.order for m in self.measurements)
-
-    @cached_property
-    def clocks(self) -> np.ndarray:
-        """Index, time [s] and temperature [K] from each placement's first sample on, (N, 3)."""
-        return np.concatenate([m.clocks for m in self.measurements])
 
     @property
     def every(self) -> slice:

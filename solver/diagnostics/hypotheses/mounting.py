@@ -47,7 +47,7 @@ def _is_bent(scene: Scene) -> bool:
     has_efforts = any(m.efforts is not None for m in scene.measurements)
     if not (scene.robot.bodies or has_efforts):
         return False
-    is_loaded = scene.as_readings.moments.any()
+    is_loaded = scene.loaded_samples.moments.any()
     return bool(is_loaded and scene.is_elastic.any())
 
 
@@ -79,8 +79,7 @@ def _logs(scene: Scene, directions: Sequence[Gravity]) -> list[float]:
     columns: list[np.ndarray] = []
     for gravity in directions:
         load = replace(scene.load, gravity=gravity)
-        readings = scene.readings_under(load)
-        of_effects = scene.of_effects(readings)
+        of_effects = scene.of_effects(scene.samples_under(load))
         of_samples = of_effects[of_some]
         columns.append(of_samples[:, elastic])
     nameless: list[Parameters] = [{}] * len(columns)

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ...bayes.model import NU, student_weights
-from ...data import Measurement, kabsch
+from ...data import Measurement, SampleRows, kabsch
 from ...robot import cross_matrices, turn
 
 Seat = tuple[str, int]
@@ -31,11 +31,9 @@ ROUNDS = 5
 
 
 @dataclass(frozen=True)
-class Samples:
+class SeatSamples(SampleRows):
     """Joint positions, the seats of their balls, and what instruments measured."""
 
-    positions: np.ndarray
-    """Shape (N, m)."""
     sockets: np.ndarray
     """Index of each sample's seat, a socket or an instrument's frame, shape (N,)."""
     measured: np.ndarray
@@ -70,17 +68,13 @@ class Samples:
         beside_centres = len(self.sockets) - self.count
         return 3 * beside_centres >= 2 * unknowns
 
-    def thinned(self, enough: int, minimum: int = 1) -> "Samples":
+    def thinned(self, enough: int, minimum: int = 1) -> "SeatSamples":
         """Return about so many of the samples, evenly from each socket, and so many of it."""
         most = max(enough // self.count, minimum)
         indices = [evenly(len(rows), most) for rows in self.rows]
         pairs = zip(self.rows, indices, strict=True)
         few = np.concatenate([rows[some] for rows, some in pairs])
-        return Samples(
-            positions=self.positions[few],
-            sockets=self.sockets[few],
-            measured=self.measured[few],
-        )
+        return self.only(few)
 
     @cached_property
     def frames(self) -> list[int]:
@@ -142,11 +136,11 @@ class Samples:
         return after
 
 
-def samples_of(measurements: Sequence[Measurement]) -> Samples:
+def samples_of(measurements: Sequence[Measurement]) -> SeatSamples:
     """Return the samples of placements, seat after seat."""
     positions = np.concatenate([m.positions for m in measurements])
     _, sockets = seats_of(measurements)
-    return Samples(positions, sockets, _measured(measurements))
+    return SeatSamples(positions, sockets, _measured(measurements))
 
 
 def seats_of(
@@ -191,7 +185,7 @@ def evenly(count: int, enough: int) -> np.ndarray:
     return places.astype(int)
 
 
-def medians(points: np.ndarray, samples: Samples) -> np.ndarray:
+def medians(points: np.ndarray, samples: SeatSamples) -> np.ndarray:
     """Return the medians in each seat, shape (S, 3)."""
     by_seat = [median(points[rows]) for rows in samples.rows]
     return np.array(by_seat)
@@ -199,7 +193,7 @@ def medians(points: np.ndarray, samples: Samples) -> np.ndarray:
 
 def means(
     values: np.ndarray,
-    samples: Samples,
+    samples: SeatSamples,
     weights: np.ndarray,
 ) -> np.ndarray:
     """Return the weighted mean in each socket of values of shape (N, ...)."""

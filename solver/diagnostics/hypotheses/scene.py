@@ -15,8 +15,8 @@ from ...bayes.model import (
     shifts_by,
     width_of,
 )
-from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, GAIN, Effect, Readings
-from ...data import STANDARD_LOAD, Load
+from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, GAIN, Effect
+from ...data import STANDARD_LOAD, Load, Samples, joined
 from ...robot import Parameter, Robot, even_bodies
 from . import nuisances
 from .layout import Layout
@@ -87,8 +87,7 @@ class Scene(Layout):
     @cached_property
     def linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ball centres, shape (N, 3), and derivatives by geometry and effects, and by joints."""
-        moments = self.as_readings.moments
-        return self.model.linearise(self.start, self.q, moments, self.clocks)
+        return self.model.linearise(self.start, self.loaded_samples)
 
     @cached_property
     def offsets(self) -> np.ndarray:
@@ -128,45 +127,41 @@ class Scene(Layout):
         return replace(self.robot, bodies=bodies)
 
     @cached_property
-    def as_readings(self) -> Readings:
+    def loaded_samples(self) -> Samples:
         """All samples as effects see them; moments are those that hold the joints as fitted."""
-        return self.readings_under(self.load)
+        return self.samples_under(self.load)
 
-    def readings_under(self, load: Load) -> Readings:
+    def samples_under(self, load: Load) -> Samples:
         """Return all samples as effects would see them under a load."""
-        # zeros decide on which side of its play a joint rests
-        n = len(self.parameters)
-        zeros = self.x[n:] if self.zeros else 0.0
-        moments: list[np.ndarray] = []
-        for m in self.measurements:
-            carried = load.of(m.placement)
-            positions = m.positions + zeros
-            moments.append(carried.moments(self.heavy, positions, m.efforts))
-        of_all = np.concatenate(moments)
-        return Readings(self.q, of_all, self.clocks)
+        measurements = self.measurements
+        if self.zeros:  # they decide on which side of its play a joint rests
+            zeros = self.x[len(self.parameters) :]
+            measurements = [m.shifted(zeros) for m in measurements]
+        samples = [load.samples(self.heavy, m) for m in measurements]
+        return replace(joined(samples), q=self.q)
 
     @cached_property
     def by_readings(self) -> np.ndarray:
         """Derivatives of the balls by true positions and tilts, whatever the load, (N, 3, 3 m)."""
-        design = design_matrix(self.effects, self.as_readings)
+        design = design_matrix(self.effects, self.loaded_samples)
         coefficients = self.start[len(self.parameters) :]
         true = design.true_positions(self.q, coefficients)
         values = self.model.values(self.start)
         return self.model.ball.linearise(values, true).by_joints
 
-    def of_effects(self, readings: Readings) -> np.ndarray:
+    def of_effects(self, samples: Samples) -> np.ndarray:
         """Return derivatives of samples' residuals by effects, in their widths, (3 N, p)."""
-        axes, turns = design_matrix(self.effects, readings)
+        axes, turns = design_matrix(self.effects, samples)
         by_axes = self.by_readings[:, :, axes]
         slopes = -by_axes * turns[:, None]
         columns = slopes.reshape(3 * len(self.q), -1)
-        return columns * self.widths_of_effects(readings)
+        return columns * self.widths_of_effects(samples)
 
-    def widths_of_effects(self, readings: Readings) -> np.ndarray:
+    def widths_of_effects(self, samples: Samples) -> np.ndarray:
         """Return the widths of effects' coefficients by how much they turn the joints, (p,)."""
         widths = [np.zeros(0)]
         for effect in self.effects:
-            turns: np.ndarray = effect.turns(readings)
+            turns: np.ndarray = effect.turns(samples)
             usual = float(np.mean(turns**2)) ** 0.5
             shift = effect.typical_shift
             if effect.learned:
@@ -228,7 +223,7 @@ class Scene(Layout):
         parts = [
             (every, centres),
             (samples, self.by_geometry @ self.usual),
-            (samples, self.of_effects(self.as_readings)),
+            (samples, self.of_effects(self.loaded_samples)),
             (lengths, nuisances.of_calipers(self.known)),
             (samples, turns.reshape(samples.stop, -1)),
             *self._differences(),

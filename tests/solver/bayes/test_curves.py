@@ -13,13 +13,13 @@ from mukca.solver.bayes.model.effects import (
     CURVE,
     KNOTS,
     SPACING,
-    Readings,
     curve_values,
     kernel,
     random_curves,
     spectrum,
 )
 from mukca.solver.calibration import FullModel, posterior_of
+from mukca.solver.data import Samples
 from mukca.solver.results import (
     CalibratedRobot,
     ErrorCurves,
@@ -47,7 +47,7 @@ def test_the_splines_have_the_covariance_of_the_process():
 def test_a_curve_is_its_derivatives_times_its_coefficients():
     generator = np.random.default_rng(0)
     q, coefficients = generator.uniform(-9, 9, (20, 3)), generator.normal(size=3 * KNOTS)
-    by_coefficients = CURVE.turns(Readings(q, np.zeros((20, 9)))) * coefficients
+    by_coefficients = CURVE.turns(Samples.unloaded(q)) * coefficients
     each = by_coefficients.reshape(20, KNOTS, 3).sum(axis=1)
     assert np.allclose(curve_values(q, coefficients), each)
     assert np.allclose(curve_values(q + 2 * np.pi, coefficients), each)

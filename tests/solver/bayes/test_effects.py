@@ -16,16 +16,14 @@ from mukca.solver.bayes.model.effects import (
     OWN,
     Display,
     Effect,
-    Readings,
     add_effect,
 )
 from mukca.solver.calibration import SolveOptions, problems_of, type_priors
-from mukca.solver.data import observe
+from mukca.solver.data import STANDARD_LOAD, Samples, observe
 from mukca.solver.robot import (
     BallModel,
     angles_near,
     choose_parameters,
-    gravity_moments,
     load_robot,
     rotation_rpy,
     workspace,
@@ -41,15 +39,15 @@ def test_derivatives_are_those_of_the_ball(name, panda):
     """By every coefficient, or many at once, against finite differences."""
     model = extend(panda, choose_parameters(panda), [name])
     q = workspace(panda, 4)
-    moments = gravity_moments(panda, q)
+    samples = STANDARD_LOAD.at(panda, q)
     x = np.random.default_rng(0).uniform(0, 1e-4, model.size)
-    _, derivatives, _ = model.linearise(x, q, moments)
+    _, derivatives, _ = model.linearise(x, samples)
     assert model.names[model.geometry :] == EFFECTS[name].coefficient_names(panda.joint_names)
     ways = np.eye(model.size)[model.geometry :]
     if len(ways) > 100:
         ways = np.random.default_rng(1).choice([-1, 0, 1], (40, len(ways))) @ ways
     for way in ways:
-        ahead, behind = (model.predict(x + s * way, q, moments) for s in (1e-6, -1e-6))
+        ahead, behind = (model.predict(x + s * way, samples) for s in (1e-6, -1e-6))
         slope = (ahead - behind) / 2e-6
         assert derivatives @ way == pytest.approx(slope, rel=1e-6, abs=1e-6)
 
@@ -74,7 +72,7 @@ def size_of(effect, robot):
     """Size of the coefficients by which an effect of any unit turns a joint by so much."""
     q = workspace(robot, 50)
     clocks = np.arange(50.0)[:, None] * np.ones(3)
-    turns = effect.turns(Readings(q, gravity_moments(robot, q), clocks))
+    turns = effect.turns(STANDARD_LOAD.at(robot, q, clocks=clocks))
     return TURN / np.sqrt(np.mean(turns**2, axis=0)).max()
 
 
@@ -107,7 +105,7 @@ CREEP = Effect(
     extension="creep",
     unit="rad",
     axes={"creep": OWN},
-    derivatives=lambda readings: 0 * readings.q - readings.index,
+    derivatives=lambda samples: 0 * samples.q - samples.index,
     typical_shift=2e-4,
     joints="first",
 )
@@ -116,7 +114,7 @@ SAG = Effect(
     extension="sag",
     unit="rad/(N m)",
     axes={"sag1": 1, "sag2": 2},
-    derivatives=lambda readings: -readings.moments[:, readings.q.shape[1] :],
+    derivatives=lambda samples: -samples.moments[:, samples.q.shape[1] :],
     typical_shift=5e-4,
     joints="first",
 )
@@ -195,7 +193,7 @@ def test_every_effect_has_its_extension_and_its_own_names(panda):
 def test_backlash_rests_where_gravity_turns_it_to():
     play = Deflection(("play",), (np.array([0.01, 0.02]),))
     torques = np.array([[1.0, -1.0], [-5.0, 0.0], [UNLOADED, 0.0]])
-    turned = play.true_positions(np.zeros((3, 2)), torques)
+    turned = play.true_positions(Samples(np.zeros((3, 2)), torques))
     assert turned == pytest.approx(
         np.array([[-0.01, 0.02], [0.01, 0.0], [-0.01 / 2**0.5, 0.0]]), abs=1e-5
     )

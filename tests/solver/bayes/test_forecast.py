@@ -28,15 +28,10 @@ def first(panda, recorded):
     return estimate(extend(panda, choose_parameters(panda)), data).arm
 
 
-def samples(panda, measured):
-    moments = LOAD.torques(panda, measured)
-    return [(measured.positions[rows], moments[rows]) for rows in measured.slices]
-
-
 @pytest.mark.slow
 def test_a_second_placement_brings_what_was_forecast(panda, recorded, first):
     both = estimate(first.model, observe(RobotRecordings(panda, recorded))).arm
-    forecast = predicted_posterior(first, samples(panda, recorded[1]))
+    forecast = predicted_posterior(first, LOAD.by_socket(panda, recorded[1]))
     before, expected, found = (workspace_errors(p, LOAD).median for p in (first, forecast, both))
     assert expected < 0.95 * before
     assert found == pytest.approx(expected, rel=0.15)
@@ -47,7 +42,7 @@ def test_a_forecast_does_not_hang_on_rounding(panda, recorded, first):
     signs = np.random.default_rng(0).choice([-1, 1], len(first.covariance))
     rounded = first.covariance * (1 + 2e-16 * np.outer(signs, signs))
     forecasts = [
-        predicted_posterior(replace(first, covariance=one), samples(panda, recorded[1]))
+        predicted_posterior(replace(first, covariance=one), LOAD.by_socket(panda, recorded[1]))
         for one in (first.covariance, rounded)
     ]
     errors = [workspace_errors(one, LOAD).median for one in forecasts]
@@ -56,9 +51,9 @@ def test_a_forecast_does_not_hang_on_rounding(panda, recorded, first):
 
 def test_recording_the_same_base_again_does_not_tell_its_distance(panda, recorded, first):
     """However often: the caliper's 0.06 % of scale stays."""
-    sure = predicted_posterior(first, samples(panda, recorded[1]) * 1)
+    sure = predicted_posterior(first, LOAD.by_socket(panda, recorded[1]))
     for _ in range(20):
-        sure = predicted_posterior(sure, samples(panda, recorded[1]))
+        sure = predicted_posterior(sure, LOAD.by_socket(panda, recorded[1]))
     by_scale = first.model.by_scale()
     size = first.model.size
     scale = float(by_scale @ sure.covariance[:size, :size] @ by_scale) ** 0.5
@@ -69,11 +64,10 @@ def test_what_a_joint_moves_the_ball_by_is_what_its_correction_does(panda, recor
     model = extend(panda, choose_parameters(panda))
     x = np.zeros(model.size)
     x[model.names.index("panda_joint4.yaw")] = 1e-3
-    pairs = samples(panda, recorded[0])
-    found = {
-        row.joint: row for row in joint_effects(model, x, workspace_samples(model, x, LOAD), pairs)
-    }
-    moved = [model.predict(x, q, m) - model.predict(0 * x, q, m) for q, m in pairs]
+    by_socket = LOAD.by_socket(panda, recorded[0])
+    poses = workspace_samples(model, x, LOAD)
+    found = {row.joint: row for row in joint_effects(model, x, poses, by_socket)}
+    moved = [model.predict(x, rows) - model.predict(0 * x, rows) for rows in by_socket]
     offsets = np.concatenate([shift - shift.mean(axis=0) for shift in moved])
     expected = float(np.mean(np.sum(offsets**2, axis=1))) ** 0.5
     assert found["panda_joint4"].recorded == pytest.approx(expected, rel=1e-2)

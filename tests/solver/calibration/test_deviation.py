@@ -25,8 +25,7 @@ def arm(request):
 def test_it_is_the_ball_s_own_covariance_in_any_shape_and_frame(arm):
     q, posterior = workspace(arm.robot, 6), arm.posterior
     assert arm.misfit == 0  # nothing was held out
-    moments = arm.load.moments(arm.robot, q, None)
-    _, J, _ = posterior.model.linearise(posterior.x, q, moments)
+    _, J, _ = posterior.linearise(arm.load.at(arm.robot, q))
     expected = J @ covariance_of(posterior) @ J.swapaxes(1, 2)
     at_ball = arm.deviation(q.reshape(2, 3, -1), tool=arm.robot.tip)
     assert at_ball.shape == (2, 3, 6, 6)
@@ -43,8 +42,8 @@ def test_it_is_the_ball_s_own_covariance_in_any_shape_and_frame(arm):
 @pytest.mark.slow
 def test_distances_have_the_deviations_that_calibrations_state(arm):
     q, posterior = workspace(arm.robot, 2), arm.posterior
-    moments = arm.load.moments(arm.robot, q, None)
-    _, slopes = distance_slopes(posterior.model, posterior.x, q, moments)
+    poses = arm.load.at(arm.robot, q)
+    _, slopes = distance_slopes(posterior.model, posterior.x, poses)
     stated = float(np.sqrt(slopes[0] @ covariance_of(posterior) @ slopes[0]))
     first, second = arm.deviation(q, tool=arm.robot.tip)[:, :3, :3]
     bound = sum(np.linalg.eigvalsh(block)[-1] ** 0.5 for block in (first, second))
@@ -80,12 +79,12 @@ def test_errors_of_held_out_samples_count():
     grown = doubtful.deviation(poses) - sound.deviation(poses)
     assert np.linalg.eigvalsh(grown).min() > -1e-12
     assert np.trace(grown, axis1=1, axis2=2).min() > 1e-8
-    posterior, moments = doubtful.posterior, doubtful.load.moments(robot, q, None)
-    places = [HeldOut(q[held.sockets == k], moments[held.sockets == k]) for k in (0, 1)]
+    posterior, samples = doubtful.posterior, doubtful.load.at(robot, q)
+    places = [HeldOut(samples.only(held.sockets == k)) for k in (0, 1)]
     assert misfit(posterior, places) == pytest.approx(doubtful.misfit)
     shares = [within(posterior, place, doubtful.misfit, [7.815])[0] for place in places]
     assert 0.95 <= np.mean(shares) < 1
-    assert misfit(posterior, [HeldOut(q[:6], moments[:6])]) == 0
+    assert misfit(posterior, [HeldOut(samples.only(slice(6)))]) == 0
 
 
 def test_the_paper_s_method_has_none():

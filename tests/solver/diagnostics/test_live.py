@@ -30,10 +30,9 @@ def test_moments_hold_the_joints_where_their_zeros_were_fitted():
     """Zeros are off by up to 5 degrees; moments tell on which side of its play a joint rests."""
     here = Setting("so101", 0)
     scene = here.check.scene([here.placement(here.samples("none"))])
-    m = len(here.robot.actuated)
-    true = STANDARD_LOAD.moments(here.arm, scene.q, None)[:, :m]
-    fitted, read = scene.as_readings.moments, STANDARD_LOAD.moments(here.robot, scene.q, None)
-    off, before = (np.linalg.norm(one[:, :m] - true) for one in (fitted, read))
+    true, read = (STANDARD_LOAD.at(arm, scene.q).torques for arm in (here.arm, here.robot))
+    fitted = scene.loaded_samples.torques
+    off, before = (np.linalg.norm(one - true) for one in (fitted, read))
     assert off < before
 
 

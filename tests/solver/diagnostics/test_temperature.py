@@ -20,7 +20,7 @@ RISE = 5.0
 def warmed(scene):
     """Return blocks of placements during which the column warmed, and took the ball along."""
     for place, rows in enumerate(scene.places):
-        warmth = scene.clocks[rows, 2]
+        warmth = scene.loaded_samples.temperature[rows, 0]
         if np.ptp(warmth) > RISE:
             columns = ((warmth - warmth.mean()) / np.ptp(warmth))[:, None, None] * np.eye(3)
             names = [{**scene.named(place), "rise": float(np.ptp(warmth))}]

@@ -14,7 +14,6 @@ from .effect import ANGLES as ANGLES
 from .effect import OWN as OWN
 from .effect import Display as Display
 from .effect import Effect as Effect
-from .effect import Readings as Readings
 from .elasticity import COMPLIANCE as COMPLIANCE
 from .elasticity import TILT as TILT
 from .gain import GAIN as GAIN

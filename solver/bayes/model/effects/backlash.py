@@ -3,7 +3,8 @@
 import math
 from typing import TYPE_CHECKING
 
-from .effect import OWN, Array, Effect, Readings
+from ....data import Samples
+from .effect import OWN, Array, Effect
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,8 +19,8 @@ def _side(torque: Array) -> Array:
     return torque / (torque**2 + UNLOADED_TORQUE**2) ** 0.5
 
 
-def _derivatives(readings: Readings) -> Array:
-    return -_side(readings.torques)
+def _derivatives(samples: Samples) -> Array:
+    return -_side(samples.torques)
 
 
 def _joint_noise(torque: Array) -> Array:

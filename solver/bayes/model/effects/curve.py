@@ -3,7 +3,8 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-from .effect import OWN, Effect, Readings
+from ....data import Samples
+from .effect import OWN, Effect
 
 if TYPE_CHECKING:
     import numpy as np
@@ -105,11 +106,11 @@ def random_curves(joints: int, generator: "np.random.Generator") -> "np.ndarray"
     return np.array(drawn.real).ravel()
 
 
-def _derivatives(readings: Readings) -> "np.ndarray":
+def _derivatives(samples: Samples) -> "np.ndarray":
     import numpy as np
 
-    N, m = readings.q.shape
-    knots, weights = splines(readings.q)
+    N, m = samples.q.shape
+    knots, weights = splines(samples.q)
     slopes = np.zeros((N, KNOTS, m))
     rows = np.arange(N, dtype=np.int64)[:, None, None]
     joints = np.arange(m, dtype=np.int64)[:, None]

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from ....data import Samples
+
 if TYPE_CHECKING:
     import numpy as np
 
@@ -13,42 +15,6 @@ Array: TypeAlias = "np.ndarray"
 OWN, ACROSS_1, ACROSS_2 = 0, 1, 2
 """Axes of a joint: its own, and the two of :attr:`mukca.solver.robot.Joint.tilt_axes`."""
 Joints: TypeAlias = Literal["all", "first"]
-
-
-@dataclass(frozen=True)
-class Readings:
-    """N samples of an arm with m joints, as effects see them."""
-
-    q: Array
-    """Joint positions as the encoders read them, shape (N, m) [rad]."""
-    moments: Array
-    """Moments that hold the joints, shape (N, 3 m) [N m]: about the axes :data:`OWN` of all joints,
-    which are their torques, then about :data:`ACROSS_1`, then about :data:`ACROSS_2`."""
-    clocks: "Array | None" = None
-    """Index, time and temperature, shape (N, 3); None for poses that are no samples."""
-
-    @property
-    def torques(self) -> Array:
-        """Torques of the joints, shape (N, m) [N m]."""
-        return self.moments[:, : self.q.shape[1]]
-
-    @property
-    def index(self) -> "Array | float":
-        """Number of samples before each in its placement, shape (N, 1); 0 for no sample."""
-        return self._clock(0)
-
-    @property
-    def time(self) -> "Array | float":
-        """Time since the placement's first sample, shape (N, 1) [s]; 0 where it is not known."""
-        return self._clock(1)
-
-    @property
-    def temperature(self) -> "Array | float":
-        """Temperature above the first sample's, shape (N, 1) [K]; 0 where it is not known."""
-        return self._clock(2)
-
-    def _clock(self, k: int) -> "Array | float":
-        return 0.0 if self.clocks is None else self.clocks[:, k : k + 1]
 
 
 @dataclass(frozen=True)
@@ -90,7 +56,7 @@ class Effect:
     """Of its coefficients."""
     axes: Mapping[str, int]
     """Suffix of a coefficient, named JOINT.SUFFIX, to the axis of the joint that it turns."""
-    derivatives: Callable[[Readings], Array]
+    derivatives: Callable[[Samples], Array]
     """Turn of the axes of all joints per unit of a coefficient, suffix after suffix, shape
     (N, m suffixes), of samples."""
     typical_shift: float
@@ -149,11 +115,11 @@ class Effect:
         pairs = product(self.axes, joints[self.columns])
         return [f"{joint}.{suffix}" for suffix, joint in pairs]
 
-    def turns(self, readings: Readings) -> Array:
+    def turns(self, samples: Samples) -> Array:
         """Return the turn of its joints' axes per unit of each coefficient, shape (N, p) [rad]."""
-        turns = self.derivatives(readings)
+        turns = self.derivatives(samples)
         if self.joints == "all":
             return turns
-        N, m = readings.q.shape
+        N, m = samples.q.shape
         by_joint = turns.reshape(N, len(self.axes), m)
         return by_joint[:, :, self.columns].reshape(N, -1)

@@ -5,7 +5,8 @@ It bends about the two axes across its own, u = -d M_b and v = -e M_c.
 
 from dataclasses import replace
 
-from .effect import ACROSS_1, ACROSS_2, OWN, Array, Display, Effect, Readings
+from ....data import Samples
+from .effect import ACROSS_1, ACROSS_2, OWN, Array, Display, Effect
 
 ELASTIC_SHIFT = 5e-4
 """Typical angle by which a joint gives way under its usual load [rad]."""
@@ -18,12 +19,12 @@ SHOWN = Display(
 )
 
 
-def _twists(readings: Readings) -> Array:
-    return -readings.torques
+def _twists(samples: Samples) -> Array:
+    return -samples.torques
 
 
-def _bends(readings: Readings) -> Array:
-    return -readings.moments[:, readings.q.shape[1] :]
+def _bends(samples: Samples) -> Array:
+    return -samples.moments[:, samples.q.shape[1] :]
 
 
 COMPLIANCE = Effect(

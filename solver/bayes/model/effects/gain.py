@@ -1,10 +1,11 @@
 """Gain: an encoder reads too little by a share, as by a wrong gear ratio, q' = q + g q."""
 
-from .effect import OWN, Array, Effect, Readings
+from ....data import Samples
+from .effect import OWN, Array, Effect
 
 
-def _derivatives(readings: Readings) -> Array:
-    return 1.0 * readings.q
+def _derivatives(samples: Samples) -> Array:
+    return 1.0 * samples.q
 
 
 GAIN = Effect(

@@ -2,11 +2,12 @@
 
 import math
 
-from .effect import OWN, Array, Effect, Readings
+from ....data import Samples
+from .effect import OWN, Array, Effect
 
 
-def _derivatives(readings: Readings) -> Array:
-    return 0 * readings.q + 1
+def _derivatives(samples: Samples) -> Array:
+    return 0 * samples.q + 1
 
 
 JOINT_OFFSET = Effect(

@@ -2,13 +2,14 @@
 
 from functools import partial
 
-from .effect import OWN, Array, Effect, Readings
+from ....data import Samples
+from .effect import OWN, Array, Effect
 
 
-def _derivatives(readings: Readings, *, k: int) -> Array:
+def _derivatives(samples: Samples, *, k: int) -> Array:
     import numpy as np
 
-    phases = k * readings.q
+    phases = k * samples.q
     waves = np.sin(phases), np.cos(phases)
     return np.concatenate(waves, axis=1)
 
