@@ -8,7 +8,7 @@ import pytest
 import mukca
 from mukca.recorder import Placement, Sample
 from mukca.solver.bayes.results import chance, patterns
-from mukca.solver.data import STANDARD_LOAD, Measurement
+from mukca.solver.data import STANDARD_LOAD, Measurement, Samples
 
 
 class Recorded(chance.Estimate):
@@ -20,8 +20,8 @@ class Recorded(chance.Estimate):
 
 def test_an_estimate_shares_each_of_its_errors_with_itself_once():
     positions = np.array([[0.1, 0.2], [0.3, 0.4], [0.3, 0.4]])
-    data = SimpleNamespace(positions=positions, sockets=np.zeros(3, int), known=())
-    estimate = Recorded(SimpleNamespace(data=data), positions, positions)
+    data = SimpleNamespace(q=positions, seated=slice(None), known=())
+    estimate = Recorded(SimpleNamespace(data=data), Samples.unloaded(positions))
     rows = Recorded.by_samples.reshape(-1, 6)
     shared = chance._by_shared_errors(estimate, estimate)
     assert shared == pytest.approx(rows.T @ rows)

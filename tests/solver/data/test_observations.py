@@ -2,17 +2,22 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from mukca.errors import MukcaError
 from mukca.recorder import Placement, read_placement
 from mukca.solver.data import (
+    STANDARD_LOAD,
     RobotRecordings,
+    Samples,
     distance_covariance,
+    joined,
     measure,
     observe,
     parse_known,
 )
+from mukca.solver.robot import gravity_moments
 
 
 def observed(measurements, robot, **options):
@@ -32,7 +37,33 @@ def test_known_distances_tie_placements(two, panda):
     assert parse_known("a-b:0-c:1=5e-2").deviation == 3e-5
     without = data.without([two[0].name])
     assert len(without.known) == 1 and without.socket_count == 2
-    assert len(without.positions) == 24
+    assert len(without.q) == len(without.moments) == 24
+
+
+def test_each_row_is_one_sample_in_every_column(two, panda):
+    """Whatever the order of recording: the rows are sorted by socket."""
+    (first,) = two[:1]
+    data = observed([first], panda)
+    for row in ([5], np.arange(len(data.q)) == 17):
+        one = data.only(row)
+        (sample,) = (s for s in first.placement.samples if s.where == one.wheres[0])
+        assert one.q.tolist() == [list(sample.position)] and one.sockets == [sample.socket]
+        assert one.moments == pytest.approx(gravity_moments(panda, one.q))
+
+
+def test_tables_one_below_the_other_have_the_rows_of_both(two, panda):
+    tables = [STANDARD_LOAD.samples(panda, m) for m in two]
+    both = joined(tables)
+    for k, table in enumerate(tables):
+        rows = both.only(slice(24 * k, 24 * k + 24))
+        assert np.array_equal(rows.q, table.q) and np.array_equal(rows.moments, table.moments)
+
+
+def test_a_clock_that_was_not_recorded_stands_still(two, panda):
+    samples = STANDARD_LOAD.samples(panda, two[0])
+    assert np.isnan(samples.clock("temperature")).all()
+    assert not samples.temperature.any() and samples.index.ravel().tolist() == two[0].order.tolist()
+    assert not Samples.unloaded(samples.q).time.any()
 
 
 def test_placements_of_one_base_share_the_error_of_its_measurement(two, panda):
