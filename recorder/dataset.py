@@ -25,6 +25,7 @@ from .samples import SAMPLES, Sample, read_samples
 from .tables import Table, read_table
 
 _FILES = (SAMPLES, POINTS, POSES)
+_NAMES = f"{SAMPLES}, or hole_0.csv and hole_1.csv, or {POINTS}, or {POSES}"
 MOST_SAMPLES = 100_000
 """Number of samples that no file exceeds."""
 MOST_OTHERS = 100
@@ -60,17 +61,28 @@ def _placements_at(path: Path) -> list[Path]:
         raise RecordingError(f"{path}: {_no_folder(path)}")
     folders = [path] if is_placement(path) else placements_in(path)
     if not folders:
-        raise RecordingError(
-            f"{path}: no recording in this folder; expected {SAMPLES}, or hole_0.csv and "
-            f"hole_1.csv, or {POINTS}, or {POSES}, or folders that hold them"
-        )
+        raise RecordingError(f"{path}: {_no_recording(path)}")
     return folders
+
+
+def _no_recording(folder: Path) -> str:
+    """Return what to do about a folder without a recording."""
+    expected = (
+        f"no recording in this folder; expected {_NAMES}, or folders that hold them"
+    )
+    tables = sorted(folder.glob("*.csv"))
+    if not tables:
+        return expected
+    return f"{expected}; call {tables[0].name} by the name that fits what it holds"
 
 
 def _no_folder(path: Path) -> str:
     """Return what to do about a path that is no folder."""
     if path.exists():
-        return f"not a folder; name the placement's folder, {path.absolute().parent}"
+        folder = path.absolute().parent
+        if is_placement(folder):
+            return f"not a folder; name the placement's folder, {folder}"
+        return f"not a folder; put it into one as {_NAMES}, and name that"
     if path.suffix == ".csv":
         return "no such file"
     _, _, path_after_name = str(path).partition(":")

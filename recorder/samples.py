@@ -152,7 +152,8 @@ def read_samples(file: Path) -> SampleFile:
     if not joint_names or _line(header) != header_line(joint_names):
         raise RecordingError(
             f"{file}:1: not the header of a recording; expected the columns "
-            f"{', '.join(_LEADING)}, then position., spread. and effort. of every joint"
+            f"{', '.join(_LEADING)}, then position., spread. and effort. of every joint; "
+            "a table of another program is read as hole_0.csv and hole_1.csv, a file a socket"
         )
     samples: list[Sample] = []
     withdrawn: list[int] = []

@@ -180,13 +180,15 @@ def test_placements_are_read_by_path_or_by_the_folder_that_holds_them(tmp_path):
 
 
 def test_paths_without_a_placement_are_told_in_one_line(tmp_path):
-    file = tmp_path / "file"
+    file = tmp_path / "file.csv"
     file.write_text("1,2,3")
+    (tmp_path / "empty").mkdir()
     for paths, told in (
         ((), "no placement is given"),
         (("nowhere",), "nowhere: no such folder"),
-        ((file,), "not a folder"),
-        ((tmp_path,), "no recording in this folder"),
+        ((file,), "not a folder; put it into one as samples.csv"),
+        ((tmp_path / "empty",), "no recording in this folder.* that hold them$"),
+        ((tmp_path,), "no recording in this folder.*call file.csv by the name that fits"),
         ((tmp_path / ("long" * 100),), "cannot be read: File name too long"),
     ):
         with pytest.raises(mukca.MukcaError, match=told):
