@@ -70,25 +70,7 @@ def _other_directions(said: np.ndarray) -> list[Gravity]:
 
 def _logs(scene: Scene, directions: Sequence[Gravity]) -> list[float]:
     """Return the logarithm of the evidence by direction of gravity."""
-    some = evenly(len(scene.q), MOST)
-    rows_of_samples = 3 * some[:, None] + np.arange(3)
-    of_some = rows_of_samples.ravel()
-    of_lengths = scene.all_lengths.start + np.arange(len(scene.known))
-    rows = np.append(of_some, of_lengths)
-    elastic = np.flatnonzero(scene.is_elastic)
-    columns: list[np.ndarray] = []
-    for gravity in directions:
-        load = replace(scene.load, gravity=gravity)
-        of_effects = scene.of_effects(scene.samples_under(load))
-        of_samples = of_effects[of_some]
-        columns.append(of_samples[:, elastic])
-    nameless: list[Parameters] = [{}] * len(columns)
-    samples = slice(0, len(of_some))
-    block = Block(samples, np.array(columns), nameless)
-    first = scene.centres.size + len(scene.parameters)
-    nuisances = scene.nuisances[rows]
-    others = np.delete(nuisances, first + elastic, axis=1)
-    evidence = LinearEvidence(scene.residuals[rows], others)
+    evidence, block = _elasticity(scene, directions)
     smallest = LEAST * scene.noise
     trials = evidence.trials(smallest, LARGEST, TRIALS)
     typical = 1.5 * scene.noise
@@ -107,6 +89,32 @@ def _logs(scene: Scene, directions: Sequence[Gravity]) -> list[float]:
     return logs
 
 
+def _elasticity(
+    scene: Scene,
+    directions: Sequence[Gravity],
+) -> tuple[LinearEvidence, Block]:
+    """Return the evidence of some samples of a stiff arm, and its elasticity by direction."""
+    some = evenly(len(scene.q), MOST)
+    rows_of_samples = 3 * some[:, None] + np.arange(3)
+    of_some = rows_of_samples.ravel()
+    of_lengths = scene.all_lengths.start + np.arange(len(scene.known))
+    rows = np.append(of_some, of_lengths)
+    elastic = np.flatnonzero(scene.is_elastic)
+    columns: list[np.ndarray] = []
+    for gravity in directions:
+        load = replace(scene.load, gravity=gravity)
+        of_effects = scene.of_effects(scene.samples_under(load))
+        of_samples = of_effects[of_some]
+        columns.append(of_samples[:, elastic])
+    nameless: list[Parameters] = [{}] * len(columns)
+    samples = slice(0, len(of_some))
+    block = Block(samples, np.array(columns), nameless)
+    first = scene.centres.size + len(scene.parameters)
+    nuisances = scene.nuisances[rows]
+    others = np.delete(nuisances, first + elastic, axis=1)
+    return LinearEvidence(scene.residuals[rows], others), block
+
+
 def _log_positive(estimate: Estimate) -> float:
     """Return the sum of ln 2 P(u > 0), with each unknown u a Gaussian by itself."""
     deviations = np.sqrt(np.diag(estimate.covariance))
@@ -119,10 +127,11 @@ def stands(parameters: Parameters) -> str:
     """Return in words how the arm is mounted."""
     pairs = zip(parameters["gravity"], "xyz", strict=True)
     axes = [f"{'-' if g < 0 else '+'}{axis}" for g, axis in pairs if round(g)]
+    directions = " and ".join(axes)
     how = "is mounted on a slope"
     if len(axes) == 1:
-        how = PLACES.get(axes[0], "is mounted on a wall")
-    return f"the arm {how}: gravity pulls along {' and '.join(axes)} of its base"
+        how = PLACES.get(directions, "is mounted on a wall")
+    return f"the arm {how}: gravity pulls along {directions} of its base"
 
 
 def remounted(scene: Scene, parameters: Parameters) -> Scene:

@@ -89,7 +89,8 @@ class SeatSamples(SampleRows):
         Points have shape (N, V, 3) [m], their weights (N, V); sockets have no rotation.
         """
         V = points.shape[1]
-        R = np.tile(np.eye(3), (self.count, V, 1, 1))
+        identity = np.eye(3)
+        R = np.tile(identity, (self.count, V, 1, 1))
         for k in self.frames:
             rows = self.rows[k]
             measured = self.measured[rows]
@@ -106,7 +107,8 @@ class SeatSamples(SampleRows):
         turns = self.aligned(balls, weights)
         for _ in range(ROUNDS if self.frames else 0):
             places = balls - self.offsets(turns)
-            errors = places - medians(places, self)[self.sockets]
+            centres = medians(places, self)
+            errors = places - centres[self.sockets]
             weights = robust_weights(errors, typical(errors))
             turns = self.aligned(balls, weights)
         return turns[:, 0]
