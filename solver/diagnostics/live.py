@@ -84,16 +84,20 @@ class LiveCheck:
     def _unseated(self, loose: Candidate, evidence: float) -> list[Fault]:
         """Return balls that were not seated, if a few explain the scatter better; else none."""
         faults: list[Fault] = []
-        for ranking, causes in rounds(loose.scene, self._of_balls, SCATTER):
+        for ranking, causes in rounds(loose.scene, self.of_balls, SCATTER):
             faults += [fault_of(ball, ranking.factor(ball)) for ball in causes]
             if sum(fault.evidence for fault in faults) > evidence:
                 return faults
         return []
 
-    def _of_balls(self, scene: Scene, _: object) -> Ranking:
-        """Return balls that were not seated as the only causes."""
+    def of_balls(self, scene: Scene, _: object) -> Ranking:
+        """Return balls that were probably not seated, as the only causes."""
         ranking = self._of_arms(scene)
-        balls = [c for c in ranking.candidates if c.kind.name == "ball_sample"]
+        balls = [
+            candidate
+            for candidate in ranking.candidates
+            if candidate.kind.name == "ball_sample" and ranking.factor(candidate) > 0
+        ]
         return Ranking([ranking.sound], -math.inf).beside(balls)
 
     def scene(

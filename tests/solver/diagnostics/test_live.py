@@ -9,6 +9,8 @@ from sessions import Setting
 from mukca.recorder import Sample
 from mukca.solver.data import STANDARD_LOAD
 from mukca.solver.diagnostics import LiveCheck, RigidModel
+from mukca.solver.diagnostics.explain import rounds
+from mukca.solver.diagnostics.live import SCATTER
 from mukca.solver.diagnostics.relabelling import CLOSE
 
 LATE = "socket@13+6"
@@ -24,6 +26,14 @@ def test_evidence_is_that_over_all_that_an_arm_may_be_like(heavy):
     """With little play and the usual elasticity, a ball of the first 12 was not seated."""
     assert heavy.told(heavy.samples("none")[:12]) == []
     assert heavy.told(heavy.samples("ball@9:5mm")) == ["ball_sample"]
+
+
+def test_each_ball_of_scattered_samples_is_more_probable_than_none():
+    """Many that are improbable, each by itself, make none of them probable."""
+    here = Setting("panda", 2)
+    scene = here.check.scene([here.placement(here.samples("loose")[:17])])
+    told = [ball for _, balls in rounds(scene, here.check.of_balls, SCATTER) for ball in balls]
+    assert told == []
 
 
 def test_moments_hold_the_joints_where_their_zeros_were_fitted():
