@@ -140,6 +140,18 @@ def test_a_test_folder_leaves_out_what_was_trained_on(run, session):
     assert "warning" not in err  # it is what a folder of placements is for
 
 
+def test_a_placement_named_for_the_test_is_left_out_of_a_folder_to_train_on(run, session):
+    words = ("--robot", "panda", "--method", "paper", "--json", "--test")
+    _, out, err = run("solve", ".", *words, "right")
+    roles = {p["name"].split("/")[-1]: p["role"] for p in json.loads(out)["placements"]}
+    assert roles == {"front": "train", "left": "train", "right": "test"}
+    assert "right: held out, so left out of the training" in err and "warning" not in err
+    status, _, err = run("solve", ".", "right", *words, "right")
+    assert status == 2 and "right: trained on, so it cannot be held out as well" in err
+    status, _, err = run("solve", ".", *words, "front", "left", "right")
+    assert status == 2 and "front: held out, so nothing is left to train on" in err
+
+
 def test_each_placement_has_its_own_distance(run, session, tmp_path):
     shutil.copytree(session / "left", tmp_path / "left")
     (tmp_path / "left/placement.json").write_text('{"distance": 0.0502}')

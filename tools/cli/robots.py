@@ -3,7 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, NamedTuple, TypedDict
 
 from ... import recorder
 from ...solver import assessment, data, diagnostics
@@ -135,40 +135,65 @@ def _by_name(
     return by_name
 
 
+class _Placement(NamedTuple):
+    """A placement that a path stands for."""
+
+    path: Path
+    folder: Path
+    """The same without links."""
+    is_named: bool
+    """True where the path is its own, and not that of a folder of placements."""
+
+
+def _placements(paths: Sequence[Path]) -> list[_Placement]:
+    """Return the placements that paths stand for."""
+    placements: list[_Placement] = []
+    for path in paths:
+        for folder in recorder.find_placements([path]):
+            placements.append(_Placement(folder, folder.resolve(), folder == path))
+    return placements
+
+
 def split_by_robot(
     train: Sequence[Path], test: Sequence[Path], sources: Mapping[str, object]
 ) -> tuple[dict[str, list[Path]], dict[str, list[Path]], list[str]]:
     """Return placements to train on and to test on by robot, and a line for each left out.
 
     A path is ``NAME:PATH`` where there are several robots, or the recording names the robot; one of
-    no robot, or to train on and named for the test too, is a UsageError.
+    no robot, or named both to train on and for the test, is a UsageError. A placement that is named
+    counts before one that a folder stands for.
     """
     training = paths_by_robot(train, sources)
     test_folders = paths_by_robot(test, sources)
     tested: dict[str, list[Path]] = {name: [] for name in sources}
-    left_out: list[str] = []
+    held_out: list[str] = []
+    trained: list[str] = []
     for name, paths in test_folders.items():
-        paths_trained = {
-            path.resolve() for path in recorder.find_placements(training[name])
-        }
-        for path, placement in (
-            (p, folder) for p in paths for folder in recorder.find_placements([p])
-        ):
-            if placement.resolve() not in paths_trained:
-                tested[name].append(placement)
-            elif placement == path:
+        tests = _placements(paths)
+        named = {test.folder for test in tests if test.is_named}
+        placements = _placements(training[name])
+        remaining = [p for p in placements if p.is_named or p.folder not in named]
+        if placements and not remaining:
+            raise UsageError(f"{paths[0]}: held out, so nothing is left to train on")
+        if len(remaining) < len(placements):
+            training[name] = [placement.path for placement in remaining]
+            held_out += [p.path.name for p in placements if p not in remaining]
+        folders_trained = {placement.folder for placement in remaining}
+        for placement in tests:
+            if placement.folder not in folders_trained:
+                tested[name].append(placement.path)
+            elif placement.is_named:
                 raise UsageError(
-                    f"{path}: trained on, so it cannot be held out as well"
+                    f"{placement.path}: trained on, so it cannot be held out as well"
                 )
             else:
-                left_out.append(placement.name)
-    if not left_out:
-        return training, tested, []
-    return (
-        training,
-        tested,
-        [f"{', '.join(left_out)}: trained on, so left out of the test"],
-    )
+                trained.append(placement.path.name)
+    lines = {
+        "held out, so left out of the training": held_out,
+        "trained on, so left out of the test": trained,
+    }
+    remarks = [f"{', '.join(names)}: {why}" for why, names in lines.items() if names]
+    return training, tested, remarks
 
 
 def paths_by_robot(
