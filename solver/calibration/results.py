@@ -1,7 +1,7 @@
 """Document of a calibration: a fit and its figures, as ``calibration.json`` holds them."""
 
 from .. import results
-from ..data import as_point, evaluate, is_distorted
+from ..data import as_point, is_distorted
 from ..robot import Robot
 from . import estimates
 from .errors import errors_of, history
@@ -28,7 +28,9 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         shifts = posterior and posterior.moved
         problem = problem.at_rest(shifts, selected.movements, calibrated)
     scale = estimates.scale_of(fit)
-    distorted = _distorted(problem, calibrated)
+    distorted = tuple(
+        m.name for m in problem.measurements if is_distorted(calibrated.predict(m), m)
+    )
     if not distorted:
         problem = problem.sized(scale)
     before = ball_refitted(problem)
@@ -78,18 +80,6 @@ def _warnings(
     for m in problem.test:
         warnings += results.beyond_words(curves, names, m.positions, m.name)
     return tuple(warnings)
-
-
-def _distorted(
-    problem: CalibrationProblem, calibrated: results.CalibratedRobot
-) -> tuple[str, ...]:
-    """Return the placements trained on whose distance the model does not reproduce."""
-    names: list[str] = []
-    for measured in problem.measurements:
-        metrics = evaluate(calibrated.predict(measured), measured)
-        if is_distorted(metrics, measured):
-            names.append(measured.name)
-    return tuple(names)
 
 
 def _model(robot: Robot, calibrated: results.CalibratedRobot) -> results.Model:

@@ -148,12 +148,13 @@ def found_deviation(points: np.ndarray, measured: Measurement) -> float:
     return inconsistency**0.5
 
 
-def is_distorted(metrics: Metrics, measured: Measurement) -> bool:
-    """Return True for a model that fails to reproduce the distance between the sockets.
+def is_distorted(points: np.ndarray, measured: Measurement) -> bool:
+    """Return True where a model's balls fail to reproduce the distance between the sockets.
 
     It does where the error is beyond what the caliper and the scatter of the samples explain, 3
     sqrt(s_d^2 + MAE^2 (1/N0 + 1/N1)), or beyond a fifth of the distance.
     """
+    metrics = evaluate(points, measured)
     if metrics.distance_error is None:
         return False
     N0, N1 = measured.counts[:2]

@@ -32,7 +32,6 @@ from ..data import (
     RobotRecordings,
     Samples,
     as_point,
-    evaluate,
     is_distorted,
     observe,
 )
@@ -204,14 +203,10 @@ def accuracy_by(
     if not np.isfinite(errors.median):
         return None
     better = _better(arm, load, [m.positions for m in measurements])
-    distorted = any(_is_distorted(arm, load, m) for m in measurements)
+    distorted = any(
+        is_distorted(arm.predict(load.samples(robot, m)), m) for m in measurements
+    )
     return Accuracy(errors.median, scale(arm), errors.length, better, distorted)
-
-
-def _is_distorted(posterior: Posterior, load: Load, measured: Measurement) -> bool:
-    """Return whether a fit does not reproduce the distance between a placement's sockets."""
-    balls = posterior.predict(load.samples(posterior.model.robot, measured))
-    return is_distorted(evaluate(balls, measured), measured)
 
 
 def _better(posterior: Posterior, load: Load, recorded: Sequence[np.ndarray]) -> Better:

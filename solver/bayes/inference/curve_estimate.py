@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model import ExtendedModel, PriorGroup, submatrix
+from ..model import ExtendedModel, PriorGroup, information_of, submatrix
 from ..model.effects import CURVE, KNOTS
 from .bounds import bounds_of
 from .curve_fit import CurveFit
@@ -46,14 +46,13 @@ def converged(
             break
     state, samples = samples_around(state, readings, curves)
     nu = state.degrees
-    information = weights * (nu + 3) / (nu + 5)
-    fit = CurveFit(state, samples, prior, information)
+    fit = CurveFit(state, samples, prior, information_of(weights, nu))
     part = given_rest(fit)
     of_rest = _within_bounds(fit, part.information, widened=True)
-    joint = with_curves(fit, part, of_rest.covariance)
+    of_all = with_curves(fit, part, of_rest.covariance)
     weights = weights * nu / (nu + 3)
     marginal = replace(fit, weights=weights)
-    return _posterior(posterior, marginal, curves, joint, evidence)
+    return _posterior(posterior, marginal, curves, of_all, evidence)
 
 
 def _settled(fit: CurveFit, change: np.ndarray, weights: np.ndarray) -> bool:
@@ -82,16 +81,16 @@ def _posterior(
     posterior: FitPosterior,
     marginal: CurveFit,
     curves: np.ndarray,
-    joint: np.ndarray,
+    of_all: np.ndarray,
     evidence: float,
 ) -> FitPosterior:
-    """Return the result with curves, (KNOTS, m), last in the covariance, in their place."""
+    """Return the result with curves, (KNOTS, m), which ``of_all`` has last, in their place."""
     objective, state = posterior.objective, marginal.state
     size, n = posterior.model.size, objective.size
     extensions = (*posterior.model.extensions, CURVE.name)
     model = posterior.model.with_effects(extensions)
-    order = np.r_[:size, n : len(joint), size:n]
-    covariance = submatrix(joint, order)
+    order = np.r_[:size, n : len(of_all), size:n]
+    covariance = submatrix(of_all, order)
     knots = size + np.arange(curves.size).reshape(curves.shape)
     groups: list[PriorGroup] = []
     for group in state.groups:

@@ -157,7 +157,7 @@ class CurveFit:
 
     def weights_at(self, y: np.ndarray, e: np.ndarray) -> np.ndarray:
         """Return the robust weights by the errors at [y, 1] and coefficients e, shape (N,)."""
-        index, basis = self.samples.places
+        index, basis = self.samples.coefficients
         shifts = (e[index] * basis).sum(axis=2)
         by_curves = self.samples.slopes @ shifts[..., None]
         beside_curves = self.columns @ y

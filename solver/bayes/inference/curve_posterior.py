@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from ...data import Observations, Pose
-from ..model import scaled_inverse, submatrix
+from ..model import information_of, scaled_inverse, submatrix
 from .curve_fit import CurveFit
 from .curve_prior import CurvePrior, add_blocks
 from .linear_samples import samples_around
@@ -76,14 +76,13 @@ def with_curves(
 def _normal_equations(fit: CurveFit, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return F^T W F and F^T W [G, a] of the coefficients of all curves; W is (N, 3, 3)."""
     samples, size = fit.samples, len(fit.shift)
-    places, weights = samples.places
-    N, m, _ = places.shape
+    coefficients, weights = samples.coefficients
+    N, m, _ = coefficients.shape
     curvature = np.zeros(size * size)
     across = np.zeros((size, fit.columns.shape[2]))
     for begin in range(0, N, BATCH):
         batch = slice(begin, begin + BATCH)
-        of_batch = places[batch]
-        index = of_batch.reshape(-1, 4 * m)
+        index = coefficients[batch].reshape(-1, 4 * m)
         S = samples.slopes[batch][..., None]
         basis = S * weights[batch][:, None]
         F = basis.reshape(-1, 3, 4 * m)
@@ -127,9 +126,9 @@ def restored_covariance(
     )
     nu = state.degrees
     weights = result.weights * (nu + 3) / nu
-    information = weights * (nu + 3) / (nu + 5)
     state, samples = samples_around(state, data, curves)
+    information = information_of(weights, nu)
     fit = CurveFit(state, samples, CurvePrior(*scales), information)
-    joint = with_curves(fit, given_rest(fit), of_rest)
-    rows = np.r_[:size, d : len(joint), sockets]
-    return submatrix(joint, rows)
+    of_all = with_curves(fit, given_rest(fit), of_rest)
+    rows = np.r_[:size, d : len(of_all), sockets]
+    return submatrix(of_all, rows)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model import Noise, log_determinant, submatrix
+from ..model import Noise, information_of, log_determinant, submatrix
 from .bounds import bounds_of
 from .curve_fit import CurveFit
 from .curve_prior import CurvePrior
@@ -29,7 +29,7 @@ def log_evidence(fit: CurveFit) -> float:
     """Return the logarithm of the evidence of a fit but for a constant, as in (A6)."""
     state, nu, p = fit.state, fit.degrees, fit.pulls
     y, rest = fit.solution.change, fit.rest
-    effective = fit.weights * (nu + 3) / (nu + 5)
+    effective = information_of(fit.weights, nu)
     sharp = replace(fit, weights=effective)
     Sigma = sharp.solution.covariance
     P = state.prior_precision()

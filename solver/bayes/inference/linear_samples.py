@@ -28,8 +28,8 @@ class LinearSamples(SampleRows):
         return KNOTS, self.q.shape[1]
 
     @cached_property
-    def places(self) -> tuple[np.ndarray, np.ndarray]:
-        """The four coefficients of each sample and joint among all, and their weights."""
+    def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
+        """Indices of each sample's and joint's four coefficients, and their weights, (N, m, 4)."""
         knots, weights = splines(self.q)
         _, m = self.shape
         joints = np.arange(m, dtype=np.int64)[:, None]
@@ -38,13 +38,13 @@ class LinearSamples(SampleRows):
     @cached_property
     def basis(self) -> np.ndarray:
         """F, derivatives of the errors by all coefficients, shape (3 N, KNOTS m)."""
-        places, weights = self.places
-        N = len(places)
+        coefficients, weights = self.coefficients
+        N = len(coefficients)
         basis = np.zeros((N, 3, np.prod(self.shape)))
         rows = np.arange(N)[:, None, None]
         for axis in range(3):
             S = self.slopes[:, axis, :, None]
-            basis[rows, axis, places] = S * weights
+            basis[rows, axis, coefficients] = S * weights
         return basis.reshape(3 * N, -1)
 
     @cached_property

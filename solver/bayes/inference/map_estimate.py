@@ -74,7 +74,7 @@ def estimate(
         FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
     objective = _objective(model, data, movements)
-    state = start(objective, joint_noise, start_from)
+    state = start(objective, start_from, joint_noise=joint_noise)
     try:
         result = _iterated(state)
     except np.linalg.LinAlgError:
@@ -131,7 +131,7 @@ def stepped(result: FitPosterior, data: Observations) -> State:
         FrameError: Nothing ties a frame to the robot any more.
     """
     objective = _objective(result.model, data, result.objective.movements)
-    state = start(objective, True, result)
+    state = start(objective, result)
     none = np.zeros(len(state.x), dtype=bool)
     step = gauss_newton(state, may_leave=none)
     return moved(state, step.change)
@@ -150,21 +150,20 @@ def _objective(
 def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     """Return the step to the minimum of L's quadratic approximation."""
     data = data_equations(state)
-    held = data + prior_equations(state)
-    covariance = inverse_of_free(held.H, state.free)
-    L = leverage(state, covariance)
-    spread = state.information[:, None, None] * L
+    equations = data + prior_equations(state)
+    covariance = inverse_of_free(equations.H, state.free)
+    spread = state.information[:, None, None] * leverage(state, covariance)
     volume = _volume_weight(state, spread)
     bounded = state.bounded
-    leaves = may_leave & bounded[: len(state.x)]
-    at_zero = state.at_zero & ~leaves
-    released = replace(state, at_zero=at_zero)
-    equations = data + prior_equations(released)
+    leaves = state.at_zero & may_leave & bounded[: len(state.x)]
+    inverse: np.ndarray | None = covariance
+    if leaves.any():
+        state = replace(state, at_zero=state.at_zero & ~leaves)
+        equations, inverse = data + prior_equations(state), None
     equations = equations.tilted(volume * state.linear.volume.slope)
-    free = released.free
+    free = state.free
     problem = BoundedProblem(equations, state.padded, free, bounded & free)
-    none_released = (at_zero == state.at_zero).all()
-    change, covariance = problem.solution(covariance if none_released else None)
+    change, covariance = problem.solution(inverse)
     return Step(
         change=change,
         covariance=covariance,

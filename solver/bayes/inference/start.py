@@ -17,10 +17,15 @@ MEDIAN_OF_CHI_3 = 1.54
 
 def start(
     objective: Objective,
-    joint_noise: bool,
     previous: FitPosterior | None = None,
+    *,
+    joint_noise: bool = True,
 ) -> State:
-    """Return the first state: the nominal robot, each socket at the median of its balls."""
+    """Return the first state: each socket is at the median of its balls.
+
+    They are those of a result ``previous``, which tells the noise, too, or of the nominal robot.
+    Without ``joint_noise`` the latter's joints have none.
+    """
     model, data = objective.model, objective.data
     x = np.zeros(objective.x_size)
     at_zero = np.zeros(objective.x_size, dtype=bool)

@@ -11,6 +11,7 @@ from ..model import (
     Noise,
     PriorGroup,
     block_matrix,
+    information_of,
     sample_degrees,
     sample_scales,
     student_weights,
@@ -134,8 +135,7 @@ class State:
     @property
     def information(self) -> np.ndarray:
         """Information of each sample relative to Gaussian noise of scale C_i, k w_i, shape (N,)."""
-        nu = self.degrees
-        return self.weights * (nu + 3) / (nu + 5)
+        return information_of(self.weights, self.degrees)
 
     @cached_property
     def constraints(self) -> Constraints:

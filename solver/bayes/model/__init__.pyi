@@ -25,6 +25,7 @@ from .noise import SMALLEST as SMALLEST
 from .noise import Noise as Noise
 from .noise import degrees_of_freedom as degrees_of_freedom
 from .noise import fitted_squares as fitted_squares
+from .noise import information_of as information_of
 from .noise import joint_reach as joint_reach
 from .noise import log_constant as log_constant
 from .noise import log_prior as log_prior

@@ -104,6 +104,11 @@ def student_weights(
     return (nu + axes) / (nu + squares)
 
 
+def information_of(weights: np.ndarray, nu: np.ndarray) -> np.ndarray:
+    """Return k w, the information of samples relative to Gaussian noise of scale C_i."""
+    return weights * (nu + 3) / (nu + 5)
+
+
 def fitted_squares(
     squares: np.ndarray,
     nu: float | np.ndarray,
