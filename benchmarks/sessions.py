@@ -160,7 +160,7 @@ class Setting:
         for n in range(7, len(samples) + 1):
             scene = self.check.scene([self.placement(samples[:n])])
             s2 = Comparison(scene, ONLY_SOUND, 1.0).candidates[0].sigma ** 2
-            last = int(np.flatnonzero(scene.times[0] == n - 1)[0])
+            last = int(np.flatnonzero(scene.ranks[0] == n - 1)[0])
             new = 3 * last + np.arange(3)
             W, B = scene.whitening, scene.nuisances
             white = B.copy()

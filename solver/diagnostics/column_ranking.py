@@ -45,7 +45,7 @@ class Ranked(NamedTuple):
 
 
 @dataclass(frozen=True)
-class NominalModel:
+class ColumnTrials:
     """Hypotheses on some samples, judged by the nominal model with its ball put right."""
 
     model: RigidModel
@@ -137,25 +137,25 @@ def _error(ranked: Ranked) -> float:
 def promising(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]:
     """Return the best hypotheses of each kind that clearly lower the error."""
     robot = model.robot
-    nominal = NominalModel(model, samples.thinned(TRIED, FEWEST))
+    trials = ColumnTrials(model, samples.thinned(TRIED, FEWEST))
     as_recorded = unchanged(robot)
-    now = nominal.best([as_recorded]).error
-    ranking = nominal.ranked(signs(robot, 1))[:2]
-    ranking += nominal.ranked(swaps(robot))[:2]
-    ranking += nominal.ranked(other_orders(robot))[:1]
+    now = trials.best([as_recorded]).error
+    ranking = trials.ranked(signs(robot, 1))[:2]
+    ranking += trials.ranked(swaps(robot))[:2]
+    ranking += trials.ranked(other_orders(robot))[:1]
     if not model.zeros:
-        single = nominal.single_offsets()[:2]
+        single = trials.single_offsets()[:2]
         ranking += single
-        unknowns = 3 + len(nominal.turning)
+        unknowns = 3 + len(trials.turning)
         unexplained = min(map(_error, ranking)) > TOLERANCE / 2
-        if unexplained and nominal.samples.is_overdetermined(unknowns):
+        if unexplained and trials.samples.is_overdetermined(unknowns):
             starts = [as_recorded, *signs(robot, 1), *swaps(robot)]
             starts += [start for _, start in single]
-            ranking += nominal.ranked(nominal.several_offsets(starts))
+            ranking += trials.ranked(trials.several_offsets(starts))
     joints = len(robot.actuated)
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
         if min(map(_error, ranking)) > TOLERANCE:
-            ranking += nominal.ranked(signs(robot, count))[:1]
+            ranking += trials.ranked(signs(robot, count))[:1]
     ranking.sort(key=_error)
     likely = [ranked for ranked in ranking if ranked.error < PROMISING * now]
     return [ranked.hypothesis for ranked in likely[:MOST]]

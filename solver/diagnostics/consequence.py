@@ -56,28 +56,28 @@ def level_of(consequence: Consequence, noise: float) -> str:
 
 
 def consequence_of(
-    finding: Candidate,
+    cause: Candidate,
     training: Collection[str] = (),
 ) -> Consequence | None:
-    """Return what an explanation does to distances near the recorded places and elsewhere.
+    """Return what a cause does to distances near the recorded places and elsewhere.
 
-    The model is of the placements in ``training``; of all if none is named. None: the explanation
+    The model is of the placements in ``training``; of all if none is named. None: the cause
     is noise, which is part of what is known of any model.
     """
-    scene = finding.scene
-    if finding.kind.noise is not None:
+    scene = cause.scene
+    if cause.kind.noise is not None:
         return None
     names = [m.name for m in scene.measurements]
     counted = [p for p, name in enumerate(names) if not training or name in training]
     without = _Fit(scene, counted)
-    beside = _Fit(finding.after(), counted)
+    beside = _Fit(cause.after(), counted)
     poses = [workspace(scene.robot, POSES)]
     poses += [scene.q[scene.places[place]] for place in counted]
     shifts: list[float] = []
     errors: list[float] = []
     for q in poses:
         points = without.points(q)
-        shifts.append(spread(beside.points(q, finding) - points))
+        shifts.append(spread(beside.points(q, cause) - points))
         errors.append(spread(points - without.nominal_points(q)))
     everywhere, *near = shifts
     place = 1 + int(np.argmax(near))
@@ -137,15 +137,14 @@ class _Fit:
         _, of_geometry, of_effects, _ = np.split(self._x, np.cumsum(sizes))
         return np.concatenate([scene.usual @ of_geometry, widths * of_effects])
 
-    def points(self, q: np.ndarray, finding: Candidate | None = None) -> np.ndarray:
-        """Return the ball's places as the fit has them, with an explanation of the arm if any."""
-        name = "" if finding is None else finding.kind.name
-        if finding is None or name not in SHIFTED + OF_GEOMETRY:
+    def points(self, q: np.ndarray, cause: Candidate | None = None) -> np.ndarray:
+        """Return the ball's places as the fit has them, with a cause in the arm if any."""
+        if cause is None or cause.kind.name not in SHIFTED + OF_GEOMETRY:
             return self._predict(self.unknowns, q)
         unknowns, true = self.unknowns.copy(), q.copy()
-        block, scene = finding.block, self.scene
+        block, scene = cause.block, self.scene
         values = max(block.widths) * self._x[-block.unknowns :]
-        if name in OF_GEOMETRY:
+        if cause.kind.name in OF_GEOMETRY:
             columns: np.ndarray = scene.by_geometry @ scene.usual
             shift: np.ndarray = block.columns[0] @ values
             inverse = np.linalg.pinv(columns, rcond=1e-6)
@@ -154,7 +153,7 @@ class _Fit:
         else:
             (names,) = block.parameters
             joint = scene.robot.joint_names.index(names["joint"])
-            turns = q[:, joint] if name == "gain" else 1.0
+            turns = q[:, joint] if cause.kind.name == "gain" else 1.0
             true[:, joint] += values[0] * turns
         return self._predict(unknowns, true)
 

@@ -14,7 +14,7 @@ import numpy as np
 from ...recorder import Sample
 from ..data import BALL, DRIFT, PART, Apart, Measurement, whole_name
 from ..results import Diagnostic
-from .hypotheses import Candidate
+from .hypotheses import Candidate, Seat
 
 Action = Literal["split", "relabel", "merge", "leave out", "set apart", "follow"]
 ALL_ACTIONS: tuple[Action, ...] = get_args(Action)
@@ -37,18 +37,16 @@ PLAY_HINT = "; or it is play: for an arm made of servos say --zeros, by --method
 """Added to the advice on what play may look like."""
 LEAST = 2
 """Fewest samples of a socket that tell anything."""
-Seat = tuple[str, int]
-"""Placement and socket."""
 
 
 @dataclass(frozen=True)
 class Correction:
-    """Action that sets a finding right."""
+    """Action that sets a cause right."""
 
     diagnostic: Diagnostic
     action: Action
     ranks: tuple[int, ...]
-    """The samples that the finding concerns, by their rank in the recording."""
+    """The samples that the cause concerns, by their rank in the recording."""
     seat: Seat
     """Socket in which the ball lay, for samples to relabel."""
     apart: Apart | None = None
@@ -56,17 +54,17 @@ class Correction:
 
 
 def correction_of(
-    finding: Candidate,
+    cause: Candidate,
     diagnostic: Diagnostic,
     measured: Measurement,
 ) -> Correction | None:
-    """Return what sets a placement's finding right; None where nothing does, or it hardly counts.
+    """Return what sets a placement's cause right; None where nothing does, or it hardly counts.
 
     A zero of the first joint that slipped is a base that turned about its axis. Before and after
     another zero slipped, or the ball bent, the arm is not the same: the smaller part is left out,
     unless the other one lacks a socket, without which nothing says how large the arm is.
     """
-    name, p = finding.kind.name, finding.parameters
+    name, p = cause.kind.name, cause.parameters
     if name not in ACTIONS or (
         name == "ball_sample" and diagnostic.code != "elsewhere"
     ):
@@ -78,9 +76,9 @@ def correction_of(
         )
         return Correction(diagnostic, "merge", ranks, (measured.name, socket))
     seat = (p.get("of") or measured.name, p.get("other", 0))
-    correction = Correction(diagnostic, ACTIONS[name], _ranks(finding, measured), seat)
+    correction = Correction(diagnostic, ACTIONS[name], _ranks(cause, measured), seat)
     turned_base = (
-        name == "zero_lost" and p["joint"] == finding.scene.robot.actuated[0].name
+        name == "zero_lost" and p["joint"] == cause.scene.robot.actuated[0].name
     )
     if name not in ("drift", "ball_bent", "zero_lost") or turned_base:
         return correction
@@ -108,11 +106,11 @@ def _keeps_sockets(measured: Measurement, ranks: Sequence[int]) -> bool:
     return all(counts[socket] >= LEAST for socket in measured.sockets)
 
 
-def _ranks(finding: Candidate, measured: Measurement) -> tuple[int, ...]:
-    """Return the samples whose residuals a finding changes, by their rank in the recording."""
-    scene = finding.scene
+def _ranks(cause: Candidate, measured: Measurement) -> tuple[int, ...]:
+    """Return the samples whose residuals a cause changes, by their rank in the recording."""
+    scene = cause.scene
     rows = scene.places[[m.name for m in scene.measurements].index(measured.name)]
-    changed = finding.block.columns.reshape(rows.stop - rows.start, -1).any(axis=1)
+    changed = cause.block.columns.reshape(rows.stop - rows.start, -1).any(axis=1)
     ranks: list[int] = []
     for row in np.flatnonzero(changed) + rows.start:
         socket = scene.labels[scene.sockets[row]][1]

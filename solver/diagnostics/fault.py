@@ -70,7 +70,7 @@ def _first_row(scene: Scene, place: int, p: Parameters) -> int:
     rows = scene.places[place]
     seat = scene.labels.index((p["placement"], p["socket"]))
     is_first = (scene.sockets[rows] == seat) & (scene.numbers[rows] == p["sample"])
-    return int(scene.times[place][np.argmax(is_first)])
+    return int(scene.ranks[place][np.argmax(is_first)])
 
 
 def _moved(scene: Scene, place: int, p: Parameters) -> float:

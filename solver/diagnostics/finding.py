@@ -65,7 +65,7 @@ class Finding:
     """The joints may have offsets of degrees."""
 
     @cached_property
-    def told(self) -> Hypothesis:
+    def hypothesis(self) -> Hypothesis:
         """The cause in words."""
         return self.cause.hypothesis()
 
@@ -83,7 +83,7 @@ class Finding:
     @property
     def is_weighed(self) -> bool:
         """True where a fit with it and one without it tell how much it matters."""
-        return self.cause.kind in KINDS and self.told.name not in UNWEIGHED
+        return self.cause.kind in KINDS and self.hypothesis.name not in UNWEIGHED
 
     @property
     def is_scattered(self) -> bool:
@@ -100,25 +100,27 @@ class Finding:
     @cached_property
     def diagnostic(self) -> Diagnostic:
         """It in words, and how much it matters."""
-        cause, told, noise = self.cause, self.told, self.cause.parameters["noise"]
-        code, advice = cause.kind.code, told.advice
+        cause, hypothesis = self.cause, self.hypothesis
+        code, advice = cause.kind.code, hypothesis.advice
         level = self._level()
-        if told.name == "ball_sample" and cause.parameters["size"] > SEATED:
+        if hypothesis.name == "ball_sample" and cause.parameters["size"] > SEATED:
             code = "elsewhere"
             advice = POINT_ELSEWHERE if cause.of_points else ELSEWHERE
         advice = by_mender(advice, self.given)
         is_error = level == "error"
-        may_be_play = noise > LOOSE and told.name not in NOT_PLAY
+        may_be_play = (
+            cause.parameters["noise"] > LOOSE and hypothesis.name not in NOT_PLAY
+        )
         if is_error and may_be_play and not self.zeros:
             advice += PLAY_HINT
-        if self.is_held_out and told.name == "copies":
+        if self.is_held_out and hypothesis.name == "copies":
             level = "note"  # it proves nothing, as the errors held out say
         sound_enough = not (self.is_scattered or self._is_garbage())
         if self.is_held_out and (self.is_weighed or is_error) and sound_enough:
             level = "warning"
             advice += HELD_OUT
         where = self._where()
-        return Diagnostic(level, code, where, told.text, advice, self.consequence)
+        return Diagnostic(level, code, where, hypothesis.text, advice, self.consequence)
 
     def _level(self) -> str:
         """Return how much it matters, by its consequence where there is one."""
@@ -158,7 +160,7 @@ class Finding:
         return name == "distance" or p.get("size", 0.0) < smallest.get(name, 0.0)
 
     def _is_garbage(self) -> bool:
-        """Tell whether its placement, fitted alone, leaves a centimetre: held out, too."""
+        """Tell whether its placement, fitted alone, leaves a centimetre, held out or not."""
         scene = self.cause.scene
         # none beside a cause of all
         floors = zip(scene.measurements, scene.floors, strict=False)

@@ -103,11 +103,11 @@ def of_sockets(
         scene = fitted([*others, _relabelled(placement, run)], arm.x)
         of_arm = replace(scene, play=arm.play, wide=arm.wide)
         sound = sound_recordings(of_arm, SHARE)
-        causes.append(sound.as_cause(FORGOTTEN, _names(placement, run), len(runs)))
+        causes.append(sound.as_cause(FORGOTTEN, _parameters(placement, run), len(runs)))
     return causes
 
 
-def _names(placement: Placement, run: Run) -> Parameters:
+def _parameters(placement: Placement, run: Run) -> Parameters:
     """Return the parameters of samples that lie in another socket."""
     numbers = [number_of(placement, i) for i in run.rows]
     samples = f"samples {numbers[0]} to {numbers[-1]} lie"

@@ -48,35 +48,27 @@ FEW = 10
 
 
 @dataclass(frozen=True)
-class RigidFit:
-    """The result of a fit."""
-
-    centres: np.ndarray
-    """Centres of the sockets, shape (S, 3) [m]."""
-    errors: np.ndarray
-    """Distance of each sample from its socket's centre, shape (N,) [m]."""
-    error: float
-    """Mean of the errors by the samples' robust weights [m]."""
-    noise: float
-    """Scale of the noise per axis [m], corrected for the number of fitted unknowns."""
-    x: np.ndarray
-    """Change of the parameters from nominal, and joint offsets if any, shape (n,) [m, rad]."""
-    R: np.ndarray
-    """Rotations of the instruments' frames, by the seats, shape (S, 3, 3)."""
-
-
-@dataclass(frozen=True)
 class _State:
     """The unknowns of a fit after some iterations."""
 
     x: np.ndarray
-    """Change of the parameters, and joint offsets if any, shape (n,)."""
+    """Change of the parameters from nominal, and joint offsets if any, shape (n,) [m, rad]."""
     R: np.ndarray
     """Rotations of the instruments' frames, by the seats, shape (S, 3, 3)."""
     centres: np.ndarray
-    """Shape (S, 3) [m]."""
+    """Places of the seats, shape (S, 3) [m]."""
     noise: float
-    """Scale of the noise per axis [m]."""
+    """Scale of the noise per axis [m], corrected for the number of fitted unknowns."""
+
+
+@dataclass(frozen=True)
+class RigidFit(_State):
+    """The result of a fit."""
+
+    errors: np.ndarray
+    """Distance of each sample from the place of its seat, shape (N,) [m]."""
+    error: float
+    """Mean of the errors by the samples' robust weights [m]."""
 
 
 Linear = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -243,4 +235,4 @@ def _result(
     distances = np.linalg.norm(errors, axis=1)
     weights = robust_weights(errors, state.noise)
     mean = float(np.average(distances, weights=weights))
-    return RigidFit(centres, distances, mean, state.noise, state.x, state.R)
+    return RigidFit(state.x, state.R, centres, state.noise, distances, mean)

@@ -63,7 +63,7 @@ def of_stuck(model: RigidModel, scene: Scene) -> list[Candidate]:
 def _runs(scene: Scene, joint: int) -> Iterator[_Run]:
     """Yield the placements at whose end a joint reads one angle while others move."""
     for place, rows in enumerate(scene.places):
-        order = rows.start + np.argsort(scene.times[place])
+        order = rows.start + np.argsort(scene.ranks[place])
         angles = scene.q[order, joint]
         differs = np.abs(angles - angles[-1]) > SAME
         elsewhere = np.flatnonzero(differs)

@@ -122,10 +122,8 @@ def what_if(
     for kind in flaw.kinds:
         best.pop(kind.name, None)
     rivals = sorted(best.values(), key=lambda rival: -rival.log_evidence)
-    odds = [rival.log_evidence - tried.log_evidence for rival in rivals]
-    least = max(-ALIKE, sound.log_evidence + CLEAR - tried.log_evidence)
-    pairs = zip(rivals[:RIVALS], odds, strict=False)
-    listed = [(r.hypothesis().text, gain) for r, gain in pairs if gain > least]
+    least = max(tried.log_evidence - ALIKE, sound.log_evidence + CLEAR)
+    listed = [rival for rival in rivals[:RIVALS] if rival.log_evidence > least]
     rows = scene.all_lengths
     if "samples" in tried.residuals:
         rows = scene.all_samples
@@ -138,7 +136,7 @@ def what_if(
     return WhatIf(
         fault=flaw.text,
         cause=likeliest.kind.name,
-        answer=_answer(tried, sound, likeliest, pattern, max(odds)),
+        answer=_answer(tried, sound, likeliest, rivals[0], pattern),
         where=likeliest.block.parameters[0],
         size=size,
         unit=flaw.unit,
@@ -151,7 +149,10 @@ def what_if(
         alike=float(shown @ observed) / norms if norms else None,
         log_odds=tried.log_evidence - sound.log_evidence,
         postures=len(scene.q),
-        rivals=tuple(listed),
+        rivals=tuple(
+            (rival.hypothesis().text, rival.log_evidence - tried.log_evidence)
+            for rival in listed
+        ),
     )
 
 
@@ -252,18 +253,16 @@ def _answer(
     tried: Candidate,
     sound: Candidate,
     likeliest: Candidate,
+    rival: Candidate,
     pattern: np.ndarray,
-    odds: float,
 ) -> Answer:
-    """Return whether a flaw of its size explains the recordings, by the odds of its best rival."""
-    strongest = tried.log_evidence + odds
-    evidence_of_size = tried.log_evidence
+    """Return whether a flaw of its size explains the recordings, beside its best rival."""
     of_any_size = likeliest.log_evidence - float(np.log(likeliest.kind.prior))
     clear = sound.log_evidence + CLEAR
-    others = max(strongest, of_any_size)
-    if evidence_of_size > clear and evidence_of_size + ALIKE > others:
+    others = max(rival.log_evidence, of_any_size)
+    if tried.log_evidence > clear and tried.log_evidence + ALIKE > others:
         return "yes"
-    if of_any_size > clear and of_any_size + ALIKE > strongest:
+    if of_any_size > clear and of_any_size + ALIKE > rival.log_evidence:
         return "size"
     chi_square = INDEPENDENT * float(pattern @ pattern) / likeliest.sigma**2
     return "unseen" if tried.block.fixed and chi_square < SEEN else "no"

@@ -20,6 +20,7 @@ from .nuisances import DISTANCE_WEIGHT as DISTANCE_WEIGHT
 from .nuisances import precision as precision
 from .nuisances import widths_of as widths_of
 from .samples import SMALLEST as SMALLEST
+from .samples import Seat as Seat
 from .samples import SeatSamples as SeatSamples
 from .samples import evenly as evenly
 from .samples import means as means

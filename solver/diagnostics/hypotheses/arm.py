@@ -173,8 +173,8 @@ def of_lost_zero(scene: Scene) -> Iterable[Block]:
 def of_lag(scene: Scene) -> Iterable[Block]:
     """Return the block of readings that are behind the arm by a share of the last step."""
     steps = np.zeros_like(scene.q)
-    for rows, times in zip(scene.places, scene.times, strict=True):
-        order = rows.start + np.argsort(times)
+    for rows, ranks in zip(scene.places, scene.ranks, strict=True):
+        order = rows.start + np.argsort(ranks)
         q = scene.q[order]
         moves = np.diff(q, axis=0)
         steps[order[1:]] = -moves

@@ -48,18 +48,18 @@ def changes(
     """Return blocks of what is off from some sample on by k unknowns: slopes of (N, 3, C, k)."""
     candidates = slopes.shape[2]
     for place, rows in enumerate(scene.places):
-        times = scene.times[place]
-        ranks = _cuts(scene, place, throughout=throughout)
-        if not len(ranks):
+        ranks = scene.ranks[place]
+        cuts = _cuts(scene, place, throughout=throughout)
+        if not len(cuts):
             continue
-        after = times >= ranks[:, None]
+        after = ranks >= cuts[:, None]
         of_candidates = slopes[rows].transpose(2, 0, 1, 3)
         columns = after[:, None, :, None, None] * of_candidates
         names: list[Parameters] = []
-        for rank in ranks.tolist():
-            row = int(np.argmax(times == rank))
+        for cut in cuts.tolist():
+            row = int(np.argmax(ranks == cut))
             name = scene.sample(place, row)
-            name["throughout"] = float(rank == 0)
+            name["throughout"] = float(cut == 0)
             names += [name] * candidates
         yield of_samples(rows, columns, names, widths)
 
@@ -74,24 +74,23 @@ def _cuts(
 
     Rank 0 is among them where others tell it: placements, if ``throughout``, or the same frame.
     """
-    times = scene.times[place]
     sockets = scene.sockets[scene.places[place]]
-    count = len(times)
+    count = len(sockets)
     most = min(count, MOST_CUTS)
-    cuts = np.linspace(SIDE, count - SIDE, most)
-    ranks = np.unique(cuts.astype(int))
-    after = times >= ranks[:, None]
+    even = np.linspace(SIDE, count - SIDE, most)
+    cuts = np.unique(even.astype(int))
+    after = scene.ranks[place] >= cuts[:, None]
     in_socket = sockets == np.unique(sockets)[:, None]
     of_sockets = in_socket.sum(axis=1)
     counts: np.ndarray = after.astype(int) @ in_socket.T
     # where whole sockets moved alone, their centres hold that
     partly = (counts != 0) & (counts != of_sockets)
-    ranks = ranks[partly.any(axis=1)]
+    cuts = cuts[partly.any(axis=1)]
     beside_others = throughout and len(scene.places) > 1
     in_seats = np.isin(scene.sockets, sockets)
     if beside_others or in_seats.sum() > count:
-        return np.append(0, ranks)
-    return ranks
+        return np.append(0, cuts)
+    return cuts
 
 
 def moved(scene: Scene) -> Iterable[Block]:
@@ -134,9 +133,9 @@ def _turns(scene: Scene) -> np.ndarray:
 def drifting(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that moved slowly over a placement."""
     for place, rows in enumerate(scene.places):
-        times = scene.times[place]
-        last = max(times.max(), 1)
-        course = times / last - 0.5
+        ranks = scene.ranks[place]
+        last = max(ranks.max(), 1)
+        course = ranks / last - 0.5
         columns = course[:, None, None] * np.eye(3)
         names = scene.named(place)
         yield of_samples(rows, columns, [names], DRIFTS)

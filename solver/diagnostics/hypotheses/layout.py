@@ -62,7 +62,7 @@ class Layout:
         return tuple(slice(first, end) for first, end in bounds)
 
     @property
-    def times(self) -> tuple[np.ndarray, ...]:
+    def ranks(self) -> tuple[np.ndarray, ...]:
         """Rank of each sample of each placement in the order of recording."""
         return tuple(m.order for m in self.measurements)
 
@@ -110,7 +110,7 @@ class Layout:
 
         A point that an instrument measured has its number in the recording, too, from 1.
         """
-        rank = int(self.times[place][row])
+        rank = int(self.ranks[place][row])
         first = self.places[place].start
         recorded = self.measurements[place].placement.samples[rank]
         names: dict[str, Any] = {

@@ -41,17 +41,17 @@ class SeatSamples(SampleRows):
 
     @cached_property
     def count(self) -> int:
-        """Number of sockets."""
+        """Number of seats."""
         return int(self.sockets.max()) + 1
 
     @cached_property
     def rows(self) -> list[np.ndarray]:
-        """Indices of the samples in each socket."""
+        """Indices of the samples in each seat."""
         return [np.flatnonzero(self.sockets == k) for k in range(self.count)]
 
     @cached_property
     def order(self) -> np.ndarray | slice:
-        """Socket after socket, as they mostly come."""
+        """Indices of the samples seat after seat, as they mostly come."""
         steps = np.diff(self.sockets)
         if (steps >= 0).all():
             return slice(None)
@@ -59,7 +59,7 @@ class SeatSamples(SampleRows):
 
     @cached_property
     def starts(self) -> np.ndarray:
-        """First index of each socket in that order."""
+        """First index of each seat in that order."""
         in_order = self.sockets[self.order]
         return np.searchsorted(in_order, np.arange(self.count))
 
@@ -69,7 +69,7 @@ class SeatSamples(SampleRows):
         return 3 * beside_centres >= 2 * unknowns
 
     def thinned(self, enough: int, minimum: int = 1) -> "SeatSamples":
-        """Return about so many of the samples, evenly from each socket, and so many of it."""
+        """Return about so many of the samples, evenly from each seat, and so many of it."""
         most = max(enough // self.count, minimum)
         indices = [evenly(len(rows), most) for rows in self.rows]
         pairs = zip(self.rows, indices, strict=True)
@@ -198,7 +198,7 @@ def means(
     samples: SeatSamples,
     weights: np.ndarray,
 ) -> np.ndarray:
-    """Return the weighted mean in each socket of values of shape (N, ...)."""
+    """Return the weighted mean in each seat of values of shape (N, ...)."""
     order, starts = samples.order, samples.starts
     axes = values.ndim - weights.ndim
     weights = weights.reshape(*weights.shape, *[1] * axes)
