@@ -6,8 +6,6 @@ from .cells import seconds_of as seconds_of
 from .columns import DEGREES as DEGREES
 from .columns import LENGTHS as LENGTHS
 from .columns import Column as Column
-from .columns import ColumnError as ColumnError
-from .columns import match_joints as match_joints
 from .coordinates import match_coordinates as match_coordinates
 from .dataset import find_placements as find_placements
 from .dataset import is_placement as is_placement
@@ -21,6 +19,8 @@ from .files import append_bytes as append_bytes
 from .files import lock_file as lock_file
 from .files import replace_file as replace_file
 from .files import sync_folder as sync_folder
+from .joint_columns import ColumnError as ColumnError
+from .joint_columns import match_joints as match_joints
 from .layout import POSE_FORMS as POSE_FORMS
 from .layout import Rows as Rows
 from .layout import find_joints as find_joints

@@ -177,3 +177,10 @@ def seconds_of(cell: str) -> float | None:
     except ValueError:
         return None
     return moment.timestamp() + float(f"0.{fraction or 0}")
+
+
+def trimmed(cells: Sequence[str], width: int) -> Sequence[str]:
+    """Return the cells of a row without empty ones beyond a width."""
+    while len(cells) > width and not cells[-1].strip():
+        cells = cells[:-1]
+    return cells

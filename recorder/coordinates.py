@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from itertools import product
 
-from .columns import Column, Ways, Words, in_one_way
+from .columns import Column, Words
+from .joint_columns import Ways, in_one_way
 
 AXES = ("x", "y", "z")
 QUATERNION = ("qx", "qy", "qz", "qw")

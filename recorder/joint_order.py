@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .columns import ColumnError, Match, match_joints, missing_joints
 from .files import RecordingError
+from .joint_columns import ColumnError, Match, match_joints, missing_joints
 from .samples import Sample
 
 

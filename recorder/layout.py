@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from .columns import Column, ColumnError, match_joints, require_samples
+from .columns import Column
 from .coordinates import AXES, MATRIX, QUATERNION, RPY, TURNS, VECTOR
 from .files import RecordingError
+from .joint_columns import ColumnError, match_joints, require_samples
 from .points import coordinates
 from .samples import read_samples
 from .tables import Table, read_table

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import numbers_of
-from .columns import Match, require_samples
 from .files import RecordingError
+from .joint_columns import Match, require_samples
 from .joint_order import joint_order
 from .samples import Sample
 
@@ -64,9 +64,9 @@ class Placement:
     place: str = ""
     """Name of the base's position: two robots that visited one base recorded the same place. The
     folder's own name, if ``placement.json`` gives none."""
-
     labels: tuple[str, ...] = ()
-    """Texts beside the numbers of the first file, line by line; they are of no joint."""
+    """Texts beside the numbers of the first file, line by line. Where they are called like joints,
+    the table has a line for each joint, and is refused."""
     payload: float | None = None
     """Mass at the ball beyond the model's [kg]; None where ``placement.json`` does not give it."""
 

@@ -7,7 +7,6 @@ below it; text, times and row numbers beside what is wanted. Nothing here knows 
 
 import csv
 import math
-import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -19,33 +18,13 @@ from .cells import (
     records_of,
     require_columns,
     seconds_of,
+    trimmed,
     uncommented,
 )
 from .columns import ANGLES, LENGTHS, Column, column_of
 from .files import EmptyRecordingError, RecordingError
+from .first_line import GARBLED, are_units, header_of
 from .ros_text import named_states
-
-_GARBLED = re.compile(r"[\[('\"]*[+-]?\d+([.,]\d+)?\s*([|'\"\])].*|deg|rad|°|mm|m)")
-"""A number with something attached, which is no name."""
-_UNITS = {
-    *ANGLES,
-    *LENGTHS,
-    "s",
-    "ms",
-    "us",
-    "ns",
-    "sec",
-    "-",
-    "nm",
-    "n m",
-    "rad/s",
-    "deg/s",
-    "a",
-}
-_LOOKED_AT = 20
-"""Rows below a first line by which it is judged."""
-_NUMBERED = 3
-"""Fewest whole numbers in a row, such as 0,1,2, that are names and no sample."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +106,7 @@ def _is_text(cell: str) -> bool:
     """Return whether a cell is empty, a time or words, and no number that is garbled."""
     if not cell or seconds_of(cell) is not None:
         return True
-    words = any(map(str.isalpha, cell)) and not _GARBLED.fullmatch(cell)
+    words = any(map(str.isalpha, cell)) and not GARBLED.fullmatch(cell)
     return words and number_of(cell) is None
 
 
@@ -172,12 +151,10 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
     records = named_states(records) or records
     first, *others = records
     units: tuple[str, ...] = ()
-    _require_header(text, file, first, others)
-    below = [row for _, row in others[:_LOOKED_AT]]
-    header = _header(file, *first, below, set(names))
+    header = header_of(text, file, first, others, set(names))
     if header:
         records = others
-        if records and _are_units(records[0][1]):
+        if records and are_units(records[0][1]):
             units = tuple(cell.strip() for cell in records.pop(0)[1])
     if not records:
         raise EmptyRecordingError(
@@ -193,113 +170,17 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
     return Table(file, header, lines, cells, units, tuple(notes))
 
 
-def _require_header(
-    text: str,
-    file: Path,
-    first: tuple[int, list[str]],
-    others: Sequence[tuple[int, list[str]]],
-) -> None:
-    """Refuse a first line of words that is a title, or does not name all columns below it.
-
-    Raises:
-        RecordingError: Each line below has more cells, or is not parted by the same separator.
-    """
-    line, words = first
-    widths = {len(_trimmed(cells, len(words))) for _, cells in others}
-    has_width = len(widths) == 1 and len(words) not in widths
-    no_header = has_width and (min(widths) == 1 or len(words) < min(widths))
-    if (no_header and not _has_number(words)) or _is_padded(words, others):
-        title = text.splitlines()[line - 1].strip(" ,;\t")
-        raise RecordingError(
-            f"{file}:{line}: {title!r:.60} is no header of the lines below it, which have another "
-            "number of columns; name each column, or begin the line with #"
-        )
-
-
-def _is_padded(
-    words: Sequence[str], others: Sequence[tuple[int, Sequence[str]]]
-) -> bool:
-    """Return whether a first line is a title with separators behind it, as spreadsheets pad it."""
-    size = len(_trimmed(words, 1))
-    nameless = [cells[size : len(words)] for _, cells in others[:_LOOKED_AT]]
-    is_text = bool(words[0].strip()) and number_of(words[0]) is None
-    return is_text and max(map(_numbers, nameless), default=0) > size
-
-
-def _header(
-    file: Path,
-    line: int,
-    cells: Sequence[str],
-    below: Sequence[Sequence[str]],
-    names: set[str],
-) -> tuple[str, ...] | None:
-    """Return a first line's cells if they are names."""
-    header = tuple(cell.strip() for cell in cells)
-    if names and names <= set(header):
-        return header
-    if header and all(_GARBLED.fullmatch(cell) for cell in header):
-        raise RecordingError(
-            f"{file}:{line}: {header[0]!r} is neither a number nor the name of a joint; separate "
-            "numbers by commas, as in 0.1,-1.5,2"
-        )
-    numbers = [i for i, cell in enumerate(header) if number_of(cell) is not None]
-    if not numbers:
-        beneath = [row[: len(header)] for row in below]
-        return header if not below or any(map(_has_number, beneath)) else None
-    if not _counted([header[i] for i in numbers]):
-        return None
-    under = [[row[i] for i in numbers if i < len(row)] for row in below]
-    return (
-        header
-        if under and all(any(map(_is_decimal, cells)) for cells in under)
-        else None
-    )
-
-
-def _is_decimal(cell: str) -> bool:
-    return number_of(cell) is not None and any(mark in cell for mark in ".eE")
-
-
-def _counted(cells: Sequence[str]) -> bool:
-    """Return whether cells are whole numbers, each once and one after the other, in any order."""
-    if len(cells) < _NUMBERED or not all(cell.isdecimal() for cell in cells):
-        return False
-    numbers = sorted(map(int, cells))
-    return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
-
-
-def _numbers(cells: Sequence[str]) -> int:
-    return sum(number_of(cell) is not None for cell in cells)
-
-
-def _has_number(cells: Sequence[str]) -> bool:
-    return _numbers(cells) > 0
-
-
-def _are_units(cells: Sequence[str]) -> bool:
-    """Return whether a line holds units: no number, and at least one that is known."""
-    units = {cell.strip(" []()").lower() for cell in cells}
-    return not _has_number(cells) and bool(units & _UNITS)
-
-
 def _fitting(
     file: Path, line: int, cells: Sequence[str], width: int
 ) -> tuple[str, ...]:
     """Return the cells of a row, which must be as many as are expected."""
-    cells = _trimmed(cells, width)
+    cells = trimmed(cells, width)
     if len(cells) != width:
         raise RecordingError(
             f"{file}:{line}: {len(cells)} columns where {width} are expected; separate them all "
             "by commas"
         )
     return tuple(cells)
-
-
-def _trimmed(cells: Sequence[str], width: int) -> Sequence[str]:
-    """Return the cells of a row without empty ones beyond a width."""
-    while len(cells) > width and not cells[-1].strip():
-        cells = cells[:-1]
-    return cells
 
 
 def _no_number(cell: str, index: int) -> str:

@@ -1,0 +1,137 @@
+"""The first line of a table: names of columns, a title, or a sample; and units below it."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from .cells import number_of, trimmed
+from .columns import ANGLES, LENGTHS
+from .files import RecordingError
+
+GARBLED = re.compile(r"[\[('\"]*[+-]?\d+([.,]\d+)?\s*([|'\"\])].*|deg|rad|°|mm|m)")
+"""A number with something attached, which is no name."""
+_UNITS = {
+    *ANGLES,
+    *LENGTHS,
+    "s",
+    "ms",
+    "us",
+    "ns",
+    "sec",
+    "-",
+    "nm",
+    "n m",
+    "rad/s",
+    "deg/s",
+    "a",
+}
+_LOOKED_AT = 20
+"""Rows below a first line by which it is judged."""
+_NUMBERED = 3
+"""Fewest whole numbers in a row, such as 0,1,2, that are names and no sample."""
+Line = tuple[int, list[str]]
+"""Number and cells."""
+
+
+def header_of(
+    text: str,
+    file: Path,
+    first: Line,
+    others: Sequence[Line],
+    names: set[str],
+) -> tuple[str, ...] | None:
+    """Return the names of columns in the first line of a text; None where it is a sample.
+
+    Raises:
+        RecordingError: It is a title, or garbled.
+    """
+    _refuse_title(text, file, first, others)
+    below = [row for _, row in others[:_LOOKED_AT]]
+    return _header(file, *first, below, names)
+
+
+def _refuse_title(
+    text: str,
+    file: Path,
+    first: Line,
+    others: Sequence[Line],
+) -> None:
+    """Refuse a first line of words that is a title, or does not name all columns below it.
+
+    Raises:
+        RecordingError: Each line below has more cells, or is not parted by the same separator.
+    """
+    line, words = first
+    widths = {len(trimmed(cells, len(words))) for _, cells in others}
+    has_width = len(widths) == 1 and len(words) not in widths
+    no_header = has_width and (min(widths) == 1 or len(words) < min(widths))
+    if (no_header and not _has_number(words)) or _is_padded(words, others):
+        title = text.splitlines()[line - 1].strip(" ,;\t")
+        raise RecordingError(
+            f"{file}:{line}: {title!r:.60} is no header of the lines below it, which have another "
+            "number of columns; name each column, or begin the line with #"
+        )
+
+
+def _is_padded(words: Sequence[str], others: Sequence[Line]) -> bool:
+    """Return whether a first line is a title with separators behind it, as spreadsheets pad it."""
+    size = len(trimmed(words, 1))
+    nameless = [cells[size : len(words)] for _, cells in others[:_LOOKED_AT]]
+    is_text = bool(words[0].strip()) and number_of(words[0]) is None
+    return is_text and max(map(_numbers, nameless), default=0) > size
+
+
+def _header(
+    file: Path,
+    line: int,
+    cells: Sequence[str],
+    below: Sequence[Sequence[str]],
+    names: set[str],
+) -> tuple[str, ...] | None:
+    """Return a first line's cells if they are names."""
+    header = tuple(cell.strip() for cell in cells)
+    if names and names <= set(header):
+        return header
+    if header and all(GARBLED.fullmatch(cell) for cell in header):
+        raise RecordingError(
+            f"{file}:{line}: {header[0]!r} is neither a number nor the name of a joint; separate "
+            "numbers by commas, as in 0.1,-1.5,2"
+        )
+    numbers = [i for i, cell in enumerate(header) if number_of(cell) is not None]
+    if not numbers:
+        beneath = [row[: len(header)] for row in below]
+        return header if not below or any(map(_has_number, beneath)) else None
+    if not _counted([header[i] for i in numbers]):
+        return None
+    under = [[row[i] for i in numbers if i < len(row)] for row in below]
+    return (
+        header
+        if under and all(any(map(_is_decimal, cells)) for cells in under)
+        else None
+    )
+
+
+def _is_decimal(cell: str) -> bool:
+    return number_of(cell) is not None and any(mark in cell for mark in ".eE")
+
+
+def _counted(cells: Sequence[str]) -> bool:
+    """Return whether cells are whole numbers, each once and one after the other, in any order."""
+    if len(cells) < _NUMBERED or not all(cell.isdecimal() for cell in cells):
+        return False
+    numbers = sorted(map(int, cells))
+    return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+
+
+def _numbers(cells: Sequence[str]) -> int:
+    return sum(number_of(cell) is not None for cell in cells)
+
+
+def _has_number(cells: Sequence[str]) -> bool:
+    return _numbers(cells) > 0
+
+
+def are_units(cells: Sequence[str]) -> bool:
+    """Return whether a line holds units: no number, and at least one that is known."""
+    units = {cell.strip(" []()").lower() for cell in cells}
+    return not _has_number(cells) and bool(units & _UNITS)
