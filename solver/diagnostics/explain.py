@@ -29,17 +29,17 @@ MORE = 20
 
 @dataclass(frozen=True)
 class Acceptance:
-    """Thresholds of causes; evidence is a log Bayes factor against sound recordings."""
+    """Thresholds of causes: log Bayes factors against sound recordings, and a number of rounds."""
 
     first: float
-    """Evidence of all causes together from which the first is accepted."""
+    """That of all causes together from which the first is accepted."""
     further: float
     """The same of a further one."""
     rounds: int
     """Largest number of causes, those at once counted as one."""
     separate: float | None = None
-    """Evidence from which several causes of the most probable kind are accepted at once, where each
-    may hold; None to accept the most probable cause, whatever others of its kind are."""
+    """That from which several causes of the most probable kind are accepted at once, where each may
+    hold; None to accept the most probable cause, whatever others of its kind are."""
 
     def accepted(
         self,
@@ -47,7 +47,7 @@ class Acceptance:
         before: Sequence[Candidate],
     ) -> list[Candidate]:
         """Return the causes of a ranking that are right, the best first; none if all is sound."""
-        if ranking.evidence <= (self.further if before else self.first):
+        if ranking.total_factor <= (self.further if before else self.first):
             return []
         if self.separate is None:
             return [ranking.best]
@@ -68,7 +68,8 @@ class Acceptance:
 
 
 SURE = math.log(9)
-"""Evidence up to which recordings count as sound: their probability is a tenth there."""
+"""Log Bayes factor of all causes up to which recordings count as sound, with a probability of a
+tenth there."""
 SAVED = Acceptance(SURE, SURE, rounds=8, separate=0.0)
 """Thresholds of causes of saved recordings."""
 
@@ -132,7 +133,7 @@ def _ranking(
     ]
     if of_all or scene.readings is not None:
         return ranking
-    is_sound = ranking.evidence <= SURE
+    is_sound = ranking.total_factor <= SURE
     likeliest = likeliest_of(ranking.candidates)
     causes = of_columns(model, scene, likeliest, sound=is_sound)
     if not is_sound:

@@ -28,7 +28,7 @@ class Ranking:
 
     candidates: Sequence[Candidate]
     """Sound recordings, then all causes."""
-    evidence: float
+    total_factor: float
     """Log Bayes factor of all causes together, over all arms that may be."""
 
     @property
@@ -55,8 +55,8 @@ class Ranking:
     def beside(self, causes: Sequence[Candidate]) -> "Ranking":
         """Return the ranking with further causes of the same arm."""
         factors = [self.factor(candidate) for candidate in causes]
-        evidence = np.logaddexp.reduce([self.evidence, *factors])
-        return Ranking([*self.candidates, *causes], float(evidence))
+        total = np.logaddexp.reduce([self.total_factor, *factors])
+        return Ranking([*self.candidates, *causes], float(total))
 
     def listed(self) -> tuple[Hypothesis, ...]:
         """Return the best explanation of each kind, the most probable first."""
@@ -84,10 +84,10 @@ def ranking_of(comparisons: Iterable[Comparison]) -> Ranking:
         sound, *causes = comparison.candidates
         rankings.append(Ranking([sound], -math.inf).beside(causes))
     of_sound = np.array([ranking.sound.log_evidence for ranking in rankings])
-    of_causes = of_sound + [ranking.evidence for ranking in rankings]
+    of_causes = of_sound + [ranking.total_factor for ranking in rankings]
     of_arms = np.logaddexp(of_sound, of_causes)
-    evidence = np.logaddexp.reduce(of_causes) - np.logaddexp.reduce(of_sound)
-    return replace(rankings[int(np.argmax(of_arms))], evidence=float(evidence))
+    total = np.logaddexp.reduce(of_causes) - np.logaddexp.reduce(of_sound)
+    return replace(rankings[int(np.argmax(of_arms))], total_factor=float(total))
 
 
 def _fits_as_well(candidate: Candidate, first: Candidate) -> bool:

@@ -86,7 +86,7 @@ def of_sockets(
     only both together would explain. ``fitted`` is a scene of placements from some unknowns on.
     """
     arm = ranking.sound.scene
-    if arm.explained or ranking.evidence <= DOUBT:
+    if arm.explained or ranking.total_factor <= DOUBT:
         return []
     best = ranking.best
     is_small = best.parameters.get("size", math.inf) < SMALL

@@ -115,12 +115,12 @@ class System:
         """
         S = self.task.covariance[some]
         across = self.slopes @ S.T
-        joint = np.block([[self.spread, across], [across.T, S[:, some]]])
-        prior = Gaussian.of(np.zeros(len(joint)), joint)
+        of_both = np.block([[self.spread, across], [across.T, S[:, some]]])
+        prior = Gaussian.of(np.zeros(len(of_both)), of_both)
         count = len(self.errors)
         noise = self.noise_covariance(self.state.noise, gaussian=True)
         root = np.linalg.cholesky(noise)
-        of_errors = np.eye(count, len(joint))
+        of_errors = np.eye(count, len(of_both))
         whitened = np.linalg.solve(root, of_errors)
         posterior = prior.conditioned(whitened, np.zeros(count))
         unknowns = slice(count, None)

@@ -112,7 +112,7 @@ def tool(
     further_fits = [fit(_touches(prior, group)) for group in others]
     R = _turned(tip, [further.tool.translation for further in further_fits])
     link = (name, prior.robot.ball_joint.parent)
-    untold = _trained_on(calibration, touches) + doubts
+    untold = _warnings_of_training(calibration, touches) + doubts
     frame = found(calibration, system, link, Pose(R, tip), zeros, untold)
     of_model = slice(prior.model.size)
     P = system.posterior_covariance(of_model)
@@ -143,7 +143,7 @@ def _outliers(wheres: Mapping[int, str], distances: np.ndarray) -> tuple[str, ..
     )
 
 
-def _trained_on(
+def _warnings_of_training(
     calibration: Calibration, touches: Sequence[Placement]
 ) -> tuple[str, ...]:
     """Return a warning where touches are samples of the calibration itself, else nothing."""

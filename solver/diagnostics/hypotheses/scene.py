@@ -8,34 +8,20 @@ from functools import cached_property
 
 import numpy as np
 
-from ...bayes.model import (
-    ExtendedModel,
-    design_matrix,
-    extend,
-    shifts_by,
-    width_of,
-)
-from ...bayes.model.effects import BACKLASH, CURVE, EFFECTS, GAIN, Effect
-from ...data import STANDARD_LOAD, Load, Samples, joined
-from ...robot import Parameter, Robot, even_bodies
+from ...bayes.model import shifts_by, width_of
+from ...bayes.model.effects import BACKLASH
 from . import nuisances
-from .layout import Layout
+from .loaded_arm import LoadedArm
 from .nuisances import DISTANCE_WEIGHT
 
 COARSE = 4e-4
 """Arms that repeat worse than this have gears with play [m]."""
-SMALLEST_TURN = 1e-6
-"""Least turn of the joints that is reckoned with where an effect hardly shows [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scene(Layout):
+class Scene(LoadedArm):
     """Samples and known distances of an arm about a fit, and prior knowledge."""
 
-    robot: Robot
-    parameters: tuple[Parameter, ...]
-    x: np.ndarray
-    """Change of the geometry, and joint offsets if any, at which all is linear, shape (n,)."""
     by_scale: np.ndarray
     """Derivative of the logarithm of the arm's size by the unknowns, geometry first."""
     centres: np.ndarray
@@ -48,46 +34,12 @@ class Scene(Layout):
     """Of its logarithm, above that."""
     floors: tuple[float, ...] = ()
     """Error of a fit to each placement alone [m]."""
-    load: Load = STANDARD_LOAD
-    """Gravity and payload, as given."""
-    zeros: bool = False
-    """True where joints have offsets of degrees, and gears have play."""
     play: float = BACKLASH.typical_shift
     """Half of the play that joints of servo arms have [rad]."""
-    wide: float = 1.0
-    """Factor on the usual sizes of elasticity and transmission error."""
     explained: tuple[tuple[slice, np.ndarray, np.ndarray], ...] = ()
     """Rows, columns and shift of each explanation that was accepted already."""
 
-    # Balls, by the model about which all is linear
-
-    @cached_property
-    def effects(self) -> tuple[Effect, ...]:
-        """Effects beyond the geometry that a sound arm may have; curves need more samples."""
-        effects: list[Effect] = []
-        for effect in EFFECTS.values():
-            beyond_geometry = effect not in (CURVE, GAIN)
-            if beyond_geometry and (self.zeros or effect.learned):
-                effects.append(effect)
-        return tuple(effects)
-
-    @cached_property
-    def model(self) -> ExtendedModel:
-        """Geometry and effects as one model."""
-        names = [effect.name for effect in self.effects]
-        return extend(self.robot, self.parameters, names)
-
-    @cached_property
-    def start(self) -> np.ndarray:
-        """Unknowns of the model at which all is linear."""
-        count = self.model.size - len(self.x)
-        of_effects = np.zeros(count)
-        return np.append(self.x, of_effects)
-
-    @cached_property
-    def linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Ball centres, shape (N, 3), and derivatives by geometry and effects, and by joints."""
-        return self.model.linearise(self.start, self.loaded_samples)
+    # Residuals and nuisance parameters
 
     @cached_property
     def offsets(self) -> np.ndarray:
@@ -99,89 +51,6 @@ class Scene(Layout):
         """Where each sample has the place of its seat, Phi(q) - R y, shape (N, 3) [m]."""
         balls, _, _ = self.linear
         return balls - self.offsets
-
-    @cached_property
-    def by_geometry(self) -> np.ndarray:
-        """Derivatives of the residuals of samples by the geometry, shape (3 N, n)."""
-        _, by_unknowns, _ = self.linear
-        n = len(self.parameters)
-        slopes = -by_unknowns[:, :, :n]
-        return slopes.reshape(-1, n)
-
-    @cached_property
-    def by_joints(self) -> np.ndarray:
-        """Derivatives of the balls by the joints' readings, shape (N, 3, m)."""
-        _, by_unknowns, by_joints = self.linear
-        if not self.zeros:
-            return by_joints
-        # with play, by_joints are as noisy as each joint is
-        n, m = len(self.parameters), by_joints.shape[2]
-        return by_unknowns[:, :, n : n + m]
-
-    # Effects beyond the geometry
-
-    @cached_property
-    def heavy(self) -> Robot:
-        """The robot; without masses in its model with one at each joint, since it bends as well."""
-        bodies = self.robot.bodies or even_bodies(self.robot.joints)
-        return replace(self.robot, bodies=bodies)
-
-    @cached_property
-    def loaded_samples(self) -> Samples:
-        """All samples as effects see them; moments are those that hold the joints as fitted."""
-        return self.samples_under(self.load)
-
-    def samples_under(self, load: Load) -> Samples:
-        """Return all samples as effects would see them under a load."""
-        measurements = self.measurements
-        if self.zeros:  # they decide on which side of its play a joint rests
-            zeros = self.x[len(self.parameters) :]
-            measurements = [m.shifted(zeros) for m in measurements]
-        samples = [load.samples(self.heavy, m) for m in measurements]
-        return replace(joined(samples), q=self.q)
-
-    @cached_property
-    def by_readings(self) -> np.ndarray:
-        """Derivatives of the balls by true positions and tilts, whatever the load, (N, 3, 3 m)."""
-        design = design_matrix(self.effects, self.loaded_samples)
-        coefficients = self.start[len(self.parameters) :]
-        true = design.true_positions(self.q, coefficients)
-        values = self.model.values(self.start)
-        return self.model.ball.linearise(values, true).by_joints
-
-    def of_effects(self, samples: Samples) -> np.ndarray:
-        """Return derivatives of samples' residuals by effects, in their widths, (3 N, p)."""
-        axes, turns = design_matrix(self.effects, samples)
-        by_axes = self.by_readings[:, :, axes]
-        slopes = -by_axes * turns[:, None]
-        columns = slopes.reshape(3 * len(self.q), -1)
-        return columns * self.widths_of_effects(samples)
-
-    def widths_of_effects(self, samples: Samples) -> np.ndarray:
-        """Return the widths of effects' coefficients by how much they turn the joints, (p,)."""
-        widths = [np.zeros(0)]
-        for effect in self.effects:
-            turns: np.ndarray = effect.turns(samples)
-            usual = float(np.mean(turns**2)) ** 0.5
-            shift = effect.typical_shift
-            if effect.learned:
-                shift *= self.wide
-            width = shift / max(usual, SMALLEST_TURN)
-            coefficients = turns.shape[1]
-            widths.append(np.full(coefficients, width))
-        return np.concatenate(widths)
-
-    @property
-    def is_elastic(self) -> np.ndarray:
-        """True for coefficients of elasticity among those of effects, shape (p,)."""
-        elastic: list[bool] = []
-        pairs = zip(self.effects, self.model.slices, strict=True)
-        for effect, rows in pairs:
-            count = rows.stop - rows.start
-            elastic += [effect.shared_by_type] * count
-        return np.array(elastic, dtype=bool)
-
-    # Residuals and nuisance parameters
 
     @cached_property
     def residuals(self) -> np.ndarray:
