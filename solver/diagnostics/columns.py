@@ -122,15 +122,13 @@ def _candidate(
         hypothesis = _refined(hypothesis, sound)
     names = hypothesis.robot.joint_names
     blamed = chain.from_iterable(hypothesis.mistakes.values())
-    parameters: dict[str, object] = {
+    parameters = {
         "joints": ", ".join(names[joint] for joint in blamed),
         "offsets": (0.0 - hypothesis.offsets).tolist(),
         "order": hypothesis.order.tolist(),
     }
-    if part.placement is not None:
-        parameters["placement"] = part.placement
     kind = _kind(hypothesis, before, sound.sigma)
-    return sound.as_cause(kind, parameters, len(names))
+    return sound.as_cause(kind, parameters, len(names), part.placement)
 
 
 def _refined(hypothesis: ColumnHypothesis, sound: Candidate) -> ColumnHypothesis:

@@ -78,7 +78,7 @@ def consequence_of(
     for q in poses:
         points = without.points(q)
         shifts.append(spread(beside.points(q, cause) - points))
-        errors.append(spread(points - without.nominal_points(q)))
+        errors.append(without.nominal_error(q))
     everywhere, *near = shifts
     place = 1 + int(np.argmax(near))
     return Consequence(shifts[place], everywhere, errors[place], errors[0])
@@ -87,11 +87,7 @@ def consequence_of(
 def nominal_errors(scene: Scene) -> float:
     """Return the errors of distances by the nominal model near the recorded places [m]."""
     fit = _Fit(scene, range(len(scene.places)))
-    errors: list[float] = []
-    for rows in scene.places:
-        q = scene.q[rows]
-        errors.append(spread(fit.points(q) - fit.nominal_points(q)))
-    return max(errors)
+    return max(fit.nominal_error(scene.q[rows]) for rows in scene.places)
 
 
 def spread(shifts: np.ndarray) -> float:
@@ -157,12 +153,12 @@ class _Fit:
             true[:, joint] += values[0] * turns
         return self._predict(unknowns, true)
 
-    def nominal_points(self, q: np.ndarray) -> np.ndarray:
-        """Return the ball's places as the nominal model has them, with the ball of the fit."""
+    def nominal_error(self, q: np.ndarray) -> float:
+        """Return the errors of distances by the nominal model with the ball of the fit [m]."""
         unknowns = np.zeros_like(self.unknowns)
         of_ball = [i for i, p in enumerate(self.scene.parameters) if p.of_ball]
         unknowns[of_ball] = self.unknowns[of_ball]
-        return self._predict(unknowns, q)
+        return spread(self.points(q) - self._predict(unknowns, q))
 
     def _predict(self, unknowns: np.ndarray, q: np.ndarray) -> np.ndarray:
         scene = self.scene

@@ -8,7 +8,7 @@ from math import log
 
 import numpy as np
 
-from ..bayes.model import extend
+from ..bayes.model import Prediction, extend
 from ..bayes.model.effects import JOINT_OFFSET
 from ..data import Samples
 from ..robot import Robot, choose_parameters
@@ -71,26 +71,20 @@ class RigidFit(_State):
     """Mean of the errors by the samples' robust weights [m]."""
 
 
-Linear = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Balls, and their derivatives by unknowns and by joints."""
-
-
 @dataclass(frozen=True)
 class _LinearArm:
     """Balls of some samples, linear in the unknowns about those at which they were computed."""
 
-    linear: Linear
+    linear: Prediction
     first: np.ndarray
 
     def points(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Return ball centres, (N, 3)."""
-        points, by_unknowns, _ = self.linear
-        return points + by_unknowns @ (x - self.first)
+        return self.linear.points + self.linear.by_unknowns @ (x - self.first)
 
-    def linearised(self, x: np.ndarray, q: np.ndarray) -> Linear:
+    def linearised(self, x: np.ndarray, q: np.ndarray) -> Prediction:
         """Return balls, and their derivatives."""
-        _, by_unknowns, by_joints = self.linear
-        return self.points(x, q), by_unknowns, by_joints
+        return self.linear._replace(points=self.points(x, q))
 
 
 class RigidModel:
@@ -112,7 +106,7 @@ class RigidModel:
         """Return ball centres for unknowns, shape (n,), and joint positions, (N, m), as (N, 3)."""
         return self._model.predict(x, Samples.unloaded(q))
 
-    def linearised(self, x: np.ndarray, q: np.ndarray) -> Linear:
+    def linearised(self, x: np.ndarray, q: np.ndarray) -> Prediction:
         """Return balls, (N, 3), and derivatives by unknowns, (N, 3, n), and joints, (N, 3, m)."""
         return self._model.linearise(x, Samples.unloaded(q))
 
@@ -126,7 +120,7 @@ class RigidModel:
         samples: SeatSamples,
         iterations: int = ITERATIONS,
         start: np.ndarray | None = None,
-        linear: Linear | None = None,
+        linear: Prediction | None = None,
     ) -> RigidFit:
         """Return the fit from unknowns ``start``, or to ``linear``: balls and derivatives there."""
         x = np.zeros(len(self.widths)) if start is None else start
@@ -154,7 +148,7 @@ class RigidModel:
     def _improved(
         self,
         samples: SeatSamples,
-        balls: Linear,
+        balls: Prediction,
         state: _State,
         P: np.ndarray,
     ) -> tuple[_State, float]:

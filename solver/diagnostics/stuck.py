@@ -180,11 +180,7 @@ def _meeting(circles: np.ndarray) -> np.ndarray:
 def _candidate(changed: Scene, run: _Run) -> Candidate:
     """Return the candidate of a scene in which a joint's angles are free."""
     names = changed.robot.joint_names
-    parameters: dict[str, object] = {
-        "joint": names[run.joint],
-        "samples": len(run.rows),
-    }
-    if run.placement is not None:
-        parameters["placement"] = run.placement
+    parameters = {"joint": names[run.joint], "samples": len(run.rows)}
+    count = len(names) * len(changed.places)
     sound = sound_recordings(changed)
-    return sound.as_cause(STUCK, parameters, len(names) * len(changed.places))
+    return sound.as_cause(STUCK, parameters, count, run.placement)

@@ -93,7 +93,7 @@ def find_zeros(
     tasks = [task.tolerating(factor) for factor in factors]
     free = zeros[[*joints]] if joints else zeros
     widest, converged = linear_about(tasks[-1], dict.fromkeys(free, ZERO))
-    systems = [replace(widest, task=tolerating) for tolerating in tasks]
+    systems = [replace(widest, task=by_factor) for by_factor in tasks]
     if joints:
         sets = _changes_of([tuple(joints)], task, len(joints))
     else:

@@ -155,8 +155,7 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
     index = scene.effects.index(TILT)
     first = scene.model.slices[index].start
     of_first_joint = [first, first + m]
-    _, by_unknowns, _ = scene.linear
-    by_first_joint = by_unknowns[:, :, of_first_joint]
+    by_first_joint = scene.linear.by_unknowns[:, :, of_first_joint]
     columns = -by_first_joint / scale
     yield of_samples(scene.every, columns, [{}], TILTS)
 

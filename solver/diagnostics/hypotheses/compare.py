@@ -121,8 +121,14 @@ class Candidate:
         kind: Kind,
         parameters: Parameters,
         count: int,
+        placement: str | None = None,
     ) -> "Candidate":
-        """Return one of so many causes of a kind, by the scene that it changed, sound with it."""
+        """Return one of so many causes of a kind, by the scene that it changed, sound with it.
+
+        ``placement`` is the name of the one that has it; None for all, or one in ``parameters``.
+        """
+        if placement is not None:
+            parameters = {**parameters, "placement": placement}
         log_prior = math.log(kind.prior / count)
         return replace(
             self,

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...bayes.model import ExtendedModel, design_matrix, extend
+from ...bayes.model import ExtendedModel, Prediction, design_matrix, extend
 from ...bayes.model.effects import CURVE, EFFECTS, GAIN, Effect
 from ...data import STANDARD_LOAD, Load, Samples, joined
 from ...robot import Parameter, Robot, even_bodies
@@ -56,27 +56,25 @@ class LoadedArm(Layout):
         return np.append(self.x, of_effects)
 
     @cached_property
-    def linear(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Ball centres, shape (N, 3), and derivatives by geometry and effects, and by joints."""
+    def linear(self) -> Prediction:
+        """Balls, and their derivatives by geometry and effects, and by joints."""
         return self.model.linearise(self.start, self.loaded_samples)
 
     @cached_property
     def by_geometry(self) -> np.ndarray:
         """Derivatives of the residuals of samples by the geometry, shape (3 N, n)."""
-        _, by_unknowns, _ = self.linear
         n = len(self.parameters)
-        slopes = -by_unknowns[:, :, :n]
+        slopes = -self.linear.by_unknowns[:, :, :n]
         return slopes.reshape(-1, n)
 
     @cached_property
     def by_joints(self) -> np.ndarray:
         """Derivatives of the balls by the joints' readings, shape (N, 3, m)."""
-        _, by_unknowns, by_joints = self.linear
         if not self.zeros:
-            return by_joints
-        # with play, by_joints are as noisy as each joint is
-        n, m = len(self.parameters), by_joints.shape[2]
-        return by_unknowns[:, :, n : n + m]
+            return self.linear.by_joints
+        # with play, those are as noisy as each joint is
+        n, m = len(self.parameters), self.q.shape[1]
+        return self.linear.by_unknowns[:, :, n : n + m]
 
     # Effects beyond the geometry
 
@@ -134,9 +132,6 @@ class LoadedArm(Layout):
     @property
     def is_elastic(self) -> np.ndarray:
         """True for coefficients of elasticity among those of effects, shape (p,)."""
-        elastic: list[bool] = []
-        pairs = zip(self.effects, self.model.slices, strict=True)
-        for effect, rows in pairs:
-            count = rows.stop - rows.start
-            elastic += [effect.shared_by_type] * count
-        return np.array(elastic, dtype=bool)
+        elastic = [effect.shared_by_type for effect in self.effects]
+        counts = [rows.stop - rows.start for rows in self.model.slices]
+        return np.repeat(elastic, counts)

@@ -49,15 +49,13 @@ class Scene(LoadedArm):
     @cached_property
     def seats(self) -> np.ndarray:
         """Where each sample has the place of its seat, Phi(q) - R y, shape (N, 3) [m]."""
-        balls, _, _ = self.linear
-        return balls - self.offsets
+        return self.linear.points - self.offsets
 
     @cached_property
     def residuals(self) -> np.ndarray:
         """Residuals of samples, then of distances, shape (3 N + K,) [m]."""
-        _, by_unknowns, _ = self.linear
         # beside those at the nominal model
-        by_fitted = by_unknowns[:, :, : len(self.x)]
+        by_fitted = self.linear.by_unknowns[:, :, : len(self.x)]
         fitted = by_fitted @ self.x
         centres = self.centres[self.sockets]
         of_samples = self.seats - centres - fitted
@@ -131,8 +129,7 @@ class Scene(LoadedArm):
         """
         if not self.zeros:
             return None
-        _, _, by_joints = self.linear
-        J = by_joints * (self.play / self.noise)
+        J = self.linear.by_joints * (self.play / self.noise)
         of_play = J @ J.transpose(0, 2, 1)
         covariance = np.eye(3) + of_play
         variances, axes = np.linalg.eigh(covariance)
