@@ -25,6 +25,7 @@ from .layout import POSE_FORMS as POSE_FORMS
 from .layout import Rows as Rows
 from .layout import find_joints as find_joints
 from .layout import read_rows as read_rows
+from .layout import require_units as require_units
 from .layout import rows_of as rows_of
 from .metadata import METADATA as METADATA
 from .metadata import READINGS_CHANGED as READINGS_CHANGED

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from .columns import Column
+from .columns import ANGLES, LENGTHS, UNITS, Column
 from .coordinates import AXES, MATRIX, QUATERNION, RPY, TURNS, VECTOR
 from .files import RecordingError
 from .joint_columns import ColumnError, match_joints, require_samples
@@ -155,6 +155,7 @@ def find_joints(
 
     Raises:
         ColumnError: Several columns may be one joint.
+        RecordingError: A joint's column has a unit that is not known.
     """
     if not joint_names:
         return [], ""
@@ -171,4 +172,19 @@ def find_joints(
         match = match_joints(names, joint_names, in_order=False)
     if match is None:
         return None
-    return [columns[i] for i in match.order], match.note
+    return require_units(table, [columns[i] for i in match.order]), match.note
+
+
+def require_units(table: Table, columns: list[Column]) -> list[Column]:
+    """Return columns of joints, whose units must be known or missing.
+
+    Raises:
+        RecordingError: One has another unit; its numbers would be taken for radians or metres.
+    """
+    for column in columns:
+        if column.unit not in ("", *ANGLES, *LENGTHS):
+            raise RecordingError(
+                f"{table.file}:1: column {column.name} has unit {column.unit!r}; known are "
+                f"{', '.join(UNITS)}"
+            )
+    return columns

@@ -144,3 +144,15 @@ def test_degrees_are_read_as_their_header_says(tmp_path, read, spelling):
 def test_lengths_are_read_as_their_header_says(tmp_path, read, spelling):
     numbers, expected = read(tmp_path, Columns("{}", spelling))
     assert np.abs(numbers - expected).max() < 1e-9
+
+
+def log_by_names(folder, columns):
+    file = columns.write(folder / "log.csv", UR, Q, others=[("time", 0.05 * np.arange(12))])
+    return read_log(Question(file, UR, (False,) * 6, named=",".join(UR))).positions, Q
+
+
+@pytest.mark.parametrize("unit", ["rev", "in", "turns"])
+@pytest.mark.parametrize("read", [socket_files, joint_rows, touches, log, log_by_names])
+def test_joints_in_a_unit_that_is_not_known_are_refused(tmp_path, read, unit):
+    with pytest.raises(mukca.MukcaError, match=rf":1: .*(deg.*\b{unit}\b|\b{unit}\b.*deg)"):
+        read(tmp_path, Columns(f"{{}} [{unit}]", "{}"))

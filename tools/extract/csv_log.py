@@ -13,6 +13,7 @@ from ...recorder import (
     Table,
     find_joints,
     read_table,
+    require_units,
     scale_of,
     seconds_of,
 )
@@ -78,9 +79,8 @@ def _joint_columns(
         joints = joints_named(question.named, question.joints)
         for words in (cells, names):
             if set(joints) <= set(words):
-                return [table.columns[words.index(joint)] for joint in joints], [
-                    *table.notes
-                ]
+                columns = [table.columns[words.index(joint)] for joint in joints]
+                return require_units(table, columns), [*table.notes]
     else:
         try:
             match = find_joints(table, question.joints, times)
