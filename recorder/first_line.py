@@ -46,8 +46,25 @@ def header_of(
         RecordingError: It is a title, or garbled.
     """
     _refuse_title(text, file, first, others)
+    line, cells = first
+    header = tuple(cell.strip() for cell in cells)
+    if names and names <= set(header):
+        return header
+    if header and all(GARBLED.fullmatch(cell) for cell in header):
+        raise RecordingError(
+            f"{file}:{line}: {header[0]!r} is neither a number nor the name of a joint; separate "
+            "numbers by commas, as in 0.1,-1.5,2"
+        )
     below = [row for _, row in others[:_LOOKED_AT]]
-    return _header(file, *first, below, names)
+    numbers = [i for i, cell in enumerate(header) if number_of(cell) is not None]
+    if not numbers:
+        beneath = [row[: len(header)] for row in below]
+        return header if not below or any(map(_has_number, beneath)) else None
+    if not _counted([header[i] for i in numbers]):
+        return None
+    under = [[row[i] for i in numbers if i < len(row)] for row in below]
+    is_decimal = [any(map(_is_decimal, row)) for row in under]
+    return header if under and all(is_decimal) else None
 
 
 def _refuse_title(
@@ -79,36 +96,6 @@ def _is_padded(words: Sequence[str], others: Sequence[Line]) -> bool:
     nameless = [cells[size : len(words)] for _, cells in others[:_LOOKED_AT]]
     is_text = bool(words[0].strip()) and number_of(words[0]) is None
     return is_text and max(map(_numbers, nameless), default=0) > size
-
-
-def _header(
-    file: Path,
-    line: int,
-    cells: Sequence[str],
-    below: Sequence[Sequence[str]],
-    names: set[str],
-) -> tuple[str, ...] | None:
-    """Return a first line's cells if they are names."""
-    header = tuple(cell.strip() for cell in cells)
-    if names and names <= set(header):
-        return header
-    if header and all(GARBLED.fullmatch(cell) for cell in header):
-        raise RecordingError(
-            f"{file}:{line}: {header[0]!r} is neither a number nor the name of a joint; separate "
-            "numbers by commas, as in 0.1,-1.5,2"
-        )
-    numbers = [i for i, cell in enumerate(header) if number_of(cell) is not None]
-    if not numbers:
-        beneath = [row[: len(header)] for row in below]
-        return header if not below or any(map(_has_number, beneath)) else None
-    if not _counted([header[i] for i in numbers]):
-        return None
-    under = [[row[i] for i in numbers if i < len(row)] for row in below]
-    return (
-        header
-        if under and all(any(map(_is_decimal, cells)) for cells in under)
-        else None
-    )
 
 
 def _is_decimal(cell: str) -> bool:

@@ -128,10 +128,8 @@ def _ranking(
     idle = [cause.kind for cause in before if cause.has_no_effect]
     kinds = [kind for kind in KINDS if kind not in idle]
     ranking = ranking_of([Comparison(scene, kinds)])
-    of_all = [
-        cause for cause in before if cause.of_all and "samples" in cause.residuals
-    ]
-    if of_all or scene.readings is not None:
+    is_of_all = any(c.of_all and "samples" in c.residuals for c in before)
+    if is_of_all or scene.readings is not None:
         return ranking
     is_sound = ranking.total_factor <= SURE
     likeliest = likeliest_of(ranking.candidates)

@@ -1,6 +1,6 @@
 """Calibrations updated by a partial fit: joint zeros, a tool's frame, the posterior of the arm."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,13 @@ from ..bayes.model.effects import JOINT_OFFSET
 from ..bayes.results import offsets_in_origins
 from ..calibration import Calibration, UsageError
 from ..data import Pose
-from ..results import CalibratedRobot, Coefficient, LaterZero, ToolFrame
+from ..results import (
+    CalibratedRobot,
+    CalibrationDocument,
+    Coefficient,
+    LaterZero,
+    ToolFrame,
+)
 from ..robot import BallModel, Robot, add_link, all_parameters, scan
 from .doubts import ChangedZeros
 from .system import System
@@ -131,7 +137,19 @@ def updated(
     tool: ToolFrame | None = None,
 ) -> Calibration:
     """Return a calibration with the estimates of a fit: the arm's parameters, zeros, a tool."""
-    document, old = calibration.document, calibration.calibrated
+    offsets = np.array([zero.offset for zero in zeros])
+    calibrated = _updated_arm(calibration.calibrated, system, offsets, tool)
+    document = _updated_document(calibration.document, calibrated, zeros, tool)
+    return Calibration(document, calibrated, calibration.source)
+
+
+def _updated_arm(
+    old: CalibratedRobot,
+    system: System,
+    offsets: np.ndarray,
+    tool: ToolFrame | None,
+) -> CalibratedRobot:
+    """Return an arm with the estimates of a fit; the offsets of zeros are empty where none is."""
     model, x = system.task.prior.model, system.state.x
     changes = dict(zip(model.names, system.shift, strict=False))
     change = np.array([changes[parameter.name] for parameter in old.parameters])
@@ -139,8 +157,7 @@ def updated(
         of_ball = [parameter.of_ball for parameter in old.parameters]
         change[np.array(of_ball, dtype=bool)] = 0.0
     values, exported = old.values + change, old.geometry + change
-    offsets = np.array([zero.offset for zero in zeros])
-    if zeros:
+    if offsets.size:
         values = _with_zeros(old, values, offsets)
         exported = _with_zeros(old, exported, offsets)
     robot = old.robot
@@ -148,50 +165,61 @@ def updated(
         text = add_link(robot.text, tool.parent, tool.origin, tool.name)
         robot = replace(robot, text=scan(text, robot.text.source))
     deflection = model.deflection(x[: model.size]).without(JOINT_OFFSET.name)
-    calibrated = replace(
+    return replace(
         old,
         robot=robot,
         values=values,
         deflection=deflection,
         exported=exported if deflection.extensions else None,
     )
+
+
+def _updated_document(
+    document: CalibrationDocument,
+    calibrated: CalibratedRobot,
+    zeros: Sequence[JointZero],
+    tool: ToolFrame | None,
+) -> CalibrationDocument:
+    """Return the document of a calibration whose arm was updated."""
+    deflection = calibrated.deflection
     urdfs = structs.replace(
         document.model,
-        nominal_urdf=robot.text.data.decode(),
+        nominal_urdf=calibrated.robot.text.data.decode(),
         calibrated_urdf=calibrated.urdf().decode(),
     )
     coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
-    numbers = (document.parameters, values.tolist(), calibrated.geometry.tolist())
+    values, exported = calibrated.values.tolist(), calibrated.geometry.tolist()
+    numbers = zip(document.parameters, values, exported, strict=True)
     document = structs.replace(
         document,
         parameters=tuple(
             structs.replace(
                 row, calibrated=value, change=value - row.nominal, exported=number
             )
-            for row, value, number in zip(*numbers, strict=True)
+            for row, value, number in numbers
         ),
         deflection={name: tuple(array.tolist()) for name, array in coefficients},
         model=urdfs,
         tools=(*document.tools, *([tool] if tool else [])),
     )
     if zeros:
-        old_offsets = {zero.joint: zero.offset for zero in document.later_zeros}
+        before = {zero.joint: zero.offset for zero in document.later_zeros}
+        later_zeros = [
+            LaterZero(
+                joint=zero.joint,
+                offset=before.get(zero.joint, 0.0) + zero.offset,
+                standard_deviation=zero.standard_deviation,
+            )
+            for zero in zeros
+        ]
+        offsets = [-zero.offset for zero in zeros]
         document = structs.replace(
             document,
-            later_zeros=tuple(_later_zero(zero, old_offsets) for zero in zeros),
+            later_zeros=tuple(later_zeros),
             coefficients=_coefficients(document.coefficients or (), zeros),
-            data=tuple(data.shifted((-offsets).tolist()) for data in document.data),
+            data=tuple(data.shifted(offsets) for data in document.data),
         )
-    return Calibration(document, calibrated, calibration.source)
-
-
-def _later_zero(zero: JointZero, old_offsets: Mapping[str, float]) -> LaterZero:
-    """Return a zero beside the offsets that were found before [rad]."""
-    return LaterZero(
-        joint=zero.joint,
-        offset=old_offsets.get(zero.joint, 0.0) + zero.offset,
-        standard_deviation=zero.standard_deviation,
-    )
+    return document
 
 
 def urdf_with_zeros(robot: Robot, offsets: Sequence[float]) -> bytes:

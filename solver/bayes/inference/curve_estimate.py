@@ -8,7 +8,7 @@ from ..model import ExtendedModel, PriorGroup, information_of, submatrix
 from ..model.effects import CURVE, KNOTS
 from .bounds import bounds_of
 from .curve_fit import CurveFit
-from .curve_posterior import given_rest, with_curves
+from .curve_posterior import covariance_with_curves, given_rest
 from .curve_prior import CurvePrior
 from .linear_samples import equations_of_rest, samples_around, solution_of_rest
 from .normal_equations import Solution
@@ -20,7 +20,7 @@ CONVERGED = 0.1
 """Displacement of a ball, as a share of the noise, and change of a weight that end the rounds."""
 
 
-def converged(
+def posterior_with_curves(
     posterior: FitPosterior,
     rows: np.ndarray,
     marginal: CurveFit,
@@ -49,7 +49,7 @@ def converged(
     fit = CurveFit(state, samples, prior, information_of(weights, nu))
     part = given_rest(fit)
     of_rest = _within_bounds(fit, part.information, widened=True)
-    of_all = with_curves(fit, part, of_rest.covariance)
+    of_all = covariance_with_curves(fit, part, of_rest.covariance)
     weights = weights * nu / (nu + 3)
     marginal = replace(fit, weights=weights)
     return _posterior(posterior, marginal, curves, of_all, evidence)

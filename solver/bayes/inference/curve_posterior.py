@@ -59,16 +59,16 @@ def _by_marginal(fit: CurveFit) -> np.ndarray:
     return covariance
 
 
-def with_curves(
+def covariance_with_curves(
     fit: CurveFit,
-    remainder: GivenRest,
+    curves: GivenRest,
     covariance: np.ndarray,
 ) -> np.ndarray:
     """Return the covariance of y, then of all curves, by that of y, shape (d, d)."""
-    gain = remainder.gain + fit.shift
+    gain = curves.gain + fit.shift
     gain = gain[:, : len(covariance)]
     across = gain @ covariance
-    of_curves = remainder.covariance() + across @ gain.T
+    of_curves = curves.covariance() + across @ gain.T
     of_rest = [covariance, across.T]
     return np.block([of_rest, [across, of_curves]])
 
@@ -129,6 +129,6 @@ def restored_covariance(
     state, samples = samples_around(state, data, curves)
     information = information_of(weights, nu)
     fit = CurveFit(state, samples, CurvePrior(*scales), information)
-    of_all = with_curves(fit, given_rest(fit), of_rest)
+    of_all = covariance_with_curves(fit, given_rest(fit), of_rest)
     rows = np.r_[:size, d : len(of_all), sockets]
     return submatrix(of_all, rows)

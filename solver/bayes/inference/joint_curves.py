@@ -8,7 +8,7 @@ from ....errors import fixed
 from ..model import SMALLEST
 from ..model.effects import CURVE
 from .curve_comparison import compare, marginal_fit, random_rows
-from .curve_estimate import converged
+from .curve_estimate import posterior_with_curves
 from .curve_posterior import MOST_SAMPLES
 from .curve_prior import CurvePrior, given_curves
 from .curve_scales import log_evidence
@@ -67,7 +67,9 @@ def _with_joint_curves(
     if prior is not None:
         rows = random_rows(samples, MOST_SAMPLES)
         fit = marginal_fit(state, samples, rows, prior)
-        return converged(posterior, rows, fit, posterior.log_evidence), GIVEN
+        return posterior_with_curves(
+            posterior, rows, fit, posterior.log_evidence
+        ), GIVEN
     comparison = compare(state, samples)
     if comparison is None:
         reason = "not supported by the data (they would not raise the evidence)"
@@ -84,4 +86,4 @@ def _with_joint_curves(
         if after_of_rival + log_odds > after:
             start, fit, after = other, rival, after_of_rival
     total = posterior.log_evidence - comparison.before + after
-    return converged(start, rows, fit, total), f"kept {evidence}"
+    return posterior_with_curves(start, rows, fit, total), f"kept {evidence}"
