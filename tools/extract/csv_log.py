@@ -55,7 +55,8 @@ def read_csv_log(question: Question) -> Log:
     if empty := len(cells) - len(rows):
         notes.append(f"{empty} lines without positions are left out")
     table = table.at(rows)
-    positions = _in_radians(np.array(table.numbers(columns)), columns, question)
+    numbers = np.array(table.numbers(columns))
+    positions = _in_radians(numbers, columns, question)
     log = in_parts(_stamps(table, times[0]), positions, None, notes)
     within = np.diff(log.parts) == 0
     steps = np.diff(log.stamps)[within]
