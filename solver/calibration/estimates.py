@@ -1,6 +1,5 @@
 """Estimates of a fit: parameters, error curves, size, and their uncertainty."""
 
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -93,14 +92,14 @@ def known_of(
     robot = fit.calibrated.robot
     load = fit.calibrated.load
     held_out = [m for m in problem.test if m.kind == "sockets"]
-    held_out_sockets = chain.from_iterable(load.by_socket(robot, m) for m in held_out)
+    held_out_sockets = load.by_socket(robot, *held_out)
     is_alone = fit.world is None
     return {
         "coefficients": _coefficients(posterior),
         "curves": error_curves(posterior),
         "groups": _prior_widths(posterior),
         "noise": _noise_scale(posterior),
-        "error_parts": bayes.error_parts(posterior, list(held_out_sockets)),
+        "error_parts": bayes.error_parts(posterior, held_out_sockets),
         "error_patterns": bayes.error_patterns(
             posterior, robot, load, problem.measurements, problem.test
         ),

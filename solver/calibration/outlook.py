@@ -1,7 +1,5 @@
 """Outlook of a calibration: errors over the workspace, joint by joint, and after more samples."""
 
-from itertools import chain
-
 import numpy as np
 
 from .. import results
@@ -30,7 +28,7 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
         return None
     model, x = model_of(fit)
     poses = workspace_samples(model, x, load)
-    recorded = list(chain.from_iterable(load.by_socket(robot, m) for m in train))
+    recorded = load.by_socket(robot, *train)
     joints = joint_effects(model, x, poses, recorded)
     if fit.posterior is None:
         return results.Outlook(joints=joints)

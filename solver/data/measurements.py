@@ -14,7 +14,7 @@ from ...errors import MukcaError
 from ...recorder import Placement
 from ..robot import STANDARD_GRAVITY, Robot, gravity_moments
 from .instrument import rotation_matrices
-from .samples import Samples
+from .samples import Samples, joined
 
 PART = ", part "
 """Between the name of a placement and the number of its part, where it was split."""
@@ -231,15 +231,21 @@ class Load:
         mass = placement.payload
         return self if mass is None else Load(self.gravity, mass)
 
-    def samples(self, robot: Robot, measured: Measurement) -> Samples:
-        """Return the samples of a placement, row by row as :attr:`Measurement.positions`."""
-        load = self.of(measured.placement)
-        return load.at(robot, measured.positions, measured.efforts, measured.clocks)
+    def samples(self, robot: Robot, *measurements: Measurement) -> Samples:
+        """Return the samples of placements, row by row as :attr:`Measurement.positions`."""
+        parts = [
+            self.of(m.placement).at(robot, m.positions, m.efforts, m.clocks)
+            for m in measurements
+        ]
+        return joined(parts)
 
-    def by_socket(self, robot: Robot, measured: Measurement) -> list[Samples]:
-        """Return the samples in each socket."""
-        samples = self.samples(robot, measured)
-        return [samples.only(rows) for rows in measured.slices]
+    def by_socket(self, robot: Robot, *measurements: Measurement) -> list[Samples]:
+        """Return the samples of placements in each of their sockets."""
+        by_socket: list[Samples] = []
+        for m in measurements:
+            samples = self.samples(robot, m)
+            by_socket += [samples.only(rows) for rows in m.slices]
+        return by_socket
 
     def at(
         self,

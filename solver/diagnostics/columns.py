@@ -85,9 +85,8 @@ def _suspects(scene: Scene, likeliest: Candidate) -> Iterator[_Part]:
 
 def _samples(scene: Scene, rows: slice) -> SeatSamples:
     """Return some samples, their seats counted from 0."""
-    seats = scene.sockets[rows]
-    measured = scene.samples.measured[rows]
-    return SeatSamples(scene.q[rows], seats - seats.min(), measured)
+    samples = scene.samples.only(rows)
+    return replace(samples, sockets=samples.sockets - samples.sockets.min())
 
 
 def _possible(

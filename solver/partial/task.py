@@ -19,7 +19,7 @@ from itertools import chain
 import numpy as np
 
 from ..bayes.model import NU
-from ..data import HandEye, Measurement, Samples, joined
+from ..data import HandEye, Measurement, Samples
 from .prior import ArmPrior
 
 SIZE = 3e-3
@@ -55,7 +55,7 @@ class Rows(Samples):
         names: tuple[str, ...],
     ) -> "Rows":
         """Return the samples of placements, at the arm's load."""
-        samples = joined([prior.load.samples(prior.robot, m) for m in data])
+        samples = prior.load.samples(prior.robot, *data)
         warnings = chain.from_iterable(m.warnings for m in data)
         identity = np.tile(np.eye(4), (len(places), 1, 1))
         return Rows(

@@ -236,18 +236,11 @@ class CalibratedRobot:
 
     def _corrected_at(self, measured: Measurement) -> np.ndarray:
         """Return :meth:`_corrected` of samples, by their placement's own load."""
-        load = self.load.of(measured.placement)
-        return self._corrected(
-            measured.positions, measured.efforts, load, measured.clocks
-        )
+        if not self.deflection.extensions:
+            return measured.positions
+        return self.deflection.true_positions(self.load.samples(self.robot, measured))
 
-    def _corrected(
-        self,
-        q: ArrayLike,
-        effort: ArrayLike | None,
-        load: Load | None = None,
-        clocks: np.ndarray | None = None,
-    ) -> np.ndarray:
+    def _corrected(self, q: ArrayLike, effort: ArrayLike | None) -> np.ndarray:
         """Return the true joint positions, and the tilts where there are any."""
         positions = self.positions(q)
         efforts = None
@@ -255,7 +248,7 @@ class CalibratedRobot:
             efforts = effort_rows(self.robot, effort, len(positions))
         if not self.deflection.extensions:
             return positions
-        samples = (load or self.load).at(self.robot, positions, efforts, clocks)
+        samples = self.load.at(self.robot, positions, efforts)
         return self.deflection.true_positions(samples)
 
     def geometric_ball(self, q: ArrayLike) -> np.ndarray:

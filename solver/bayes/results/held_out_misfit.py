@@ -33,7 +33,7 @@ class HeldOut(NamedTuple):
     """Samples that share a place which nobody knows: a socket, or the frame of an instrument."""
 
     samples: Samples
-    measured: np.ndarray | None = None
+    points: np.ndarray | None = None
     """Balls in the instrument's frame, shape (N, 3) [m]; None for those of one socket."""
 
 
@@ -98,13 +98,13 @@ def _by_axes(posterior: Posterior, place: HeldOut) -> ByAxes:
     A_i and e_i are without what another place of all samples would do to them.
     """
     points, J, by_joints = posterior.linearise(place.samples)
-    if place.measured is None:
+    if place.points is None:
         unknown_place = shifts_of(points)
         errors = points - points.mean(axis=0)
     else:
         unknown_place = IDENTITY.slopes(points)
-        frame = fit_pose(place.measured, points)
-        errors = points - frame.apply(place.measured)
+        frame = fit_pose(place.points, points)
+        errors = points - frame.apply(place.points)
     Q = basis_of(unknown_place)
     A = outside(rows_of(J), Q).reshape(J.shape)
     # The place was fitted to these samples, so their errors came out smaller.

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...bayes.model import ExtendedModel, Prediction, design_matrix, extend
 from ...bayes.model.effects import CURVE, EFFECTS, GAIN, Effect
-from ...data import STANDARD_LOAD, Load, Samples, joined
+from ...data import STANDARD_LOAD, Load, Samples
 from ...robot import Parameter, Robot, even_bodies
 from .layout import Layout
 
@@ -95,8 +95,7 @@ class LoadedArm(Layout):
         if self.zeros:  # they decide on which side of its play a joint rests
             zeros = self.x[len(self.parameters) :]
             measurements = [m.shifted(zeros) for m in measurements]
-        samples = [load.samples(self.heavy, m) for m in measurements]
-        return replace(joined(samples), q=self.q)
+        return replace(load.samples(self.heavy, *measurements), q=self.q)
 
     @cached_property
     def by_readings(self) -> np.ndarray:

@@ -36,7 +36,7 @@ class SeatSamples(SampleRows):
 
     sockets: np.ndarray
     """Index of each sample's seat, a socket or an instrument's frame, shape (N,)."""
-    measured: np.ndarray
+    points: np.ndarray
     """Balls in their frame as measured, shape (N, 3) [m]; zero in sockets."""
 
     @cached_property
@@ -79,31 +79,30 @@ class SeatSamples(SampleRows):
     @cached_property
     def frames(self) -> list[int]:
         """The seats that are frames of instruments."""
-        of_points = self.measured.any(axis=1)
+        of_points = self.points.any(axis=1)
         seats = np.unique(self.sockets[of_points])
         return seats.tolist()
 
-    def aligned(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def aligned(self, balls: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Return the rotations R of all seats by predicted balls of V models, (S, V, 3, 3).
 
-        Points have shape (N, V, 3) [m], their weights (N, V); sockets have no rotation.
+        Balls have shape (N, V, 3) [m], their weights (N, V); sockets have no rotation.
         """
-        V = points.shape[1]
+        V = balls.shape[1]
         identity = np.eye(3)
         R = np.tile(identity, (self.count, V, 1, 1))
         for k in self.frames:
             rows = self.rows[k]
-            measured = self.measured[rows]
+            points = self.points[rows]
             for v in range(V):
-                predicted = points[rows, v]
-                pose = kabsch(measured, predicted, weights[rows, v])
+                pose = kabsch(points, balls[rows, v], weights[rows, v])
                 R[k, v] = pose.rotation
         return R
 
-    def robustly_aligned(self, points: np.ndarray) -> np.ndarray:
+    def robustly_aligned(self, balls: np.ndarray) -> np.ndarray:
         """Return the same of one model's balls, shape (N, 3), by robust weights, (S, 3, 3)."""
-        balls = points[:, None]
-        weights = np.ones((len(points), 1))
+        balls = balls[:, None]
+        weights = np.ones((len(balls), 1))
         turns = self.aligned(balls, weights)
         for _ in range(ROUNDS if self.frames else 0):
             places = balls - self.offsets(turns)
@@ -118,7 +117,7 @@ class SeatSamples(SampleRows):
         if not self.frames:
             shape = R.shape[1:-1]
             return np.zeros((len(self.sockets), *shape))
-        return np.einsum("n...ij,nj->n...i", R[self.sockets], self.measured)
+        return np.einsum("n...ij,nj->n...i", R[self.sockets], self.points)
 
     def by_turns(self, offsets: np.ndarray) -> np.ndarray:
         """Return the derivatives of -exp(w) R y by the turns w of all frames, (N, ..., 3, 3 F)."""
