@@ -111,8 +111,10 @@ class LinearEvidence:
         if block.fixed:
             shifts = g - 0.5 * M[..., 0]
             return shifts[:, None, :, 0] + block.bonus
-        widths = np.array(block.widths)
-        factors = log_bayes_factor(M[:, None], g[:, None], widths[:, None, None])
+        widths = np.array(block.widths)[:, None, None]
+        M_by_width = M[:, None]
+        g_by_width = g[:, None]
+        factors = log_bayes_factor(M_by_width, g_by_width, widths)
         return factors + block.bonus - np.log(len(widths))
 
     def chi_square(self, block: Block, sigma: float) -> float:
@@ -132,7 +134,8 @@ class LinearEvidence:
         widest = max(block.widths)
         precision = information + widest**-2
         covariance: np.ndarray = (axes / precision) @ axes.T
-        return Estimate(covariance @ g[0, 0], covariance)
+        mean = covariance @ g[0, 0]
+        return Estimate(mean, covariance)
 
     def _information(
         self,

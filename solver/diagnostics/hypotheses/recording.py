@@ -107,7 +107,8 @@ def quantised(scene: Scene) -> Iterable[Block]:
     steps_of_joints = steps(scene)
     size = _effect(scene, steps_of_joints)
     if size > scene.noise:
-        gain = _gain(scene, steps_of_joints, np.array([UNIFORM]))
+        uniform = np.array([UNIFORM])
+        gain = _gain(scene, steps_of_joints, uniform)
         names = {"step": float(steps_of_joints.max()), "size": size}
         yield without_columns(names, CHANCE / 3 + gain)
 

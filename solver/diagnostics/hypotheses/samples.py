@@ -95,7 +95,8 @@ class SeatSamples(SampleRows):
             rows = self.rows[k]
             points = self.points[rows]
             for v in range(V):
-                pose = kabsch(points, balls[rows, v], weights[rows, v])
+                predicted = balls[rows, v]
+                pose = kabsch(points, predicted, weights[rows, v])
                 R[k, v] = pose.rotation
         return R
 
@@ -170,7 +171,8 @@ def _measured(measurements: Sequence[Measurement]) -> np.ndarray:
     parts: list[np.ndarray] = []
     for m in measurements:
         if m.kind == "sockets":
-            parts.append(np.zeros((len(m.positions), 3)))
+            nothing = np.zeros((len(m.positions), 3))
+            parts.append(nothing)
             continue
         points = m.points
         if of_poses:
@@ -198,7 +200,8 @@ def means(
     weights: np.ndarray,
 ) -> np.ndarray:
     """Return the weighted mean in each seat of values of shape (N, ...)."""
-    order, starts = samples.order, samples.starts
+    order = samples.order
+    starts = samples.starts
     axes = values.ndim - weights.ndim
     weights = weights.reshape(*weights.shape, *[1] * axes)
     weighted = weights * values
@@ -218,7 +221,8 @@ def median(values: np.ndarray) -> np.ndarray:
 
 def typical(errors: np.ndarray) -> np.ndarray:
     """Return the scale of errors per axis, shape (N, ..., 3), by their median, shape (...) [m]."""
-    variance = median(_squares(errors)) / CHI_SQUARE
+    squares = _squares(errors)
+    variance = median(squares) / CHI_SQUARE
     return np.maximum(variance, SMALLEST**2) ** 0.5
 
 

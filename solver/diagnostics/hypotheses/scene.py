@@ -82,7 +82,8 @@ class Scene(LoadedArm):
     @cached_property
     def nuisances(self) -> np.ndarray:
         """Derivatives by the nuisance parameters in units of their priors, shape (3 N + K, n)."""
-        samples, lengths = self.all_samples, self.all_lengths
+        samples = self.all_samples
+        lengths = self.all_lengths
         every = slice(0, lengths.stop)
         directions = self.spans / self.expected[:, None]
         centres = nuisances.of_centres(self.sockets, self.known, directions)
