@@ -173,3 +173,17 @@ def test_without_dask_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MukcaError, match=r"pip install 'mukca\[cluster\]'"):
         Workers(cluster="tcp://127.0.0.1:9").map(abs, [1, 2])
+
+
+def test_the_first_process_of_all_is_out_of_reach_of_ctrl_c():
+    """Python's own helper, which is started with the first process, unblocks the signal."""
+    code = """
+import signal
+from multiprocessing import resource_tracker
+from mukca.tools.parallel import started_apart
+with started_apart():
+    resource_tracker.ensure_running()
+    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout == "True\n"
