@@ -73,7 +73,7 @@ def _no_recording(folder: Path) -> str:
     tables = sorted(folder.glob("*.csv"))
     if not tables:
         return expected
-    return f"{expected}; call {tables[0].name} by the name that fits what it holds"
+    return f"{expected}; make one of {tables[0].name} by mukca convert"
 
 
 def _no_folder(path: Path) -> str:
@@ -82,7 +82,9 @@ def _no_folder(path: Path) -> str:
         folder = path.absolute().parent
         if is_placement(folder):
             return f"not a folder; name the placement's folder, {folder}"
-        return f"not a folder; put it into one as {_NAMES}, and name that"
+        return (
+            "not a folder; make a recording of it by mukca convert, and name its folder"
+        )
     if path.suffix == ".csv":
         return "no such file"
     _, _, path_after_name = str(path).partition(":")

@@ -153,7 +153,7 @@ def read_samples(file: Path) -> SampleFile:
         raise RecordingError(
             f"{file}:1: not the header of a recording; expected the columns "
             f"{', '.join(_LEADING)}, then position., spread. and effort. of every joint; "
-            "a table of another program is read as hole_0.csv and hole_1.csv, a file a socket"
+            "mukca convert makes a recording of a table of another program"
         )
     samples: list[Sample] = []
     withdrawn: list[int] = []

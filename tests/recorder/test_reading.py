@@ -186,9 +186,9 @@ def test_paths_without_a_placement_are_told_in_one_line(tmp_path):
     for paths, told in (
         ((), "no placement is given"),
         (("nowhere",), "nowhere: no such folder"),
-        ((file,), "not a folder; put it into one as samples.csv"),
+        ((file,), "not a folder; make a recording of it by mukca convert"),
         ((tmp_path / "empty",), "no recording in this folder.* that hold them$"),
-        ((tmp_path,), "no recording in this folder.*call file.csv by the name that fits"),
+        ((tmp_path,), "no recording in this folder.*make one of file.csv by mukca convert"),
         ((tmp_path / ("long" * 100),), "cannot be read: File name too long"),
     ):
         with pytest.raises(mukca.MukcaError, match=told):

@@ -82,6 +82,17 @@ def test_info_bears_any_metadata(recorded, output_of, metadata):
     assert "not known" in output_of("info", str(recorded))
 
 
+def test_a_second_header_amid_a_file_is_no_sample(tmp_path, command):
+    header, *rows = "a,b", "0.1,0.2", "0.3,0.4", "0.5,0.6"
+    for socket in (0, 1):
+        lines = (header, *rows[:2], header, *rows[2:])
+        (tmp_path / f"hole_{socket}.csv").write_text("\n".join(lines))
+    status, out, _ = command("info", tmp_path, "--json")
+    (placement,) = json.loads(out)["placements"]
+    assert status == 0 and placement["samples"] == {"0": 3, "1": 3}
+    assert (placement["lowest"], placement["highest"]) == ([0.1, 0.2], [0.5, 0.6])
+
+
 def test_columns_of_another_programs_table_are_named(tmp_path, output_of, refused):
     table, out = tmp_path / "table.csv", tmp_path / "front"
     table.write_text("joint_1;joint_2;x_t;x_dif;y-t;z\n90;-45;1000;1.5;20;0.3\n0;10;1;2;3;4\n")

@@ -60,8 +60,10 @@ def _describe(folder: Path) -> dict[str, Any]:
             | {"samples": {}, "joints": joints, "efforts": False, "remarks": []}
         )
     placement = recorder.read_placement(folder)
-    positions = placement.positions
-    sockets = placement.sockets.tolist()
+    # a line of words, such as a second header, is no sample
+    rows = ~np.isnan(placement.positions).all(axis=1)
+    positions = placement.positions[rows]
+    sockets = placement.sockets[rows].tolist()
     unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))
     spreads = [sample.spread for sample in placement.samples if sample.spread]
     lowest, highest, turned = _ranges(
@@ -91,7 +93,8 @@ def _ranges(
     """Return the least and the largest position of each joint, and a remark on whole turns."""
     rounds: list[int] = []
     ends: list[tuple[float, float]] = []
-    for i, column in enumerate(np.nan_to_num(positions).T):
+    for i, column in enumerate(positions.T):
+        column = column[~np.isnan(column)]
         low = float(column.min())
         high = float(column.max())
         start, end = recorder.arc((x, x) for x in column.tolist())
