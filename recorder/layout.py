@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from .columns import ANGLES, LENGTHS, UNITS, Column
+from .columns import ANGLES, LENGTHS, Column
 from .coordinates import AXES, MATRIX, QUATERNION, RPY, TURNS, VECTOR
 from .files import RecordingError
 from .joint_columns import ColumnError, match_joints, require_samples
-from .points import coordinates
+from .points import coordinates, require_unit
 from .samples import read_samples
 from .tables import Table, read_table
 
@@ -172,19 +172,12 @@ def find_joints(
         match = match_joints(names, joint_names, in_order=False)
     if match is None:
         return None
-    return require_units(table, [columns[i] for i in match.order]), match.note
+    joints = [columns[i] for i in match.order]
+    require_units(table, joints)
+    return joints, match.note
 
 
-def require_units(table: Table, columns: list[Column]) -> list[Column]:
-    """Return columns of joints, whose units must be known or missing.
-
-    Raises:
-        RecordingError: One has another unit; its numbers would be taken for radians or metres.
-    """
-    for column in columns:
-        if column.unit not in ("", *ANGLES, *LENGTHS):
-            raise RecordingError(
-                f"{table.file}:1: column {column.name} has unit {column.unit!r}; known are "
-                f"{', '.join(UNITS)}"
-            )
-    return columns
+def require_units(table: Table, joints: Sequence[Column]) -> None:
+    """Refuse joints in a unit that is not known; a RecordingError names the first."""
+    for joint in joints:
+        require_unit(table, joint, (*ANGLES, *LENGTHS))

@@ -113,13 +113,22 @@ def coordinates(
             units = LENGTHS
         elif name in (*VECTOR, *RPY):
             units = ANGLES
-        if column.unit and column.unit not in units:
-            some = ", ".join(f"[{unit}]" for unit in UNITS if unit in units)
-            choices = f"known are {some}" if some else "it has none"
-            raise RecordingError(
-                f"{table.file}:1: column {column.name} has unit {column.unit!r}; {choices}"
-            )
+        require_unit(table, column, units)
     return columns
+
+
+def require_unit(table: Table, column: Column, units: Container[str]) -> None:
+    """Refuse a column in a unit that is not among some.
+
+    Raises:
+        RecordingError: Its numbers would be taken for what they are not.
+    """
+    if column.unit and column.unit not in units:
+        some = ", ".join(f"[{unit}]" for unit in UNITS if unit in units)
+        choices = f"known are {some}" if some else "it has none"
+        raise RecordingError(
+            f"{table.file}:1: column {column.name} has unit {column.unit!r}; {choices}"
+        )
 
 
 def unit_quaternion(

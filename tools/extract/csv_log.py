@@ -81,7 +81,8 @@ def _joint_columns(
         for words in (cells, names):
             if set(joints) <= set(words):
                 columns = [table.columns[words.index(joint)] for joint in joints]
-                return require_units(table, columns), [*table.notes]
+                require_units(table, columns)
+                return columns, [*table.notes]
     else:
         try:
             match = find_joints(table, question.joints, times)

@@ -82,6 +82,12 @@ def test_info_bears_any_metadata(recorded, output_of, metadata):
     assert "not known" in output_of("info", str(recorded))
 
 
+def test_a_joint_that_stands_still_made_no_whole_turn(tmp_path, command):
+    for socket in (0, 1):
+        (tmp_path / f"hole_{socket}.csv").write_text("a,b\n0.1,0.2\n0.1,0.3\n")
+    assert command("info", tmp_path)[::2] == (0, "")
+
+
 def test_a_second_header_amid_a_file_is_no_sample(tmp_path, command):
     header, *rows = "a,b", "0.1,0.2", "0.3,0.4", "0.5,0.6"
     for socket in (0, 1):

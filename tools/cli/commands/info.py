@@ -98,7 +98,8 @@ def _ranges(
         low = float(column.min())
         high = float(column.max())
         start, end = recorder.arc((x, x) for x in column.tolist())
-        if units[i : i + 1] != ["m"] and end - start < HALF * (high - low):
+        is_wider = high > low and end - start < HALF * (high - low)
+        if units[i : i + 1] != ["m"] and is_wider:
             low = start
             high = end
             rounds.append(i + 1)
