@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from mukca.recorder import Placement, find_placements, read_placement
-from mukca.solver.bayes.inference import Posterior
+from mukca.solver.bayes.inference import Posterior, with_joint_curves
 from mukca.solver.bayes.model.effects import EXTENSIONS
 from mukca.solver.bayes.selection import JOINT_NOISE, select_models
 from mukca.solver.data import (
@@ -82,7 +82,7 @@ def costs(robot: Robot, data: list[Measurement]) -> None:
     recordings = RobotRecordings(robot, data)
     everything = observe(recordings)
     begin = time.perf_counter()
-    select_models(recordings, parameters, everything)
+    select_models(recordings, parameters, everything, curves=with_joint_curves)
     print(
         f"auto, {len(data)} placements, each left out in turn: {time.perf_counter() - begin:.1f} s"
     )

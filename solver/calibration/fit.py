@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..bases import TiedRobots, Visitor, places_alone, tie
-from ..bayes.inference import Posterior
+from ..bayes.inference import Posterior, with_joint_curves
 from ..bayes.results import project_to_geometry, with_joint_offsets
 from ..bayes.selection import Prior, Selected, select_models
 from ..data import WORLD, RobotRecordings, observations_at, places_of
@@ -92,6 +92,7 @@ def fit_robots(
             without=options.without,
             zeros=bool(options.zeros),
             prior=types[i] if types else None,
+            curves=with_joint_curves,
             progress=lambda word, name=recordings.name: progress(
                 f"{word} {name}".strip()
             ),

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from ...data import Observations, RobotRecordings
 from ...robot import Parameter
-from ..inference import FitPosterior, estimate, refit, with_joint_curves
+from ..inference import FitPosterior, estimate, refit
 from ..model import (
     Expected,
     ExtendedModel,
@@ -23,6 +23,14 @@ from .moved_places import FoundMovement, movements_by_evidence
 
 JOINT_NOISE = "joint-noise"
 """Named beside the extensions: the noise of the joints."""
+Progress = Callable[[str], None]
+"""Called with a word for each model that is fitted."""
+CurveFit = Callable[
+    [FitPosterior, tuple[FitPosterior, float] | None, Progress],
+    tuple[FitPosterior, str],
+]
+"""Adds error curves of the joints to a result where the data support them, and says why; see
+:func:`.with_joint_curves`."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +53,8 @@ def select_models(
     without: Collection[str] = (),
     zeros: bool = False,
     prior: Prior = None,
-    progress: Callable[[str], None] = lambda _: None,
+    curves: CurveFit | None = None,
+    progress: Progress = lambda _: None,
 ) -> Selected:
     """Calibrate the geometry of a robot, then try extension after extension.
 
@@ -57,6 +66,7 @@ def select_models(
         zeros: True if joint offsets may be degrees, as in arms made of servos.
         prior: The elasticity of other arms of the robot's type, to be tried, too; or what an
             earlier calibration of the robot left known.
+        curves: The fit of error curves beside everything else; None for no curves.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -78,9 +88,9 @@ def select_models(
     choice = choose_models([*searched.models, *by_type])
     mean = result = choice.mean
     curves_note = ""
-    if CURVE.extension in stages:
+    if curves is not None and CURVE.extension in stages:
         alternative = beside_curves(mean, searched.models)
-        result, curves_note = with_joint_curves(mean, alternative, progress)
+        result, curves_note = curves(mean, alternative, progress)
     if result.active != mean.active:
         choice = ModelChoice([result], "; beside curves")
     notes = choice.notes(searched.gains)
@@ -136,7 +146,7 @@ def _of_type(prior: Prior, stages: Sequence[str]) -> Mapping[str, Expected]:
 def _search_beside_movements(
     geometric: FitPosterior,
     stages: Sequence[str],
-    progress: Callable[[str], None],
+    progress: Progress,
 ) -> tuple[SearchedModels, tuple[FoundMovement, ...]]:
     """Return the models, beside movements of places if the data support any, and these."""
     searched = search(geometric, stages, progress)
