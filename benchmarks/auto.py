@@ -21,10 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from mukca.recorder import Placement, find_placements, read_placement
-from mukca.solver.bayes.inference import Posterior, with_joint_curves
-from mukca.solver.bayes.model.effects import EXTENSIONS
-from mukca.solver.bayes.selection import JOINT_NOISE, select_models
-from mukca.solver.data import (
+from mukca.solver.curves import with_joint_curves
+from mukca.solver.identification.data import (
     STANDARD_LOAD,
     KnownDistance,
     Measurement,
@@ -32,12 +30,11 @@ from mukca.solver.data import (
     measure,
     observe,
 )
-from mukca.solver.robot import (
-    Robot,
-    choose_parameters,
-    load_robot,
-    workspace,
-)
+from mukca.solver.identification.effects import EXTENSIONS
+from mukca.solver.identification.inference import Posterior
+from mukca.solver.identification.robot import Robot, choose_parameters, load_robot
+from mukca.solver.identification.selection import JOINT_NOISE, select_models
+from mukca.solver.poses import workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.simulation import (

@@ -20,7 +20,7 @@ from worlds import realistic_flaws
 
 import mukca
 from mukca.solver.calibration import differences
-from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure
+from mukca.solver.identification.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure
 from mukca.solver.results import Apart
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record

@@ -28,9 +28,9 @@ from worlds import TRANSLATION, TURN, realistic_flaws
 
 import mukca
 from mukca.solver.calibration import FullModel
+from mukca.solver.identification.robot import Origin, turn
 from mukca.solver.partial import CameraPose, Tool
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import Origin, turn
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 

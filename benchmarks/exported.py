@@ -21,15 +21,15 @@ import numpy as np
 from worlds import realistic_flaws
 
 from mukca.solver.calibration import SolveOptions, fit_robots
-from mukca.solver.data import STANDARD_LOAD, Measurement, RobotRecordings, measure
-from mukca.solver.robot import (
-    BallModel,
-    InverseKinematics,
-    Robot,
-    load_robot,
-    workspace,
+from mukca.solver.identification.data import (
+    STANDARD_LOAD,
+    Measurement,
+    RobotRecordings,
+    measure,
 )
-from mukca.solver.robot.inverse_kinematics import MAX_TILT
+from mukca.solver.identification.robot import BallModel, Robot, load_robot
+from mukca.solver.poses import InverseKinematics, workspace
+from mukca.solver.poses.inverse_kinematics import MAX_TILT
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 

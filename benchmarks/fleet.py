@@ -26,7 +26,7 @@ import numpy as np
 import psutil
 
 import mukca
-from mukca.solver.robot import BallModel, Robot
+from mukca.solver.identification.robot import BallModel, Robot
 from mukca.tools.parallel import Workers
 from mukca.tools.simulation import perturb
 

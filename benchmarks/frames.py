@@ -23,9 +23,7 @@ import numpy as np
 from worlds import measured_points, recorded_by_both
 
 from mukca.solver.bases import TiedRobots, Visitor, base_to_base, places_alone, tie
-from mukca.solver.bayes.inference import estimate
-from mukca.solver.bayes.model import extend
-from mukca.solver.data import (
+from mukca.solver.identification.data import (
     IDENTITY,
     WORLD,
     Pose,
@@ -36,15 +34,17 @@ from mukca.solver.data import (
     observations_at,
     places_of,
 )
-from mukca.solver.robot import (
+from mukca.solver.identification.inference import estimate
+from mukca.solver.identification.model import extend
+from mukca.solver.identification.robot import (
     BallModel,
     Robot,
     choose_parameters,
     load_robot,
     shipped_robots,
     turn,
-    workspace,
 )
+from mukca.solver.poses import workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.simulation import Base, perturb, reachable_bases, record

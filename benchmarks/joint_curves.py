@@ -30,7 +30,8 @@ import numpy as np
 
 import mukca
 from mukca.recorder import Placement, Sample
-from mukca.solver.robot import Robot, workspace
+from mukca.solver.identification.robot import Robot
+from mukca.solver.poses import workspace
 
 WITHOUT = ("curves",)
 

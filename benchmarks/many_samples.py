@@ -22,10 +22,10 @@ from dataclasses import replace
 import numpy as np
 
 from mukca.recorder import Placement, Sample
-from mukca.solver.bayes.model import Deflection
 from mukca.solver.calibration import SolveOptions, fit_robots
-from mukca.solver.data import Measurement, RobotRecordings, measure
-from mukca.solver.robot import BallModel, Robot
+from mukca.solver.identification.data import Measurement, RobotRecordings, measure
+from mukca.solver.identification.model import Deflection
+from mukca.solver.identification.robot import BallModel, Robot
 from mukca.tools.simulation import (
     Imperfection,
     demo_arm,

@@ -23,8 +23,8 @@ from worlds import realistic_flaws
 
 import mukca
 from mukca.recorder import Placement, Sample
+from mukca.solver.poses import workspace
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import workspace
 from mukca.tools.simulation import Session, lead, perturb, reachable_bases, with_faults
 
 ROBOTS = ("panda", "ur5e", "iiwa14", "xarm7")

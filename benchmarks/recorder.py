@@ -30,7 +30,7 @@ import numpy as np
 import psutil
 
 from mukca.recorder import write_holes
-from mukca.solver.robot import load_robot
+from mukca.solver.identification.robot import load_robot
 from mukca.tools.simulation import Base, perturb
 from mukca.tools.simulation import record as record_arm
 

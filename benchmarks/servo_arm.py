@@ -26,13 +26,15 @@ os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 import numpy as np
 
-from mukca.solver.bayes.model.effects import JOINT_OFFSET
-from mukca.solver.bayes.results import DECIDED, project_to_geometry
-from mukca.solver.bayes.results import with_joint_offsets as zeros_in
-from mukca.solver.bayes.selection import select_models
-from mukca.solver.data import STANDARD_LOAD, RobotRecordings, SocketAt, measure, observe
-from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import (
+from mukca.solver.identification.data import (
+    STANDARD_LOAD,
+    RobotRecordings,
+    SocketAt,
+    measure,
+    observe,
+)
+from mukca.solver.identification.effects import JOINT_OFFSET
+from mukca.solver.identification.robot import (
     Origin,
     Robot,
     angles_near,
@@ -41,6 +43,10 @@ from mukca.solver.robot import (
     rotation,
     rotation_rpy,
 )
+from mukca.solver.identification.selection import select_models
+from mukca.solver.results import CalibratedRobot
+from mukca.solver.studies import DECIDED, project_to_geometry
+from mukca.solver.studies import with_joint_offsets as zeros_in
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 

@@ -21,11 +21,16 @@ from functools import partial
 import numpy as np
 from worlds import TRANSLATION, TURN
 
-from mukca.solver.bayes.model import Deflection, Expected
-from mukca.solver.bayes.results.uncertainty import deviations
 from mukca.solver.calibration import SolveOptions, fit_robots
-from mukca.solver.data import Measurement, RobotRecordings, evaluate, measure
-from mukca.solver.robot import Robot, load_robot
+from mukca.solver.identification.data import (
+    Measurement,
+    RobotRecordings,
+    evaluate,
+    measure,
+)
+from mukca.solver.identification.model import Deflection, Expected
+from mukca.solver.identification.robot import Robot, load_robot
+from mukca.solver.studies.uncertainty import deviations
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 

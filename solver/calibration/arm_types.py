@@ -10,12 +10,14 @@ import numpy as np
 from msgspec import structs
 
 from .. import results
-from ..bayes.model import Expected
-from ..bayes.model.effects import EFFECTS, Effect
-from ..robot import Robot
+from ..identification.effects import EFFECTS, Effect
+from ..identification.model import Expected
+from ..identification.robot import Robot
 from .option import UsageError
 
-_SHIPPED = Path(str(resources("mukca.solver.robot") / "shipped" / "elasticity.json"))
+_SHIPPED = Path(
+    str(resources("mukca.solver.identification.robot") / "shipped" / "elasticity.json")
+)
 SHIPPED = "shipped"
 LEAST = 1e-9
 """No deviation is less [rad/(N m)], so that it can be divided by."""

@@ -11,24 +11,8 @@ from typing import Any
 import numpy as np
 
 from .. import results
-from ..bayes.inference import (
-    FitPosterior,
-    Posterior,
-    restored_covariance,
-    with_average_width,
-)
-from ..bayes.model import (
-    ExtendedModel,
-    GivenPrior,
-    Noise,
-    Prior,
-    PriorGroup,
-    extend,
-    groups_at,
-    rare_in,
-    submatrix,
-)
-from ..data import (
+from ..curves import restored_covariance
+from ..identification.data import (
     SOURCE_KINDS,
     Measurement,
     Observations,
@@ -39,11 +23,22 @@ from ..data import (
     observe,
     spaced,
 )
-from ..robot import BallModel, Origin, Robot
+from ..identification.inference import FitPosterior, Posterior, with_average_width
+from ..identification.model import (
+    ExtendedModel,
+    GivenPrior,
+    Noise,
+    Prior,
+    PriorGroup,
+    extend,
+    groups_at,
+    rare_in,
+    submatrix,
+)
+from ..identification.robot import BallModel, Origin, Robot
 from .arm_types import tilts_about_other_axes, type_priors
 from .fit import fit_robots
-from .option import UsageError
-from .options import SolveOptions, option_table
+from .options import SolveOptions, UsageError, option_table
 from .problem import CalibrationProblem
 
 

@@ -15,8 +15,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..data import Measurement
-from ..robot import Robot
+from ..identification.data import Measurement
+from ..identification.robot import Robot
 from .hypotheses import (
     DISTANCE_WEIGHT,
     INDEPENDENT,

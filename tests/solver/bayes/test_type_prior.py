@@ -9,7 +9,7 @@ from altered import moved, write_samples
 from imagined import held_out
 
 import mukca
-from mukca.solver.bayes.model.effects import EXTENSIONS
+from mukca.solver.identification.effects import EXTENSIONS
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow

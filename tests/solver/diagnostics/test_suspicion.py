@@ -8,10 +8,10 @@ import pytest
 from cases import by_table
 
 from mukca.recorder import Placement, sample_files
-from mukca.solver.data import measure
 from mukca.solver.diagnostics import FLAWS, Flaw, what_if
+from mukca.solver.identification.data import measure
+from mukca.solver.identification.robot import BallModel
 from mukca.solver.results import write_files
-from mukca.solver.robot import BallModel
 from mukca.tools.cli import main
 from mukca.tools.simulation import Session, SessionFault, with_faults
 
