@@ -20,10 +20,10 @@ import numpy as np
 from worlds import TRANSLATION, TURN, realistic_flaws
 
 from mukca.recorder import find_placements, read_placement
+from mukca.solver.bases import RobotAmongOthers
 from mukca.solver.calibration import SolveOptions, fit_robots
 from mukca.solver.identification.data import (
     Measurement,
-    RobotRecordings,
     evaluate,
     measure,
 )
@@ -70,7 +70,7 @@ def means_held(robot: Robot, train: Measurement) -> Predict:
 def errors(robot: Robot, data: Sequence[Measurement]) -> dict[str, float]:
     """Return each model's mean absolute error at all placements but the first [mm]."""
     train, *test = data
-    recordings = [RobotRecordings(robot, [train])]
+    recordings = [RobotAmongOthers(robot, [train])]
     paper = fit_robots(recordings, SolveOptions(method="paper"))[0].calibrated
     models: dict[str, Predict] = {
         "nominal": lambda m: paper.nominal_ball(m.positions),

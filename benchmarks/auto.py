@@ -22,6 +22,7 @@ import numpy as np
 
 from mukca.recorder import Placement, find_placements, read_placement
 from mukca.solver.curves import with_joint_curves
+from mukca.solver.identification import JOINT_NOISE, FitOptions, fit
 from mukca.solver.identification.data import (
     STANDARD_LOAD,
     KnownDistance,
@@ -29,12 +30,15 @@ from mukca.solver.identification.data import (
     RobotRecordings,
     measure,
     observe,
+    places_of,
 )
 from mukca.solver.identification.effects import EXTENSIONS
 from mukca.solver.identification.inference import Posterior
-from mukca.solver.identification.robot import Robot, choose_parameters, load_robot
-from mukca.solver.identification.selection import JOINT_NOISE, select_models
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import (
+    Robot,
+    load_robot,
+    workspace,
+)
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.simulation import (
@@ -61,25 +65,22 @@ def seconds(work: Callable[[], object], runs: int) -> float:
 
 
 def costs(robot: Robot, data: list[Measurement]) -> None:
-    parameters = choose_parameters(robot)
     first = RobotRecordings(robot, data[:1])
     one = observe(first)
-    found = select_models(first, parameters, one).full.arm
+    found = fit(robot, data[:1]).arm
     model = found.model
 
     def evaluate() -> None:
         model.linearise(found.x, one)
 
     evaluation = seconds(evaluate, 30)
-    fit = seconds(lambda: select_models(first, parameters, one), 5)
+    duration = seconds(lambda: fit(robot, data[:1]), 5)
     print(
-        f"auto, one placement ({data[0].name}): {fit:.2f} s = {fit / evaluation:.0f} evaluations "
-        f"of {1e3 * evaluation:.2f} ms"
+        f"auto, one placement ({data[0].name}): {duration:.2f} s = "
+        f"{duration / evaluation:.0f} evaluations of {1e3 * evaluation:.2f} ms"
     )
-    recordings = RobotRecordings(robot, data)
-    everything = observe(recordings)
     begin = time.perf_counter()
-    select_models(recordings, parameters, everything, curves=with_joint_curves)
+    fit(robot, data, FitOptions(curves=with_joint_curves))
     print(
         f"auto, {len(data)} placements, each left out in turn: {time.perf_counter() - begin:.1f} s"
     )
@@ -105,7 +106,6 @@ def misread(placement: Placement) -> Placement:
 def misreading(seed: int) -> dict[str, np.ndarray]:
     """Return errors of distances with a misread base: alone, with known distances, long."""
     robot, generator = load_robot("panda"), np.random.default_rng(seed)
-    parameters = choose_parameters(robot)
     arm = perturb(robot, generator, 2e-3, 5e-3)
     origins = arm.origins
     long = reachable_bases(arm, generator, 3, distance=0.15)
@@ -127,10 +127,10 @@ def misreading(seed: int) -> dict[str, np.ndarray]:
         ("150 mm base", long, ()),
     ):
         placements = [misread(record(arm, b, generator, noise=1e-4)) for b in there]
-        recordings = RobotRecordings(robot, [measure(p, robot) for p in placements])
-        data = observe(recordings, lengths=also, deviation=OFF)
-        without = (*EXTENSIONS, JOINT_NOISE)
-        found = select_models(recordings, parameters, data, without=without).full.arm
+        measured = [measure(p, robot) for p in placements]
+        places = places_of(measured, lengths=also, deviation=OFF)
+        options = FitOptions(places=places, without=(*EXTENSIONS, JOINT_NOISE))
+        found = fit(robot, measured, options).arm
         truth = found.model.ball.parameters_at(origins)
         errors[kind] = distance_errors(found, truth, seed)
     return errors

@@ -25,8 +25,13 @@ from worlds import realistic_flaws
 
 from mukca.solver.calibration import FullModel
 from mukca.solver.identification.data import Pose, kabsch_rotation
-from mukca.solver.identification.robot import Origin, load_robot, shipped_robots
-from mukca.solver.poses import PoseSolver, workspace
+from mukca.solver.identification.robot import (
+    Origin,
+    load_robot,
+    shipped_robots,
+    workspace,
+)
+from mukca.solver.poses import PoseSolver
 from mukca.tools.simulation import perturb, truth_of
 
 STARTS = (0.02, 0.1, 0.5, None)

@@ -25,7 +25,7 @@ import numpy as np
 from doubts import simulated
 
 from mukca.solver.calibration import load_calibration
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import workspace
 from mukca.tools.cli import main as mukca
 
 LOOP = """

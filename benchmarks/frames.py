@@ -22,17 +22,23 @@ from functools import partial
 import numpy as np
 from worlds import measured_points, recorded_by_both
 
-from mukca.solver.bases import TiedRobots, Visitor, base_to_base, places_alone, tie
+from mukca.solver.bases import (
+    RobotAmongOthers,
+    TiedRobots,
+    Visitor,
+    base_to_base,
+    common_places,
+    places_alone,
+    tie,
+)
 from mukca.solver.identification.data import (
     IDENTITY,
     WORLD,
     Pose,
-    RobotRecordings,
     Samples,
     SocketAt,
     measure,
     observations_at,
-    places_of,
 )
 from mukca.solver.identification.inference import estimate
 from mukca.solver.identification.model import extend
@@ -43,8 +49,8 @@ from mukca.solver.identification.robot import (
     load_robot,
     shipped_robots,
     turn,
+    workspace,
 )
-from mukca.solver.poses import workspace
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.simulation import Base, perturb, reachable_bases, record
@@ -69,13 +75,13 @@ EXACT = 1e-8
 
 
 def fit(
-    arms: Sequence[RobotRecordings],
+    arms: Sequence[RobotAmongOthers],
     at: Sequence[SocketAt] = (),
     deviation: float = 3e-5,
 ) -> TiedRobots:
     """Return the geometry of all arms, and the frames."""
     places, visitors = (
-        places_of(arms, sockets_at=at, deviation=deviation),
+        common_places(arms, sockets_at=at, deviation=deviation),
         list[Visitor](),
     )
     for i, arm in enumerate(arms):
@@ -163,7 +169,7 @@ def one_arm(
     )
     if use == "instrument":
         points = measured_points(arm, frame, generator, noise=noise)
-        found = fit([RobotRecordings(robot, [measure(points, robot)])])
+        found = fit([RobotAmongOthers(robot, [measure(points, robot)])])
         return in_frame(found, frame, arm, use, workspace(arm, 40, 7))
     bases = reachable_bases(arm, generator, 3 if noise else 6)
     samples = 12 if noise else 20
@@ -175,7 +181,7 @@ def one_arm(
     at = sockets_seen(
         bases, frame, generator, noise=noise / 2, deviation=deviation, name=use
     )
-    found = fit([RobotRecordings(robot, measured)], at)
+    found = fit([RobotAmongOthers(robot, measured)], at)
     if noise:
         return in_frame(found, frame, arm, use, workspace(arm, 40, 7))
     held = [
@@ -208,7 +214,7 @@ def two_arms(
     judged = recorded_by_both(arms, poses, held, generator, samples=4)
     found = fit(
         [
-            RobotRecordings(robot, [measure(p, robot) for p in own], name=name)
+            RobotAmongOthers(robot, [measure(p, robot) for p in own], name=name)
             for robot, own, name in zip(robots, recorded, "AB", strict=True)
         ],
         deviation=3e-5 if noise else EXACT,

@@ -30,8 +30,7 @@ import numpy as np
 
 import mukca
 from mukca.recorder import Placement, Sample
-from mukca.solver.identification.robot import Robot
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import Robot, workspace
 
 WITHOUT = ("curves",)
 

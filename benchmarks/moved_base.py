@@ -23,7 +23,7 @@ from worlds import realistic_flaws
 
 import mukca
 from mukca.recorder import Placement, Sample
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import workspace
 from mukca.solver.results import CalibratedRobot
 from mukca.tools.simulation import Session, lead, perturb, reachable_bases, with_faults
 

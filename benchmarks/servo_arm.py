@@ -26,12 +26,12 @@ os.environ.setdefault("MUKCA_CHECK_COVARIANCES", "1")
 
 import numpy as np
 
+from mukca.solver.identification import FitOptions, fit
 from mukca.solver.identification.data import (
     STANDARD_LOAD,
-    RobotRecordings,
     SocketAt,
     measure,
-    observe,
+    places_of,
 )
 from mukca.solver.identification.effects import JOINT_OFFSET
 from mukca.solver.identification.robot import (
@@ -43,9 +43,9 @@ from mukca.solver.identification.robot import (
     rotation,
     rotation_rpy,
 )
-from mukca.solver.identification.selection import select_models
+from mukca.solver.identification.selection import DECIDED
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.studies import DECIDED, project_to_geometry
+from mukca.solver.studies import project_to_geometry
 from mukca.solver.studies import with_joint_offsets as zeros_in
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
@@ -132,12 +132,15 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
         for k, centre in enumerate(bases[0].sockets)
     ]
     parameters = tuple(choose_parameters(nominal))
-    recordings = RobotRecordings(nominal, [train])
-    data = observe(recordings, sockets_at=at)
+    places = places_of([train], sockets_at=at)
     begin = time.perf_counter()
-    chosen = select_models(recordings, parameters, data, zeros=True)
+    posterior = fit(
+        nominal,
+        [train],
+        FitOptions(parameters=parameters, places=places, zeros=True),
+    )
     seconds = time.perf_counter() - begin
-    full = chosen.full.arm
+    full = posterior.arm
     urdf = project_to_geometry(full, STANDARD_LOAD)
     found = CalibratedRobot(
         nominal,
@@ -155,7 +158,7 @@ def one_arm(arguments: argparse.Namespace, seed: int) -> tuple[str, np.ndarray]:
     lines = [
         f"arm {seed} ({seconds:.1f} s), mm held out, nominal > URDF > corrected: "
         + " > ".join(f"{1e3 * error:.1f}" for error in errors),
-        "  " + "; ".join(chosen.notes),
+        "  " + "; ".join(posterior.notes),
     ]
     begin = full.model.geometry
     deviations = np.degrees(

@@ -22,8 +22,7 @@ import numpy as np
 import mukca
 from mukca.solver.calibration import FullModel
 from mukca.solver.identification.data import kabsch
-from mukca.solver.identification.robot import shipped_robots
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import shipped_robots, workspace
 
 WAYS = ("nominal", "calibrated.urdf", "virtual joints", "command")
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from .files import RecordingError
 from .joint_columns import ColumnError, Match, match_joints, missing_joints
-from .samples import Sample
+from .sample import Sample
 
 
 def joint_order(

@@ -15,7 +15,7 @@ from .arrays import numbers_of
 from .files import RecordingError
 from .joint_columns import Match, require_samples
 from .joint_order import joint_order
-from .samples import Sample
+from .sample import Sample
 
 SOCKETS = 2
 """Number of sockets of a base by default."""

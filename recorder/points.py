@@ -20,7 +20,7 @@ from .coordinates import AXES, QUATERNION, RPY, TURNS, VECTOR, match_coordinates
 from .files import RecordingError
 from .joint_columns import ColumnError
 from .placement import Placement
-from .samples import Sample
+from .sample import Sample
 from .tables import Table, read_table
 
 POINTS, POSES = "points.csv", "poses.csv"

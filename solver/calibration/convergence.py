@@ -5,7 +5,7 @@ from itertools import chain
 
 import numpy as np
 
-from ..identification.paper import NotConverged
+from ...errors import NotConverged
 from .earlier import priors_of
 from .fit import Fit, fit_robots
 from .options import SolveOptions

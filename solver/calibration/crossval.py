@@ -5,10 +5,10 @@ from itertools import product
 
 import numpy as np
 
+from ...errors import NotConverged
 from ..diagnostics import named
 from ..identification.data import Measurement
 from ..identification.inference import Posterior
-from ..identification.paper import NotConverged
 from ..results import PlacementErrors
 from .earlier import priors_of
 from .errors import compared_models, placement_errors

@@ -86,8 +86,8 @@ def known_of(
     ``before`` is the nominal robot with its ball refitted, if that is identified.
     """
     posterior = fit.posterior
-    selected = fit.selected
-    if posterior is None or selected is None:
+    full = fit.full
+    if posterior is None or full is None:
         return {}
     robot = fit.calibrated.robot
     load = fit.calibrated.load
@@ -104,7 +104,7 @@ def known_of(
             posterior, robot, load, problem.measurements, problem.test
         ),
         "log_evidence": posterior.log_evidence,
-        "posterior": stored_posterior(selected.full, problem, alone=is_alone),
+        "posterior": stored_posterior(full, problem, alone=is_alone),
         "frames": _frames(fit) or None,
         "better": _better(fit.calibrated, posterior, problem, before),
         "uncertainty": _uncertainty(fit.calibrated, posterior, problem),
@@ -194,10 +194,10 @@ def _coefficients(posterior: Posterior) -> tuple[results.Coefficient, ...]:
 
 def _frames(fit: Fit) -> tuple[results.FramePose, ...]:
     """Return the frames of a robot; those of several are results of the first, in its base."""
-    assert fit.selected is not None
+    assert fit.full is not None
     if fit.world is None:
-        return bayes.frame_poses(fit.selected.full)
-    return fit.world.frames if fit.selected.full is fit.world.robots[0].fit else ()
+        return bayes.frame_poses(fit.full)
+    return fit.world.frames if fit.full is fit.world.robots[0].fit else ()
 
 
 def model_of(fit: Fit) -> tuple[ExtendedModel, np.ndarray]:

@@ -7,13 +7,20 @@ from functools import cached_property
 
 import numpy as np
 
-from ..bases import TiedRobots, Visitor, places_alone, tie
+from .. import identification
+from ..bases import (
+    RobotAmongOthers,
+    TiedRobots,
+    Visitor,
+    common_places,
+    places_alone,
+    tie,
+)
 from ..curves import with_joint_curves
-from ..identification.data import WORLD, RobotRecordings, observations_at, places_of
-from ..identification.inference import Posterior
+from ..identification.data import WORLD
+from ..identification.inference import FitPosterior, Posterior
 from ..identification.paper import build_problem, covariance, solve
 from ..identification.robot import choose_parameters
-from ..identification.selection import Prior, Selected, select_models
 from ..results import CalibratedRobot
 from ..studies import project_to_geometry, with_joint_offsets
 from .options import SolveOptions
@@ -32,17 +39,17 @@ class Fit:
     covariance: np.ndarray | None = None
     """By the paper's method: how far the parameters would move if the same were recorded again,
     shape (n, n)."""
-    selected: Selected | None = None
-    """By the default method: the posterior, and why."""
+    full: FitPosterior | None = None
+    """By the default method: the posterior of all unknowns, and why."""
     world: TiedRobots | None = None
     """All robots, of several that were calibrated together."""
 
     @cached_property
     def posterior(self) -> Posterior | None:
         """Posterior of the robot; None where it has none, or its covariance is not finite."""
-        if self.selected is None:
+        if self.full is None:
             return None
-        posterior = self.selected.full.arm
+        posterior = self.full.arm
         return posterior if _is_covariance(posterior.covariance) else None
 
 
@@ -51,10 +58,10 @@ def _is_covariance(matrix: np.ndarray) -> bool:
 
 
 def fit_robots(
-    robots: Sequence[RobotRecordings],
+    robots: Sequence[RobotAmongOthers],
     options: SolveOptions,
     *,
-    types: Sequence[Prior] = (),
+    types: Sequence[identification.Prior] = (),
     require_scale: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fit]:
@@ -75,21 +82,21 @@ def fit_robots(
     if options.method == "paper":
         return [_fit_by_paper(recordings, options) for recordings in robots]
     begin = time.perf_counter()
-    places = places_of(
+    places = common_places(
         robots,
         lengths=options.distances,
         sockets_at=options.located,
         deviation=options.deviation,
         require_scale=require_scale,
     )
-    chosen = list[Selected]()
     visitors = list[Visitor]()
     for i, recordings in enumerate(robots):
         alone, sockets = places_alone(places, robots, i)
-        selected = select_models(
-            recordings,
-            choose_parameters(recordings.robot, options.free, options.fix),
-            observations_at(alone, recordings),
+        fit_options = identification.FitOptions(
+            parameters=choose_parameters(recordings.robot, options.free, options.fix),
+            places=alone,
+            load=recordings.load,
+            effects=recordings.effects,
             without=options.without,
             zeros=bool(options.zeros),
             prior=types[i] if types else None,
@@ -98,20 +105,21 @@ def fit_robots(
                 f"{word} {name}".strip()
             ),
         )
+        posterior = identification.fit(
+            recordings.robot, recordings.measurements, fit_options
+        )
         frame = places.frames.index(recordings.base_frame) if i else WORLD
-        visitors.append(Visitor(recordings.name, frame, sockets, selected.full))
-        chosen.append(selected)
+        visitors.append(Visitor(recordings.name, frame, sockets, posterior))
     world = tie(visitors, places) if robots[0].name else None
     seconds = time.perf_counter() - begin
     fits = list[Fit]()
     tied = world.robots if world else visitors
-    for recordings, selected, visitor in zip(robots, chosen, tied, strict=True):
-        fit = _fit_of(recordings, replace(selected, full=visitor.fit), seconds)
-        fits.append(replace(fit, world=world))
+    for recordings, visitor in zip(robots, tied, strict=True):
+        fits.append(_fit_of(recordings, visitor.fit, seconds, world))
     return fits
 
 
-def _fit_by_paper(recordings: RobotRecordings, options: SolveOptions) -> Fit:
+def _fit_by_paper(recordings: RobotAmongOthers, options: SolveOptions) -> Fit:
     """Fit the geometry by Eq. (5) of the paper, see :mod:`mukca.solver.identification.paper`."""
     assert options.regularization is not None and options.max_iterations is not None
     robot = recordings.robot
@@ -134,8 +142,10 @@ def _fit_by_paper(recordings: RobotRecordings, options: SolveOptions) -> Fit:
     )
 
 
-def _fit_of(arm: RobotRecordings, selected: Selected, seconds: float) -> Fit:
-    posterior = selected.full.arm
+def _fit_of(
+    arm: RobotAmongOthers, full: FitPosterior, seconds: float, world: TiedRobots | None
+) -> Fit:
+    posterior = full.arm
     model = posterior.model
     deflection = posterior.deflection.beyond_zeros
     values = with_joint_offsets(posterior)
@@ -154,4 +164,4 @@ def _fit_of(arm: RobotRecordings, selected: Selected, seconds: float) -> Fit:
         )
         for x in posterior.iterates
     )
-    return Fit(calibrated, "gauss-newton", seconds, iterates, selected=selected)
+    return Fit(calibrated, "gauss-newton", seconds, iterates, full=full, world=world)

@@ -8,8 +8,9 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any, overload
 
 from ...recorder import Placement
-from ..identification.data import base_name, in_placements
+from ..bases import base_name
 from ..identification.robot import Robot
+from ..tables import in_placements
 from .calibration import Calibration
 from .convergence import converged_fits
 from .multi_robot_calibration import MultiRobotCalibration, common_document

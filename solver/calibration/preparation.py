@@ -8,7 +8,7 @@ from typing import cast
 from ...recorder import Placement, distinctly_named
 from .. import results
 from ..diagnostics import next_placement, single_socket_diagnostics
-from ..identification.data import as_flange_poses, check_distinct, check_left_out
+from ..identification.data import as_flange_poses, check_distinct
 from ..identification.robot import Robot
 from .checking import checked
 from .model_warnings import check_zeros, model_warnings
@@ -36,8 +36,7 @@ def problems_of(
     training = as_list(train)
     held_out = as_list(test)
     placements = [*training, *held_out]
-    check_left_out(distinctly_named(placements), options.leave_out)
-    options.payloads.check(placements)
+    options.check_names(distinctly_named(placements))
     problem = _prepare(robot, training, held_out, options)
     if not options.located:
         measurements = [measured for _, measured in problem.placements]
@@ -59,8 +58,7 @@ def _problems_of_robots(
     training = _by_robot(robots, train)
     held_out = _by_robot(robots, test)
     placements = list(chain(*training.values(), *held_out.values()))
-    check_left_out(placements, options.leave_out)
-    options.payloads.check(placements)
+    options.check_names(placements)
     problems: dict[str, CalibrationProblem] = {}
     for name, robot in robots.items():
         if not training[name]:

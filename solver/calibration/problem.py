@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import results
+from ..bases import RobotAmongOthers
 from ..diagnostics import SIZE_BY_DISTANCE, Survey, by_fit, where_of
-from ..identification.data import Measurement, RobotRecordings
-from ..identification.model import set_apart
-from ..identification.selection import FoundMovement
+from ..identification.data import Measurement
+from ..identification.model import FoundMovement, set_apart
 from .options import SolveOptions
 
 STEADY = "screw the base down, let the arm warm up, and record it again"
@@ -18,7 +18,7 @@ NOTHING_SEEN = Survey((), ())
 
 
 @dataclass(frozen=True, kw_only=True)
-class CalibrationProblem(RobotRecordings):
+class CalibrationProblem(RobotAmongOthers):
     """A robot, checked recordings of it to train on, and the options of their fit."""
 
     options: SolveOptions

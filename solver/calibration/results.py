@@ -23,10 +23,10 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     options = problem.options
     robot = problem.robot
     posterior = fit.posterior
-    selected = fit.selected
-    if selected is not None:
+    full = fit.full
+    if full is not None:
         shifts = posterior and posterior.moved
-        problem = problem.at_rest(shifts, selected.movements, calibrated)
+        problem = problem.at_rest(shifts, full.movements, calibrated)
     scale = estimates.scale_of(fit)
     distorted = tuple(
         m.name for m in problem.measurements if is_distorted(calibrated.predict(m), m)
@@ -49,7 +49,7 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         distorted=distorted,
         parameters=estimates.parameter_values(calibrated, posterior),
         rotation_numbers=calibrated.rotation_numbers,
-        choices=selected and selected.notes,
+        choices=full and full.notes,
         history=history(fit.iterates, problem.measurements, problem.test),
         settings={**robot.loaded_with, **options.as_dict()},
         provenance=provenance_of(robot, [m for _, m in problem.placements]),
@@ -74,7 +74,7 @@ def _warnings(
 ) -> tuple[str, ...]:
     """Return the warnings of a problem, and what its fit does not know."""
     warnings = list(problem.warnings)
-    if fit.selected is not None and fit.posterior is None:
+    if fit.full is not None and fit.posterior is None:
         warnings.append(UNKNOWN)
     names = problem.robot.joint_names
     for m in problem.test:

@@ -12,8 +12,6 @@ from .identifiability import unobservable as unobservable
 from .identifiability import weak_directions as weak_directions
 from .improvement import Models as Models
 from .improvement import better_than_nominal as better_than_nominal
-from .joint_offsets import DECIDED as DECIDED
-from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
 from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets
 from .patterns import error_patterns as error_patterns

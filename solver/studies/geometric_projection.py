@@ -7,8 +7,7 @@ import numpy as np
 
 from ..identification.data import IDENTITY, Load, Samples
 from ..identification.inference import Posterior
-from ..identification.robot import BallModel
-from ..poses import workspace
+from ..identification.robot import BallModel, workspace
 from .joint_offsets import with_joint_offsets
 from .postures import arm_length, poses_near
 from .projections import basis_of, outside, rows_of, unit

@@ -10,6 +10,7 @@ from ..data import Observations, Pose, Samples, SourceKind
 from ..model import (
     Deflection,
     ExtendedModel,
+    FoundMovement,
     Gaussian,
     Noise,
     Prediction,
@@ -123,6 +124,10 @@ class FitPosterior:
     """x of the robot and of movements after each iteration."""
     with_curves: np.ndarray | None = None
     """Covariance of all unknowns where there are error curves: they are too many for a root."""
+    notes: tuple[str, ...] = ()
+    """One line for each extension that was tried: kept or not, and the evidence."""
+    movements: tuple[FoundMovement, ...] = ()
+    """Movements of placements while they were recorded, also those too unsure for the model."""
 
     def __post_init__(self) -> None:
         check(self.whole)

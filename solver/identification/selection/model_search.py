@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+from ....errors import NotConverged
 from ..effects import EXTENSIONS
 from ..inference import FitPosterior, refit
 from ..model import Expected
-from ..paper import NotConverged
 
 
 @dataclass(frozen=True)
