@@ -20,7 +20,6 @@ from functools import partial
 import numpy as np
 from worlds import realistic_flaws
 
-from mukca.solver.bases import RobotAmongOthers
 from mukca.solver.calibration import SolveOptions, fit_robots
 from mukca.solver.identification.data import (
     STANDARD_LOAD,
@@ -30,6 +29,7 @@ from mukca.solver.identification.data import (
 from mukca.solver.identification.robot import BallModel, Robot, load_robot, workspace
 from mukca.solver.poses import InverseKinematics
 from mukca.solver.poses.inverse_kinematics import MAX_TILT
+from mukca.solver.results import Measurements
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
@@ -108,7 +108,7 @@ def draw(rigid: bool, step: float | None, seed: int) -> dict[str, Row]:
     rows: dict[str, Row] = {}
     for name, (samples, places) in TRAINED.items():
         train = at(slice(places), samples)
-        recordings = [RobotAmongOthers(robot, train)]
+        recordings = [Measurements(robot, train)]
         by = [SolveOptions(type_prior=("none",)), SolveOptions(method="paper")]
         fits = [fit_robots(recordings, options)[0].calibrated for options in by]
         urdf, paper = (

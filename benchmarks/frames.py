@@ -23,7 +23,6 @@ import numpy as np
 from worlds import measured_points, recorded_by_both
 
 from mukca.solver.bases import (
-    RobotAmongOthers,
     TiedRobots,
     Visitor,
     base_to_base,
@@ -51,6 +50,7 @@ from mukca.solver.identification.robot import (
     turn,
     workspace,
 )
+from mukca.solver.results import Measurements
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.simulation import Base, perturb, reachable_bases, record
@@ -75,7 +75,7 @@ EXACT = 1e-8
 
 
 def fit(
-    arms: Sequence[RobotAmongOthers],
+    arms: Sequence[Measurements],
     at: Sequence[SocketAt] = (),
     deviation: float = 3e-5,
 ) -> TiedRobots:
@@ -169,7 +169,7 @@ def one_arm(
     )
     if use == "instrument":
         points = measured_points(arm, frame, generator, noise=noise)
-        found = fit([RobotAmongOthers(robot, [measure(points, robot)])])
+        found = fit([Measurements(robot, [measure(points, robot)])])
         return in_frame(found, frame, arm, use, workspace(arm, 40, 7))
     bases = reachable_bases(arm, generator, 3 if noise else 6)
     samples = 12 if noise else 20
@@ -181,7 +181,7 @@ def one_arm(
     at = sockets_seen(
         bases, frame, generator, noise=noise / 2, deviation=deviation, name=use
     )
-    found = fit([RobotAmongOthers(robot, measured)], at)
+    found = fit([Measurements(robot, measured)], at)
     if noise:
         return in_frame(found, frame, arm, use, workspace(arm, 40, 7))
     held = [
@@ -214,7 +214,7 @@ def two_arms(
     judged = recorded_by_both(arms, poses, held, generator, samples=4)
     found = fit(
         [
-            RobotAmongOthers(robot, [measure(p, robot) for p in own], name=name)
+            Measurements(robot, [measure(p, robot) for p in own], name=name)
             for robot, own, name in zip(robots, recorded, "AB", strict=True)
         ],
         deviation=3e-5 if noise else EXACT,

@@ -22,11 +22,11 @@ from dataclasses import replace
 import numpy as np
 
 from mukca.recorder import Placement, Sample
-from mukca.solver.bases import RobotAmongOthers
 from mukca.solver.calibration import SolveOptions, fit_robots
 from mukca.solver.identification.data import Measurement, measure
 from mukca.solver.identification.model import Deflection
 from mukca.solver.identification.robot import BallModel, Robot
+from mukca.solver.results import Measurements
 from mukca.tools.simulation import (
     Imperfection,
     demo_arm,
@@ -99,7 +99,7 @@ def fit(method: str, samples: int, placements: int) -> None:
     begin = time.process_time()
     auto = SolveOptions(type_prior=("none",))
     options = SolveOptions(method="paper") if method == "paper" else auto
-    (result,) = fit_robots([RobotAmongOthers(robot, train)], options)
+    (result,) = fit_robots([Measurements(robot, train)], options)
     seconds = time.process_time() - begin
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(seconds, memory, sum(len(m.positions) for m in train), len(result.iterates))

@@ -34,6 +34,7 @@ from mukca.solver.identification.data import (
     places_of,
 )
 from mukca.solver.identification.effects import JOINT_OFFSET
+from mukca.solver.identification.inference import with_joint_offsets as zeros_in
 from mukca.solver.identification.robot import (
     Origin,
     Robot,
@@ -46,7 +47,6 @@ from mukca.solver.identification.robot import (
 from mukca.solver.identification.selection import DECIDED
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.studies import project_to_geometry
-from mukca.solver.studies import with_joint_offsets as zeros_in
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 

@@ -21,7 +21,6 @@ from functools import partial
 import numpy as np
 from worlds import TRANSLATION, TURN
 
-from mukca.solver.bases import RobotAmongOthers
 from mukca.solver.calibration import SolveOptions, fit_robots
 from mukca.solver.identification.data import (
     Measurement,
@@ -30,6 +29,7 @@ from mukca.solver.identification.data import (
 )
 from mukca.solver.identification.model import Deflection, Expected
 from mukca.solver.identification.robot import Robot, load_robot
+from mukca.solver.results import Measurements
 from mukca.solver.studies.uncertainty import deviations
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
@@ -57,7 +57,7 @@ def recordings(
 def learned(robot: Robot, placements: list[Measurement]) -> dict[str, Expected]:
     """Return what a calibration tells of the elasticity."""
     options = SolveOptions(type_prior=("none",))
-    found = fit_robots([RobotAmongOthers(robot, placements)], options)[0].posterior
+    found = fit_robots([Measurements(robot, placements)], options)[0].posterior
     assert found is not None
     return {
         effect.name: Expected(found.x[own], deviations(found)[own])
@@ -97,7 +97,7 @@ def draw(robots: list[str], samples: int, case: tuple[int, float]) -> dict[str, 
             for name, (mean, deviation) in other.items()
         },
     }
-    trained = [RobotAmongOthers(robot, [train])]
+    trained = [Measurements(robot, [train])]
     ways = {
         "paper": SolveOptions(method="paper"),
         "rigid": SolveOptions(without=tuple(of_type)),

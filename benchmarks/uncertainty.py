@@ -29,7 +29,6 @@ import numpy as np
 from worlds import realistic_flaws
 
 from mukca.recorder import Placement
-from mukca.solver.bases import RobotAmongOthers
 from mukca.solver.calibration import SolveOptions
 from mukca.solver.calibration.fit import fit_robots
 from mukca.solver.identification.data import (
@@ -48,7 +47,7 @@ from mukca.solver.identification.robot import (
     rotation_vectors,
     workspace,
 )
-from mukca.solver.results import CalibratedRobot
+from mukca.solver.results import CalibratedRobot, Measurements
 from mukca.solver.studies import pose_covariances
 from mukca.solver.studies.postures import poses_near
 from mukca.solver.studies.predicted_errors import NEAR, NEARBY
@@ -166,7 +165,7 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
     placements = [_read(p, truth.zeros) for p in placements]
     measured = [measure(p, robot, stated) for p in placements]
     options = SolveOptions(type_prior=("none",), zeros=kind == "servos")
-    (fit,) = fit_robots([RobotAmongOthers(robot, measured[:trained])], options)
+    (fit,) = fit_robots([Measurements(robot, measured[:trained])], options)
     found = fit.posterior
     assert found is not None
     balls = fit.calibrated.ball, fit.calibrated.geometric_ball

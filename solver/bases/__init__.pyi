@@ -1,5 +1,4 @@
 from .meetings import base_to_base as base_to_base
-from .places import RobotAmongOthers as RobotAmongOthers
 from .places import base_name as base_name
 from .places import common_places as common_places
 from .places import places_alone as places_alone

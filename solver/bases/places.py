@@ -1,7 +1,7 @@
 """The places of several robots: of all together, and as each has them when it is fitted alone."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ..identification.data import (
     CALIPER_DEVIATION,
@@ -10,23 +10,10 @@ from ..identification.data import (
     Located,
     Measurement,
     Places,
-    RobotRecordings,
     SocketAt,
     places_of,
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class RobotAmongOthers(RobotRecordings):
-    """One of several robots, which may have recorded the same bases, and its placements."""
-
-    name: str = ""
-    """Its name; empty for one alone."""
-
-    @property
-    def base_frame(self) -> str:
-        """The name of the frame that is the robot's base."""
-        return f"{self.name}:base" if self.name else "base"
+from ..results import Measurements
 
 
 def base_name(measured: Measurement, robots: int) -> str:
@@ -35,7 +22,7 @@ def base_name(measured: Measurement, robots: int) -> str:
 
 
 def common_places(
-    robots: Sequence[RobotAmongOthers],
+    robots: Sequence[Measurements],
     *,
     lengths: Sequence[KnownDistance] = (),
     sockets_at: Sequence[SocketAt] = (),
@@ -66,7 +53,7 @@ def common_places(
 
 def places_alone(
     places: Places,
-    robots: Sequence[RobotAmongOthers],
+    robots: Sequence[Measurements],
     robot: int,
 ) -> tuple[Places, tuple[int, ...]]:
     """Return the places of one of several robots, and its sockets' indices among those of all.
@@ -102,7 +89,7 @@ def places_alone(
 
 
 def _own_labels(
-    recordings: RobotRecordings,
+    recordings: Measurements,
     robots: int,
 ) -> dict[tuple[str, int], tuple[str, int]]:
     """Return a robot's own label of each of its sockets, by that among so many robots."""

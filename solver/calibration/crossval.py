@@ -12,8 +12,9 @@ from ..identification.inference import Posterior
 from ..results import PlacementErrors
 from .earlier import priors_of
 from .errors import compared_models, placement_errors
-from .fit import fit_robots
+from .fit import fit_robot
 from .problem import CalibrationProblem
+from .tables import METHODS
 
 HALVES = ("odd", "even")
 
@@ -66,9 +67,9 @@ def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
     known = [k for k in distances if {k.first[0], k.second[0]} <= names]
     options = replace(problem.options, known=known)
     part = replace(problem, measurements=train)
-    types = priors_of(options, [part])
+    (prior,) = priors_of(options, [part])
     try:
-        (fit,) = fit_robots([part], options, types=types, require_scale=False)
+        fit = fit_robot(part, options, METHODS, prior=prior, require_scale=False)
     except NotConverged:
         return None
     models = compared_models(fit.calibrated, None)

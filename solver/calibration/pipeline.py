@@ -1,22 +1,20 @@
 """From recordings to a calibration: check, fit, measure the errors."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from inspect import getdoc, signature
-from itertools import chain
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, overload
 
 from ...recorder import Placement
-from ..bases import base_name
 from ..identification.robot import Robot
-from ..tables import in_placements
 from .calibration import Calibration
-from .convergence import converged_fits
-from .multi_robot_calibration import MultiRobotCalibration, common_document
+from .earlier import priors_of
+from .multi_robot_calibration import MultiRobotCalibration
 from .options import CalibrateOptions, SolveOptions, check_keywords, option_table
-from .preparation import Recordings, problems_of
-from .results import document_of
+from .preparation import Recordings
+from .robot_calibration import calibrate_robot
+from .several_robots import calibrate_robots
+from .tables import CHECKS, METHODS, STUDIES
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack  # Python 3.10 has none
@@ -79,25 +77,20 @@ def calibrate(
     """
     check_keywords("calibrate", options, signature(calibrate).parameters)
     settings = SolveOptions(**options).validated()
-    problems = problems_of(robot, train, test, settings)
-    # A known distance follows a placement that was split.
-    if not isinstance(robot, Mapping):
-        settings = replace(settings, known=problems[""].options.known)
-    bases: dict[str, list[str]] = {"train": [], "test": []}
-    for role, measured in chain(*(problem.placements for problem in problems.values())):
-        bases[role].append(base_name(measured, len(problems)))
-    located = in_placements(settings.located, bases["train"], bases["test"])
-    settings = replace(settings, sockets_at=located)
-    fits = converged_fits([*problems.values()], settings, progress)
-    calibrations = {
-        name: Calibration(document_of(problem, fit), fit.calibrated)
-        for (name, problem), fit in zip(problems.items(), fits, strict=True)
-    }
-    if not isinstance(robot, Mapping):
-        return calibrations[""]
-    assert fits[0].world is not None  # the paper's method knows one robot
-    document = common_document(calibrations, fits[0].world)
-    return MultiRobotCalibration(calibrations, document)
+    if isinstance(robot, Mapping):
+        return calibrate_robots(robot, train, test, settings, progress)
+    document, calibrated = calibrate_robot(
+        robot,
+        train,
+        test,
+        settings,
+        checks=CHECKS,
+        studies=STUDIES,
+        methods=METHODS,
+        prior=lambda problem: priors_of(settings, [problem])[0],
+        progress=progress,
+    )
+    return Calibration(document, calibrated)
 
 
 def _show_options(function: Callable[..., Any]) -> None:

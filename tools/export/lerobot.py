@@ -17,8 +17,8 @@ import numpy as np
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
 from ...errors import fixed, read_bytes
 from ...solver.identification.effects import JOINT_OFFSET
+from ...solver.identification.inference import offsets_in_origins
 from ...solver.identification.selection import DECIDED
-from ...solver.studies import offsets_in_origins
 from .request import Exported, ExportError, Request, losses_without
 
 TICK = 2 * math.pi / 4096

@@ -9,7 +9,7 @@ from calibrated_arm import FACING, HOME, recorded_face_to_face
 from worlds import measured_points
 
 import mukca
-from mukca.solver.bases import RobotAmongOthers, Visitor, common_places, places_alone, tie
+from mukca.solver.bases import Visitor, common_places, places_alone, tie
 from mukca.solver.calibration import posterior_of
 from mukca.solver.design import predicted_posterior
 from mukca.solver.identification.data import (
@@ -22,6 +22,7 @@ from mukca.solver.identification.effects import JOINT_OFFSET
 from mukca.solver.identification.inference import estimate
 from mukca.solver.identification.model import extend
 from mukca.solver.identification.robot import BallModel, choose_parameters, rotation_rpy
+from mukca.solver.results import Measurements
 from mukca.solver.studies import workspace_errors
 from mukca.tools.simulation import perturb
 
@@ -110,9 +111,7 @@ def tied(robots, extensions):
 def test_an_arm_is_known_alike_whichever_is_the_first(noisy, extensions):
     """Its errors in the workspace, where those of samples are alike, too, and after more."""
     arms = {
-        name: RobotAmongOthers(
-            robot, [measure(p, robot) for p in noisy.placements[name]], name=name
-        )
+        name: Measurements(robot, [measure(p, robot) for p in noisy.placements[name]], name=name)
         for name, robot in noisy.robots.items()
     }
     errors = []

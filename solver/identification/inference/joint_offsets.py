@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..identification.inference import Posterior
-from ..identification.robot import BallModel, Parameter, angles_near, rotation
+from ..robot import BallModel, Parameter, angles_near, rotation
+from .posterior import Posterior
 
 
 def with_joint_offsets(posterior: Posterior) -> np.ndarray:
