@@ -23,7 +23,7 @@ from .. import Terminal
 GROUPS = {
     "every day": "record check solve validate report",
     "before": "demo print-parts plan robots drivers",
-    "afterwards": "command poses export tool handeye rezero compare whatif",
+    "afterwards": "command poses export tool handeye rezero compare",
     "many arms": "fleet crossval",
     "data": "info convert extract stream",
     "for developers": "simulate emulate",
