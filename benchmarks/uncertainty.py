@@ -165,7 +165,7 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
     ]
     placements = [_read(p, truth.zeros) for p in placements]
     measured = [measure(p, robot, stated) for p in placements]
-    options = SolveOptions(type_prior=("none",), zeros=kind == "servos")
+    options = SolveOptions(zeros=kind == "servos")
     (fit,) = fit_robots([RobotRecordings(robot, measured[:trained])], options)
     found = fit.posterior
     assert found is not None

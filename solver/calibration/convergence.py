@@ -6,7 +6,7 @@ from itertools import chain
 import numpy as np
 
 from ..paper import NotConverged
-from .earlier import priors_of
+from .earlier import prior_of
 from .fit import Fit, fit_robots
 from .options import SolveOptions
 from .problem import CalibrationProblem
@@ -27,8 +27,8 @@ def converged_fits(
         (finding for finding in findings if finding.level == "error"), None
     )
     try:
-        types = priors_of(options, problems)
-        fits = fit_robots(problems, options, types=types, progress=progress)
+        prior = prior_of(options, problems)
+        fits = fit_robots(problems, options, prior=prior, progress=progress)
     except NotConverged:
         if contradiction is None:
             raise

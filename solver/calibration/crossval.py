@@ -10,7 +10,7 @@ from ..data import Measurement
 from ..diagnostics import named
 from ..paper import NotConverged
 from ..results import PlacementErrors
-from .earlier import priors_of
+from .earlier import prior_of
 from .errors import compared_models, placement_errors
 from .fit import fit_robots
 from .problem import CalibrationProblem
@@ -66,9 +66,9 @@ def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
     known = [k for k in distances if {k.first[0], k.second[0]} <= names]
     options = replace(problem.options, known=known)
     part = replace(problem, measurements=train)
-    types = priors_of(options, [part])
+    prior = prior_of(options, [part])
     try:
-        (fit,) = fit_robots([part], options, types=types, require_scale=False)
+        (fit,) = fit_robots([part], options, prior=prior, require_scale=False)
     except NotConverged:
         return None
     models = compared_models(fit.calibrated, None)

@@ -21,13 +21,13 @@ from ..bayes.model import (
     ExtendedModel,
     GivenPrior,
     Noise,
-    Prior,
     PriorGroup,
     extend,
     groups_at,
     rare_in,
     submatrix,
 )
+from ..bayes.model.effects import TILT
 from ..data import (
     SOURCE_KINDS,
     Measurement,
@@ -40,24 +40,25 @@ from ..data import (
     spaced,
 )
 from ..robot import BallModel, Origin, Robot
-from .arm_types import tilts_about_other_axes, type_priors
 from .fit import fit_robots
 from .option import UsageError
 from .options import SolveOptions, option_table
 from .problem import CalibrationProblem
 
 
-def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> list[Prior]:
-    """Return the prior of each robot that the options ask for."""
+def prior_of(
+    options: SolveOptions, robots: Sequence[RobotRecordings]
+) -> GivenPrior | None:
+    """Return what an earlier calibration left known, where the options name one.
+
+    Raises:
+        UsageError: They name one for several robots, or of another arm.
+    """
     if options.prior is None:
-        return [
-            *type_priors(
-                options.type_prior, [recordings.robot for recordings in robots]
-            )
-        ]
+        return None
     if len(robots) > 1:
         raise UsageError("--prior: of one robot; several were given")
-    return [earlier_prior(Path(options.prior), robots[0].robot, options.remounted)]
+    return earlier_prior(Path(options.prior), robots[0].robot, options.remounted)
 
 
 def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> GivenPrior:
@@ -88,8 +89,15 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
         ):
             shifts.add(parameter.name)
     if document.rotation_numbers == "rpy":
-        shifts |= set(tilts_about_other_axes(robot))
+        shifts |= set(_tilts_about_other_axes(robot))
     return prior.without(shifts)
+
+
+def _tilts_about_other_axes(robot: Robot) -> list[str]:
+    """Return the tilts of a robot that files of 1.0 hold about other axes than today's."""
+    if all(joint.tilts_by_frame for joint in robot.actuated):
+        return []
+    return TILT.coefficient_names(robot.joint_names)
 
 
 def stored_posterior(
@@ -150,7 +158,7 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
         raise UsageError(
             f"{source}: of several arms, or by an older mukca; calibrate it alone"
         )
-    (fit,) = fit_robots([arm], arm.options, types=priors_of(arm.options, [arm]))
+    (fit,) = fit_robots([arm], arm.options, prior=prior_of(arm.options, [arm]))
     assert fit.posterior is not None
     return fit.posterior
 

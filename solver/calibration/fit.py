@@ -9,8 +9,9 @@ import numpy as np
 
 from ..bases import TiedRobots, Visitor, places_alone, tie
 from ..bayes.inference import Posterior
+from ..bayes.model import GivenPrior
 from ..bayes.results import project_to_geometry, with_joint_offsets
-from ..bayes.selection import Prior, Selected, select_models
+from ..bayes.selection import Selected, select_models
 from ..data import WORLD, RobotRecordings, observations_at, places_of
 from ..paper import build_problem, covariance, solve
 from ..results import CalibratedRobot
@@ -53,7 +54,7 @@ def fit_robots(
     robots: Sequence[RobotRecordings],
     options: SolveOptions,
     *,
-    types: Sequence[Prior] = (),
+    prior: GivenPrior | None = None,
     require_scale: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fit]:
@@ -62,8 +63,7 @@ def fit_robots(
     Args:
         robots: The nominal robots, and the placements to fit.
         options: Method and its options; coordinates only of sockets in the placements.
-        types: For each robot, the elasticity of other arms of its type, or what an earlier
-            calibration left known; see :func:`.priors_of`.
+        prior: What an earlier calibration of a robot left known; see :func:`.prior_of`.
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
 
@@ -91,7 +91,7 @@ def fit_robots(
             observations_at(alone, recordings),
             without=options.without,
             zeros=bool(options.zeros),
-            prior=types[i] if types else None,
+            prior=prior,
             progress=lambda word, name=recordings.name: progress(
                 f"{word} {name}".strip()
             ),

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +27,6 @@ from .placements import (
 
 FORMAT = "mukca-calibration-1"
 ARMS_FORMAT = "mukca-arms-1"
-ELASTICITY_FORMAT = "mukca-elasticity-1"
 UNSEEN = 0.1
 """A turn whose standard deviation is larger than this counts as unknown [rad]."""
 
@@ -223,27 +222,6 @@ class CalibrationDocument(Result):
     is not identified, and in older files."""
     posterior: estimates.StoredPosterior | None = None
     """None by the paper's method, of several robots, and in older files."""
-
-
-class TypeElasticity(Document):
-    """Of one type: the mean over arms, each weighted by its precision."""
-
-    joint_names: tuple[str, ...]
-    """A type is told by its joints' names, in chain order."""
-    arms: int
-    coefficients: tuple[estimates.Coefficient, ...]
-    """Compliance and tilt [rad/(N m)]; the deviation is that of the mean."""
-    source: str | None = None
-    """Source of the figures, if mukca did not find them."""
-    tilt_axes: Literal["frame", "link"] = "frame"
-    """Axes of the tilts: those of the joints' frames, as in files of 1.0, or of the links."""
-
-
-class ElasticityDocument(Document):
-    """All of ``elasticity.json``."""
-
-    format: str
-    types: tuple[TypeElasticity, ...]
 
 
 def read_calibration(file: Path) -> CalibrationDocument:

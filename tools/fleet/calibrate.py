@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain, combinations
 from pathlib import Path
 from statistics import fmean, stdev
@@ -114,9 +114,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
     arguments = dict(arm.robot)
     if model.exists():
         arguments["robot"] = str(model)
-    # A type prior in each arm would count again and again in what the arms give together.
-    prior = ("none",) if arm.settings.method == "auto" else ()
-    settings = vars(replace(arm.settings, type_prior=prior))
+    settings = vars(arm.settings)
     try:
         robot = load_robot(**arguments)
         before: tuple[str, Calibration] | None = None

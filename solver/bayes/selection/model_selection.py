@@ -1,16 +1,14 @@
 """Decides by the data which extensions of the geometry to keep, and how much each counts."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 from ...data import Observations, RobotRecordings
 from ...robot import Parameter
 from ..inference import FitPosterior, estimate, refit, with_joint_curves
 from ..model import (
-    Expected,
     ExtendedModel,
     GivenPrior,
-    Prior,
     differences_of,
     extend,
 )
@@ -18,7 +16,7 @@ from ..model.effects import CURVE, EFFECTS, EXTENSIONS, effects_of
 from ..results import joint_offsets_in_words
 from .model_averaging import beside_curves
 from .model_choice import ModelChoice, choose_models
-from .model_search import SearchedModels, models_by_type, search
+from .model_search import SearchedModels, search
 from .moved_places import FoundMovement, movements_by_evidence
 
 JOINT_NOISE = "joint-noise"
@@ -44,7 +42,7 @@ def select_models(
     *,
     without: Collection[str] = (),
     zeros: bool = False,
-    prior: Prior = None,
+    prior: GivenPrior | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Selected:
     """Calibrate the geometry of a robot, then try extension after extension.
@@ -55,8 +53,7 @@ def select_models(
         data: Training placements.
         without: Extensions that are not tried; without ``joint-noise`` joints' angles are exact.
         zeros: True if joint offsets may be degrees, as in arms made of servos.
-        prior: The elasticity of other arms of the robot's type, to be tried, too; or what an
-            earlier calibration of the robot left known.
+        prior: What an earlier calibration of the robot left known.
         progress: Called with a word for each model that is fitted.
 
     Raises:
@@ -71,11 +68,9 @@ def select_models(
         movements=differences_of(recordings),
     )
     stages = _stages(first, without)
-    of_type = _of_type(prior, stages)
     scalar = [name for name in stages if name != CURVE.extension]
     searched, movements = _search_beside_movements(geometric, scalar, progress)
-    by_type = models_by_type(searched.fits, of_type, progress)
-    choice = choose_models([*searched.models, *by_type])
+    choice = choose_models(searched.models)
     mean = result = choice.mean
     curves_note = ""
     if CURVE.extension in stages:
@@ -84,8 +79,6 @@ def select_models(
     if result.active != mean.active:
         choice = ModelChoice([result], "; beside curves")
     notes = choice.notes(searched.gains)
-    if of_type:
-        notes.append(choice.type_note)
     if curves_note:
         notes.append(f"{CURVE.extension}: {curves_note}")
     if zeros:
@@ -97,22 +90,21 @@ def _geometric_model(
     recordings: RobotRecordings,
     parameters: Sequence[Parameter],
     first: Sequence[str],
-    prior: Prior,
+    prior: GivenPrior | None,
 ) -> ExtendedModel:
     """Return the model before any extension: the geometry, and effects that are there anyway.
 
     These are the first ones, and but for curves, those that an earlier calibration tells of or that
     the recordings show.
     """
-    earlier = prior if isinstance(prior, GivenPrior) else None
-    names = {*recordings.effects, *(earlier.names if earlier else ())}
+    names = {*recordings.effects, *(prior.names if prior else ())}
     effects = [*first]
     for effect in EFFECTS.values():
         coefficients = effect.coefficient_names(recordings.robot.joint_names)
         if effect is not CURVE and not names.isdisjoint(coefficients):
             effects.append(effect.name)
     model = extend(recordings.robot, parameters, effects)
-    return replace(model, given=earlier, seen=recordings.effects)
+    return replace(model, given=prior, seen=recordings.effects)
 
 
 def _stages(first: Sequence[str], without: Collection[str]) -> list[str]:
@@ -123,14 +115,6 @@ def _stages(first: Sequence[str], without: Collection[str]) -> list[str]:
         if name not in without and required <= {"", *first}:
             stages.append(name)
     return stages
-
-
-def _of_type(prior: Prior, stages: Sequence[str]) -> Mapping[str, Expected]:
-    """Return what other arms of the type tell of effects that are tried."""
-    if prior is None or isinstance(prior, GivenPrior):
-        return {}
-    tried = {effect for stage in stages for effect in EXTENSIONS[stage]}
-    return {name: expected for name, expected in prior.items() if name in tried}
 
 
 def _search_beside_movements(
