@@ -65,7 +65,7 @@ $(VENV)/.product: $(PACKAGE) | $(BIN)/pip
 	@touch $@
 
 $(VENV)/.portable: $(PACKAGE) | $(BIN)/pip
-	$(BIN)/pip install --quiet --editable '.[isotp,lint,print,ros]' pytest trimesh
+	$(BIN)/pip install --quiet --editable '.[isotp,lint,print,ros]' pytest pytest-timeout trimesh
 	@touch $@
 
 $(VENV)/.docs: $(PACKAGE) | $(BIN)/pip
