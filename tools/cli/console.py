@@ -4,6 +4,7 @@ import os
 import sys
 from contextlib import contextmanager
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING, Any, TextIO
 
 from .tables import FittingTable, in_words, wrapped
@@ -54,7 +55,6 @@ class Terminal:
 
     def say(self, *texts: str) -> None:
         """Write lines for people, broken between words where a terminal is narrower."""
-        sys.stdout.flush()
         _write(sys.stderr if self.json else sys.stdout, texts)
 
     def say_rows(
@@ -91,7 +91,6 @@ class Terminal:
         """Write a line on a terminal before work that takes a moment."""
         if sys.stdout.isatty():
             self.say(text)
-            sys.stdout.flush()
 
     def tabulate(
         self,
@@ -113,7 +112,6 @@ class Terminal:
             from ...solver.results import encode
 
             sys.stdout.write(encode(value).decode() + "\n")
-            sys.stdout.flush()
 
 
 def _columns(stream: TextIO) -> int | None:
@@ -126,6 +124,7 @@ def _columns(stream: TextIO) -> int | None:
 def _write(stream: TextIO, texts: "Iterable[str]") -> None:
     """Write lines, on a terminal broken between words."""
     columns = _columns(stream)
-    for text in texts:
-        lines = [text] if columns is None else wrapped(text, columns)
-        stream.writelines(f"{line}\n" for line in lines)
+    if columns is not None:
+        texts = chain.from_iterable(wrapped(text, columns) for text in texts)
+    # At once, so that a stream that is flushed after each line is flushed once.
+    stream.write("".join(f"{text}\n" for text in texts))

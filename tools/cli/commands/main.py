@@ -90,8 +90,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]  (closed by the caller)
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
     reconfigure = getattr(sys.stdout, "reconfigure", None)
-    if reconfigure is not None and sys.stdout.errors == "strict":
-        reconfigure(errors="replace")  # no name stops a command
+    if reconfigure is not None:
+        errors = sys.stdout.errors
+        # No name stops a command, and whoever waits for a line gets it, through a pipe, too.
+        reconfigure(
+            errors="replace" if errors == "strict" else errors, line_buffering=True
+        )
     words = list(sys.argv[1:] if argv is None else argv)
     verb = words[0] if words else None
     try:
