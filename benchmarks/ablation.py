@@ -21,9 +21,19 @@ from worlds import TRANSLATION, TURN, realistic_flaws
 
 from mukca.recorder import find_placements, read_placement
 from mukca.solver.calibration import SolveOptions, fit_robots
-from mukca.solver.data import Measurement, RobotRecordings, evaluate, measure
-from mukca.solver.paper import REGULARIZATION
-from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
+from mukca.solver.identification.data import (
+    Measurement,
+    RobotRecordings,
+    evaluate,
+    measure,
+)
+from mukca.solver.identification.paper import REGULARIZATION
+from mukca.solver.identification.robot import (
+    BallModel,
+    Robot,
+    choose_parameters,
+    load_robot,
+)
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, reachable_bases, record
 

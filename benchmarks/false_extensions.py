@@ -19,10 +19,14 @@ from collections import Counter
 import numpy as np
 from worlds import NOISE, TRANSLATION, TURN
 
-from mukca.solver.bayes.selection import select_models
-from mukca.solver.data import RobotRecordings, measure, observe
-from mukca.solver.paper import NotConverged
-from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
+from mukca.solver.identification.data import RobotRecordings, measure, observe
+from mukca.solver.identification.paper import NotConverged
+from mukca.solver.identification.robot import (
+    choose_parameters,
+    load_robot,
+    shipped_robots,
+)
+from mukca.solver.identification.selection import select_models
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 

@@ -19,13 +19,18 @@ from pathlib import Path
 import numpy as np
 
 from mukca.recorder import read_placement, write_holes
-from mukca.solver.bayes.inference import estimate
-from mukca.solver.bayes.model import extend
-from mukca.solver.data import Measurement, RobotRecordings, measure, observe
 from mukca.solver.diagnostics import RigidModel
 from mukca.solver.diagnostics.hypotheses import samples_of
-from mukca.solver.paper import Problem, build_problem, solve
-from mukca.solver.robot import Robot, choose_parameters, load_robot
+from mukca.solver.identification.data import (
+    Measurement,
+    RobotRecordings,
+    measure,
+    observe,
+)
+from mukca.solver.identification.inference import estimate
+from mukca.solver.identification.model import extend
+from mukca.solver.identification.paper import Problem, build_problem, solve
+from mukca.solver.identification.robot import Robot, choose_parameters, load_robot
 from mukca.tools.simulation import demo_arm, demo_bases, record, simulate_recordings
 
 IMPORTS = {

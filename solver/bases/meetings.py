@@ -6,10 +6,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from ...errors import fixed
-from ..bayes.inference import Posterior
-from ..data import Samples, as_point
+from ..identification.data import Samples, as_point
+from ..identification.inference import Posterior
+from ..poses import PoseModel, PoseSolver, Solutions, workspace
 from ..results import UNSEEN, BaseToBase
-from ..robot import PoseModel, PoseSolver, Solutions, workspace
 from .ties import TiedRobots
 
 MARGIN = 0.02

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..data import WORLD, Located, Places, RobotRecordings, base_name
+from ..identification.data import WORLD, Located, Places, RobotRecordings, base_name
 
 
 def places_alone(

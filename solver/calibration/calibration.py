@@ -21,7 +21,7 @@ from ..assessment import (
     joints_wrong,
 )
 from ..assessment import Options as AssessmentOptions
-from ..data import Measurement, measure
+from ..identification.data import Measurement, measure
 from .deviation import FittedModel
 from .errors import Errors, compared_models, placement_errors
 from .option import UsageError

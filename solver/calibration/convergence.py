@@ -5,7 +5,7 @@ from itertools import chain
 
 import numpy as np
 
-from ..paper import NotConverged
+from ..identification.paper import NotConverged
 from .earlier import prior_of
 from .fit import Fit, fit_robots
 from .options import SolveOptions

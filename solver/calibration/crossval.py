@@ -5,10 +5,10 @@ from itertools import product
 
 import numpy as np
 
-from ..bayes.inference import Posterior
-from ..data import Measurement
 from ..diagnostics import named
-from ..paper import NotConverged
+from ..identification.data import Measurement
+from ..identification.inference import Posterior
+from ..identification.paper import NotConverged
 from ..results import PlacementErrors
 from .earlier import prior_of
 from .errors import compared_models, placement_errors

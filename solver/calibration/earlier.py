@@ -11,24 +11,8 @@ from typing import Any
 import numpy as np
 
 from .. import results
-from ..bayes.inference import (
-    FitPosterior,
-    Posterior,
-    restored_covariance,
-    with_average_width,
-)
-from ..bayes.model import (
-    ExtendedModel,
-    GivenPrior,
-    Noise,
-    PriorGroup,
-    extend,
-    groups_at,
-    rare_in,
-    submatrix,
-)
-from ..bayes.model.effects import TILT
-from ..data import (
+from ..curves import restored_covariance
+from ..identification.data import (
     SOURCE_KINDS,
     Measurement,
     Observations,
@@ -39,10 +23,21 @@ from ..data import (
     observe,
     spaced,
 )
-from ..robot import BallModel, Origin, Robot
+from ..identification.effects import TILT
+from ..identification.inference import FitPosterior, Posterior, with_average_width
+from ..identification.model import (
+    ExtendedModel,
+    GivenPrior,
+    Noise,
+    PriorGroup,
+    extend,
+    groups_at,
+    rare_in,
+    submatrix,
+)
+from ..identification.robot import BallModel, Origin, Robot
 from .fit import fit_robots
-from .option import UsageError
-from .options import SolveOptions, option_table
+from .options import SolveOptions, UsageError, option_table
 from .problem import CalibrationProblem
 
 

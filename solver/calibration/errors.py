@@ -10,11 +10,12 @@ import numpy as np
 from msgspec import structs
 
 from ...errors import fixed
-from .. import data, results
+from .. import results
 from ..assessment import millimetres
-from ..bayes.inference import Posterior
-from ..bayes.results import length_deviation, predicted_deviation
-from ..data import Measurement, Metrics, Pose
+from ..identification import data
+from ..identification.data import Measurement, Metrics, Pose
+from ..identification.inference import Posterior
+from ..studies import length_deviation, predicted_deviation
 from .fit import Fit
 from .option import UsageError
 from .problem import CalibrationProblem

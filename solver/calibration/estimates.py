@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from .. import results
-from ..bayes import results as bayes
-from ..bayes.inference import Posterior
-from ..bayes.model import ExtendedModel, extend
+from .. import studies as bayes
+from ..identification.inference import Posterior
+from ..identification.model import ExtendedModel, extend
 from .earlier import stored_posterior
 from .fit import Fit
 from .problem import CalibrationProblem

@@ -8,14 +8,15 @@ from functools import cached_property
 import numpy as np
 
 from ..bases import TiedRobots, Visitor, places_alone, tie
-from ..bayes.inference import Posterior
-from ..bayes.model import GivenPrior
-from ..bayes.results import project_to_geometry, with_joint_offsets
-from ..bayes.selection import Selected, select_models
-from ..data import WORLD, RobotRecordings, observations_at, places_of
-from ..paper import build_problem, covariance, solve
+from ..curves import with_joint_curves
+from ..identification.data import WORLD, RobotRecordings, observations_at, places_of
+from ..identification.inference import Posterior
+from ..identification.model import GivenPrior
+from ..identification.paper import build_problem, covariance, solve
+from ..identification.robot import choose_parameters
+from ..identification.selection import Selected, select_models
 from ..results import CalibratedRobot
-from ..robot import choose_parameters
+from ..studies import project_to_geometry, with_joint_offsets
 from .options import SolveOptions
 
 
@@ -92,6 +93,7 @@ def fit_robots(
             without=options.without,
             zeros=bool(options.zeros),
             prior=prior,
+            curves=with_joint_curves,
             progress=lambda word, name=recordings.name: progress(
                 f"{word} {name}".strip()
             ),
@@ -110,7 +112,7 @@ def fit_robots(
 
 
 def _fit_by_paper(recordings: RobotRecordings, options: SolveOptions) -> Fit:
-    """Fit the geometry by Eq. (5) of the paper, see :mod:`mukca.solver.paper`."""
+    """Fit the geometry by Eq. (5) of the paper, see :mod:`mukca.solver.identification.paper`."""
     assert options.regularization is not None and options.max_iterations is not None
     robot = recordings.robot
     problem = build_problem(

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import results
-from ..robot import shipped_robots
+from ..identification.robot import shipped_robots
 from .calibration import Calibration
 from .multi_robot_calibration import MultiRobotCalibration
 

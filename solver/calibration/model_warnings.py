@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from .. import results
-from ..data import Measurement
-from ..robot import Robot, choose_parameters
+from ..identification.data import Measurement
+from ..identification.robot import Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions
 

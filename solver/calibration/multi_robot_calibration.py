@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from .. import results
 from ..bases import TiedRobots, base_to_base
-from ..data import IDENTITY, Pose, as_point
-from ..robot import Origin, link_poses
+from ..identification.data import IDENTITY, Pose, as_point
+from ..identification.robot import Origin, link_poses
 from .calibration import Calibration, DistortedError
 from .errors import Errors
 from .multi_robot_urdf import Placed, joined_urdf

@@ -6,13 +6,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast, get_args
 
-from .. import data
-from ..bayes.model.effects import EXTENSIONS
+from ..identification import data
+from ..identification.effects import EXTENSIONS
 from .option import Method, Option, UsageError
 from .payloads import Payloads
 
 if TYPE_CHECKING:
-    from ..data import KnownDistance, Load, SocketAt
+    from ..identification.data import KnownDistance, Load, SocketAt
 else:  # the command line reads the types of the fields, and has words for these
     KnownDistance = SocketAt = str
 

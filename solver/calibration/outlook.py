@@ -3,11 +3,12 @@
 import numpy as np
 
 from .. import results
-from ..bayes import results as bayes
-from ..data import Load, Samples
+from .. import studies as bayes
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
 from ..diagnostics import farthest_place
-from ..robot import InverseKinematics, Robot, SimulationError
+from ..identification.data import Load, Samples
+from ..identification.robot import Robot
+from ..poses import InverseKinematics, SimulationError
 from .estimates import model_of
 from .fit import Fit
 from .problem import CalibrationProblem

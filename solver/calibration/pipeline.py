@@ -8,8 +8,8 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any, overload
 
 from ...recorder import Placement
-from ..data import base_name, in_placements
-from ..robot import Robot
+from ..identification.data import base_name, in_placements
+from ..identification.robot import Robot
 from .calibration import Calibration
 from .convergence import converged_fits
 from .multi_robot_calibration import MultiRobotCalibration, common_document

@@ -7,9 +7,9 @@ from typing import cast
 
 from ...recorder import Placement, distinctly_named
 from .. import results
-from ..data import as_flange_poses, check_distinct, check_left_out
 from ..diagnostics import next_placement, single_socket_diagnostics
-from ..robot import Robot
+from ..identification.data import as_flange_poses, check_distinct, check_left_out
+from ..identification.robot import Robot
 from .checking import checked
 from .model_warnings import check_zeros, model_warnings
 from .options import SolveOptions, UsageError

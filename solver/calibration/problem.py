@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import results
-from ..bayes.model import set_apart
-from ..bayes.selection import FoundMovement
-from ..data import Measurement, RobotRecordings
 from ..diagnostics import SIZE_BY_DISTANCE, Survey, by_fit, where_of
+from ..identification.data import Measurement, RobotRecordings
+from ..identification.model import set_apart
+from ..identification.selection import FoundMovement
 from .options import SolveOptions
 
 STEADY = "screw the base down, let the arm warm up, and record it again"

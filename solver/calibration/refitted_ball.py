@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .. import data, results
-from ..data import Measurement, Pose
-from ..paper import REGULARIZATION, build_problem, solve
-from ..robot import Parameter, Robot, choose_parameters
+from .. import results
+from ..identification import data
+from ..identification.data import Measurement, Pose
+from ..identification.paper import REGULARIZATION, build_problem, solve
+from ..identification.robot import Parameter, Robot, choose_parameters
 from .problem import CalibrationProblem
 
 

@@ -1,8 +1,8 @@
 """Document of a calibration: a fit and its figures, as ``calibration.json`` holds them."""
 
 from .. import results
-from ..data import as_point, is_distorted
-from ..robot import Robot
+from ..identification.data import as_point, is_distorted
+from ..identification.robot import Robot
 from . import estimates
 from .errors import errors_of, history
 from .fit import Fit

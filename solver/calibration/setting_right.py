@@ -5,13 +5,6 @@ from dataclasses import replace
 
 from ...recorder import Placement
 from ..assessment import LEAST_HELD_OUT
-from ..bayes.model.effects import GAIN
-from ..data import (
-    KnownDistance,
-    KnownError,
-    Measurement,
-    measure,
-)
 from ..diagnostics import (
     ALL_ACTIONS,
     LEAST,
@@ -19,8 +12,15 @@ from ..diagnostics import (
     Survey,
     named,
 )
+from ..identification.data import (
+    KnownDistance,
+    KnownError,
+    Measurement,
+    measure,
+)
+from ..identification.effects import GAIN
+from ..identification.robot import Robot
 from ..results import Diagnostic
-from ..robot import Robot
 from .inspector import Inspector, actions_of, by_findings, is_between
 from .options import SolveOptions
 from .problem import CalibrationProblem

@@ -4,11 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..bayes.model import Noise, extend
-from ..bayes.model.effects import TYPES_WITH_CURVES
-from ..bayes.results import arm_length, unit
-from ..data import CALIPER_DEVIATION, SEAT_DEVIATION, as_point
-from ..robot import Robot, SimulationError, choose_parameters
+from ..identification.data import CALIPER_DEVIATION, SEAT_DEVIATION, as_point
+from ..identification.effects import TYPES_WITH_CURVES
+from ..identification.model import Noise, extend
+from ..identification.robot import Robot, choose_parameters
+from ..poses import SimulationError
+from ..studies import arm_length, unit
 from .information import ParameterCovariance, Workspace, from_prior, workspace_of
 from .pose_route import annealing
 from .reachability import Reach

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from ...errors import fixed
-from ..robot import Robot
+from ..identification.robot import Robot
 from .hypotheses import SeatSamples
 
 STATES = {

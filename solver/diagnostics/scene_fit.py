@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..data import (
+from ..identification.data import (
     CALIPER_DEVIATION,
     STANDARD_LOAD,
     KnownDistance,
@@ -15,7 +15,7 @@ from ..data import (
     RobotRecordings,
     places_of,
 )
-from ..robot import Robot
+from ..identification.robot import Robot
 from .hypotheses import Scene, evenly, medians, samples_of
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ...errors import MukcaError
-from ..data import Measurement
-from ..robot import Robot
+from ..identification.data import Measurement
+from ..identification.robot import Robot
 from .hypotheses import FLAWS
 from .robust_fit import RigidModel
 from .scene_fit import Given, scene_of

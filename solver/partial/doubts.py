@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..bayes.model import probabilities
+from ..identification.model import probabilities
 from .evidence import TYPICAL, Explanation, changes_of, linear_about, log_evidences
 from .fit import fit
 from .system import System

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from ..calibration import Calibration, UsageError
+from ..identification.robot import Robot
 from ..results import refuse_existing, write_files
-from ..robot import Robot
 from .system import System
 from .updated import updated, urdf_with_zeros
 from .zero_posterior import SURE

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
-from ..data import Measurement, check_distinct, measure
-from ..robot import Robot
+from ..identification.data import Measurement, check_distinct, measure
+from ..identification.robot import Robot
 from .found_zeros import Zeros, still_off
 from .prior import ANGLE, LENGTH, TOLERANCES, prior_of
 from .sockets import new_samples, require_samples, similar_postures, socket_task

@@ -9,8 +9,8 @@ import numpy as np
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
-from ..data import Pose, measure
-from ..robot import InverseKinematics, SimulationError
+from ..identification.data import Pose, measure
+from ..poses import InverseKinematics, SimulationError
 from .doubts import ChangedZeros, changed_zeros
 from .fit import fit
 from .prior import ArmPrior, prior_of

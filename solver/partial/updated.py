@@ -10,10 +10,10 @@ import numpy as np
 from msgspec import structs
 
 from ...errors import fixed
-from ..bayes.model.effects import JOINT_OFFSET
-from ..bayes.results import offsets_in_origins
 from ..calibration import Calibration, UsageError
-from ..data import Pose
+from ..identification.data import Pose
+from ..identification.effects import JOINT_OFFSET
+from ..identification.robot import BallModel, Robot, add_link, all_parameters, scan
 from ..results import (
     CalibratedRobot,
     CalibrationDocument,
@@ -21,7 +21,7 @@ from ..results import (
     LaterZero,
     ToolFrame,
 )
-from ..robot import BallModel, Robot, add_link, all_parameters, scan
+from ..studies import offsets_in_origins
 from .doubts import ChangedZeros
 from .system import System
 from .zeros import JointZero

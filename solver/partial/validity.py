@@ -25,7 +25,13 @@ from ..assessment import (
     rows_since,
 )
 from ..calibration import Calibration, Errors, as_list
-from ..data import Measurement, Metrics, Readings, check_distinct, measure
+from ..identification.data import (
+    Measurement,
+    Metrics,
+    Readings,
+    check_distinct,
+    measure,
+)
 from ..results import CalibrationDocument, Summary
 from .changes import Changes, changes_since
 from .other_probe import probe_shift, probe_words

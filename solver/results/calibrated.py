@@ -11,24 +11,20 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..bayes.model import Deflection
-from ..data import STANDARD_LOAD, Load, Measurement
-from ..robot import (
-    LAST,
+from ..identification.data import STANDARD_LOAD, Load, Measurement
+from ..identification.model import Deflection
+from ..identification.robot import (
     BallModel,
-    Goal,
     Origin,
     Parameter,
-    PoseModel,
-    PoseSolver,
     Robot,
     RotationNumbers,
     RowFunction,
-    Solutions,
     relocate_meshes,
     scan,
     set_origins,
 )
+from ..poses import LAST, Goal, PoseModel, PoseSolver, Solutions
 from .by_model import ModelName
 from .joint_rows import effort_rows, position_rows, rows_for_poses
 from .symbolic import symbolic_positions

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import MukcaError
-from ..bayes.model import Deflection
-from ..bayes.model.effects import EFFECTS
-from ..data import Load
-from ..robot import RotationNumbers, all_parameters, parse_robot, scan
+from ..identification.data import Load
+from ..identification.effects import EFFECTS
+from ..identification.model import Deflection
+from ..identification.robot import RotationNumbers, all_parameters, parse_robot, scan
 from . import estimates, worth
 from .calibrated import CalibratedRobot
 from .files import Document, DocumentError, read

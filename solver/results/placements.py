@@ -9,7 +9,7 @@ from typing import Any, Literal
 from msgspec.structs import replace
 
 from ...recorder import Placement, Sample
-from ..data import removed_share
+from ..identification.data import removed_share
 from .by_model import MetricsByModel
 from .files import Document
 

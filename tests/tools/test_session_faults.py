@@ -5,7 +5,7 @@ import pytest
 
 import mukca
 from mukca.solver.diagnostics import FLAWS
-from mukca.solver.robot import BallModel
+from mukca.solver.identification.robot import BallModel
 from mukca.tools.simulation import Session, SessionFault
 
 

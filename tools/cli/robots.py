@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypedDict
 
 from ... import recorder
-from ...solver import assessment, data, diagnostics
-from ...solver import robot as robots
+from ...solver import assessment, diagnostics
 from ...solver.calibration import SolveOptions, UsageError
+from ...solver.identification import data
+from ...solver.identification import robot as robots
 from .. import parallel
 from .arguments import Options, option
 

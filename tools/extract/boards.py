@@ -16,7 +16,7 @@ import numpy as np
 from ...errors import require_file
 from ...recorder import Placement, RecordingError, Sample, Table, read_table
 from ...solver.calibration import quaternion_of
-from ...solver.robot import turn
+from ...solver.identification.robot import turn
 
 JOINTS = "joints.csv"
 """In a folder of images, a row of joint positions for each."""

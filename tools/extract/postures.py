@@ -16,9 +16,9 @@ import numpy as np
 
 from ...recorder import Placement
 from ...solver.calibration import Calibration, UsageError, pose_of_numbers
-from ...solver.data import FrameError, HandEye, hand_eye
+from ...solver.identification.data import FrameError, HandEye, hand_eye
 from ...solver.partial import LEAST_ANGLE, LEAST_PLACE, SURE, Camera
-from ...solver.robot import workspace
+from ...solver.poses import workspace
 from .log import around
 from .spanning_tree import spanning_tree
 

@@ -15,7 +15,7 @@ from ...recorder import Placement, Sample, sample_files
 from ...recorder.session import STOOD_STILL, Session
 from ...recorder.stream import JUMP, JointLimits, StationaryPose, StreamMonitor
 from ...solver.calibration import UsageError
-from ...solver.robot import Robot, nominal_balls
+from ...solver.identification.robot import Robot, nominal_balls
 from .log import Log, around
 
 

@@ -12,10 +12,10 @@ from ...errors import MukcaError
 from ...recorder import Placement, is_placement, placements_in, read_placement
 from ...solver.assessment import stamp_of
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
-from ...solver.data import copied_sockets
+from ...solver.identification.data import copied_sockets
+from ...solver.identification.robot import load_robot
 from ...solver.partial import what_changed
 from ...solver.results import ParameterValue, agreement
-from ...solver.robot import load_robot
 from ..report import build_report
 from .document import FleetArm, FleetCurves, FleetDrift, FleetParameter, FleetSession
 

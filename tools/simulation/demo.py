@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from ...recorder import DEFAULT_DISTANCE, Placement, sample_files
+from ...solver.identification.robot import Robot, gravity_moments, load_robot
 from ...solver.results import write_files
-from ...solver.robot import Robot, gravity_moments, load_robot
 from .recordings import Base, record
 from .simulated_arms import perturb
 

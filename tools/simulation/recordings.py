@@ -14,19 +14,18 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 from ...recorder import Placement
-from ...solver.bayes.model import Deflection
-from ...solver.bayes.model.effects import EFFECTS, EXTENSIONS, Effect
 from ...solver.calibration import UsageError, check_keywords
-from ...solver.data import Samples, check_distance
-from ...solver.results import CalibratedRobot
-from ...solver.robot import (
+from ...solver.identification.data import Samples, check_distance
+from ...solver.identification.effects import EFFECTS, EXTENSIONS, Effect
+from ...solver.identification.model import Deflection
+from ...solver.identification.robot import (
     BallModel,
-    InverseKinematics,
     Robot,
-    SimulationError,
     choose_parameters,
     gravity_moments,
 )
+from ...solver.poses import InverseKinematics, SimulationError
+from ...solver.results import CalibratedRobot
 from .simulated_arms import Imperfection, perturb
 
 if TYPE_CHECKING:

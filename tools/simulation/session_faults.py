@@ -14,9 +14,14 @@ import numpy as np
 from ...drivers import Driver, Reason
 from ...drivers.arms import Mock, arm_at
 from ...recorder import Placement
-from ...solver.data import measure
 from ...solver.diagnostics import FLAWS, RigidModel, SeatSamples, shift_by
-from ...solver.robot import BallModel, Robot, all_parameters, nominal_balls
+from ...solver.identification.data import measure
+from ...solver.identification.robot import (
+    BallModel,
+    Robot,
+    all_parameters,
+    nominal_balls,
+)
 
 APART = 0.03
 """Balls that lie farther apart than this were in two sockets [m]."""

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...solver.bayes.model import Deflection, extend
-from ...solver.bayes.model.effects import effects_of
-from ...solver.robot import (
+from ...solver.identification.effects import effects_of
+from ...solver.identification.model import Deflection, extend
+from ...solver.identification.robot import (
     STANDARD_GRAVITY,
     Joint,
     Robot,

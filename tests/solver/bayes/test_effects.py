@@ -9,9 +9,9 @@ import pytest
 from imagined import slopes
 
 import mukca
-from mukca.solver.bayes.inference import estimate
-from mukca.solver.bayes.model import Deflection, extend
-from mukca.solver.bayes.model.effects import (
+from mukca.solver.calibration import SolveOptions, prior_of, problems_of
+from mukca.solver.identification.data import STANDARD_LOAD, Samples, observe
+from mukca.solver.identification.effects import (
     EFFECTS,
     EXTENSIONS,
     OWN,
@@ -19,16 +19,16 @@ from mukca.solver.bayes.model.effects import (
     Effect,
     add_effect,
 )
-from mukca.solver.calibration import SolveOptions, prior_of, problems_of
-from mukca.solver.data import STANDARD_LOAD, Samples, observe
-from mukca.solver.robot import (
+from mukca.solver.identification.inference import estimate
+from mukca.solver.identification.model import Deflection, extend
+from mukca.solver.identification.robot import (
     BallModel,
     angles_near,
     choose_parameters,
     load_robot,
     rotation_rpy,
-    workspace,
 )
+from mukca.solver.poses import workspace
 from mukca.tools.simulation import Imperfection, reachable_bases, record
 
 UNLOADED = 0.02

@@ -8,7 +8,7 @@ from altered import coefficients, moved, with_efforts
 from imagined import held_out
 
 import mukca
-from mukca.solver.bayes.model import effects
+from mukca.solver.identification import effects
 
 pytestmark = pytest.mark.slow
 EXTENSIONS = tuple(

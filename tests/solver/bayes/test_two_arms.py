@@ -10,12 +10,9 @@ from worlds import measured_points
 
 import mukca
 from mukca.solver.bases import Visitor, places_alone, tie
-from mukca.solver.bayes.inference import estimate
-from mukca.solver.bayes.model import extend
-from mukca.solver.bayes.model.effects import JOINT_OFFSET
-from mukca.solver.bayes.results import workspace_errors
 from mukca.solver.calibration import posterior_of
-from mukca.solver.data import (
+from mukca.solver.design import predicted_posterior
+from mukca.solver.identification.data import (
     STANDARD_LOAD,
     Pose,
     RobotRecordings,
@@ -23,8 +20,11 @@ from mukca.solver.data import (
     observations_at,
     places_of,
 )
-from mukca.solver.design import predicted_posterior
-from mukca.solver.robot import BallModel, choose_parameters, rotation_rpy
+from mukca.solver.identification.effects import JOINT_OFFSET
+from mukca.solver.identification.inference import estimate
+from mukca.solver.identification.model import extend
+from mukca.solver.identification.robot import BallModel, choose_parameters, rotation_rpy
+from mukca.solver.studies import workspace_errors
 from mukca.tools.simulation import perturb
 
 pytestmark = pytest.mark.slow

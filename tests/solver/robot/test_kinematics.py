@@ -10,7 +10,7 @@ from imagined import slopes
 from project import ROOT
 from scipy.optimize import minimize
 
-from mukca.solver.robot import (
+from mukca.solver.identification.robot import (
     BallModel,
     all_parameters,
     choose_parameters,
@@ -22,8 +22,8 @@ from mukca.solver.robot import (
     scan,
     shipped_robots,
     turn,
-    workspace,
 )
+from mukca.solver.poses import workspace
 
 
 def crane():

@@ -7,7 +7,7 @@ import pytest
 import yourdfpy
 from cases import by_table
 
-from mukca.solver.robot import (
+from mukca.solver.identification.robot import (
     BallModel,
     ModelError,
     Origin,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mukca import MukcaError
-from mukca.solver.robot import turn
+from mukca.solver.identification.robot import turn
 from mukca.tools.extract import Board, read_images
 
 BOARD = Path(__file__).parents[3] / "docs" / "images" / "charuco.svg"

@@ -7,9 +7,10 @@ from pathlib import Path
 from statistics import fmean, stdev
 from typing import Any
 
-from ....solver import assessment, calibration, data, diagnostics, results
+from ....solver import assessment, calibration, diagnostics, results
 from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions, UsageError
+from ....solver.identification import data
 from ... import cli
 from .prediction import predicted_accuracy
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 from ....errors import fixed
 from ....recorder import METADATA
 from ....recorder.stream import STILL, WINDOW
+from ....solver.identification.robot import Robot
 from ....solver.results import write_files
-from ....solver.robot import Robot
 from ... import cli, extract
 from ...recording import joints_of
 

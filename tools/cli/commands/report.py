@@ -8,7 +8,7 @@ from .... import recorder
 from ....solver import assessment, results
 from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import SolveOptions
-from ....solver.data import check_distinct, measure
+from ....solver.identification.data import check_distinct, measure
 from ....solver.results import write_files
 from ... import cli, report
 from ...report import figures

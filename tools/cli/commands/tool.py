@@ -8,8 +8,9 @@ from pathlib import Path
 
 from .... import recorder
 from ....errors import JOINT_POSITION, LENGTH
-from ....solver import calibration, partial, robot
+from ....solver import calibration, partial
 from ....solver.calibration import UsageError
+from ....solver.identification import robot
 from ... import extract
 from .. import DetailsOptions, Terminal, argument, one_arm, option
 from .report import emit_with_page

@@ -14,10 +14,15 @@ import numpy as np
 
 from ....errors import MukcaError
 from ....solver import assessment
-from ....solver.data import Measurement, as_point, evaluate
-from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
+from ....solver.identification.data import Measurement, as_point, evaluate
+from ....solver.identification.paper import (
+    REGULARIZATION,
+    Problem,
+    build_problem,
+    solve,
+)
+from ....solver.identification.robot import Robot, all_parameters, link_poses
 from ....solver.results import Model
-from ....solver.robot import Robot, all_parameters, link_poses
 from . import types
 from .answers import answers_of
 from .command_lines import solve_command

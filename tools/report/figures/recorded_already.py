@@ -10,7 +10,7 @@ import numpy as np
 from ....errors import MukcaError
 from ....recorder import RecordingError, find_placements, read_placement
 from ....solver.assessment import LEAST_HELD_OUT, NEAREST, Assessment
-from ....solver.data import measure, parse_left_out, whole_name
+from ....solver.identification.data import measure, parse_left_out, whole_name
 
 
 class UnusedPlacement(NamedTuple):
