@@ -11,10 +11,9 @@ from ..bases import TiedRobots, Visitor, places_alone, tie
 from ..curves import with_joint_curves
 from ..identification.data import WORLD, RobotRecordings, observations_at, places_of
 from ..identification.inference import Posterior
-from ..identification.model import GivenPrior
 from ..identification.paper import build_problem, covariance, solve
 from ..identification.robot import choose_parameters
-from ..identification.selection import Selected, select_models
+from ..identification.selection import Prior, Selected, select_models
 from ..results import CalibratedRobot
 from ..studies import project_to_geometry, with_joint_offsets
 from .options import SolveOptions
@@ -55,7 +54,7 @@ def fit_robots(
     robots: Sequence[RobotRecordings],
     options: SolveOptions,
     *,
-    prior: GivenPrior | None = None,
+    prior: Prior = None,
     require_scale: bool = True,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fit]:

@@ -7,12 +7,7 @@ from ...studies import joint_offsets_in_words
 from ..data import Observations, RobotRecordings
 from ..effects import CURVE, EFFECTS, EXTENSIONS, effects_of
 from ..inference import FitPosterior, estimate, refit
-from ..model import (
-    ExtendedModel,
-    GivenPrior,
-    differences_of,
-    extend,
-)
+from ..model import ExtendedModel, GivenPrior, differences_of, extend
 from ..robot import Parameter
 from .model_averaging import beside_curves
 from .model_choice import ModelChoice, choose_models
@@ -23,6 +18,8 @@ JOINT_NOISE = "joint-noise"
 """Named beside the extensions: the noise of the joints."""
 Progress = Callable[[str], None]
 """Called with a word for each model that is fitted."""
+Prior = GivenPrior | None
+"""What an earlier calibration of the robot left known."""
 CurveFit = Callable[
     [FitPosterior, tuple[FitPosterior, float] | None, Progress],
     tuple[FitPosterior, str],
@@ -50,7 +47,7 @@ def select_models(
     *,
     without: Collection[str] = (),
     zeros: bool = False,
-    prior: GivenPrior | None = None,
+    prior: Prior = None,
     curves: CurveFit | None = None,
     progress: Progress = lambda _: None,
 ) -> Selected:
@@ -100,7 +97,7 @@ def _geometric_model(
     recordings: RobotRecordings,
     parameters: Sequence[Parameter],
     first: Sequence[str],
-    prior: GivenPrior | None,
+    prior: Prior,
 ) -> ExtendedModel:
     """Return the model before any extension: the geometry, and effects that are there anyway.
 
