@@ -19,7 +19,7 @@ from ...data import Samples, joined
 from ...results import ErrorParts, Interval
 from ..inference import Posterior
 from ..model import probabilities
-from .evidence import NOISES, Background
+from .background import NOISES, Background
 from .projections import basis_of, block_diagonal, rows_of
 from .uncertainty import covariance_of
 
