@@ -2,10 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from inspect import getdoc, signature
 from itertools import chain
-from textwrap import fill
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, overload
 
 from ...recorder import Placement
 from ..identification.data import base_name, in_placements
@@ -13,7 +11,7 @@ from ..identification.robot import Robot
 from .calibration import Calibration
 from .convergence import converged_fits
 from .multi_robot_calibration import MultiRobotCalibration, common_document
-from .options import CalibrateOptions, SolveOptions, check_keywords, option_table
+from .options import CalibrateOptions, SolveOptions, check_keywords
 from .preparation import Recordings, problems_of
 from .results import document_of
 
@@ -67,7 +65,11 @@ def calibrate(
             given by name, too, and those of one base have one name.
         test: Placements that the fit does not see. One that is trained on is left out of them.
         progress: Called with a word for each model that is fitted.
-        options: The options of a calibration, as ``mukca solve`` has them.
+        options: Fields of :class:`.SolveOptions`, which ``mukca solve --help-all`` explains. Of
+            both methods: method, distance, free, fix, as_recorded, leave_out, split_moved,
+            flange_poses, repeatability_mm, accept_distorted. Of ``auto`` alone: known, sockets_at,
+            distance_deviation, without, zeros, prior, remounted, payload, gravity. Of ``paper``
+            alone: optimizer, regularization, max_iterations.
 
     Raises:
         UsageError: An option that cannot be, or belongs to the other method.
@@ -76,7 +78,7 @@ def calibrate(
         FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
         NotConverged: The fit did not converge.
     """
-    check_keywords("calibrate", options, signature(calibrate).parameters)
+    check_keywords("calibrate", options, CalibrateOptions.__annotations__)
     settings = SolveOptions(**options).validated()
     problems = problems_of(robot, train, test, settings)
     # A known distance follows a placement that was split.
@@ -97,20 +99,3 @@ def calibrate(
     assert fits[0].world is not None  # the paper's method knows one robot
     document = common_document(calibrations, fits[0].world)
     return MultiRobotCalibration(calibrations, document)
-
-
-def _show_options(function: Callable[..., Any]) -> None:
-    """Let ``help`` and notebooks show each option of a function that takes them by keyword."""
-    *arguments, _ = signature(function).parameters.values()
-    parameters = [*arguments, *signature(SolveOptions).parameters.values()]
-    function.__signature__ = signature(function).replace(parameters=parameters)  # pyright: ignore
-    texts = (f"{name}: {option.described}." for name, option in option_table().items())
-    rows = [
-        fill(text, 92, initial_indent="    ", subsequent_indent="        ")
-        for text in texts
-    ]
-    # The compiler of Python 3.13 takes the indentation off, -OO the whole docstring.
-    function.__doc__ = "\n".join([getdoc(function) or "", "", "Options:", *rows])
-
-
-_show_options(calibrate)
