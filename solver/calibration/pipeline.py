@@ -8,7 +8,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any, overload
 
 from ...recorder import Placement
-from ..data import base_name, in_placements
+from ..data import base_name, in_placements, one_blas_thread
 from ..robot import Robot
 from .calibration import Calibration
 from .convergence import converged_fits
@@ -48,6 +48,7 @@ def calibrate(
 ) -> MultiRobotCalibration: ...
 
 
+@one_blas_thread
 def calibrate(
     robot: Robot | Mapping[str, Robot],
     train: Recordings,
