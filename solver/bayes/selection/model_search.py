@@ -50,7 +50,7 @@ def search(
         tried.add(extended.extensions)
         progress(stage)
         try:
-            candidate = refit(best, extended)
+            candidate = refit(best, extended, average_widths=False)
         except NotConverged:
             gains.setdefault(stage)
             continue
@@ -78,7 +78,8 @@ def models_by_type(
             continue
         progress("type prior")
         with suppress(NotConverged):
-            like_type = refit(fit, replace(extended, of_type=of_type))
+            model = replace(extended, of_type=of_type)
+            like_type = refit(fit, model, average_widths=False)
             models[extended.extensions] = _without_idle(like_type)
     by_active = {model.active: model for model in models.values()}
     return list(by_active.values())
@@ -90,4 +91,5 @@ def _without_idle(fit: FitPosterior) -> FitPosterior:
     if not idle:
         return fit
     effects = {*fit.model.extensions} - idle
-    return refit(fit, fit.model.with_effects(effects))
+    model = fit.model.with_effects(effects)
+    return refit(fit, model, average_widths=False)
