@@ -21,7 +21,7 @@ from ..assessment import (
     joints_wrong,
 )
 from ..assessment import Options as AssessmentOptions
-from ..identification.data import Measurement, measure
+from ..identification.data import Measurement, measure, one_blas_thread
 from .deviation import FittedModel
 from .errors import Errors, compared_models, placement_errors
 from .option import UsageError
@@ -158,6 +158,7 @@ class Calibration(FittedModel):
         saved.base_in = self.base_in
         return saved
 
+    @one_blas_thread
     def validate(self, placements: Placement | Sequence[Placement]) -> Errors:
         """Measure the calibration on other recordings.
 

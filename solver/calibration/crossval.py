@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from ..diagnostics import named
-from ..identification.data import Measurement
+from ..identification.data import Measurement, one_blas_thread
 from ..identification.inference import Posterior
 from ..identification.paper import NotConverged
 from ..results import PlacementErrors
@@ -53,6 +53,7 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     return [*(left_out if count > 1 else []), *singles, *resampled, *halves]
 
 
+@one_blas_thread
 def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
     """Fit, and return the errors at every placement; None if the fit did not converge."""
     train = [problem.measurements[i] for i in job.trained]

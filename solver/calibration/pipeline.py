@@ -6,7 +6,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, overload
 
 from ...recorder import Placement
-from ..identification.data import base_name, in_placements
+from ..identification.data import base_name, in_placements, one_blas_thread
 from ..identification.robot import Robot
 from .calibration import Calibration
 from .convergence import converged_fits
@@ -46,6 +46,7 @@ def calibrate(
 ) -> MultiRobotCalibration: ...
 
 
+@one_blas_thread
 def calibrate(
     robot: Robot | Mapping[str, Robot],
     train: Recordings,

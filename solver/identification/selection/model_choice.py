@@ -42,9 +42,10 @@ class ModelChoice:
     @property
     def mean(self) -> FitPosterior:
         """The mean of the models."""
-        if len(self.models) == 1:
-            return self.models[0]
-        return averaged(self.models, self.probabilities)
+        models = [model.over_widths for model in self.models]
+        if len(models) == 1:
+            return models[0]
+        return averaged(models, self.probabilities)
 
     def share(self, counts: Callable[[FitPosterior], bool]) -> float:
         """Return the probability of all models that count."""

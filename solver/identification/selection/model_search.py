@@ -45,7 +45,7 @@ def search(
         tried.add(extended.extensions)
         progress(stage)
         try:
-            candidate = refit(best, extended)
+            candidate = refit(best, extended, average_widths=False)
         except NotConverged:
             gains.setdefault(stage)
             continue
@@ -63,4 +63,5 @@ def _without_idle(fit: FitPosterior) -> FitPosterior:
     if not idle:
         return fit
     effects = {*fit.model.extensions} - idle
-    return refit(fit, fit.model.with_effects(effects))
+    model = fit.model.with_effects(effects)
+    return refit(fit, model, average_widths=False)

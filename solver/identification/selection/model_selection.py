@@ -73,6 +73,7 @@ def select_models(
         data,
         joint_noise=JOINT_NOISE not in without,
         movements=differences_of(recordings),
+        average_widths=False,
     )
     stages = _stages(first, without)
     scalar = [name for name in stages if name != CURVE.extension]
@@ -133,6 +134,6 @@ def _search_beside_movements(
     searched = search(geometric, stages, progress)
     movements, reported = movements_by_evidence(searched.best)
     if any(movement.kept for movement in reported):
-        geometric = refit(geometric, movements=movements)
+        geometric = refit(geometric, movements=movements, average_widths=False)
         searched = search(geometric, stages, progress)
     return searched, reported

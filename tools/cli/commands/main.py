@@ -7,6 +7,7 @@
 import argparse
 import difflib
 import errno
+import gc
 import importlib
 import os
 import re
@@ -55,6 +56,8 @@ UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EBADF, errno.EDQUOT)
 """Errors of a standard output that is full, or gone."""
 UNREACHABLE = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP)
 """Errors of a path that was typed, where no verb tells them."""
+GARBAGE = 20_000
+"""New objects after which Python looks for garbage; its own 700 cost a twentieth of a solve."""
 EXAMPLES = 2
 """Examples that ``--help`` shows."""
 
@@ -85,6 +88,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status; an exception is a defect of mukca."""
     # The matrices here are small: threads of the linear algebra cost more than they bring.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(GARBAGE)
     if "_ARGCOMPLETE" in os.environ and find_spec("argcomplete"):
         complete(os.environ.get("COMP_LINE", ""))
     if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]  (closed by the caller)
