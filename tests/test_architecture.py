@@ -141,6 +141,13 @@ def test_only_the_command_line_prints():
         assert not printing, file
 
 
+def test_one_file_writes_to_the_terminal_and_cleans_what_it_writes():
+    """The recorder's screen cleans its lines where it draws them."""
+    writing = re.compile(r"std(out|err)\.write|(?<!Clean)Console\(stderr|from rich import print")
+    writers = [str(file.relative_to(ROOT)) for file in FILES if writing.search(file.read_text())]
+    assert writers == ["tools/cli/console.py"]
+
+
 def test_numbers_with_a_sign_are_written_by_one_function():
     """What rounds to zero has no sign; see :func:`mukca.errors.fixed`."""
     for file in FILES:

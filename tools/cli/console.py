@@ -1,4 +1,7 @@
-"""Output of the verbs: lines, tables and JSON; with ``--json`` all text goes to standard error."""
+"""Output of the verbs: lines, tables and JSON; with ``--json`` all text goes to standard error.
+
+All that the program writes to a terminal is written here, and cleaned; JSON is ASCII.
+"""
 
 import os
 import sys
@@ -6,6 +9,7 @@ from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TextIO
 
+from ...errors import cleaned
 from .tables import FittingTable, in_words, wrapped
 
 if TYPE_CHECKING:
@@ -31,9 +35,9 @@ class Terminal:
     @cached_property
     def console(self) -> "Console":
         """A rich console on the people's stream; plain text where that is no terminal."""
-        from rich.console import Console
+        from .clean_console import CleanConsole
 
-        console = Console(stderr=self.json, highlight=False)
+        console = CleanConsole(stderr=self.json, highlight=False)
         console.soft_wrap = not console.is_terminal
         if not console.is_terminal and "COLUMNS" not in os.environ:
             console.width = PIPED_WIDTH
@@ -45,12 +49,14 @@ class Terminal:
         if not sys.stderr.isatty():
             yield lambda _: None
             return
-        from rich.console import Console
+        from rich.markup import escape
         from rich.progress import Progress
 
-        with Progress(console=Console(stderr=True), transient=True) as bar:
+        from .clean_console import CleanConsole
+
+        with Progress(console=CleanConsole(stderr=True), transient=True) as bar:
             task = bar.add_task("", total=total)
-            yield lambda step: bar.update(task, description=step, advance=1)
+            yield lambda step: bar.update(task, description=escape(step), advance=1)
 
     def say(self, *texts: str) -> None:
         """Write lines for people, broken between words where a terminal is narrower."""
@@ -116,6 +122,11 @@ class Terminal:
             sys.stdout.flush()
 
 
+def write_error(line: str) -> None:
+    """Write a line to standard error, whole."""
+    sys.stderr.write(f"{cleaned(line)}\n")
+
+
 def _columns(stream: TextIO) -> int | None:
     """Return the width of a terminal; None where a stream goes elsewhere."""
     if not stream.isatty():
@@ -126,6 +137,6 @@ def _columns(stream: TextIO) -> int | None:
 def _write(stream: TextIO, texts: "Iterable[str]") -> None:
     """Write lines, on a terminal broken between words."""
     columns = _columns(stream)
-    for text in texts:
+    for text in map(cleaned, texts):
         lines = [text] if columns is None else wrapped(text, columns)
         stream.writelines(f"{line}\n" for line in lines)
