@@ -1,16 +1,25 @@
 """What a stranger wrote steers no terminal, runs no program, and opens no other file."""
 
 import json
+import os
 import re
 import shutil
+import subprocess
+import sys
+from types import SimpleNamespace
 
 import pytest
+from emulator_programs import emulated_program
+from project import ROOT
+from terminal_session import PATIENCE
 
+from mukca.drivers import open_driver
 from mukca.recorder import Sample
 from mukca.recorder.session import Advice, Message, Session, View
 from mukca.recorder.stream import JointLimits
 from mukca.recorder.terminal import Lines, render
 from mukca.tools.cli import Terminal
+from mukca.tools.report.figures import collect
 
 TITLE, CLIPBOARD, HIDDEN = "\x1b]0;mine\x07", "\x1b]52;c;ZWNobw==\x07", "\x1b[8m"
 STEERING = f"{TITLE}{CLIPBOARD}{HIDDEN}\x9b2J\x7f\r\u202e\u2066"
@@ -120,3 +129,85 @@ def test_lines_of_the_recorder_obey_it_not(capsys):
     out, _ = capsys.readouterr()
     assert "refused ?]0;mine?" in out
     assert_clean(out)
+
+
+PROGRAM = """
+import sys
+del sys.path[0]
+from mukca import __main__
+from mukca.tools import cli
+from mukca.tools.parallel import Workers
+cli.main = lambda: print(Workers(2).map(str, [1, 2])) or 0
+__main__.run()
+"""
+MODULES = ("numpy", "rich", "pickle", "socket", "rtde_receive")
+
+
+@pytest.fixture
+def trap(tmp_path):
+    """A folder of modules that tell when they are run."""
+    for name in MODULES:
+        (tmp_path / f"{name}.py").write_text("open('ran', 'w')\n")
+    return tmp_path
+
+
+STARTS = [
+    ("-m", "mukca", "check", "nowhere", "--robot", "panda"),
+    pytest.param(
+        ("-c", PROGRAM),
+        marks=pytest.mark.skipif(sys.version_info < (3, 11), reason="no PYTHONSAFEPATH"),
+    ),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", STARTS)
+def test_no_module_of_the_current_folder_is_run(trap, words):
+    environment = {name: text for name, text in os.environ.items() if name != "PYTHONSAFEPATH"}
+    path = os.pathsep.join([str(ROOT.parent), environment.get("PYTHONPATH", "")])
+    environment["PYTHONPATH"] = path.rstrip(os.pathsep)  # an empty entry is the current folder
+    command = [sys.executable, *words]
+    done = subprocess.run(command, cwd=trap, env=environment, capture_output=True, text=True)
+    assert not (trap / "ran").exists()
+    assert "nowhere" in done.stderr or done.stdout == "['1', '2']\n", done.stderr
+
+
+@pytest.mark.slow
+def test_ur_rtde_comes_from_no_current_folder(trap, monkeypatch):
+    pytest.importorskip("rtde_receive", reason="ur-rtde has no wheel for this Python")
+    with emulated_program("ur", trap) as emulation:
+        monkeypatch.chdir(trap)
+        with open_driver("ur-rtde", emulation.host) as driver:
+            driver.read(PATIENCE)
+    assert not (trap / "ran").exists()
+
+
+def meshes_read(folder, *names):
+    """Return the frames that have a shape, of a model in a folder that names some mesh files."""
+    shapes = [f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in names]
+    text = f'<robot name="r"><link name="a">{"".join(shapes)}</link></robot>'
+    model = SimpleNamespace(nominal_urdf=text, source=str(folder / "robot.urdf"))
+    robot = SimpleNamespace(base="a", joints=())
+    return [mesh.frame for mesh in collect.link_meshes(model, robot)]
+
+
+def test_a_mesh_is_read_only_from_the_models_own_folders(tmp_path, caplog):
+    import trimesh
+
+    package = tmp_path / "arm"
+    (package / "urdf").mkdir(parents=True)
+    (package / "package.xml").touch()
+    for file in (package / "ball.stl", tmp_path / "secret.stl", tmp_path / "secret.glb"):
+        trimesh.creation.icosphere(subdivisions=1).export(file)
+    (package / "link.stl").symlink_to(tmp_path / "secret.stl")
+    (package / "ball.glb").write_bytes((tmp_path / "secret.glb").read_bytes())
+    for name in ("../ball.stl", "package://arm/ball.stl", str(package / "ball.stl")):
+        assert meshes_read(package / "urdf", name) == [0]
+    assert meshes_read(package / "urdf", "../ball.glb") == []
+    assert not caplog.records
+    outside = ["../../secret.stl", f"{tmp_path}/secret.stl", f"file://{tmp_path}/secret.stl"]
+    for name in (*outside, "../link.stl", "package://arm/../../secret.stl"):
+        caplog.clear()
+        assert meshes_read(package / "urdf", name) == []
+        assert name in caplog.text and "\n" not in caplog.records[0].message
+    assert meshes_read(package / "urdf", "package:///tmp/secret.stl") == []
