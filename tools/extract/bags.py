@@ -27,7 +27,7 @@ from .log import (
     needed_columns,
     unknown_joints,
 )
-from .unpacking import bound_chunks, require_bounded
+from .unpacking import bound_chunks, require_bounded, require_few_numbers
 
 
 def read_bag(question: Question) -> Log:
@@ -208,10 +208,11 @@ def _table(question: Question) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     for file in files:
         try:
             require_file(file, largest=None)
+            require_few_numbers(file, parquet.read_metadata(file))
             table = parquet.read_table(
                 file, columns=[STATE, "timestamp", "episode_index"]
             )
-            states = np.array(table[STATE].to_pylist(), dtype=float)
+            states = np.stack(table[STATE].to_numpy()).astype(float)
             times = table["timestamp"].to_numpy(), table["episode_index"].to_numpy()
         except (ArrowException, OSError, KeyError, ValueError) as error:
             words = " ".join(str(error).split())

@@ -12,6 +12,8 @@ LARGEST_CHUNK = 100_000_000
 """Size to which a chunk or a message is unpacked at most [bytes]."""
 LARGEST_BAG = 5_000_000_000
 """Size to which a whole file is unpacked at most, on the disk [bytes]."""
+MOST_NUMBERS = 50_000_000
+"""Numbers in a file of a data set at most: of equal ones, a kilobyte holds millions."""
 ZSTD = b"\x28\xb5\x2f\xfd"
 """First bytes of a file that is compressed as a whole."""
 
@@ -63,6 +65,16 @@ def require_bounded(file: Path) -> None:
             size += len(part)
             if size > LARGEST_BAG:
                 raise _too_large(file.name, LARGEST_BAG)
+
+
+def require_few_numbers(file: Path, metadata: Any) -> None:
+    """See that a parquet file declares no more numbers than the frames of a robot have."""
+    count = 0
+    for i in range(metadata.num_row_groups):
+        group = metadata.row_group(i)
+        count += sum(group.column(j).num_values for j in range(group.num_columns))
+    if count > MOST_NUMBERS:
+        raise ExtractError(f"{file}: {count} numbers; at most {MOST_NUMBERS} are read")
 
 
 def _too_large(part: str, largest: int) -> ExtractError:
