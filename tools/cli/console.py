@@ -35,9 +35,7 @@ class Terminal:
     @cached_property
     def console(self) -> "Console":
         """A rich console on the people's stream; plain text where that is no terminal."""
-        from .clean_console import CleanConsole
-
-        console = CleanConsole(stderr=self.json, highlight=False)
+        console = _clean_console(stderr=self.json)
         console.soft_wrap = not console.is_terminal
         if not console.is_terminal and "COLUMNS" not in os.environ:
             console.width = PIPED_WIDTH
@@ -52,9 +50,7 @@ class Terminal:
         from rich.markup import escape
         from rich.progress import Progress
 
-        from .clean_console import CleanConsole
-
-        with Progress(console=CleanConsole(stderr=True), transient=True) as bar:
+        with Progress(console=_clean_console(stderr=True), transient=True) as bar:
             task = bar.add_task("", total=total)
             yield lambda step: bar.update(task, description=escape(step), advance=1)
 
@@ -120,6 +116,12 @@ class Terminal:
 
             sys.stdout.write(encode(value).decode() + "\n")
             sys.stdout.flush()
+
+
+def _clean_console(*, stderr: bool) -> "Console":
+    from .clean_console import CleanConsole
+
+    return CleanConsole(stderr=stderr, highlight=False)
 
 
 def write_error(line: str) -> None:

@@ -30,10 +30,10 @@ def bound_chunks() -> Callable[[bytes], bytes]:
     from rosbags.rosbag2 import storage_mcap
 
     bz2, lz4 = _bounded(BZ2Decompressor), _bounded(LZ4FrameDecompressor)
-    zstd = _bounded(_zstd().ZstdDecompressor)
+    unpack_message = _bounded(_zstd().ZstdDecompressor)
     reader.decompressors.update(bz2=bz2, lz4=lz4)
-    storage_mcap.DECOMPRESSORS.update(lz4=lz4, zstd=zstd)
-    return zstd
+    storage_mcap.DECOMPRESSORS.update(lz4=lz4, zstd=unpack_message)
+    return unpack_message
 
 
 def _zstd() -> Any:
