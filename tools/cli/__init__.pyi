@@ -17,6 +17,7 @@ from .common_options import JsonOption as JsonOption
 from .common_options import OutputOptions as OutputOptions
 from .common_options import PayloadOptions as PayloadOptions
 from .console import Terminal as Terminal
+from .console import write_error as write_error
 from .defect import report_defect as report_defect
 from .each_arm import for_each_arm as for_each_arm
 from .each_arm import one_arm as one_arm

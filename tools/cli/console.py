@@ -1,4 +1,7 @@
-"""Output of the verbs: lines, tables and JSON; with ``--json`` all text goes to standard error."""
+"""Output of the verbs: lines, tables and JSON; with ``--json`` all text goes to standard error.
+
+All that the program writes to a terminal is written here, and cleaned; JSON is ASCII.
+"""
 
 import os
 import sys
@@ -7,6 +10,7 @@ from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any, TextIO
 
+from ...errors import cleaned
 from .tables import FittingTable, in_words, wrapped
 
 if TYPE_CHECKING:
@@ -32,9 +36,7 @@ class Terminal:
     @cached_property
     def console(self) -> "Console":
         """A rich console on the people's stream; plain text where that is no terminal."""
-        from rich.console import Console
-
-        console = Console(stderr=self.json, highlight=False)
+        console = _clean_console(stderr=self.json)
         console.soft_wrap = not console.is_terminal
         if not console.is_terminal and "COLUMNS" not in os.environ:
             console.width = PIPED_WIDTH
@@ -46,12 +48,12 @@ class Terminal:
         if not sys.stderr.isatty():
             yield lambda _: None
             return
-        from rich.console import Console
+        from rich.markup import escape
         from rich.progress import Progress
 
-        with Progress(console=Console(stderr=True), transient=True) as bar:
+        with Progress(console=_clean_console(stderr=True), transient=True) as bar:
             task = bar.add_task("", total=total)
-            yield lambda step: bar.update(task, description=step, advance=1)
+            yield lambda step: bar.update(task, description=escape(step), advance=1)
 
     def say(self, *texts: str) -> None:
         """Write lines for people, broken between words where a terminal is narrower."""
@@ -114,6 +116,17 @@ class Terminal:
             sys.stdout.write(encode(value).decode() + "\n")
 
 
+def _clean_console(*, stderr: bool) -> "Console":
+    from .clean_console import CleanConsole
+
+    return CleanConsole(stderr=stderr, highlight=False)
+
+
+def write_error(line: str) -> None:
+    """Write a line to standard error, whole."""
+    sys.stderr.write(f"{cleaned(line)}\n")
+
+
 def _columns(stream: TextIO) -> int | None:
     """Return the width of a terminal; None where a stream goes elsewhere."""
     if not stream.isatty():
@@ -124,7 +137,8 @@ def _columns(stream: TextIO) -> int | None:
 def _write(stream: TextIO, texts: "Iterable[str]") -> None:
     """Write lines, on a terminal broken between words."""
     columns = _columns(stream)
+    lines = map(cleaned, texts)
     if columns is not None:
-        texts = chain.from_iterable(wrapped(text, columns) for text in texts)
+        lines = chain.from_iterable(wrapped(line, columns) for line in lines)
     # At once, so that a stream that is flushed after each line is flushed once.
-    stream.write("".join(f"{text}\n" for text in texts))
+    stream.write("".join(f"{line}\n" for line in lines))

@@ -4,6 +4,7 @@ OpenCV finds the corners of a ChArUco board in a folder of images; where the mat
 not given, it is found from the same images.
 """
 
+import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -29,6 +30,8 @@ SOUGHT = ("4X4_1000", "5X5_1000", "6X6_1000", "7X7_1000", "ARUCO_ORIGINAL")
 """Dictionaries whose markers are looked for where the board is not seen."""
 FEWEST_MARKERS = 3
 """Fewer are seen by chance."""
+MOST_PIXELS = 200_000_000
+"""Pixels of an image at most: of one in a single colour, a kilobyte holds millions."""
 FEWEST_IMAGES = 8
 """Fewest images for the matrix of the camera."""
 
@@ -59,6 +62,7 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
         RecordingError: OpenCV is not installed, images and rows differ in number, or too few of
             them show the board.
     """
+    os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))
     try:
         cv: Any = import_module("cv2")
     except ImportError:
@@ -166,7 +170,12 @@ def _corners(
     pictures: list[Any] = []
     for file in files:
         require_file(file)
-        picture = cv.imread(str(file), cv.IMREAD_GRAYSCALE)
+        try:
+            picture = cv.imread(str(file), cv.IMREAD_GRAYSCALE)
+        except cv.error:
+            raise RecordingError(
+                f"{file}: an image has at most {MOST_PIXELS} pixels"
+            ) from None
         if picture is None or (pictures and picture.shape != pictures[0].shape):
             raise RecordingError(f"{file}: no image of the same size as those before")
         pictures.append(picture)

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, NoReturn
 
 from ...._version import __version__
 from ....errors import MukcaError
-from .. import Terminal
+from .. import Terminal, write_error
 
 GROUPS = {
     "every day": "record check solve validate report",
@@ -108,8 +108,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             parser.print_help()
             return 0
         if verb not in VERBS and not verb.startswith("-"):
-            sys.stderr.write(
-                f"mukca: no verb is called {verb!r}; mukca --help lists them{meant(verb, VERBS)}\n"
+            write_error(
+                f"mukca: no verb is called {verb!r}; mukca --help lists them{meant(verb, VERBS)}"
             )
             return 2
         arguments = parser.parse_args(words)
@@ -122,24 +122,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         for argument, word in TYPED.items():
             line = line.replace(argument, word)
         name = f"mukca {verb}" if verb in VERBS else "mukca"
-        sys.stderr.write(f"{name}: {line}\n")
+        write_error(f"{name}: {line}")
         return 1 if error.failed else 2
     except KeyboardInterrupt:
-        sys.stderr.write(f"mukca {verb}: interrupted\n")
+        write_error(f"mukca {verb}: interrupted")
         return 130
     except BrokenPipeError:  # the reader went away, as with `| head`
         _write_nowhere()
         return 141
     except OSError as error:
         if error.filename is not None and error.errno in UNREACHABLE:
-            sys.stderr.write(f"mukca {verb}: {error.filename}: {error.strerror}\n")
+            write_error(f"mukca {verb}: {error.filename}: {error.strerror}")
             return 2
         if error.filename is not None or error.errno not in UNWRITABLE:
             raise
         _write_nowhere()
-        sys.stderr.write(
-            f"mukca {verb}: what it says cannot be written: {error.strerror}\n"
-        )
+        write_error(f"mukca {verb}: what it says cannot be written: {error.strerror}")
         return 1
 
 
