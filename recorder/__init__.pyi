@@ -17,7 +17,8 @@ from .files import EmptyRecordingError as EmptyRecordingError
 from .files import RecordingError as RecordingError
 from .files import append_bytes as append_bytes
 from .files import lock_file as lock_file
-from .files import replace_file as replace_file
+from .files import make_folder as make_folder
+from .files import replace_files as replace_files
 from .files import sync_folder as sync_folder
 from .joint_columns import ColumnError as ColumnError
 from .joint_columns import match_joints as match_joints
@@ -31,6 +32,7 @@ from .metadata import METADATA as METADATA
 from .metadata import READINGS_CHANGED as READINGS_CHANGED
 from .metadata import Metadata as Metadata
 from .metadata import add_reading as add_reading
+from .metadata import metadata_file as metadata_file
 from .metadata import read_keys as read_keys
 from .metadata import read_metadata as read_metadata
 from .metadata import read_sessions as read_sessions

@@ -71,7 +71,7 @@ class StreamLog:
         head = json.dumps({"format": FORMAT, "joints": list(joints), "digits": DIGITS})
         try:
             flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | APPEND
-            self._fd = os.open(file, flags, 0o644)
+            self._fd = os.open(file, flags, 0o666)
             append_bytes(self._fd, head.encode() + b"\n")
         except OSError as error:
             raise RecordingError(

@@ -25,6 +25,9 @@ from .curves import agreement as agreement
 from .curves import agreement_words as agreement_words
 from .curves import beyond_words as beyond_words
 from .curves import sampled_ranges as sampled_ranges
+from .elasticity import ELASTICITY_FORMAT as ELASTICITY_FORMAT
+from .elasticity import ElasticityDocument as ElasticityDocument
+from .elasticity import TypeElasticity as TypeElasticity
 from .estimates import Coefficient as Coefficient
 from .estimates import Correlation as Correlation
 from .estimates import Direction as Direction
@@ -44,8 +47,11 @@ from .files import DocumentError as DocumentError
 from .files import OutputError as OutputError
 from .files import encode as encode
 from .files import format_of as format_of
+from .files import missing_beside as missing_beside
 from .files import read as read
 from .files import refuse_existing as refuse_existing
+from .files import require_beside as require_beside
+from .files import sha256 as sha256
 from .files import write_files as write_files
 from .joint_rows import JointsError as JointsError
 from .patterns import ErrorPattern as ErrorPattern

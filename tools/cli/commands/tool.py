@@ -87,14 +87,11 @@ def finish(
         terminal.say(*result.text)
     else:
         terminal.say_in_short(*result.brief, below=BELOW)
-    outputs: dict[str, str] = {}
-    if options.out is not None:
-        outputs = result.save(options.out, force=options.force)
-    else:
+    if options.out is None:
         terminal.say(
             "Nothing was written; add --out DIR for a calibration and a URDF with it."
         )
-    emit_with_page(options, terminal, result.text, result.as_dict(), outputs)
+    emit_with_page(options, terminal, result.text, result.as_dict(), result.save)
 
 
 def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placement]":
