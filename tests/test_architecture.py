@@ -107,6 +107,40 @@ def test_folders_come_in_by_each_others_faces():
                 assert target.parent == file.parent, f"{file}: {module} by its folder's face"
 
 
+HUNG_ON = {
+    "cameras": ["tool"],
+    "emulators": ["emulate"],
+    "experiments": ["simulate"],
+    "extract": ["extract"],
+    "fleet": ["fleet"],
+    "printables": ["print_parts"],
+}
+"""Folders of the tools, and the modules of the verbs that alone import them."""
+
+
+@pytest.mark.parametrize("folder", HUNG_ON)
+def test_a_folder_that_hangs_on_its_verb_is_imported_by_that_alone(folder):
+    verbs = ROOT / "tools" / "cli" / "commands"
+    importers = {
+        file
+        for file in FILES
+        if ROOT / "tools" / folder not in file.parents
+        and any(module.split(".")[:2] == ["tools", folder] for module in imports(file))
+    }
+    assert importers == {verbs / f"{verb}.py" for verb in HUNG_ON[folder]}
+
+
+def test_partial_fits_hang_on_their_verbs():
+    """A camera's views and the guide to zeros take from them what they measure by."""
+    importers = {
+        file.relative_to(ROOT / "tools").parts[0]
+        for file in FILES
+        if file.is_relative_to(ROOT / "tools")
+        and any(module.startswith("solver.partial") for module in imports(file))
+    }
+    assert importers == {"cli", "cameras", "recording"}
+
+
 def test_what_a_module_imports_fits_a_glance_and_is_not_the_face_of_the_root():
     for file in FILES:
         assert len(set(imports(file))) <= 10 and "" not in imports(file), file
