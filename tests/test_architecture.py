@@ -208,6 +208,21 @@ def test_the_version_stands_in_one_place():
     assert not [file for file in FILES if f'"{version}"' in file.read_text()]
 
 
+def test_a_release_has_one_version_one_date_and_one_tag():
+    version = mukca.__version__
+    assert re.fullmatch(r"\d+\.\d+\.\d+", version)
+    citation = (ROOT / "CITATION.cff").read_text()
+    (date,) = re.findall(r'^date-released: "(.*)"$', citation, re.M)
+    assert f"\n## [{version}] - {date}\n" in (ROOT / "CHANGELOG.md").read_text()
+    rules = (ROOT / "RELEASE.md").read_text()
+    assert set(re.findall(r"`(?:git tag -s )?(v\S+?)`", rules)) == {"vX.Y.Z"}
+
+
+def test_each_commit_runs_what_lint_runs():
+    hooks = (ROOT / ".pre-commit-config.yaml").read_text()
+    assert re.findall(r"entry: (.*)", hooks)[0] == "make lint"
+
+
 def test_workflows_call_the_makefile_and_nothing_else():
     targets = re.findall(r"^(\w[\w-]*):", (ROOT / "Makefile").read_text(), re.M)
     for file in (ROOT / ".github" / "workflows").glob("*.yml"):
