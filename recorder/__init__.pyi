@@ -72,6 +72,7 @@ from .tables import table_of as table_of
 from .turns import ALL_ROUND as ALL_ROUND
 from .turns import TURN as TURN
 from .turns import arc as arc
+from .turns import around as around
 from .turns import within as within
 from .turns import without_turn as without_turn
 from .turns import without_turns as without_turns

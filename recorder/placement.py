@@ -85,6 +85,7 @@ class Placement:
         joint_names: Sequence[str] | None = None,
         *,
         efforts: ArrayLike | None = None,
+        temperatures: ArrayLike | None = None,
         distance: float | None = None,
     ) -> "Placement":
         """Return a placement of one's own arrays.
@@ -96,6 +97,7 @@ class Placement:
             joint_names: Names of the joints, in the order of the columns; None for the robot's
                 order.
             efforts: What the joints exert, shape (samples, joints) [N m]; None where not measured.
+            temperatures: Of the arm at each sample, shape (samples,) [K]; None where not measured.
             distance: Between the centres of sockets 0 and 1 [m]; None where it is not known.
 
         Raises:
@@ -106,13 +108,23 @@ class Placement:
         q = numbers_of(positions, f"{where}: positions")
         seats = numbers_of(sockets, f"{where}: sockets")
         tau = 0 * q if efforts is None else numbers_of(efforts, f"{where}: efforts")
+        T = (
+            0 * seats
+            if temperatures is None
+            else numbers_of(temperatures, f"{where}: temperatures")
+        )
         names = None if joint_names is None else tuple(joint_names)
-        fit = q.ndim == 2 and seats.shape == q.shape[:1] and tau.shape == q.shape
+        fit = (
+            q.ndim == 2
+            and seats.shape == q.shape[:1] == T.shape
+            and tau.shape == q.shape
+        )
         if not fit or (names is not None and len(names) != q.shape[1]):
             raise RecordingError(
                 f"{where}: positions of shape {q.shape}, sockets of {seats.shape}, "
-                f"efforts of {tau.shape} and {len(names or ())} joint names do not fit: give "
-                "(samples, joints), (samples,), (samples, joints) and a name for each joint"
+                f"efforts of {tau.shape}, temperatures of {T.shape} and {len(names or ())} joint "
+                "names do not fit: give (samples, joints), (samples,), (samples, joints), "
+                "(samples,) and a name for each joint"
             )
         if not len(q):
             raise RecordingError(f"{where}: no samples")
@@ -122,10 +134,12 @@ class Placement:
                 f"from 0 to {LAST_SOCKET}"
             )
         samples: list[Sample] = []
-        rows = zip(q.tolist(), seats.tolist(), tau.tolist(), strict=True)
-        for position, seat, effort in rows:
+        rows = zip(q.tolist(), seats.tolist(), tau.tolist(), T.tolist(), strict=True)
+        for position, seat, effort, temperature in rows:
             measured = None if efforts is None else tuple(effort)
-            samples.append(Sample(tuple(position), int(seat), measured))
+            warm = None if temperatures is None else temperature
+            sample = Sample(tuple(position), int(seat), measured, temperature=warm)
+            samples.append(sample)
         metres = None
         if distance is not None:
             metres = float(numbers_of(distance, f"{where}: distance"))

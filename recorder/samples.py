@@ -53,7 +53,7 @@ class Sample:
     turn: tuple[float, ...] = ()
     """Numbers of the orientation as its file has them [rad]."""
     temperature: float | None = None
-    """Beside what an instrument measured, in any unit."""
+    """Of the arm [K], or beside what an instrument measured, in any unit."""
     place: int = field(default=0, compare=False)
     """Counts the samples of its socket as recorded, from 1; its placement sets it."""
 

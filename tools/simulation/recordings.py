@@ -84,6 +84,9 @@ class SimulationOptions(TypedDict, total=False):
     on arms that have them."""
     distance: float
     """Between the centres of the two sockets (0.05) [m]."""
+    warming: float
+    """Rise of the arm's temperature from each placement's first sample to its last (0) [K]; each
+    sample then keeps its temperature."""
 
 
 DEFAULTS: SimulationOptions = {
@@ -93,6 +96,7 @@ DEFAULTS: SimulationOptions = {
     "rotation": 5e-3,
     "noise": 5e-5,
     "distance": 0.05,
+    "warming": 0.0,
 }
 LEAST = {"placements": 1, "samples": 2}
 """Least values of what cannot be as small as zero."""
@@ -139,7 +143,7 @@ def simulate_recordings(
     distance = check_distance(settings["distance"])
     bases = reachable_bases(arm, places, placements, distance)
     deflection = _deflection(robot, arms, settings)
-    how = Imperfection(settings["noise"], deflection)
+    how = Imperfection(settings["noise"], deflection, warming=settings["warming"])
     samples = settings["samples"]
     recorded = [
         record(arm, base, hands, samples=samples, imperfection=how) for base in bases
@@ -193,9 +197,14 @@ def record(
     sockets = np.repeat([0, 1], samples)
     seats = np.array(base.sockets)[sockets]
     readings = lead(arm, seats, generator, how, guide)
-    names = arm.joint_names
+    temperatures = how.temperatures(len(sockets)) if how.warming else None
     return Placement.of_arrays(
-        base.name, readings, sockets, names, distance=base.distance
+        base.name,
+        readings,
+        sockets,
+        arm.joint_names,
+        temperatures=temperatures,
+        distance=base.distance,
     )
 
 
@@ -217,6 +226,7 @@ def lead(
     N, m = true.shape
     clocks = np.zeros((N, 3))
     clocks[:, 0] = np.arange(N)
+    clocks[:, 2] = how.temperatures(N)
     samples = Samples(true, moments, clocks)
     if how.deflection.tilts:
         samples = _seated(arm, seats, samples, how.deflection)
