@@ -200,7 +200,7 @@ def test_a_full_disk_is_told(run, tmp_path):
 def shell(session):
     """Run `mukca` with words and redirections in the folder of the recordings, by a shell."""
     return lambda words: subprocess.run(
-        ["bash", "-c", f"{sys.executable} -m mukca {words}"],
+        ["bash", "-c", f'"$0" -m mukca {words}', sys.executable],
         cwd=session, capture_output=True, text=True, check=False,
     )  # fmt: skip
 
