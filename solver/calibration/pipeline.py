@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from inspect import signature
 from itertools import chain
 from typing import TYPE_CHECKING, overload
 
@@ -79,7 +80,10 @@ def calibrate(
         FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
         NotConverged: The fit did not converge.
     """
-    check_keywords("calibrate", options, CalibrateOptions.__annotations__)
+    arguments = signature(calibrate).parameters
+    check_keywords(
+        "calibrate", options, [*arguments, *CalibrateOptions.__annotations__]
+    )
     settings = SolveOptions(**options).validated()
     problems = problems_of(robot, train, test, settings)
     # A known distance follows a placement that was split.
