@@ -58,6 +58,21 @@ def _ends(text: str, most: int) -> str:
     return text if len(text) <= most else f"{text[:half]} ... {text[-half:]}"
 
 
+_STEERING = re.compile(
+    "[\0-\x08\x0b-\x1f\x7f-\x9f\udc80-\udc9f"  # control characters, also as single bytes
+    "\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]"  # what ends or turns a line
+)
+
+
+def cleaned(text: str) -> str:
+    """Return a text in which nothing steers the terminal that shows it.
+
+    Names in files, and of files, are a stranger's: an ESC in them could set the window's title or
+    the clipboard. Ends of lines and tabs stay.
+    """
+    return _STEERING.sub("?", text)
+
+
 def fixed(value: float, digits: int, sign: str = "") -> str:
     """Return a number with so many decimals, as people read it; what rounds to zero has no sign."""
     text = f"{value:{sign}.{digits}f}"

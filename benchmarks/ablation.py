@@ -79,7 +79,7 @@ def errors(robot: Robot, data: Sequence[Measurement]) -> dict[str, float]:
     }
     for name, kept in ROWS.items():
         without = [extension for extension in EXTENSIONS if extension not in kept]
-        options = SolveOptions(type_prior=("none",), without=without)
+        options = SolveOptions(without=without)
         found = fit_robots(recordings, options)[0].calibrated
         models[name] = lambda m, found=found: found.ball(m.positions, m.efforts)
         models["URDF alone"] = lambda m, found=found: found.geometric_ball(m.positions)

@@ -29,13 +29,13 @@ import numpy as np
 from worlds import realistic_flaws
 
 from mukca.recorder import Placement
-from mukca.solver.calibration import SolveOptions
-from mukca.solver.calibration.fit import fit_robots
+from mukca.solver.calibration import METHODS, SolveOptions, fit_robot
 from mukca.solver.identification.data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
     STANDARD_LOAD,
     Measurement,
+    RobotRecordings,
     measure,
 )
 from mukca.solver.identification.inference import Posterior
@@ -47,7 +47,7 @@ from mukca.solver.identification.robot import (
     rotation_vectors,
     workspace,
 )
-from mukca.solver.results import CalibratedRobot, Measurements
+from mukca.solver.results import CalibratedRobot
 from mukca.solver.studies import pose_covariances
 from mukca.solver.studies.postures import poses_near
 from mukca.solver.studies.predicted_errors import NEAR, NEARBY
@@ -164,8 +164,8 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
     ]
     placements = [_read(p, truth.zeros) for p in placements]
     measured = [measure(p, robot, stated) for p in placements]
-    options = SolveOptions(type_prior=("none",), zeros=kind == "servos")
-    (fit,) = fit_robots([Measurements(robot, measured[:trained])], options)
+    options = SolveOptions(zeros=kind == "servos")
+    fit = fit_robot(RobotRecordings(robot, measured[:trained]), options, METHODS)
     found = fit.posterior
     assert found is not None
     balls = fit.calibrated.ball, fit.calibrated.geometric_ball

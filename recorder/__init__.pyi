@@ -13,11 +13,10 @@ from .dataset import placements_in as placements_in
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
 from .files import APPEND as APPEND
-from .files import EmptyRecordingError as EmptyRecordingError
-from .files import RecordingError as RecordingError
 from .files import append_bytes as append_bytes
 from .files import lock_file as lock_file
-from .files import replace_file as replace_file
+from .files import make_folder as make_folder
+from .files import replace_files as replace_files
 from .files import sync_folder as sync_folder
 from .joint_columns import ColumnError as ColumnError
 from .joint_columns import match_joints as match_joints
@@ -31,6 +30,7 @@ from .metadata import METADATA as METADATA
 from .metadata import READINGS_CHANGED as READINGS_CHANGED
 from .metadata import Metadata as Metadata
 from .metadata import add_reading as add_reading
+from .metadata import metadata_file as metadata_file
 from .metadata import read_keys as read_keys
 from .metadata import read_metadata as read_metadata
 from .metadata import read_sessions as read_sessions
@@ -49,6 +49,8 @@ from .placement_names import distinctly_named as distinctly_named
 from .placement_names import placement_name as placement_name
 from .points import read_points as read_points
 from .points import unit_quaternion as unit_quaternion
+from .recording_error import EmptyRecordingError as EmptyRecordingError
+from .recording_error import RecordingError as RecordingError
 from .sample import Sample as Sample
 from .sample import sample_name as sample_name
 from .samples import REDO as REDO
@@ -70,6 +72,7 @@ from .tables import table_of as table_of
 from .turns import ALL_ROUND as ALL_ROUND
 from .turns import TURN as TURN
 from .turns import arc as arc
+from .turns import around as around
 from .turns import within as within
 from .turns import without_turn as without_turn
 from .turns import without_turns as without_turns

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .files import RecordingError
 from .joint_columns import ColumnError, Match, match_joints, missing_joints
+from .recording_error import RecordingError
 from .sample import Sample
 
 

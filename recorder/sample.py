@@ -4,6 +4,9 @@ from dataclasses import dataclass, field
 
 from ..errors import fixed
 
+LAST_SOCKET = 999
+"""Largest number of a socket."""
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Sample:
@@ -40,7 +43,7 @@ class Sample:
     turn: tuple[float, ...] = ()
     """Numbers of the orientation as its file has them [rad]."""
     temperature: float | None = None
-    """Beside what an instrument measured, in any unit."""
+    """Of the arm [K], or beside what an instrument measured, in any unit."""
     place: int = field(default=0, compare=False)
     """Counts the samples of its socket as recorded, from 1; its placement sets it."""
 

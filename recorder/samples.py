@@ -9,7 +9,8 @@ from itertools import product
 from pathlib import Path
 
 from .cells import require_columns, table_bytes
-from .files import RecordingError
+from .recording_error import RecordingError
+from .sample import LAST_SOCKET as LAST_SOCKET
 from .sample import Sample
 
 SAMPLES = "samples.csv"

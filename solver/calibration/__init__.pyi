@@ -1,6 +1,4 @@
 # keep: Option, SolveOptions, option_table, Method
-from .arm_types import learn_types as learn_types
-from .arm_types import type_priors as type_priors
 from .calibration import Calibration as Calibration
 from .chance import Comparison as Comparison
 from .chance import differences as differences
@@ -10,7 +8,7 @@ from .crossval import JobResult as JobResult
 from .crossval import jobs as jobs
 from .crossval import run_job as run_job
 from .earlier import posterior_of as posterior_of
-from .earlier import priors_of as priors_of
+from .earlier import prior_of as prior_of
 from .errors import HEADS as HEADS
 from .errors import Errors as Errors
 from .fit import Methods as Methods

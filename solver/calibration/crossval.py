@@ -7,10 +7,10 @@ import numpy as np
 
 from ...errors import NotConverged
 from ..diagnostics import named
-from ..identification.data import Measurement
+from ..identification.data import Measurement, one_blas_thread
 from ..identification.inference import Posterior
 from ..results import PlacementErrors
-from .earlier import priors_of
+from .earlier import prior_of
 from .errors import compared_models, placement_errors
 from .fit import fit_robot
 from .problem import CalibrationProblem
@@ -54,6 +54,7 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     return [*(left_out if count > 1 else []), *singles, *resampled, *halves]
 
 
+@one_blas_thread
 def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
     """Fit, and return the errors at every placement; None if the fit did not converge."""
     train = [problem.measurements[i] for i in job.trained]
@@ -67,7 +68,7 @@ def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
     known = [k for k in distances if {k.first[0], k.second[0]} <= names]
     options = replace(problem.options, known=known)
     part = replace(problem, measurements=train)
-    (prior,) = priors_of(options, [part])
+    prior = prior_of(options, [part])
     try:
         fit = fit_robot(part, options, METHODS, prior=prior, require_scale=False)
     except NotConverged:

@@ -22,35 +22,36 @@ from ..identification.data import (
     observe,
     spaced,
 )
+from ..identification.effects import TILT
 from ..identification.inference import Posterior, with_average_width
 from ..identification.model import (
     ExtendedModel,
     GivenPrior,
     Noise,
-    Prior,
     PriorGroup,
     extend,
     groups_at,
     rare_in,
 )
 from ..identification.robot import BallModel, Origin, Robot
-from .arm_types import tilts_about_other_axes, type_priors
 from .fit import fit_robot
 from .options import SolveOptions, UsageError, option_table
 from .tables import METHODS
 
 
-def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> list[Prior]:
-    """Return the prior of each robot that the options ask for."""
+def prior_of(
+    options: SolveOptions, robots: Sequence[RobotRecordings]
+) -> GivenPrior | None:
+    """Return what an earlier calibration left known, where the options name one.
+
+    Raises:
+        UsageError: They name one for several robots, or of another arm.
+    """
     if options.prior is None:
-        return [
-            *type_priors(
-                options.type_prior, [recordings.robot for recordings in robots]
-            )
-        ]
+        return None
     if len(robots) > 1:
         raise UsageError("--prior: of one robot; several were given")
-    return [earlier_prior(Path(options.prior), robots[0].robot, options.remounted)]
+    return earlier_prior(Path(options.prior), robots[0].robot, options.remounted)
 
 
 def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> GivenPrior:
@@ -81,7 +82,7 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
         ):
             shifts.add(parameter.name)
     if document.rotation_numbers == "rpy":
-        shifts |= set(tilts_about_other_axes(robot))
+        shifts |= set(_tilts_about_other_axes(robot))
     return prior.without(shifts)
 
 
@@ -92,6 +93,13 @@ def _unpacked(text: str, count: int) -> np.ndarray:
     matrix = np.zeros((count, count))
     matrix[np.tril_indices(count)] = np.frombuffer(content, "<f8").reshape(size)
     return matrix + np.tril(matrix, -1).T
+
+
+def _tilts_about_other_axes(robot: Robot) -> list[str]:
+    """Return the tilts of a robot that files of 1.0 hold about other axes than today's."""
+    if all(joint.tilts_by_frame for joint in robot.actuated):
+        return []
+    return TILT.coefficient_names(robot.joint_names)
 
 
 def posterior_of(document: results.CalibrationDocument, source: str) -> Posterior:
@@ -111,8 +119,7 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
         raise UsageError(
             f"{source}: of several arms, or by an older mukca; calibrate it alone"
         )
-    (prior,) = priors_of(options, [arm])
-    fit = fit_robot(arm, options, METHODS, prior=prior)
+    fit = fit_robot(arm, options, METHODS, prior=prior_of(options, [arm]))
     assert fit.posterior is not None
     return fit.posterior
 

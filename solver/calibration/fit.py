@@ -43,7 +43,7 @@ def fit_robot(
         arm: The nominal robot, and the placements to fit.
         options: Method and its options; coordinates only of sockets in the placements.
         methods: Error curves, and the geometry that is exported.
-        prior: The elasticity of other arms of its type, or what an earlier calibration left known.
+        prior: What an earlier calibration of the robot left known.
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
     """

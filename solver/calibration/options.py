@@ -39,7 +39,6 @@ class CalibrateOptions(TypedDict, total=False):
     distance_deviation: float | None
     without: Sequence[str]
     zeros: bool | None
-    type_prior: Sequence[str | Path]
     prior: str | Path | None
     remounted: Sequence[str]
     payload: float | str | Sequence[float | str] | None
@@ -145,14 +144,6 @@ class SolveOptions:
         "the joints' zeros may be off by degrees: for arms made of servos",
         default=False,
     )
-    type_prior: Sequence[str | Path] = _auto(
-        "calibration.json of other arms of the type, or a fleet's elasticity.json: their "
-        "elasticity is much the same in this one; the data decide how far to believe it "
-        "(default: shipped, from measurements of other arms, so far of Pandas; none: nothing)",
-        "FILE",
-        unset=(),
-        default=("shipped",),
-    )
     prior: str | Path | None = _auto(
         "an earlier calibration.json of this very arm: what it knows of geometry, elasticity and "
         "error curves, and how well, is where this one begins",
@@ -222,7 +213,6 @@ class SolveOptions:
             known=tuple(tables.read_known(options.known)),
             sockets_at=tuple(options.located),
             payload=options.payloads.words,
-            type_prior=tuple(map(str, options.type_prior)),
             prior=None if options.prior is None else str(options.prior),
         )
 

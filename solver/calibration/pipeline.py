@@ -6,14 +6,14 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any, overload
 
 from ...recorder import Placement
+from ..identification.data import one_blas_thread
 from ..identification.robot import Robot
 from .calibration import Calibration
-from .earlier import priors_of
-from .multi_robot_calibration import MultiRobotCalibration
+from .earlier import prior_of
 from .options import CalibrateOptions, SolveOptions, check_keywords, option_table
 from .preparation import Recordings
 from .robot_calibration import calibrate_robot
-from .several_robots import calibrate_robots
+from .several_robots import MultiRobotCalibration, calibrate_robots
 from .tables import CHECKS, METHODS, STUDIES
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ def calibrate(
 ) -> MultiRobotCalibration: ...
 
 
+@one_blas_thread
 def calibrate(
     robot: Robot | Mapping[str, Robot],
     train: Recordings,
@@ -66,7 +67,11 @@ def calibrate(
             given by name, too, and those of one base have one name.
         test: Placements that the fit does not see. One that is trained on is left out of them.
         progress: Called with a word for each model that is fitted.
-        options: The options of a calibration, as ``mukca solve`` has them.
+        options: Fields of :class:`.SolveOptions`, which ``mukca solve --help-all`` explains. Of
+            both methods: method, distance, free, fix, as_recorded, leave_out, split_moved,
+            flange_poses, repeatability_mm, accept_distorted. Of ``auto`` alone: known, sockets_at,
+            distance_deviation, without, zeros, prior, remounted, payload, gravity. Of ``paper``
+            alone: optimizer, regularization, max_iterations.
 
     Raises:
         UsageError: An option that cannot be, or belongs to the other method.
@@ -75,7 +80,10 @@ def calibrate(
         FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
         NotConverged: The fit did not converge.
     """
-    check_keywords("calibrate", options, signature(calibrate).parameters)
+    arguments = signature(calibrate).parameters
+    check_keywords(
+        "calibrate", options, [*arguments, *CalibrateOptions.__annotations__]
+    )
     settings = SolveOptions(**options).validated()
     if isinstance(robot, Mapping):
         return calibrate_robots(robot, train, test, settings, progress)
@@ -87,7 +95,7 @@ def calibrate(
         checks=CHECKS,
         studies=STUDIES,
         methods=METHODS,
-        prior=lambda problem: priors_of(settings, [problem])[0],
+        prior=lambda problem: prior_of(settings, [problem]),
         progress=progress,
     )
     return Calibration(document, calibrated)

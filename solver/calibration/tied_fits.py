@@ -8,7 +8,7 @@ from ..identification import Progress
 from ..identification.data import WORLD
 from ..results import Fit
 from .convergence import converged_fits
-from .earlier import priors_of
+from .earlier import prior_of
 from .fit import fit_of, posterior_at
 from .options import SolveOptions
 from .problem import CalibrationProblem
@@ -44,7 +44,7 @@ def _tied_fits(
         options: Options of the fit; coordinates only of sockets in the placements.
         progress: Called with a word for each model that is fitted.
     """
-    priors = priors_of(options, robots)
+    prior = prior_of(options, robots)
     options = options.validated()
     begin = time.perf_counter()
     places = common_places(
@@ -54,7 +54,7 @@ def _tied_fits(
         deviation=options.deviation,
     )
     visitors = list[Visitor]()
-    for i, (arm, prior) in enumerate(zip(robots, priors, strict=True)):
+    for i, arm in enumerate(robots):
         alone, sockets = places_alone(places, robots, i)
 
         def said(word: str, name: str = arm.name) -> None:

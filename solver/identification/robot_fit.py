@@ -1,6 +1,6 @@
 """The fit of one robot to its measurements, with the choice of effects beyond its geometry."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 from .data import (
@@ -15,11 +15,9 @@ from .data import (
 from .effects import CURVE, EFFECTS, EXTENSIONS, effects_of
 from .inference import FitPosterior, estimate, refit
 from .model import (
-    Expected,
     ExtendedModel,
     FoundMovement,
     GivenPrior,
-    Prior,
     differences_of,
     extend,
 )
@@ -30,7 +28,6 @@ from .selection import (
     beside_curves,
     choose_models,
     joint_offsets_in_words,
-    models_by_type,
     movements_by_evidence,
     search,
 )
@@ -39,6 +36,8 @@ JOINT_NOISE = "joint-noise"
 """Named beside the extensions: the noise of the joints."""
 Progress = Callable[[str], None]
 """Called with a word for each model that is fitted."""
+Prior = GivenPrior | None
+"""What an earlier calibration of the robot left known."""
 CurveFit = Callable[
     [FitPosterior, tuple[FitPosterior, float] | None, Progress],
     tuple[FitPosterior, str],
@@ -67,8 +66,7 @@ class FitOptions:
     zeros: bool = False
     """True if joint offsets may be degrees, as in arms made of servos."""
     prior: Prior = None
-    """The elasticity of other arms of the robot's type, to be tried, too; or what an earlier
-    calibration of the robot left known."""
+    """What an earlier calibration of the robot left known."""
     curves: CurveFit | None = None
     """The fit of error curves beside everything else; None for no curves."""
     progress: Progress = _silent
@@ -107,13 +105,12 @@ def fit(
         data,
         joint_noise=JOINT_NOISE not in options.without,
         movements=differences_of(recordings),
+        average_widths=False,
     )
     stages = _stages(first, options.without)
-    of_type = _of_type(options.prior, stages)
     scalar = [name for name in stages if name != CURVE.extension]
     searched, movements = _search_beside_movements(geometric, scalar, options.progress)
-    by_type = models_by_type(searched.fits, of_type, options.progress)
-    choice = choose_models([*searched.models, *by_type])
+    choice = choose_models(searched.models)
     mean = result = choice.mean
     curves_note = ""
     if options.curves is not None and CURVE.extension in stages:
@@ -122,8 +119,6 @@ def fit(
     if result.active != mean.active:
         choice = ModelChoice([result], "; beside curves")
     notes = choice.notes(searched.gains)
-    if of_type:
-        notes.append(choice.type_note)
     if curves_note:
         notes.append(f"{CURVE.extension}: {curves_note}")
     if options.zeros:
@@ -143,15 +138,14 @@ def _geometric_model(
     parameters = options.parameters
     if parameters is None:
         parameters = choose_parameters(robot)
-    earlier = prior if isinstance(prior, GivenPrior) else None
-    names = {*recordings.effects, *(earlier.names if earlier else ())}
+    names = {*recordings.effects, *(prior.names if prior else ())}
     effects = [*first]
     for effect in EFFECTS.values():
         coefficients = effect.coefficient_names(robot.joint_names)
         if effect is not CURVE and not names.isdisjoint(coefficients):
             effects.append(effect.name)
     model = extend(robot, parameters, effects)
-    return replace(model, given=earlier, seen=recordings.effects)
+    return replace(model, given=prior, seen=recordings.effects)
 
 
 def _stages(first: Sequence[str], without: Collection[str]) -> list[str]:
@@ -164,14 +158,6 @@ def _stages(first: Sequence[str], without: Collection[str]) -> list[str]:
     return stages
 
 
-def _of_type(prior: Prior, stages: Sequence[str]) -> Mapping[str, Expected]:
-    """Return what other arms of the type tell of effects that are tried."""
-    if prior is None or isinstance(prior, GivenPrior):
-        return {}
-    tried = {effect for stage in stages for effect in EXTENSIONS[stage]}
-    return {name: expected for name, expected in prior.items() if name in tried}
-
-
 def _search_beside_movements(
     geometric: FitPosterior,
     stages: Sequence[str],
@@ -181,6 +167,6 @@ def _search_beside_movements(
     searched = search(geometric, stages, progress)
     movements, reported = movements_by_evidence(searched.best)
     if any(movement.kept for movement in reported):
-        geometric = refit(geometric, movements=movements)
+        geometric = refit(geometric, movements=movements, average_widths=False)
         searched = search(geometric, stages, progress)
     return searched, reported

@@ -31,6 +31,7 @@ from ..identification.data import (
     Readings,
     check_distinct,
     measure,
+    one_blas_thread,
 )
 from ..results import CalibrationDocument, Summary
 from .changes import Changes, changes_since
@@ -95,6 +96,7 @@ class Validity(Changes):
         return {**self.verdict.as_said(), "text": self.text, "nearest_cause": cause}
 
 
+@one_blas_thread
 def what_changed(
     calibration: Calibration,
     data: Placement | Sequence[Placement],

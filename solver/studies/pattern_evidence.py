@@ -17,7 +17,7 @@ import numpy as np
 
 from ..identification.inference import Posterior
 from ..identification.model import probabilities, student_weights
-from .evidence import Background
+from .background import Background
 from .projections import block_diagonal, rows_of
 from .uncertainty import covariance_of
 

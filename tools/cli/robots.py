@@ -254,15 +254,11 @@ def measured_of(
     paths: Sequence[Path],
     robot: "robots.Robot",
     settings: SolveOptions,
-    *,
-    sockets: int = 2,
 ) -> "tuple[list[data.Measurement], Premises]":
     """Read and check placements; return them, and what was said of them."""
     placements = settings.payloads.carried_by(read_data(paths, settings))
     measured = [
-        data.measure(
-            placement, robot, settings.distance, sockets=sockets, load=settings.load
-        )
+        data.measure(placement, robot, settings.distance, load=settings.load)
         for placement in placements
     ]
     data.check_distinct(measured)

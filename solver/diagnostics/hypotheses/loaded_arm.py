@@ -131,6 +131,6 @@ class LoadedArm(Layout):
     @property
     def is_elastic(self) -> np.ndarray:
         """True for coefficients of elasticity among those of effects, shape (p,)."""
-        elastic = [effect.shared_by_type for effect in self.effects]
+        elastic = [effect.elastic for effect in self.effects]
         counts = [rows.stop - rows.start for rows in self.model.slices]
         return np.repeat(elastic, counts)

@@ -1,3 +1,4 @@
+from .blas import one_blas_thread as one_blas_thread
 from .checks import SAMPLES_ADVISED as SAMPLES_ADVISED
 from .checks import as_flange_poses as as_flange_poses
 from .checks import measure as measure

@@ -2,7 +2,6 @@ from .backlash import BACKLASH as BACKLASH
 from .curve import CURVE as CURVE
 from .curve import KNOTS as KNOTS
 from .curve import SPACING as SPACING
-from .curve import TYPES_WITH_CURVES as TYPES_WITH_CURVES
 from .curve import TYPICAL_LENGTH as TYPICAL_LENGTH
 from .curve import circulant as circulant
 from .curve import curve_values as curve_values

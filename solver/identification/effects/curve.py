@@ -118,10 +118,8 @@ def _derivatives(samples: Samples) -> "np.ndarray":
     return slopes.reshape(N, KNOTS * m)
 
 
-TYPES_WITH_CURVES = ("ur5", "ur10")
-"""Types of which every measured arm had such curves (a UR5, a UR10)."""
 TYPICAL_LENGTH = 0.07
-"""Of these [rad]; their typical amplitude is the effect's shift."""
+"""Of arms under laser trackers [rad]; their typical amplitude is the effect's shift."""
 
 CURVE = Effect(
     name="curve",

@@ -76,8 +76,6 @@ class Effect:
     """True if joints have none of it but those of which the recordings show it."""
     non_negative: bool = False
     """True if no coefficient can be below zero, since nothing gives way against its load."""
-    shared_by_type: bool = False
-    """True if arms of one type have much the same coefficients."""
     joint_noise: Callable[[Array], Array] | None = None
     """Noise of each joint's angle as a share of its usual one, shape (N, m), from the torques; its
     coefficients are then believed to be what the joints' noise shows. None for an even noise."""

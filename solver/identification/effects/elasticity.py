@@ -36,7 +36,6 @@ COMPLIANCE = Effect(
     typical_shift=ELASTIC_SHIFT,
     shown=replace(SHOWN, by_joint=True),
     non_negative=True,
-    shared_by_type=True,
     elastic=True,
 )
 TILT = Effect(
@@ -48,6 +47,5 @@ TILT = Effect(
     typical_shift=ELASTIC_SHIFT,
     shown=SHOWN,
     non_negative=True,
-    shared_by_type=True,
     elastic=True,
 )

@@ -29,7 +29,7 @@ from .normal_equations import (
 from .posterior import FitPosterior
 from .state import State
 from .steps import moved
-from .width_averaging import at_usual_widths, over_widths
+from .width_averaging import around_estimate, at_usual_widths
 
 TAIL_STEPS = 12
 """Until errors are as large as their noise says."""
@@ -61,10 +61,15 @@ def posterior(state: State, iterates: Sequence[np.ndarray]) -> FitPosterior:
         mean = moved(state, change)
         iterates = [*iterates, mean.x]
     at_usual = _at_usual_widths(state, data, bounds, change)
-    mixture, groups = over_widths(state, state.padded + change, at_usual)
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
-    mean = replace(mean, groups=groups)
-    return FitPosterior(mean, mixture, weights, evidence, iterates)
+    return FitPosterior(
+        state=mean,
+        around=around_estimate(at_usual),
+        weights=weights,
+        log_evidence=evidence,
+        iterates=iterates,
+        at_usual_widths=(state.padded + change, at_usual),
+    )
 
 
 def _at_usual_widths(

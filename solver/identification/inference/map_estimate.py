@@ -63,11 +63,13 @@ def estimate(
     joint_noise: bool = True,
     start_from: FitPosterior | None = None,
     movements: Sequence[Movement] = (),
+    average_widths: bool = True,
 ) -> FitPosterior:
     """Find the most probable unknowns of a robot.
 
     It starts from a result ``start_from`` for the same robot, or else from the nominal one.
-    Without ``joint_noise`` the noise of the joint angles is zero.
+    Without ``joint_noise`` the noise of the joint angles is zero; without ``average_widths``
+    :attr:`.FitPosterior.over_widths` is still to be taken.
 
     Raises:
         NotConverged: The widths and the noise did not settle.
@@ -77,6 +79,8 @@ def estimate(
     state = start(objective, start_from, joint_noise=joint_noise)
     try:
         result = _iterated(state)
+        if result is not None and average_widths:
+            result = result.over_widths
     except np.linalg.LinAlgError:
         raise NotConverged(DIVERGED) from None
     if result is None:
@@ -110,6 +114,8 @@ def refit(
     result: FitPosterior,
     model: ExtendedModel | None = None,
     movements: Sequence[Movement] | None = None,
+    *,
+    average_widths: bool = True,
 ) -> FitPosterior:
     """Return a fit of the same data that starts from a result, of its own model or of another.
 
@@ -117,7 +123,11 @@ def refit(
     """
     movements = result.objective.movements if movements is None else movements
     return estimate(
-        model or result.model, result.data, start_from=result, movements=movements
+        model or result.model,
+        result.data,
+        start_from=result,
+        movements=movements,
+        average_widths=average_widths,
     )
 
 

@@ -21,6 +21,7 @@ from ..model import (
 )
 from .objective import Objective
 from .state import State
+from .width_averaging import over_widths
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +129,20 @@ class FitPosterior:
     """One line for each extension that was tried: kept or not, and the evidence."""
     movements: tuple[FoundMovement, ...] = ()
     """Movements of placements while they were recorded, also those too unsure for the model."""
+    at_usual_widths: tuple[np.ndarray, Gaussian] | None = None
+    """The estimate, and the changes from it, that are still to be averaged over widths."""
 
     def __post_init__(self) -> None:
         check(self.whole)
+
+    @cached_property
+    def over_widths(self) -> "FitPosterior":
+        """The posterior averaged over uncertain widths (A10), which models that lose do without."""
+        if self.at_usual_widths is None:
+            return self
+        around, groups = over_widths(self.state, *self.at_usual_widths)
+        state = replace(self.state, groups=groups)
+        return replace(self, state=state, around=around, at_usual_widths=None)
 
     @property
     def whole(self) -> np.ndarray:

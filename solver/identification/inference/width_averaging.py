@@ -81,9 +81,13 @@ def over_widths(
         change, widths = mixture.posterior(x, change)
         for k, width in zip(uncertain, widths.tolist(), strict=True):
             groups[k] = replace(groups[k], average_width=width)
+    return around_estimate(change), tuple(groups)
+
+
+def around_estimate(change: Gaussian) -> Gaussian:
+    """Return a posterior, as changes from the estimate, whose mean is a part of its spread."""
     spread = np.column_stack([change.root, change.mean])
-    around_estimate = Gaussian(np.zeros(len(spread)), spread)
-    return around_estimate, tuple(groups)
+    return Gaussian(np.zeros(len(spread)), spread)
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,7 @@ from .noise import sample_degrees as sample_degrees
 from .noise import sample_scales as sample_scales
 from .noise import student_weights as student_weights
 from .prior_group import TYPICAL_SPREAD as TYPICAL_SPREAD
-from .prior_group import Expected as Expected
 from .prior_group import GivenPrior as GivenPrior
-from .prior_group import Prior as Prior
 from .prior_group import PriorGroup as PriorGroup
 from .prior_group import prior_covariance as prior_covariance
 from .priors import GEOMETRY_WIDTHS as GEOMETRY_WIDTHS

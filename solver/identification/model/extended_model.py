@@ -1,7 +1,7 @@
 """Joint origins, elasticity and transmission error together: true joint positions, and the ball."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, chain, compress
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from ..data import Samples
 from ..effects import CURVE, EFFECTS, Effect
 from ..robot import BallModel, Parameter, Robot, RotationNumbers, workspace
 from .deflection import Deflection, design_matrix
-from .prior_group import Expected, GivenPrior
+from .prior_group import GivenPrior
 
 SCALE_SAMPLES = 200
 """Random poses by which the size of a robot is measured."""
@@ -39,8 +39,6 @@ class ExtendedModel:
     """The ball's position as a function of the parameters and the true joint positions."""
     extensions: tuple[str, ...]
     """Names of the effects, in the order of :data:`.EFFECTS`."""
-    of_type: Mapping[str, Expected] = field(default_factory=dict[str, Expected])
-    """The elasticity of other arms of the type, by extension; empty where none is known."""
     seen: Collection[str] = ()
     """Coefficients of rare effects that the recordings show, by name; the others are held at 0."""
     given: GivenPrior | None = None

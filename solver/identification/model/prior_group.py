@@ -1,10 +1,9 @@
 """A group of unknowns with one Gaussian prior, and the step of its width by the evidence."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 from math import exp, inf, log
-from typing import NamedTuple
 
 import numpy as np
 
@@ -27,14 +26,6 @@ SMALLEST_WIDTH = 1e-7
 LEAST_VARIANCE = 1e-24
 """An unknown of less variance was held, and tells nothing."""
 EVERY = slice(None)
-
-
-class Expected(NamedTuple):
-    """Prior means of coefficients that are not zero."""
-
-    mean: np.ndarray
-    deviation: np.ndarray
-    """Standard deviations of these means."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +52,8 @@ class PriorGroup:
     common: np.ndarray | None = None
     """t: a change of all members together that the prior allows in addition, shape (members,).
     For lengths it is how they change when the whole robot grows by 0.2 %. None: no such change."""
-    expected: Expected | None = None
-    """Means other than zero, as other arms of the type or the noise show them."""
+    expected: np.ndarray | None = None
+    """Means other than zero, as the noise or measured poses show them."""
     shape: np.ndarray | None = None
     """Prior covariance of the members for a width of 1, shape (members, members); None for a prior
     in which they are independent."""
@@ -82,7 +73,7 @@ class PriorGroup:
         """
         if self.shape is not None:
             return width**2 * self.shape
-        D = np.diag(self._variances(width))
+        D = width**2 * np.eye(len(self.members))
         if self.common is None:
             return D
         return D + np.outer(self.common, self.common)
@@ -92,7 +83,7 @@ class PriorGroup:
         if self.shape is not None:
             shape = self.shape[mask][:, mask]
             return scaled_inverse(shape) / width**2
-        inverse = 1 / self._variances(width)[mask]
+        inverse = 1 / np.full(len(self.members), width**2)[mask]
         if self.common is None:
             return np.diag(inverse)
         t = self.common[mask]
@@ -105,13 +96,7 @@ class PriorGroup:
         """Prior mean of the members, shape (members,)."""
         if self.expected is None:
             return np.zeros(len(self.members))
-        return self.expected.mean
-
-    def _variances(self, width: float) -> np.ndarray:
-        variances = np.full(len(self.members), width**2)
-        if self.expected is None:
-            return variances
-        return variances + self.expected.deviation**2
+        return self.expected
 
     @property
     def deviation(self) -> float:
@@ -134,9 +119,12 @@ class PriorGroup:
         """
         ones = np.ones(len(self.members))
         width = max(NOISE_DEVIATION * noise, SMALLEST_WIDTH)
-        expected = Expected(noise * ones, 0 * ones)
-        common = width * ones
-        return replace(self, width=width, common=common, expected=expected)
+        return replace(
+            self,
+            width=width,
+            common=width * ones,
+            expected=noise * ones,
+        )
 
     def updated(
         self,
@@ -252,7 +240,3 @@ class GivenPrior:
         uncertain = compress(self.names, mask)
         others = [name for name in uncertain if name not in names]
         return self.of(others)
-
-
-Prior = Mapping[str, Expected] | GivenPrior | None
-"""The elasticity of other arms of a robot's type, or what an earlier calibration left known."""

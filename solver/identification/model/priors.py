@@ -9,7 +9,7 @@ from ..data import Observations, Pose, hand_eye
 from ..effects import Effect
 from ..robot import Origin, Parameter
 from .extended_model import ExtendedModel
-from .prior_group import SMALLEST_WIDTH, Expected, GivenPrior, PriorGroup
+from .prior_group import SMALLEST_WIDTH, GivenPrior, PriorGroup
 
 BALL_WIDTH = 0.1
 """Width of the prior of the ball's place on the flange [m]: so wide that the data decide alone."""
@@ -22,8 +22,6 @@ COMMON_SCALE = 2e-3
 scale to 0.06 %, so measured distances decide; where an arm is noisy, the URDF's scale holds."""
 LEAST_TURN = 1e-6
 """Turn per unit of a coefficient in samples that hardly show it."""
-SHARED_DEVIATION = 0.3
-"""Typical difference between two arms of a type, as a share of an effect's size."""
 
 
 def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, ...]:
@@ -38,8 +36,7 @@ def prior_groups(model: ExtendedModel, data: Observations) -> tuple[PriorGroup, 
         if effect.rare:
             groups += _rare_groups(model, effect, members, turns)
         else:
-            of_type = model.of_type.get(effect.name)
-            groups.append(_effect_group(effect, members, turns, of_type))
+            groups.append(_effect_group(effect, members, turns))
     if model.given is None:
         return tuple(groups)
     return _with_given(model, model.given, groups)
@@ -59,7 +56,7 @@ def _geometry_groups(model: ExtendedModel, data: Observations) -> list[PriorGrou
     place = _ball_by_poses(model, data)
     expected = None
     if place is not None:
-        expected = Expected(place[ball], 0 * place[ball])
+        expected = place[ball]
     groups = [
         PriorGroup(
             "translation",
@@ -180,7 +177,7 @@ def _with_given(
         np.array(members),
         1.0,
         learned=False,
-        expected=Expected(marginal.mean, 0 * marginal.mean),
+        expected=marginal.mean,
         shape=marginal.covariance,
     )
     return (*remainder, given)
@@ -193,8 +190,7 @@ def _without_members(group: PriorGroup, members: Sequence[int]) -> PriorGroup:
     if common is not None:
         common = common[mask]
     if expected is not None:
-        mean, deviation = expected
-        expected = Expected(mean[mask], deviation[mask])
+        expected = expected[mask]
     return replace(
         group,
         members=group.members[mask],
@@ -207,12 +203,9 @@ def _effect_group(
     effect: Effect,
     members: np.ndarray,
     turns: np.ndarray,
-    of_type: Expected | None = None,
 ) -> PriorGroup:
     """Return the prior of an effect's coefficients: as wide as they usually turn the joints."""
     width = effect.typical_shift / max(_root_mean_square(turns), LEAST_TURN)
-    if of_type is not None:
-        width = SHARED_DEVIATION * _root_mean_square(of_type.mean)
     group = PriorGroup(
         effect.name,
         effect.unit,
@@ -220,7 +213,6 @@ def _effect_group(
         width,
         typical=width if effect.learned else 0.0,
         learned=effect.learned,
-        expected=of_type,
         optional=True,
         non_negative=effect.non_negative,
         follows_noise=effect.joint_noise is not None,

@@ -75,6 +75,7 @@ class BallModel:
         kinds = tuple(map(kind_of_joint, robot.joints))
         indices = tuple(self.free.tolist())
         self._function = cache(partial(ball_function, kinds, indices))
+        self._points = cache(partial(ball_function, kinds, (), "points"))
         # several values are computed of the same frames in turn
         self._columns = lru_cache(maxsize=1)(self._columns_of)
 
@@ -257,7 +258,9 @@ class BallModel:
         positions: np.ndarray,
     ) -> list[np.ndarray]:
         """Return each output of a function at joint positions, shape (N, k)."""
-        function = self._function(kind, positions.shape[1])
+        m = positions.shape[1]
+        # points are the same function whatever is free
+        function = self._points(m) if kind == "points" else self._function(kind, m)
         columns = self._columns(parameters.astype(float).tobytes())
         return function(positions, columns)
 

@@ -32,8 +32,25 @@ def gravity_moments(
         Moments [N m] ([N] along a prismatic joint), shape (N, 3 m): about the joints' own axes,
         then about the first of each one's :attr:`.Joint.tilt_axes`, then about the second.
     """
-    function = _moments(robot.joints, robot.bodies, payload)
-    [moments] = function(positions, np.array(gravity))
+    rows = np.ascontiguousarray(positions, dtype=float)
+    moments = _moments_at(
+        robot.joints, robot.bodies, payload, tuple(gravity), rows.shape, rows.tobytes()
+    )
+    return moments.copy()
+
+
+@lru_cache(maxsize=16)
+def _moments_at(
+    joints: tuple[Joint, ...],
+    bodies: tuple[Body, ...],
+    payload: float,
+    gravity: tuple[float, ...],
+    shape: tuple[int, ...],
+    positions: bytes,
+) -> np.ndarray:
+    """Return the moments at joint positions, which are asked for of the same samples in turn."""
+    rows = np.frombuffer(positions).reshape(shape)
+    [moments] = _moments(joints, bodies, payload)(rows, np.array(gravity))
     return moments
 
 

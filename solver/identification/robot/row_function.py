@@ -13,11 +13,11 @@ from .column_program import ColumnProgram, Instruction, instructions_of
 
 BATCH = 208
 """Rows that are computed at once: the results of more no longer fit into a processor's cache."""
-STEP = 16
+STEP = 4
 """CasADi prepares a function for each number of rows: some rows twice cost less."""
 MANY = 256
 """Rows from which on NumPy goes through the columns."""
-BLOCK = 1024
+BLOCK = 512
 """Rows whose columns are computed at once."""
 
 

@@ -4,6 +4,5 @@ from .model_averaging import beside_curves as beside_curves
 from .model_choice import ModelChoice as ModelChoice
 from .model_choice import choose_models as choose_models
 from .model_search import SearchedModels as SearchedModels
-from .model_search import models_by_type as models_by_type
 from .model_search import search as search
 from .moved_places import movements_by_evidence as movements_by_evidence

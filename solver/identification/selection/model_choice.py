@@ -41,20 +41,15 @@ class ModelChoice:
     @property
     def mean(self) -> FitPosterior:
         """The mean of the models."""
-        if len(self.models) == 1:
-            return self.models[0]
-        return averaged(self.models, self.probabilities)
+        models = [model.over_widths for model in self.models]
+        if len(models) == 1:
+            return models[0]
+        return averaged(models, self.probabilities)
 
     def share(self, counts: Callable[[FitPosterior], bool]) -> float:
         """Return the probability of all models that count."""
         mask = [counts(model) for model in self.models]
         return float(self.probabilities[mask].sum())
-
-    @property
-    def type_note(self) -> str:
-        """How much the prior by other arms of the type counts, in words."""
-        share = self.share(lambda fit: bool(fit.model.of_type))
-        return f"type prior: counts by {100 * share:.0f} %"
 
     def notes(self, gains: Mapping[str, float | None]) -> list[str]:
         """Return a line for each extension, by how much the evidence rose by it."""
@@ -63,7 +58,7 @@ class ModelChoice:
     def _note(self, extension: str, gain: float | None) -> str:
         """Return what became of an extension by which the evidence rose, in words."""
         effects = EXTENSIONS[extension]
-        of_torques = any(EFFECTS[name].shared_by_type for name in effects)
+        of_torques = any(EFFECTS[name].elastic for name in effects)
         if of_torques and not self.models[0].data.moments.any():
             return NO_MASSES
         if gain is None:
@@ -81,23 +76,15 @@ class ModelChoice:
 def choose_models(models: Sequence[FitPosterior]) -> ModelChoice:
     """Return the models that count: the geometry alone, which is the first, or the probable ones.
 
-    With three placements the best model has to lower the errors of placements left out, too, and
-    the prior of a type beside it.
+    With three placements the best model has to lower the errors of placements left out, too.
     """
     geometric, best = models[0], best_of(models)
     if best.log_evidence - geometric.log_evidence < LOG_BAYES_FACTOR:
         return ModelChoice([geometric])
     reason = ""
     if len(best.data.placements) >= ENOUGH_PLACEMENTS:
-        of_arm = [model for model in models if not model.model.of_type]
-        best_of_arm = best_of(of_arm)
         try:
-            after = held_out_errors(best)
-            if best is not best_of_arm:
-                before = held_out_errors(best_of_arm)
-                if mean_fall(before, after).mean <= 0:
-                    models, after = of_arm, before
-            fall = mean_fall(held_out_errors(geometric), after)
+            fall = mean_fall(held_out_errors(geometric), held_out_errors(best))
         except NotConverged:
             reason = "; the fit does not settle without each placement"
             return ModelChoice([geometric], reason)

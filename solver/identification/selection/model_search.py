@@ -1,13 +1,11 @@
 """The search for extensions of the geometry: fits of more and more of them."""
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from ....errors import NotConverged
 from ..effects import EXTENSIONS
 from ..inference import FitPosterior, refit
-from ..model import Expected
 
 
 @dataclass(frozen=True)
@@ -19,8 +17,6 @@ class SearchedModels:
     gains: dict[str, float | None]
     """Rise of the logarithm of the evidence by each extension; None where the fit does not settle
     with it."""
-    fits: list[FitPosterior]
-    """All fits with extensions, also those that came out like another."""
 
     @property
     def best(self) -> FitPosterior:
@@ -42,7 +38,6 @@ def search(
     best = geometric
     models, tried = {best.active: best}, {best.model.extensions}
     gains: dict[str, float | None] = {}
-    fits: list[FitPosterior] = []
     for stage in (*stages, *stages):
         extended = best.model.with_effects((*best.model.extensions, *EXTENSIONS[stage]))
         if extended.extensions in tried:
@@ -50,38 +45,16 @@ def search(
         tried.add(extended.extensions)
         progress(stage)
         try:
-            candidate = refit(best, extended)
+            candidate = refit(best, extended, average_widths=False)
         except NotConverged:
             gains.setdefault(stage)
             continue
-        fits.append(candidate)
         gain = candidate.log_evidence - best.log_evidence
         gains[stage] = gain
         if candidate.active not in models:
             candidate = models[candidate.active] = _without_idle(candidate)
             best = candidate if gain > 0 else best
-    return SearchedModels(list(models.values()), gains, fits)
-
-
-def models_by_type(
-    fits: Sequence[FitPosterior],
-    of_type: Mapping[str, Expected],
-    progress: Callable[[str], None],
-) -> list[FitPosterior]:
-    """Return the fits again, with all that other arms of a type tell of, as they tell it."""
-    if not of_type:
-        return []
-    models: dict[tuple[str, ...], FitPosterior] = {}
-    for fit in fits:
-        extended = fit.model.with_effects({*fit.model.extensions, *of_type})
-        if extended.extensions in models:
-            continue
-        progress("type prior")
-        with suppress(NotConverged):
-            like_type = refit(fit, replace(extended, of_type=of_type))
-            models[extended.extensions] = _without_idle(like_type)
-    by_active = {model.active: model for model in models.values()}
-    return list(by_active.values())
+    return SearchedModels(list(models.values()), gains)
 
 
 def _without_idle(fit: FitPosterior) -> FitPosterior:
@@ -90,4 +63,5 @@ def _without_idle(fit: FitPosterior) -> FitPosterior:
     if not idle:
         return fit
     effects = {*fit.model.extensions} - idle
-    return refit(fit, fit.model.with_effects(effects))
+    model = fit.model.with_effects(effects)
+    return refit(fit, model, average_widths=False)

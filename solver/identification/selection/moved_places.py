@@ -70,7 +70,7 @@ def _best_of(
             break
         with suppress(NotConverged):
             extended = (*posterior.objective.movements, movements[i])
-            candidate = refit(posterior, movements=extended)
+            candidate = refit(posterior, movements=extended, average_widths=False)
             rise = candidate.log_evidence - posterior.log_evidence - prices[i]
             if rise > gain:
                 best, gain = candidate, rise

@@ -26,8 +26,7 @@ class _CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
     )
     settings: SolveOptions = cli.part(
         SolveOptions,
-        "method distance known distance_deviation zeros type_prior payload gravity "
-        "repeatability_mm",
+        "method distance known distance_deviation zeros payload gravity repeatability_mm",
     )
 
 
