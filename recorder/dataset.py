@@ -21,8 +21,7 @@ from .metadata import METADATA, read_keys
 from .placement import SOCKETS, Placement
 from .placement_names import distinctly_named, placement_name
 from .points import POINTS, POSES, read_points
-from .sample_arrays import LAST_SOCKET
-from .samples import SAMPLES, Sample, read_samples
+from .samples import LAST_SOCKET, SAMPLES, Sample, read_samples
 from .tables import Table, read_table
 
 _FILES = (SAMPLES, POINTS, POSES)

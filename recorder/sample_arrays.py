@@ -7,10 +7,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import numbers_of
 from .files import RecordingError
-from .samples import Sample
-
-LAST_SOCKET = 999
-"""Largest number of a socket."""
+from .samples import LAST_SOCKET, Sample
 
 
 def samples_of_arrays(

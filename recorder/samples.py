@@ -13,6 +13,8 @@ from .cells import require_columns, table_bytes
 from .files import RecordingError
 
 SAMPLES = "samples.csv"
+LAST_SOCKET = 999
+"""Largest number of a socket."""
 CAPTURE, UNDO, REDO, RELABEL = "capture", "undo", "redo", "relabel"
 _LEADING = ("event", "sample", "socket", "time", "stamp", "states")
 _PER_JOINT = ("position", "spread", "effort")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.model import shifts_by, width_of
-from mukca.solver.data import DRIFT, Apart
+from mukca.solver.identification.data import DRIFT, Apart
+from mukca.solver.identification.model import shifts_by, width_of
 
 
 @pytest.mark.parametrize(("order", "course"), [([0], [-0.5]), ([0, 1, 2], [-0.5, 0.0, 0.5])])
