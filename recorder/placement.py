@@ -15,6 +15,7 @@ from .arrays import numbers_of
 from .files import RecordingError
 from .joint_columns import Match, require_samples
 from .joint_order import joint_order
+from .sample_arrays import LAST_SOCKET as LAST_SOCKET
 from .sample_arrays import samples_of_arrays
 from .samples import Sample
 
