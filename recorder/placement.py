@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import numbers_of
-from .files import RecordingError
 from .joint_columns import Match, require_samples
 from .joint_order import joint_order
+from .recording_error import RecordingError
+from .sample import Sample
 from .sample_arrays import samples_of_arrays
-from .samples import Sample
 
 SOCKETS = 2
 """Number of sockets of a base by default."""

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import numbers_of
-from .files import RecordingError
-from .samples import LAST_SOCKET, Sample
+from .recording_error import RecordingError
+from .sample import LAST_SOCKET, Sample
 
 
 def samples_of_arrays(

@@ -11,8 +11,12 @@ import numpy as np
 import mukca
 from mukca.recorder import Placement
 from mukca.solver.identification.data import measure
-from mukca.solver.identification.robot import BallModel, Robot, gravity_moments
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import (
+    BallModel,
+    Robot,
+    gravity_moments,
+    workspace,
+)
 from mukca.solver.studies import error_parts
 from mukca.tools.simulation import perturb, reachable_bases, record
 

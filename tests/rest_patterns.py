@@ -11,8 +11,7 @@ import numpy as np
 
 import mukca
 from mukca.recorder import Placement
-from mukca.solver.identification.robot import BallModel, Robot, link_poses
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import BallModel, Robot, link_poses, workspace
 from mukca.solver.results import ErrorPatterns
 from mukca.tools.simulation import perturb, reachable_bases, record
 

@@ -24,6 +24,8 @@ READING = {
     "files",
     "placement",
     "placement_names",
+    "recording_error",
+    "sample",
     "samples",
     "tables",
     "turns",
@@ -31,9 +33,9 @@ READING = {
 """Files of the recorder that read recordings and tables; none knows a driver or a screen."""
 
 CLOSURES = {
-    "solver/identification/inference/map_estimate.py": (67, 59_760),
-    "solver/calibration/fit.py": (114, 95_640),
-    "solver/calibration/pipeline.py": (207, 181_920),
+    "solver/identification/inference/map_estimate.py": (60, 49_867),
+    "solver/identification/robot_fit.py": (68, 54_500),
+    "solver/calibration/robot_calibration.py": (122, 88_940),
 }
 """The most files and tokens that a module may need, itself among them: these only fall."""
 
@@ -107,6 +109,21 @@ def test_what_a_module_needs_only_falls(module):
     files = closure(module)
     size = len(files), sum(map(tokens, files))
     assert all(now <= most for now, most in zip(size, CLOSURES[module], strict=True)), size
+
+
+def test_the_core_imports_nothing_of_the_rest_of_the_solver():
+    core = [file for file in FILES if "identification" in file.parts]
+    modules = {module for file in core for module in imports(file)}
+    below = ("_faces", "errors", "recorder", "solver.identification")
+    assert core and not [m for m in modules if not m.startswith(below)]
+
+
+def test_a_calibration_needs_no_table_of_checks_and_studies():
+    """They are handed in by ``pipeline.py``."""
+    needed = closure("solver/calibration/robot_calibration.py")
+    folders = {file.parent.name for file in needed}
+    assert not folders & {"studies", "curves", "diagnostics", "design", "bases"}
+    assert ROOT / "solver/calibration/tables.py" not in needed
 
 
 def test_folders_come_in_by_each_others_faces():

@@ -17,8 +17,8 @@ import numpy as np
 from ...recorder import Placement, around
 from ...solver.calibration import Calibration, UsageError, pose_of_numbers
 from ...solver.identification.data import FrameError, HandEye, hand_eye
+from ...solver.identification.robot import workspace
 from ...solver.partial import LEAST_ANGLE, LEAST_PLACE, SURE, Camera
-from ...solver.poses import workspace
 from .spanning_tree import spanning_tree
 
 COLUMNS = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw"))

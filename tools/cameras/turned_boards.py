@@ -16,7 +16,7 @@ import numpy as np
 
 from ...recorder import Placement, Sample
 from ...solver.calibration import Calibration, quaternion_of
-from ...solver.identification.data import rotation_matrices
+from ...solver.identification.robot import rotation_matrices
 from .boards import PLAIN, Board
 from .postures import flange_poses, names_flange_poses
 from .spanning_tree import spanning_tree
