@@ -262,3 +262,11 @@ def test_workflows_call_the_makefile_and_nothing_else():
     for file in (ROOT / ".github" / "workflows").glob("*.yml"):
         runs = re.findall(r"- run: (.*)", file.read_text())
         assert runs and all(re.fullmatch(r"make (\w+)", run)[1] in targets for run in runs)
+
+
+def test_the_page_for_readers_names_files_that_an_afternoon_is_enough_for():
+    rows = re.findall(r"^\| \d+ \| `([\w/.]+)`", (ROOT / "docs" / "reading.md").read_text(), re.M)
+    files = [ROOT / row for row in rows]
+    assert len(files) == len(set(files)) == 25
+    assert sum(map(tokens, files)) <= 25_000
+    assert set(files[2:22]) <= closure("solver/identification/robot_fit.py")
