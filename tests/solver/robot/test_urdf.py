@@ -217,3 +217,10 @@ def test_a_mass_of_zero_is_none_and_one_below_is_refused(odd):
     odd.write_text(ODD_ARM.replace('<link name="finger"/>', weighed.format("-1e-9")))
     with pytest.raises(ModelError, match="write zero or more"):
         load_robot(str(odd))
+
+
+def test_a_byte_of_another_encoding_is_told_with_its_line_after_a_declaration_of_two(odd):
+    declaration = b'<?xml version="1.0"\n encoding="utf-8"?>\n'
+    odd.write_bytes(declaration + b'<robot name="a">\n<link name="\xe9"/>\n</robot>')
+    with pytest.raises(ModelError, match=r"odd.urdf:4: not in utf-8"):
+        load_robot(str(odd))
