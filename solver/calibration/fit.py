@@ -91,6 +91,7 @@ def fit_robots(
             observations_at(alone, recordings),
             without=options.without,
             zeros=bool(options.zeros),
+            alike=options.as_recorded,
             prior=prior,
             curves=with_joint_curves,
             progress=lambda word, name=recordings.name: progress(

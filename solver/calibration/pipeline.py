@@ -14,6 +14,7 @@ from .multi_robot_calibration import MultiRobotCalibration, common_document
 from .options import CalibrateOptions, SolveOptions, check_keywords
 from .preparation import Recordings, problems_of
 from .results import document_of
+from .setting_right import seen_at_rest
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack  # Python 3.10 has none
@@ -67,7 +68,7 @@ def calibrate(
         test: Placements that the fit does not see. One that is trained on is left out of them.
         progress: Called with a word for each model that is fitted.
         options: Fields of :class:`.SolveOptions`, which ``mukca solve --help-all`` explains. Of
-            both methods: method, distance, free, fix, as_recorded, leave_out, split_moved,
+            both methods: method, distance, free, fix, as_recorded, leave_out,
             flange_poses, repeatability_mm, accept_distorted. Of ``auto`` alone: known, sockets_at,
             distance_deviation, without, zeros, prior, remounted, payload, gravity. Of ``paper``
             alone: optimizer, regularization, max_iterations.
@@ -82,7 +83,7 @@ def calibrate(
     check_keywords("calibrate", options, CalibrateOptions.__annotations__)
     settings = SolveOptions(**options).validated()
     problems = problems_of(robot, train, test, settings)
-    # A known distance follows a placement that was split.
+    # Known distances have the names of placements now.
     if not isinstance(robot, Mapping):
         settings = replace(settings, known=problems[""].options.known)
     bases: dict[str, list[str]] = {"train": [], "test": []}
@@ -92,7 +93,7 @@ def calibrate(
     settings = replace(settings, sockets_at=located)
     fits = converged_fits([*problems.values()], settings, progress)
     calibrations = {
-        name: Calibration(document_of(problem, fit), fit.calibrated)
+        name: Calibration(document_of(seen_at_rest(problem, fit), fit), fit.calibrated)
         for (name, problem), fit in zip(problems.items(), fits, strict=True)
     }
     if not isinstance(robot, Mapping):

@@ -1,17 +1,26 @@
 """The problem of a calibration: a robot, its checked recordings, and the options."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...errors import fixed
 from .. import results
 from ..diagnostics import SIZE_BY_DISTANCE, Survey, by_fit, where_of
-from ..identification.data import Measurement, RobotRecordings
-from ..identification.model import set_apart
-from ..identification.selection import FoundMovement
+from ..identification.data import Measurement, Observations, RobotRecordings
+from ..identification.inference import FitPosterior
+from ..identification.model import BALL, BASE, Difference
 from .options import SolveOptions
 
+WORDS = {
+    "step": "its place moved by {}, {}",
+    "drift": "its place drifted steadily by {}",
+    "slow": "its place drifted to and fro by {}{}",
+}
+DIFFERENCE = "movement"
+"""Code of what differs between places, for which the fit has an unknown."""
+MENDED = "mend it, or calibrate by recordings from one side of it"
 STEADY = "screw the base down, let the arm warm up, and record it again"
 NOTHING_SEEN = Survey((), ())
 """Of no placements."""
@@ -58,49 +67,75 @@ class CalibrationProblem(RobotRecordings):
         sized = replace(survey, hypotheses=hypotheses)
         return replace(self, checks=tuple(checks), survey=sized)
 
-    def at_rest(
-        self,
-        shifts: np.ndarray | None,
-        movements: Iterable[FoundMovement],
-        calibrated: results.CalibratedRobot,
-    ) -> "CalibrationProblem":
-        """Return the recordings with the movements of their places, row by row, as diagnostics.
+    def at_rest(self, fit: FitPosterior) -> "CalibrationProblem":
+        """Return the recordings with what differs between places, row by row, and in words."""
+        differences = fit.objective.differences
+        shifts = fit.arm.moved
+        if shifts is None:
+            return self
+        found = [self._told(fit, k) for k in range(len(differences))]
+        ends = np.cumsum([len(m.positions) for m in self.measurements])
+        # orientations come last
+        parts = zip(self.measurements, np.split(shifts, ends), strict=False)
+        train = tuple(replace(m, moved=shift) for m, shift in parts)
+        return replace(self, checks=(*self.checks, *found), measurements=train)
 
-        Where a placement that is held out differs throughout follows from its own samples.
-        """
-        checks = list(self.checks)
-        by_name = {m.name: m for m in self.measurements}
-        for movement in movements:
-            measured = by_name[movement.placement]
-            code = "movement" if movement.kept else "moved"
-            text = _movement_text(measured, movement)
-            where = where_of([measured])
-            checks.append(results.Diagnostic("warning", code, where, text, STEADY))
-        train = self.measurements
-        if shifts is not None:  # orientations come last
-            ends = np.cumsum([len(m.positions) for m in train])
-            parts = zip(train, np.split(shifts, ends), strict=False)
-            train = [replace(m, moved=shift) for m, shift in parts]
-        test = [_set_apart(m, calibrated) for m in self.test]
-        return replace(
-            self, checks=tuple(checks), measurements=tuple(train), test=tuple(test)
-        )
+    def _told(self, fit: FitPosterior, k: int) -> results.Diagnostic:
+        """Return the k-th difference of a fit as a diagnostic."""
+        difference = fit.objective.differences[k]
+        name = difference.placements[0]
+        measured = next(m for m in self.measurements if m.name == name)
+        text = _in_words(fit, k)
+        if difference.at:
+            first = measured.placement.samples[int(difference.at)]
+            text = text.format(first=first.named)
+        advice = STEADY if difference.part == BASE else MENDED
+        where = where_of([measured])
+        return results.Diagnostic("warning", DIFFERENCE, where, text, advice)
 
 
-def _set_apart(
-    measured: Measurement, calibrated: results.CalibratedRobot
-) -> Measurement:
-    """Return a held-out placement with what is otherwise in it."""
-    if not measured.apart:
-        return measured
-    balls = calibrated.predict(measured)
-    return replace(measured, moved=set_apart(calibrated.robot, measured, balls))
+def _in_words(posterior: FitPosterior, k: int) -> str:
+    """Return the k-th difference of a fit in words."""
+    objective, data = posterior.objective, posterior.data
+    difference = objective.differences[k]
+    begin = sum(objective.sizes[:k])
+    of_difference = slice(begin, begin + objective.sizes[k])
+    shifts = objective.by_differences[:, :, of_difference]
+    size = objective.model.size
+    members = slice(size + begin, size + of_difference.stop)
+    unknowns = posterior.state.x[members]
+    variances = np.diag(posterior.whole[members, members])
+    deviation = float(variances.max()) ** 0.5
+    since = _since(difference, data)
+    if difference.part == BASE:
+        course = (shifts @ unknowns)[data.rows_of(difference.placements[0])]
+        moved = float(np.linalg.norm(np.ptp(course, axis=0)))
+        words = WORDS[difference.course].format(_millimetres(moved, deviation), since)
+    elif difference.part == BALL:
+        sizes = np.linalg.norm(unknowns.reshape(-1, 3), axis=1)
+        amount = _millimetres(float(sizes.max()), deviation)
+        words = f"the ball sits {amount} elsewhere on its flange {since}"
+    else:
+        zero, error = np.rad2deg([unknowns[0], deviation]).tolist()
+        amount = f"{fixed(zero, 2, '+')} +- {fixed(error, 2)} deg"
+        words = f"{difference.part} reads {amount} more {since}"
+    return f"{words}; the fit has an unknown for that"
 
 
-def _movement_text(measured: Measurement, movement: FoundMovement) -> str:
-    """Return a movement in words, a step with the first sample after it."""
-    if movement.rank is None:
-        return movement.text
-    in_time = measured.order[np.argsort(measured.clock("time"), kind="stable")]
-    first = measured.placement.samples[int(in_time[movement.rank])]
-    return movement.text.format(first=first.named)
+def _millimetres(size: float, deviation: float) -> str:
+    """Return a size [m] in words."""
+    return f"{fixed(1e3 * size, 2)} +- {fixed(1e3 * deviation, 2)} mm"
+
+
+def _since(difference: Difference, data: Observations) -> str:
+    """Return in words where a step is; {{first}} stands for a sample."""
+    first, last = difference.placements[0], difference.placements[-1]
+    if difference.course == "slow":
+        return ", with temperature" * (difference.clock == "temperature")
+    if difference.course == "each":
+        return "from placement to placement"
+    if difference.at:
+        return "from {first} on"
+    if last == data.placements[-1]:
+        return f"from {first} on"
+    return f"in {first}" if first == last else f"from {first} to {last}"

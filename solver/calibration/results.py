@@ -24,9 +24,6 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
     robot = problem.robot
     posterior = fit.posterior
     selected = fit.selected
-    if selected is not None:
-        shifts = posterior and posterior.moved
-        problem = problem.at_rest(shifts, selected.movements, calibrated)
     scale = estimates.scale_of(fit)
     distorted = tuple(
         m.name for m in problem.measurements if is_distorted(calibrated.predict(m), m)

@@ -1,14 +1,12 @@
 """Recordings set right before a fit, by what explains them; see :mod:`..diagnostics`."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from ...recorder import Placement
-from ..assessment import LEAST_HELD_OUT
 from ..diagnostics import (
-    ALL_ACTIONS,
-    LEAST,
-    Action,
     Survey,
     named,
 )
@@ -20,29 +18,28 @@ from ..identification.data import (
 )
 from ..identification.effects import GAIN
 from ..identification.robot import Robot
-from ..results import Diagnostic
-from .inspector import Inspector, actions_of, by_findings, is_between
+from ..results import CalibratedRobot, Diagnostic
+from .fit import Fit
+from .inspector import Inspector, is_between
 from .options import SolveOptions
 from .problem import CalibrationProblem
 
+NEWTON = 2
+"""Steps of joint positions to where they take a difference out."""
 WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
 """Added to the advice on a joint's gain."""
 
 
-def mended(
-    problem: CalibrationProblem, barred: Collection[Action] = ()
-) -> tuple[CalibrationProblem, list[Diagnostic]]:
+def mended(problem: CalibrationProblem) -> tuple[CalibrationProblem, list[Diagnostic]]:
     """Set recordings right as before every fit: the one judgement of ``check`` and ``solve``.
 
     Args:
-        problem: Recordings as they were checked. Those to train on are never looked at with those
-            held out before they are set right.
-        barred: What may not be done although the options allow it.
+        problem: Recordings as they were checked. What is held out never touches those to train on,
+            and is measured, never fitted: of its samples only decisions are made.
 
     Returns:
-        The problem with all set right that can be, what is still seen of it, known distances by the
-        names that placements have now, and coefficients of rare effects that the fit is to have;
-        and what was done.
+        The problem with all set right that can be, what is still seen of it, and coefficients of
+        rare effects that the fit is to have; and what was done.
 
     Raises:
         KnownError: A known distance names a socket that is not there.
@@ -50,72 +47,74 @@ def mended(
     options = problem.options
     lengths = named(problem.measurements, options.distances)
     inspector = Inspector(problem.robot, options, lengths, {})
-    training = list(problem.measurements)
-    held_out = list(problem.test)
-    done = list[Diagnostic]()
-    actions = set(actions_of(options)) - set(barred)
+    training, done = inspector.set_right(problem.measurements)
+    held_out, of_held_out = inspector.set_right(problem.test, training, held_out=True)
+    done += of_held_out
+    _check_ends(lengths, training)
     survey = inspector.look(training, held_out)
-    is_mendable = any(inspection.corrections for inspection in survey.placements)
-    if actions and (survey.unclear or is_mendable):
-        training, done = _trained_set_right(inspector, survey, training, actions)
-        held_out, of_held_out = inspector.set_right(
-            held_out, training, LEAST_HELD_OUT, actions
-        )
-        done += of_held_out
-        survey = inspector.look(training, held_out)
-    gains = _gains(inspector, survey, training)
+    gains = _gains(inspector, training)
     problem = replace(
         problem,
         measurements=tuple(training),
         test=tuple(held_out),
-        options=replace(options, known=_lengths_between(inspector, training)),
+        options=replace(options, known=lengths),
         survey=_with_gain(survey) if gains else survey,
         effects=tuple(GAIN.coefficient_names(sorted(gains))),
     )
     return problem, done
 
 
-def _trained_set_right(
-    inspector: Inspector,
-    survey: Survey,
-    training: Sequence[Measurement],
-    actions: set[Action],
-) -> tuple[list[Measurement], list[Diagnostic]]:
-    """Return the placements to train on with all set right that can be, and what was done.
+def seen_at_rest(problem: CalibrationProblem, fit: Fit) -> CalibrationProblem:
+    """Return a problem with the differences of its fit, and what is still seen without them.
 
-    Too few samples tell nothing by themselves: where a base moved, all placements tell together.
+    A joint position then has the ball where it would be, had nothing differed.
     """
-    if inspector.options.zeros:
-        # Gears with play look like an arm that drifts.
-        actions = actions - {"follow"}
-    set_right, done = inspector.set_right(training, actions=actions)
-    if done:
-        return set_right, done
-    inspections = survey.placements[: len(training)]
-    return by_findings(set_right, inspections, LEAST, actions)
+    if fit.selected is None or not fit.selected.full.objective.differences:
+        return problem
+    problem = problem.at_rest(fit.selected.full)
+    options, robot, calibrated = problem.options, problem.robot, fit.calibrated
+    inspector = Inspector(robot, options, options.distances, {})
+    training = [_at_rest(m, calibrated) for m in problem.measurements]
+    survey = inspector.look(training, problem.test)
+    if problem.effects:
+        survey = _with_gain(survey)
+    before = problem.survey.diagnostics
+    checks = [check for check in problem.checks if check not in before]
+    return replace(problem, checks=(*checks, *survey.diagnostics), survey=survey)
 
 
-def _gains(
-    inspector: Inspector, survey: Survey, training: Sequence[Measurement]
-) -> set[str]:
-    """Return the joints whose gain the fit is to have: those trained on tell it by themselves."""
-    if not survey.gains or actions_of(inspector.options) != ALL_ACTIONS:
+def _at_rest(measured: Measurement, calibrated: CalibratedRobot) -> Measurement:
+    """Return a placement at joint positions that take its differences out of its balls."""
+    if measured.moved is None or not measured.moved.any():
+        return measured
+    ball, values = calibrated.model, calibrated.values
+    q = measured.positions
+    places = ball.points(values, q) - measured.moved
+    for _ in range(NEWTON):
+        balls = ball.linearise(values, q)
+        errors = places - balls.points
+        inverse = np.linalg.pinv(balls.by_joints)
+        q = q + (inverse @ errors[:, :, None])[:, :, 0]
+    return measured.shifted(measured.as_recorded(q - measured.positions))
+
+
+def _gains(inspector: Inspector, training: Sequence[Measurement]) -> set[str]:
+    """Return the joints whose gain the fit is to have."""
+    if not inspector.sets_right:
         return set()
-    return set(survey.gains) & set(inspector.look(training).gains)
+    return set(inspector.look(training).gains)
 
 
-def _lengths_between(
-    inspector: Inspector, training: Sequence[Measurement]
-) -> tuple[KnownDistance, ...]:
-    """Return known distances by the names that placements have now; refuse one that lost an end."""
-    lengths = inspector.followed(training)
+def _check_ends(
+    lengths: Sequence[KnownDistance], training: Sequence[Measurement]
+) -> None:
+    """Refuse a known distance that lost an end."""
     lost = [length for length in lengths if not is_between(length, training)]
     if lost:
         raise KnownError(
             f"--known {lost[0]}: one of its sockets is left with too few samples; leave that "
             "distance out, or keep all samples by --as-recorded"
         )
-    return lengths
 
 
 def _with_gain(survey: Survey) -> Survey:
@@ -139,6 +138,5 @@ def placements_set_right(
     problem = CalibrationProblem(
         robot, (), options.load, options=options, test=measured
     )
-    # a placement alone does not say what has unknowns of its own in it
-    mending, done = mended(problem, barred=["set apart", "follow"])
+    mending, done = mended(problem)
     return [m.placement for m in mending.test], done

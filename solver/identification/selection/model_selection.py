@@ -7,12 +7,12 @@ from ...studies import joint_offsets_in_words
 from ..data import Observations, RobotRecordings
 from ..effects import CURVE, EFFECTS, EXTENSIONS, effects_of
 from ..inference import FitPosterior, estimate, refit
-from ..model import ExtendedModel, GivenPrior, differences_of, extend
+from ..model import ExtendedModel, GivenPrior, extend
 from ..robot import Parameter
+from .differences import with_differences
 from .model_averaging import beside_curves
 from .model_choice import ModelChoice, choose_models
-from .model_search import SearchedModels, search
-from .moved_places import FoundMovement, movements_by_evidence
+from .model_search import search
 
 JOINT_NOISE = "joint-noise"
 """Named beside the extensions: the noise of the joints."""
@@ -36,8 +36,6 @@ class Selected:
     """The mean of the models that the data support; that of the geometry alone without any."""
     notes: tuple[str, ...]
     """One line for each extension: kept or not, and the evidence."""
-    movements: tuple[FoundMovement, ...] = ()
-    """Movements of placements while they were recorded, also those too unsure for the model."""
 
 
 def select_models(
@@ -47,6 +45,7 @@ def select_models(
     *,
     without: Collection[str] = (),
     zeros: bool = False,
+    alike: bool = False,
     prior: Prior = None,
     curves: CurveFit | None = None,
     progress: Progress = lambda _: None,
@@ -59,6 +58,7 @@ def select_models(
         data: Training placements.
         without: Extensions that are not tried; without ``joint-noise`` joints' angles are exact.
         zeros: True if joint offsets may be degrees, as in arms made of servos.
+        alike: True if nothing may differ between places.
         prior: What an earlier calibration of the robot left known.
         curves: The fit of error curves beside everything else; None for no curves.
         progress: Called with a word for each model that is fitted.
@@ -72,12 +72,16 @@ def select_models(
         _geometric_model(recordings, parameters, first, prior),
         data,
         joint_noise=JOINT_NOISE not in without,
-        movements=differences_of(recordings),
         average_widths=False,
     )
     stages = _stages(first, without)
     scalar = [name for name in stages if name != CURVE.extension]
-    searched, movements = _search_beside_movements(geometric, scalar, progress)
+    searched = search(geometric, scalar, progress)
+    if not alike:
+        differences = with_differences(searched.best).objective.differences
+        if differences:
+            geometric = refit(geometric, differences=differences, average_widths=False)
+            searched = search(geometric, scalar, progress)
     choice = choose_models(searched.models)
     mean = result = choice.mean
     curves_note = ""
@@ -91,7 +95,7 @@ def select_models(
         notes.append(f"{CURVE.extension}: {curves_note}")
     if zeros:
         notes.append(joint_offsets_in_words(result.arm))
-    return Selected(result, tuple(notes), movements)
+    return Selected(result, tuple(notes))
 
 
 def _geometric_model(
@@ -123,17 +127,3 @@ def _stages(first: Sequence[str], without: Collection[str]) -> list[str]:
         if name not in without and required <= {"", *first}:
             stages.append(name)
     return stages
-
-
-def _search_beside_movements(
-    geometric: FitPosterior,
-    stages: Sequence[str],
-    progress: Progress,
-) -> tuple[SearchedModels, tuple[FoundMovement, ...]]:
-    """Return the models, beside movements of places if the data support any, and these."""
-    searched = search(geometric, stages, progress)
-    movements, reported = movements_by_evidence(searched.best)
-    if any(movement.kept for movement in reported):
-        geometric = refit(geometric, movements=movements, average_widths=False)
-        searched = search(geometric, stages, progress)
-    return searched, reported
