@@ -1,26 +1,63 @@
-"""Recordings that were looked at before their fit."""
+"""Recordings that were looked at before their fit, and again without what differed."""
 
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from ..diagnostics import Survey
-from ..results import Scale
+from ..identification.data import Measurement
+from ..identification.effects import GAIN
+from ..results import CalibratedRobot, Fit, Scale
 from .findings import reworded, sized_hypotheses
+from .inspector import Inspector
 from .problem import CalibrationProblem
+
+NEWTON = 2
+"""Steps of joint positions to where they take a difference out."""
+WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
+"""Added to the advice on a joint's gain."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class InspectedProblem(CalibrationProblem):
     """Recordings that were looked at, and what was seen of them."""
 
+    inspector: Inspector
     survey: Survey
     """Findings on the placements, one by one and together, once all was set right."""
 
     @classmethod
-    def of(cls, problem: CalibrationProblem, survey: Survey) -> "InspectedProblem":
-        """Return a problem with what was seen of its recordings."""
+    def of(
+        cls, problem: CalibrationProblem, inspector: Inspector
+    ) -> "InspectedProblem":
+        """Return a problem with what an inspector sees of its recordings."""
+        survey = inspector.look(problem.measurements, problem.test)
+        if problem.effects:
+            survey = _with_gain(survey)
         fields: dict[str, Any] = {**vars(problem), "hypotheses": survey.hypotheses}
-        return cls(**fields, survey=survey)
+        return cls(**fields, inspector=inspector, survey=survey)
+
+    def at_rest(self, fit: Fit) -> "InspectedProblem":
+        """Return the recordings with what differs, and what is still seen without it.
+
+        A joint position then has the ball where it would be, had nothing differed.
+        """
+        problem = replace(self, measurements=super().at_rest(fit).measurements)
+        if fit.full is None or not fit.full.objective.differences:
+            return problem
+        training = [_at_rest(m, fit.calibrated) for m in problem.measurements]
+        survey = self.inspector.look(training, self.test)
+        if self.effects:
+            survey = _with_gain(survey)
+        before = self.survey.diagnostics
+        checks = [check for check in self.checks if check not in before]
+        return replace(
+            problem,
+            checks=(*checks, *survey.diagnostics),
+            hypotheses=survey.hypotheses,
+            survey=survey,
+        )
 
     def sized(self, scale: Scale) -> "InspectedProblem":
         """Return the problem whose explanations of the arm's size have that of a fit."""
@@ -31,3 +68,28 @@ class InspectedProblem(CalibrationProblem):
             hypotheses=hypotheses,
             survey=replace(self.survey, hypotheses=hypotheses),
         )
+
+
+def _at_rest(measured: Measurement, calibrated: CalibratedRobot) -> Measurement:
+    """Return a placement at joint positions that take its differences out of its balls."""
+    if measured.moved is None or not measured.moved.any():
+        return measured
+    ball, values = calibrated.model, calibrated.values
+    q = measured.positions
+    places = ball.points(values, q) - measured.moved
+    for _ in range(NEWTON):
+        balls = ball.linearise(values, q)
+        errors = places - balls.points
+        inverse = np.linalg.pinv(balls.by_joints)
+        q = q + (inverse @ errors[:, :, None])[:, :, 0]
+    return measured.shifted(measured.as_recorded(q - measured.positions))
+
+
+def _with_gain(survey: Survey) -> Survey:
+    """Return what was seen of joints whose gain the fit has: how well, the errors say."""
+    shared = list(survey.shared)
+    for i, diagnostic in enumerate(shared):
+        if (diagnostic.code, diagnostic.level) == (GAIN.name, "error"):
+            advice = f"{diagnostic.advice}{WITH_GAIN}"
+            shared[i] = replace(diagnostic, level="warning", advice=advice)
+    return replace(survey, shared=tuple(shared))

@@ -12,13 +12,15 @@ from ..results import Diagnostic, Hypothesis
 from .configurations import of_placement, where_of
 from .corrections import Correction, correction_of
 from .explain import explain
-from .finding import GARBAGE, Finding, by_mender
+from .finding import GARBAGE, UNKNOWNS, Finding, by_mender
 from .hypotheses import Scene
 from .robust_fit import RigidModel
 from .scene_fit import Given, scene_of
 
 UNCLEAR = {"ball_loose", "pushed", "unexplained", "other_arm", "drift"}
 """Causes that several faults look like, which each placement may tell by itself."""
+VAGUE = ("ball_loose", "pushed", "model")
+"""Codes of such causes of all placements."""
 MANY = 5.0
 """A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
 though nothing explains it."""
@@ -61,8 +63,20 @@ class Survey:
     def unclear(self) -> bool:
         """True where samples scatter, maybe since several placements have faults of their own."""
         corrections = chain.from_iterable(one.corrections for one in self.placements)
-        corrected = any(one.action != "follow" for one in corrections)
-        return not corrected and not UNCLEAR.isdisjoint(self.causes)
+        return not any(corrections) and not UNCLEAR.isdisjoint(self.causes)
+
+    def told_by(self, surveys: Sequence["Survey"]) -> "Survey":
+        """Return what surveys of each placement alone tell, if differences are among it."""
+        telling = [one for one in surveys if not set(UNKNOWNS).isdisjoint(one.causes)]
+        if not telling:
+            return self
+        return replace(
+            self,
+            placements=tuple(one.placements[0] for one in surveys),
+            shared=tuple(d for d in self.shared if d.code not in VAGUE),
+            hypotheses=telling[0].hypotheses,
+            causes=telling[0].causes,
+        )
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
