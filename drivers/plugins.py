@@ -15,6 +15,9 @@ from typing import Any
 
 from ..errors import MukcaError
 
+OURS = "mukca"
+"""Source of what mukca brings."""
+
 
 class PluginError(MukcaError):
     """What a package adds cannot be imported; the line names the package and the reason."""
@@ -29,7 +32,7 @@ class Entry:
     """The object, ``module:NAME``."""
     line: str
     """Description of it, in one line."""
-    source: str = "mukca"
+    source: str = OURS
     """The package that provides it, with its version where it is a plug-in."""
 
 
@@ -52,13 +55,16 @@ def load(entry: Entry, kind: str) -> Any:
     """Import an entry's object; ``kind`` is the word for it in messages, such as ``driver``.
 
     Raises:
-        PluginError: Its module, or a package that this needs, cannot be imported.
+        PluginError: A plug-in's module, or a package that any needs, cannot be imported. What else
+            is wrong in a module of mukca is a defect, and is raised as it is.
     """
     what = f"{kind} {entry.name!r} of {entry.source}"
     module, _, attribute = entry.target.partition(":")
     try:
         return getattr(importlib.import_module(module), attribute)
-    except ImportError as error:
-        raise PluginError(f"{what} needs {error.name}: {error}") from None
     except (Exception, SystemExit) as error:  # a plug-in may fail in any way
+        if isinstance(error, ImportError) and error.name:
+            raise PluginError(f"{what} needs {error.name}: {error}") from None
+        if entry.source == OURS:
+            raise
         raise PluginError(f"{what} is broken: {error!r}") from error

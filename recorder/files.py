@@ -1,4 +1,4 @@
-"""Files that survive a crash: appended, replaced and locked; and the errors of recordings."""
+"""Files that survive a crash: appended, replaced and locked."""
 
 import errno
 import os
@@ -8,16 +8,7 @@ from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ..errors import MukcaError, require_file
-
-
-class RecordingError(MukcaError):
-    """A recording cannot be read or written, or is not as it must be; the message says where."""
-
-
-class EmptyRecordingError(RecordingError):
-    """A file that holds no configuration yet."""
-
+from ..errors import require_file
 
 APPEND: int = os.O_APPEND | getattr(os, "O_BINARY", 0)
 """To open a file to which bytes are appended as they are; Windows would change ends of lines."""

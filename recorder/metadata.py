@@ -11,8 +11,9 @@ from typing import Any, cast
 
 from .._version import __version__
 from ..errors import PAYLOAD, read_json
-from .files import RecordingError, locked, replace_files
+from .files import locked, replace_files
 from .placement import DEFAULT_DISTANCE, SOCKETS
+from .recording_error import RecordingError
 from .samples import SAMPLES
 
 METADATA = "placement.json"

@@ -12,17 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import numbers_of
-from .files import RecordingError
 from .joint_columns import Match, require_samples
 from .joint_order import joint_order
-from .samples import Sample
+from .recording_error import RecordingError
+from .sample import Sample
+from .sample_arrays import samples_of_arrays
 
 SOCKETS = 2
 """Number of sockets of a base by default."""
 SAME_ROW = 1e-6
 """Samples that differ by less are one that was written twice [rad], [m]."""
-LAST_SOCKET = 999
-"""Largest number of a socket."""
 DEFAULT_DISTANCE = 0.05
 """Distance of the paper's printed sockets, where none is given [m]."""
 
@@ -105,45 +104,14 @@ class Placement:
                 a socket that is no number from 0 to 999.
         """
         where = f"placement {name!r}"
-        q = numbers_of(positions, f"{where}: positions")
-        seats = numbers_of(sockets, f"{where}: sockets")
-        tau = 0 * q if efforts is None else numbers_of(efforts, f"{where}: efforts")
-        T = (
-            0 * seats
-            if temperatures is None
-            else numbers_of(temperatures, f"{where}: temperatures")
-        )
         names = None if joint_names is None else tuple(joint_names)
-        fit = (
-            q.ndim == 2
-            and seats.shape == q.shape[:1] == T.shape
-            and tau.shape == q.shape
+        samples = samples_of_arrays(
+            where, positions, sockets, names, efforts, temperatures
         )
-        if not fit or (names is not None and len(names) != q.shape[1]):
-            raise RecordingError(
-                f"{where}: positions of shape {q.shape}, sockets of {seats.shape}, "
-                f"efforts of {tau.shape}, temperatures of {T.shape} and {len(names or ())} joint "
-                "names do not fit: give (samples, joints), (samples,), (samples, joints), "
-                "(samples,) and a name for each joint"
-            )
-        if not len(q):
-            raise RecordingError(f"{where}: no samples")
-        if not np.isin(seats, np.arange(LAST_SOCKET + 1)).all():
-            raise RecordingError(
-                f"{where}: sockets are {seats.min():g} to {seats.max():g}; they are whole numbers, "
-                f"from 0 to {LAST_SOCKET}"
-            )
-        samples: list[Sample] = []
-        rows = zip(q.tolist(), seats.tolist(), tau.tolist(), T.tolist(), strict=True)
-        for position, seat, effort, temperature in rows:
-            measured = None if efforts is None else tuple(effort)
-            warm = None if temperatures is None else temperature
-            sample = Sample(tuple(position), int(seat), measured, temperature=warm)
-            samples.append(sample)
         metres = None
         if distance is not None:
             metres = float(numbers_of(distance, f"{where}: distance"))
-        return cls(str(name), tuple(samples), names, metres)
+        return cls(str(name), samples, names, metres)
 
     def __repr__(self) -> str:
         counts = np.bincount(self.sockets)

@@ -18,7 +18,8 @@ import numpy as np
 
 from ..drivers import JointState
 from ..errors import read_bytes
-from .files import APPEND, RecordingError, append_bytes
+from .files import APPEND, append_bytes
+from .recording_error import RecordingError
 
 FORMAT = "mukca-stream-2"
 FORMAT_1 = "mukca-stream-1"

@@ -24,6 +24,8 @@ READING = {
     "files",
     "placement",
     "placement_names",
+    "recording_error",
+    "sample",
     "samples",
     "tables",
     "turns",
@@ -31,9 +33,9 @@ READING = {
 """Files of the recorder that read recordings and tables; none knows a driver or a screen."""
 
 CLOSURES = {
-    "solver/identification/inference/map_estimate.py": (66, 59_629),
-    "solver/calibration/fit.py": (113, 96_140),
-    "solver/calibration/pipeline.py": (206, 181_780),
+    "solver/identification/inference/map_estimate.py": (60, 49_867),
+    "solver/identification/robot_fit.py": (68, 55_142),
+    "solver/calibration/robot_calibration.py": (122, 89_468),
 }
 """The most files and tokens that a module may need, itself among them: these only fall."""
 
@@ -107,6 +109,21 @@ def test_what_a_module_needs_only_falls(module):
     files = closure(module)
     size = len(files), sum(map(tokens, files))
     assert all(now <= most for now, most in zip(size, CLOSURES[module], strict=True)), size
+
+
+def test_the_core_imports_nothing_of_the_rest_of_the_solver():
+    core = [file for file in FILES if "identification" in file.parts]
+    modules = {module for file in core for module in imports(file)}
+    below = ("_faces", "errors", "recorder", "solver.identification")
+    assert core and not [m for m in modules if not m.startswith(below)]
+
+
+def test_a_calibration_needs_no_table_of_checks_and_studies():
+    """They are handed in by ``pipeline.py``."""
+    needed = closure("solver/calibration/robot_calibration.py")
+    folders = {file.parent.name for file in needed}
+    assert not folders & {"studies", "curves", "diagnostics", "design", "bases"}
+    assert ROOT / "solver/calibration/tables.py" not in needed
 
 
 def test_folders_come_in_by_each_others_faces():
@@ -245,3 +262,11 @@ def test_workflows_call_the_makefile_and_nothing_else():
     for file in (ROOT / ".github" / "workflows").glob("*.yml"):
         runs = re.findall(r"- run: (.*)", file.read_text())
         assert runs and all(re.fullmatch(r"make (\w+)", run)[1] in targets for run in runs)
+
+
+def test_the_page_for_readers_names_files_that_an_afternoon_is_enough_for():
+    rows = re.findall(r"^\| \d+ \| `([\w/.]+)`", (ROOT / "docs" / "reading.md").read_text(), re.M)
+    files = [ROOT / row for row in rows]
+    assert len(files) == len(set(files)) == 25
+    assert sum(map(tokens, files)) <= 25_000
+    assert set(files[2:22]) <= closure("solver/identification/robot_fit.py")

@@ -26,7 +26,6 @@ from .deviation import FittedModel
 from .errors import Errors, compared_models, placement_errors
 from .option import UsageError
 from .preparation import as_list
-from .refitted_ball import refitted_at
 
 CALIBRATION, URDF = "calibration.json", "calibrated.urdf"
 MOST_FINDINGS = 5
@@ -63,7 +62,7 @@ class Calibration(FittedModel):
     @cached_property
     def ball_refitted(self) -> results.CalibratedRobot | None:
         """Nominal robot with its ball refitted; None if not identified, and in older files."""
-        return refitted_at(self.robot, self.document.refitted_ball)
+        return results.with_ball_at(self.robot, self.document.refitted_ball)
 
     @property
     def parameters(self) -> tuple[results.ParameterValue, ...]:

@@ -13,6 +13,7 @@ from ...errors import fixed
 from ..calibration import Calibration, UsageError
 from ..identification.data import Pose
 from ..identification.effects import JOINT_OFFSET
+from ..identification.inference import offsets_in_origins
 from ..identification.robot import BallModel, Robot, add_link, all_parameters, scan
 from ..results import (
     CalibratedRobot,
@@ -21,7 +22,6 @@ from ..results import (
     LaterZero,
     ToolFrame,
 )
-from ..studies import offsets_in_origins
 from .doubts import ChangedZeros
 from .system import System
 from .zeros import JointZero

@@ -17,6 +17,7 @@ from ..identification.robot import (
     Robot,
     RowFunction,
     frames_and_motions,
+    one_turn,
     written_frames,
 )
 
@@ -67,7 +68,7 @@ class InverseKinematics:
         self._pose = _pose(robot.joints)
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
-        self.lower, self.upper = _one_turn(robot)
+        self.lower, self.upper = one_turn(robot)
         types = np.array([joint.type for joint in robot.actuated])
         self._turning = types != "prismatic"
         limits = np.abs([robot.lower, robot.upper])
@@ -245,24 +246,3 @@ def _pose(joints: tuple[Joint, ...]) -> RowFunction:
         of_neck = ca.cross(motion.turn, neck)
         columns.append(ca.vertcat(of_ball, of_neck))
     return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])
-
-
-def _one_turn(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Return the limits of all joints, within -180 to 180 degrees: a hand guides no farther."""
-    lower = np.maximum(robot.lower, -np.pi)
-    upper = np.minimum(robot.upper, np.pi)
-    return lower, upper
-
-
-def workspace(
-    robot: Robot,
-    count: int,
-    seed: int = 0,
-) -> np.ndarray:
-    """Return random joint positions within the joints' limits, shape (count, m) [rad].
-
-    Joints that turn farther stay within -180 to 180 degrees.
-    """
-    lower, upper = _one_turn(robot)
-    generator = np.random.default_rng(seed)
-    return generator.uniform(lower, upper, (count, len(lower)))

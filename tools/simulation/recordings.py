@@ -85,8 +85,7 @@ class SimulationOptions(TypedDict, total=False):
     distance: float
     """Between the centres of the two sockets (0.05) [m]."""
     warming: float
-    """Rise of the arm's temperature from each placement's first sample to its last (0) [K]; each
-    sample then keeps its temperature."""
+    """Rise of the arm's temperature at each placement (0) [K]; samples then keep theirs."""
 
 
 DEFAULTS: SimulationOptions = {
@@ -197,14 +196,10 @@ def record(
     sockets = np.repeat([0, 1], samples)
     seats = np.array(base.sockets)[sockets]
     readings = lead(arm, seats, generator, how, guide)
-    temperatures = how.temperatures(len(sockets)) if how.warming else None
+    names = arm.joint_names
+    T = how.temperatures(len(seats)) if how.warming else None
     return Placement.of_arrays(
-        base.name,
-        readings,
-        sockets,
-        arm.joint_names,
-        temperatures=temperatures,
-        distance=base.distance,
+        base.name, readings, sockets, names, temperatures=T, distance=base.distance
     )
 
 

@@ -35,7 +35,8 @@ class Imperfection:
 
     def temperatures(self, samples: int) -> np.ndarray:
         """Return the temperature above the first of so many samples, shape (samples,) [K]."""
-        return np.linspace(0.0, self.warming, samples)
+        rise: np.ndarray = np.linspace(0.0, self.warming, samples)
+        return rise
 
 
 def perturb(

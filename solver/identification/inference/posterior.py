@@ -124,6 +124,8 @@ class FitPosterior:
     """x of the robot and of differences after each iteration."""
     with_curves: np.ndarray | None = None
     """Covariance of all unknowns where there are error curves: they are too many for a root."""
+    notes: tuple[str, ...] = ()
+    """One line for each extension that was tried: kept or not, and the evidence."""
     at_usual_widths: tuple[np.ndarray, Gaussian] | None = None
     """The estimate, and the changes from it, that are still to be averaged over widths."""
 

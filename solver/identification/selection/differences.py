@@ -9,10 +9,10 @@ from math import log
 
 import numpy as np
 
+from ....errors import NotConverged
 from ..data import Observations
 from ..inference import FitPosterior, refit
 from ..model import BALL, BASE, PLACES, Difference
-from ..paper import NotConverged
 from .candidates import Rises, courses_of, differing_balls, steps_of, steps_of_base
 
 INDEPENDENT = 0.5

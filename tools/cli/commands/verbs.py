@@ -41,7 +41,13 @@ class Verb(Entry):
 
     @property
     def run(self) -> Callable[[Any, Terminal], int]:
-        """The function, with its module imported; a :class:`.PluginError` where that fails."""
+        """The function, with its module imported; a :class:`.PluginError` where that fails.
+
+        A verb of mukca's own that cannot be imported is a defect, or was interrupted.
+        """
+        if self.source == "mukca":
+            module, _, name = self.target.partition(":")
+            return getattr(import_module(module), name)
         function = load(self, "verb")
         if not callable(function) or "options" not in _annotations(function):
             raise PluginError(

@@ -10,7 +10,8 @@ import numpy as np
 from ....errors import MukcaError
 from ....recorder import RecordingError, find_placements, read_placement
 from ....solver.assessment import LEAST_HELD_OUT, NEAREST, Assessment
-from ....solver.identification.data import measure, parse_left_out
+from ....solver.identification.data import measure
+from ....solver.tables import parse_left_out
 
 
 class UnusedPlacement(NamedTuple):
