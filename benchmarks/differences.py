@@ -20,8 +20,7 @@ from worlds import realistic_flaws
 
 import mukca
 from mukca.recorder import Placement
-from mukca.solver.identification.robot import Robot
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import Robot, workspace
 from mukca.tools.simulation import (
     Session,
     SessionFault,

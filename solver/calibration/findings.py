@@ -29,9 +29,10 @@ def findings(
 ) -> tuple[Diagnostic, ...]:
     """Return the findings from before the fit, and what differs between places by it."""
     diagnostics = list(problem.checks)
-    if fit.full is not None and fit.full.arm.moved is not None:
-        numbers = range(len(fit.full.objective.differences))
-        diagnostics += [_told(fit.full, k, problem) for k in numbers]
+    full = fit.full
+    if full is not None:
+        count = len(full.objective.differences)
+        diagnostics += [_told(problem, full, k) for k in range(count)]
     sized = hypotheses(fit, problem, scale, distorted)
     return reworded(diagnostics, problem.hypotheses, sized)
 
@@ -70,12 +71,12 @@ def sized_hypotheses(
     return tuple(by_fit(h, scale.value) for h in problem.hypotheses)
 
 
-def _told(posterior: FitPosterior, k: int, problem: CalibrationProblem) -> Diagnostic:
+def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic:
     """Return the k-th difference of a fit as a diagnostic."""
-    difference = posterior.objective.differences[k]
+    difference = fit.objective.differences[k]
     name = difference.placements[0]
     measured = next(m for m in problem.measurements if m.name == name)
-    text = _in_words(posterior, k)
+    text = _in_words(fit, k)
     if difference.at:
         first = measured.placement.samples[int(difference.at)]
         text = text.format(first=first.named)

@@ -8,15 +8,15 @@ import numpy as np
 from ..diagnostics import Survey
 from ..identification.data import Measurement
 from ..identification.effects import GAIN
-from ..results import CalibratedRobot, Fit, Scale
+from ..results import CalibratedRobot, Scale
 from .findings import reworded, sized_hypotheses
 from .inspector import Inspector
 from .problem import CalibrationProblem
 
-NEWTON = 2
-"""Steps of joint positions to where they take a difference out."""
 WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
 """Added to the advice on a joint's gain."""
+NEWTON = 2
+"""Steps of joint positions to where they take a difference out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +69,32 @@ class InspectedProblem(CalibrationProblem):
             survey=replace(self.survey, hypotheses=hypotheses),
         )
 
+    def at_rest(
+        self, shifts: np.ndarray | None, calibrated: CalibratedRobot
+    ) -> "InspectedProblem":
+        """Return the recordings with what differs, and what is still seen without that.
+
+        A joint position then has the ball where it would be, had nothing differed.
+        """
+        if shifts is None:
+            return self
+        moved = replace(
+            self, measurements=super().at_rest(shifts, calibrated).measurements
+        )
+        inspector = Inspector(self.robot, self.options, self.options.distances, {})
+        training = [_at_rest(m, calibrated) for m in moved.measurements]
+        survey = inspector.look(training, self.test)
+        if self.effects:
+            survey = with_gain(survey)
+        before = self.survey.diagnostics
+        checks = [check for check in self.checks if check not in before]
+        return replace(
+            moved,
+            checks=(*checks, *survey.diagnostics),
+            hypotheses=survey.hypotheses,
+            survey=survey,
+        )
+
 
 def _at_rest(measured: Measurement, calibrated: CalibratedRobot) -> Measurement:
     """Return a placement at joint positions that take its differences out of its balls."""
@@ -85,7 +111,7 @@ def _at_rest(measured: Measurement, calibrated: CalibratedRobot) -> Measurement:
     return measured.shifted(measured.as_recorded(q - measured.positions))
 
 
-def _with_gain(survey: Survey) -> Survey:
+def with_gain(survey: Survey) -> Survey:
     """Return what was seen of joints whose gain the fit has: how well, the errors say."""
     shared = list(survey.shared)
     for i, diagnostic in enumerate(shared):

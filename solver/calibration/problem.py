@@ -21,9 +21,10 @@ class CalibrationProblem(results.Measurements):
     next_placement: results.NextPlacement | None = None
     """None where an instrument measured all samples."""
 
-    def at_rest(self, fit: results.Fit) -> "CalibrationProblem":
-        """Return the recordings with what differs between places, row by row."""
-        shifts = fit.full and fit.full.arm.moved
+    def at_rest(
+        self, shifts: np.ndarray | None, calibrated: results.CalibratedRobot
+    ) -> "CalibrationProblem":
+        """Return the recordings with what differs between their places, row by row."""
         if shifts is None:
             return self
         ends = np.cumsum([len(m.positions) for m in self.measurements])

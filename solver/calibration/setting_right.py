@@ -13,7 +13,7 @@ from ..identification.data import (
 )
 from ..identification.effects import GAIN
 from ..results import Diagnostic
-from .inspected_problem import InspectedProblem
+from .inspected_problem import InspectedProblem, with_gain
 from .inspector import Inspector, is_between
 from .problem import CalibrationProblem
 
@@ -47,7 +47,8 @@ def mended(problem: CalibrationProblem) -> tuple[InspectedProblem, list[Diagnost
         options=replace(options, known=lengths),
         effects=tuple(GAIN.coefficient_names(sorted(gains))),
     )
-    return InspectedProblem.of(problem, inspector), done
+    survey = with_gain(survey) if gains else survey
+    return InspectedProblem.of(problem, survey), done
 
 
 def _gains(inspector: Inspector, training: Sequence[Measurement]) -> set[str]:

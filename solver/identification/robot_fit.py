@@ -14,7 +14,11 @@ from .data import (
 )
 from .effects import CURVE, EFFECTS, EXTENSIONS, effects_of
 from .inference import FitPosterior, estimate, refit
-from .model import ExtendedModel, GivenPrior, extend
+from .model import (
+    ExtendedModel,
+    GivenPrior,
+    extend,
+)
 from .robot import Parameter, Robot, choose_parameters
 from .selection import (
     ModelChoice,
