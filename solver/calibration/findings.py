@@ -1,4 +1,4 @@
-"""Findings by what a fit says: what differs between places, and the size of the arm."""
+"""Findings on recordings, by what their fit says of them: movements, and the arm's size."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -27,7 +27,7 @@ STEADY = "screw the base down, let the arm warm up, and record it again"
 def findings(
     fit: Fit, problem: CalibrationProblem, scale: Scale, distorted: Sequence[str]
 ) -> tuple[Diagnostic, ...]:
-    """Return the findings from before the fit, and what differs between places by it."""
+    """Return the findings from before the fit, and the movements of places that it found."""
     diagnostics = list(problem.checks)
     full = fit.full
     if full is not None:

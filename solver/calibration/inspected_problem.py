@@ -1,4 +1,4 @@
-"""Recordings that were looked at before their fit, and again without what differed."""
+"""Recordings that were looked at before their fit."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,41 +23,14 @@ NEWTON = 2
 class InspectedProblem(CalibrationProblem):
     """Recordings that were looked at, and what was seen of them."""
 
-    inspector: Inspector
     survey: Survey
     """Findings on the placements, one by one and together, once all was set right."""
 
     @classmethod
-    def of(
-        cls, problem: CalibrationProblem, inspector: Inspector
-    ) -> "InspectedProblem":
-        """Return a problem with what an inspector sees of its recordings."""
-        survey = inspector.look(problem.measurements, problem.test)
-        if problem.effects:
-            survey = _with_gain(survey)
+    def of(cls, problem: CalibrationProblem, survey: Survey) -> "InspectedProblem":
+        """Return a problem with what was seen of its recordings."""
         fields: dict[str, Any] = {**vars(problem), "hypotheses": survey.hypotheses}
-        return cls(**fields, inspector=inspector, survey=survey)
-
-    def at_rest(self, fit: Fit) -> "InspectedProblem":
-        """Return the recordings with what differs, and what is still seen without it.
-
-        A joint position then has the ball where it would be, had nothing differed.
-        """
-        problem = replace(self, measurements=super().at_rest(fit).measurements)
-        if fit.full is None or not fit.full.objective.differences:
-            return problem
-        training = [_at_rest(m, fit.calibrated) for m in problem.measurements]
-        survey = self.inspector.look(training, self.test)
-        if self.effects:
-            survey = _with_gain(survey)
-        before = self.survey.diagnostics
-        checks = [check for check in self.checks if check not in before]
-        return replace(
-            problem,
-            checks=(*checks, *survey.diagnostics),
-            hypotheses=survey.hypotheses,
-            survey=survey,
-        )
+        return cls(**fields, survey=survey)
 
     def sized(self, scale: Scale) -> "InspectedProblem":
         """Return the problem whose explanations of the arm's size have that of a fit."""

@@ -21,7 +21,9 @@ def document_of(
     problem: CalibrationProblem, fit: results.Fit, studies: Sequence[results.Study]
 ) -> results.CalibrationDocument:
     """Return all that is to be kept of a calibration; nothing is written yet."""
-    problem = problem.at_rest(fit)
+    if fit.full is not None:
+        shifts = fit.posterior and fit.posterior.moved
+        problem = problem.at_rest(shifts, fit.calibrated)
     return results.studied(_fitted(problem, fit), fit, problem, studies)
 
 

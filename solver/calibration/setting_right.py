@@ -39,6 +39,7 @@ def mended(problem: CalibrationProblem) -> tuple[InspectedProblem, list[Diagnost
     held_out, of_held_out = inspector.set_right(problem.test, training, held_out=True)
     done += of_held_out
     _check_ends(lengths, training)
+    survey = inspector.look(training, held_out)
     gains = _gains(inspector, training)
     problem = replace(
         problem,
