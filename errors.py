@@ -34,6 +34,12 @@ class MukcaError(Exception):
         return shortened(super().__str__())
 
 
+class NotConverged(MukcaError):  # noqa: N818 (the situation's name)
+    """A fit gave up, and where it stopped is not to be used."""
+
+    failed = True
+
+
 LONGEST_WORD, LONGEST_LINE = 400, 4000
 """Characters of what a message quotes, and of a whole message."""
 

@@ -23,7 +23,6 @@ from mukca.recorder import find_placements, read_placement
 from mukca.solver.calibration import SolveOptions, fit_robots
 from mukca.solver.identification.data import (
     Measurement,
-    RobotRecordings,
     evaluate,
     measure,
 )
@@ -34,6 +33,7 @@ from mukca.solver.identification.robot import (
     choose_parameters,
     load_robot,
 )
+from mukca.solver.results import Measurements
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, reachable_bases, record
 
@@ -70,7 +70,7 @@ def means_held(robot: Robot, train: Measurement) -> Predict:
 def errors(robot: Robot, data: Sequence[Measurement]) -> dict[str, float]:
     """Return each model's mean absolute error at all placements but the first [mm]."""
     train, *test = data
-    recordings = [RobotRecordings(robot, [train])]
+    recordings = [Measurements(robot, [train])]
     paper = fit_robots(recordings, SolveOptions(method="paper"))[0].calibrated
     models: dict[str, Predict] = {
         "nominal": lambda m: paper.nominal_ball(m.positions),

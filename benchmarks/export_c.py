@@ -25,8 +25,7 @@ import numpy as np
 
 from mukca import calibrate, simulate_recordings
 from mukca.solver.calibration import load_calibration
-from mukca.solver.identification.robot import load_robot
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import load_robot, workspace
 from mukca.tools.cli import main as mukca
 
 FLAWS = {"compliance": 5e-5, "tilt": 3e-5, "transmission": 2e-4}

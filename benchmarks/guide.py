@@ -60,8 +60,9 @@ from mukca.solver.identification.robot import (
     choose_parameters,
     load_robot,
     shipped_robots,
+    workspace,
 )
-from mukca.solver.poses import InverseKinematics, workspace
+from mukca.solver.poses import InverseKinematics
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.recording import PoseSelector

@@ -29,8 +29,7 @@ import numpy as np
 from worlds import realistic_flaws
 
 from mukca.recorder import Placement
-from mukca.solver.calibration import SolveOptions
-from mukca.solver.calibration.fit import fit_robots
+from mukca.solver.calibration import METHODS, SolveOptions, fit_robot
 from mukca.solver.identification.data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
@@ -46,8 +45,8 @@ from mukca.solver.identification.robot import (
     Robot,
     load_robot,
     rotation_vectors,
+    workspace,
 )
-from mukca.solver.poses import workspace
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.studies import pose_covariances
 from mukca.solver.studies.postures import poses_near
@@ -166,7 +165,7 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
     placements = [_read(p, truth.zeros) for p in placements]
     measured = [measure(p, robot, stated) for p in placements]
     options = SolveOptions(zeros=kind == "servos")
-    (fit,) = fit_robots([RobotRecordings(robot, measured[:trained])], options)
+    fit = fit_robot(RobotRecordings(robot, measured[:trained]), options, METHODS)
     found = fit.posterior
     assert found is not None
     balls = fit.calibrated.ball, fit.calibrated.geometric_ball

@@ -44,8 +44,8 @@ from mukca.solver.identification.robot import (
     scan,
     set_origins,
     shipped_robots,
+    workspace,
 )
-from mukca.solver.poses import workspace
 from mukca.solver.results import CalibratedRobot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb

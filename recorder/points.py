@@ -17,10 +17,10 @@ import numpy as np
 from .cells import comment_line
 from .columns import ANGLES, LENGTHS, UNITS, Column
 from .coordinates import AXES, QUATERNION, RPY, TURNS, VECTOR, match_coordinates
-from .files import RecordingError
 from .joint_columns import ColumnError
 from .placement import Placement
-from .samples import Sample
+from .recording_error import RecordingError
+from .sample import Sample
 from .tables import Table, read_table
 
 POINTS, POSES = "points.csv", "poses.csv"

@@ -10,8 +10,7 @@ from mukca.recorder import Placement, Sample
 from mukca.solver.identification.data import Pose
 from mukca.solver.identification.effects import COMPLIANCE, EFFECTS, HARMONICS, TILT
 from mukca.solver.identification.model import Deflection
-from mukca.solver.identification.robot import BallModel, Robot
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import BallModel, Robot, workspace
 from mukca.tools.simulation import Base, Imperfection, record
 
 # Each calibration of a benchmark tells whether its covariances are covariances.

@@ -8,7 +8,8 @@ from msgspec.structs import replace
 from ...errors import fixed
 from ..identification.data import Samples, as_point
 from ..identification.inference import Posterior
-from ..poses import PoseModel, PoseSolver, Solutions, workspace
+from ..identification.robot import workspace
+from ..poses import PoseModel, PoseSolver, Solutions
 from ..results import UNSEEN, BaseToBase
 from .ties import TiedRobots
 

@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import MukcaError
 from ..identification.data import Load, Measurement
 from ..identification.inference import Posterior
-from ..poses import workspace
+from ..identification.robot import workspace
 from ..results import Apart
 from ..studies import Estimate, apart_by_chance
 from .calibration import Calibration

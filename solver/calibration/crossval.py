@@ -5,15 +5,16 @@ from itertools import product
 
 import numpy as np
 
+from ...errors import NotConverged
 from ..diagnostics import named
 from ..identification.data import Measurement, one_blas_thread
 from ..identification.inference import Posterior
-from ..identification.paper import NotConverged
 from ..results import PlacementErrors
 from .earlier import prior_of
 from .errors import compared_models, placement_errors
-from .fit import fit_robots
+from .fit import fit_robot
 from .problem import CalibrationProblem
+from .tables import METHODS
 
 HALVES = ("odd", "even")
 
@@ -69,7 +70,7 @@ def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
     part = replace(problem, measurements=train)
     prior = prior_of(options, [part])
     try:
-        (fit,) = fit_robots([part], options, prior=prior, require_scale=False)
+        fit = fit_robot(part, options, METHODS, prior=prior, require_scale=False)
     except NotConverged:
         return None
     models = compared_models(fit.calibrated, None)

@@ -6,12 +6,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast, get_args
 
+from .. import tables
 from ..identification import data
 from ..identification.effects import EXTENSIONS
 from .option import Method, Option, UsageError
 from .payloads import Payloads
 
 if TYPE_CHECKING:
+    from ...recorder import Placement
     from ..identification.data import KnownDistance, Load, SocketAt
 else:  # the command line reads the types of the fields, and has words for these
     KnownDistance = SocketAt = str
@@ -208,7 +210,7 @@ class SolveOptions:
         options = replace(self, **filled)
         return replace(
             options,
-            known=tuple(data.read_known(options.known)),
+            known=tuple(tables.read_known(options.known)),
             sockets_at=tuple(options.located),
             payload=options.payloads.words,
             prior=None if options.prior is None else str(options.prior),
@@ -218,6 +220,11 @@ class SolveOptions:
     def payloads(self) -> Payloads:
         """Masses at the ball of all placements."""
         return Payloads.read(self.payload)
+
+    def check_names(self, placements: "Sequence[Placement]") -> None:
+        """Refuse options that name a placement, socket or sample which is not there."""
+        tables.check_left_out(placements, self.leave_out)
+        self.payloads.check(placements)
 
     @property
     def load(self) -> "Load":
@@ -229,14 +236,14 @@ class SolveOptions:
     def distances(self) -> "list[KnownDistance]":
         """Known distances."""
         return [
-            data.parse_known(str(k)) if isinstance(k, str | Path) else k
+            tables.parse_known(str(k)) if isinstance(k, str | Path) else k
             for k in self.known
         ]
 
     @property
     def located(self) -> "list[SocketAt]":
         """Known coordinates of sockets."""
-        return data.read_sockets_at(self.sockets_at)
+        return tables.read_sockets_at(self.sockets_at)
 
     @property
     def deviation(self) -> float:

@@ -1,19 +1,20 @@
 """From recordings to a calibration: check, fit, measure the errors."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from itertools import chain
-from typing import TYPE_CHECKING, overload
+from inspect import getdoc, signature
+from textwrap import fill
+from typing import TYPE_CHECKING, Any, overload
 
 from ...recorder import Placement
-from ..identification.data import base_name, in_placements, one_blas_thread
+from ..identification.data import one_blas_thread
 from ..identification.robot import Robot
 from .calibration import Calibration
-from .convergence import converged_fits
-from .multi_robot_calibration import MultiRobotCalibration, common_document
-from .options import CalibrateOptions, SolveOptions, check_keywords
-from .preparation import Recordings, problems_of
-from .results import document_of
+from .earlier import prior_of
+from .options import CalibrateOptions, SolveOptions, check_keywords, option_table
+from .preparation import Recordings
+from .robot_calibration import calibrate_robot
+from .several_robots import MultiRobotCalibration, calibrate_robots
+from .tables import CHECKS, METHODS, STUDIES
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack  # Python 3.10 has none
@@ -79,24 +80,39 @@ def calibrate(
         FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
         NotConverged: The fit did not converge.
     """
-    check_keywords("calibrate", options, CalibrateOptions.__annotations__)
+    arguments = signature(calibrate).parameters
+    check_keywords(
+        "calibrate", options, [*arguments, *CalibrateOptions.__annotations__]
+    )
     settings = SolveOptions(**options).validated()
-    problems = problems_of(robot, train, test, settings)
-    # A known distance follows a placement that was split.
-    if not isinstance(robot, Mapping):
-        settings = replace(settings, known=problems[""].options.known)
-    bases: dict[str, list[str]] = {"train": [], "test": []}
-    for role, measured in chain(*(problem.placements for problem in problems.values())):
-        bases[role].append(base_name(measured, len(problems)))
-    located = in_placements(settings.located, bases["train"], bases["test"])
-    settings = replace(settings, sockets_at=located)
-    fits = converged_fits([*problems.values()], settings, progress)
-    calibrations = {
-        name: Calibration(document_of(problem, fit), fit.calibrated)
-        for (name, problem), fit in zip(problems.items(), fits, strict=True)
-    }
-    if not isinstance(robot, Mapping):
-        return calibrations[""]
-    assert fits[0].world is not None  # the paper's method knows one robot
-    document = common_document(calibrations, fits[0].world)
-    return MultiRobotCalibration(calibrations, document)
+    if isinstance(robot, Mapping):
+        return calibrate_robots(robot, train, test, settings, progress)
+    document, calibrated = calibrate_robot(
+        robot,
+        train,
+        test,
+        settings,
+        checks=CHECKS,
+        studies=STUDIES,
+        methods=METHODS,
+        prior=lambda problem: prior_of(settings, [problem]),
+        progress=progress,
+    )
+    return Calibration(document, calibrated)
+
+
+def _show_options(function: Callable[..., Any]) -> None:
+    """Let ``help`` and notebooks show each option of a function that takes them by keyword."""
+    *arguments, _ = signature(function).parameters.values()
+    parameters = [*arguments, *signature(SolveOptions).parameters.values()]
+    function.__signature__ = signature(function).replace(parameters=parameters)  # pyright: ignore
+    texts = (f"{name}: {option.described}." for name, option in option_table().items())
+    rows = [
+        fill(text, 92, initial_indent="    ", subsequent_indent="        ")
+        for text in texts
+    ]
+    # The compiler of Python 3.13 takes the indentation off, -OO the whole docstring.
+    function.__doc__ = "\n".join([getdoc(function) or "", "", "Options:", *rows])
+
+
+_show_options(calibrate)

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import LENGTH, ROTATION, MukcaError, Quantity
-from ..identification.data import rotation_matrices
-from ..identification.robot import Robot, matrix_rpy
+from ..identification.robot import Robot, matrix_rpy, rotation_matrices
 from ..results import CalibratedRobot, Payload
 
 HERE = np.eye(4)

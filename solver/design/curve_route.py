@@ -15,7 +15,7 @@ import numpy as np
 
 from ..identification.effects import CURVE, TYPICAL_LENGTH, kernel
 from ..identification.model import submatrix
-from ..poses import workspace
+from ..identification.robot import workspace
 from ..studies import pair_lengths, unit
 from .information import ParameterCovariance, Prospect
 from .pose_route import Annealing

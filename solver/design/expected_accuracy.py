@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import NotConverged
 from ..identification.data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
@@ -27,9 +28,7 @@ from ..identification.data import (
 from ..identification.effects import EFFECTS, effects_of
 from ..identification.inference import FitPosterior, Posterior, estimate, refit
 from ..identification.model import ExtendedModel, extend
-from ..identification.paper import NotConverged
-from ..identification.robot import Robot, choose_parameters
-from ..poses import workspace
+from ..identification.robot import Robot, choose_parameters, workspace
 from ..results import Better, ErrorMap, JointEffect, Scale
 from ..studies import (
     Models,

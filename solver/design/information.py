@@ -32,7 +32,7 @@ from ..identification.model import (
     prior_covariance,
     prior_groups,
 )
-from ..poses import workspace
+from ..identification.robot import workspace
 from ..studies import distance_slopes, variances_of
 
 CENTRE = 1.0

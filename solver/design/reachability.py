@@ -4,8 +4,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..identification.robot import Robot, link_poses
-from ..poses import InverseKinematics, workspace
+from ..identification.robot import Robot, link_poses, workspace
+from ..poses import InverseKinematics
 
 MARGIN = 0.05
 """Distance of a pose from each end of a joint's range, as a share of it."""

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..poses import workspace
+from ..identification.robot import workspace
 from ..results import Consequence
 from .hypotheses import INDEPENDENT, Candidate, Scene, robust_weights, typical
 

@@ -12,7 +12,6 @@ from ..identification.data import (
     KnownDistance,
     Load,
     Measurement,
-    RobotRecordings,
     places_of,
 )
 from ..identification.robot import Robot
@@ -81,9 +80,8 @@ def scene_of(
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
-    recordings = RobotRecordings(model.robot, measurements)
     places = places_of(
-        [recordings],
+        measurements,
         lengths=given.known,
         deviation=given.deviation,
         require_scale=False,

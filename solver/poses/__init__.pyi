@@ -1,6 +1,5 @@
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .inverse_kinematics import SimulationError as SimulationError
-from .inverse_kinematics import workspace as workspace
 from .pose_model import Goal as Goal
 from .pose_model import PoseModel as PoseModel
 from .pose_model import limited_step as limited_step

@@ -15,6 +15,7 @@ from ..identification.robot import (
     SegmentLayout,
     cross,
     frames_of,
+    one_turn,
 )
 
 BATCH = 256
@@ -65,7 +66,7 @@ class InverseKinematics:
         self._chain = layout.chain(frames_of(robot.joints))
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
-        self.lower, self.upper = _one_turn(robot)
+        self.lower, self.upper = one_turn(robot)
         types = np.array([joint.type for joint in robot.actuated])
         self._turning = types != "prismatic"
         limits = np.abs([robot.lower, robot.upper])
@@ -232,24 +233,3 @@ class InverseKinematics:
         turns = segments.by_rows(motions, motions.turns[:, :, None])
         of_neck = cross(turns, neck[:, :, None])
         return np.hstack([chain.ball(segments).T, neck]), np.hstack([shifts, of_neck])
-
-
-def _one_turn(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Return the limits of all joints, within -180 to 180 degrees: a hand guides no farther."""
-    lower = np.maximum(robot.lower, -np.pi)
-    upper = np.minimum(robot.upper, np.pi)
-    return lower, upper
-
-
-def workspace(
-    robot: Robot,
-    count: int,
-    seed: int = 0,
-) -> np.ndarray:
-    """Return random joint positions within the joints' limits, shape (count, m) [rad].
-
-    Joints that turn farther stay within -180 to 180 degrees.
-    """
-    lower, upper = _one_turn(robot)
-    generator = np.random.default_rng(seed)
-    return generator.uniform(lower, upper, (count, len(lower)))

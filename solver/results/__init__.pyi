@@ -4,6 +4,9 @@ from .by_model import MetricsByModel as MetricsByModel
 from .by_model import ModelName as ModelName
 from .calibrated import CalibratedRobot as CalibratedRobot
 from .calibrated import Payload as Payload
+from .calibrated import Place as Place
+from .calibrated import ball_of as ball_of
+from .calibrated import with_ball_at as with_ball_at
 from .calibration import ARMS_FORMAT as ARMS_FORMAT
 from .calibration import FORMAT as FORMAT
 from .calibration import UNSEEN as UNSEEN
@@ -25,6 +28,9 @@ from .curves import agreement as agreement
 from .curves import agreement_words as agreement_words
 from .curves import beyond_words as beyond_words
 from .curves import sampled_ranges as sampled_ranges
+from .elasticity import ELASTICITY_FORMAT as ELASTICITY_FORMAT
+from .elasticity import ElasticityDocument as ElasticityDocument
+from .elasticity import TypeElasticity as TypeElasticity
 from .estimates import Coefficient as Coefficient
 from .estimates import Correlation as Correlation
 from .estimates import Direction as Direction
@@ -44,10 +50,15 @@ from .files import DocumentError as DocumentError
 from .files import OutputError as OutputError
 from .files import encode as encode
 from .files import format_of as format_of
+from .files import missing_beside as missing_beside
 from .files import read as read
 from .files import refuse_existing as refuse_existing
+from .files import require_beside as require_beside
+from .files import sha256 as sha256
 from .files import write_files as write_files
+from .fit import Fit as Fit
 from .joint_rows import JointsError as JointsError
+from .measurements import Measurements as Measurements
 from .patterns import ErrorPattern as ErrorPattern
 from .patterns import ErrorPatterns as ErrorPatterns
 from .placements import Consequence as Consequence
@@ -62,6 +73,8 @@ from .placements import RecordedSample as RecordedSample
 from .placements import Role as Role
 from .placements import Summaries as Summaries
 from .placements import Summary as Summary
+from .study import Study as Study
+from .study import studied as studied
 from .worth import Apart as Apart
 from .worth import Better as Better
 from .worth import ErrorMap as ErrorMap

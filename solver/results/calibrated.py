@@ -20,6 +20,7 @@ from ..identification.robot import (
     Robot,
     RotationNumbers,
     RowFunction,
+    choose_parameters,
     relocate_meshes,
     scan,
     set_origins,
@@ -287,3 +288,19 @@ class CalibratedRobot:
         if folder is None or not source.is_file():
             return text
         return relocate_meshes(scan(text, self.robot.source), source.parent, folder)
+
+
+Place = tuple[float, float, float]
+"""Coordinates [m]."""
+
+
+def ball_of(robot: Robot) -> tuple[Parameter, ...]:
+    """Return the parameters that are the ball's place in its link."""
+    return tuple(choose_parameters(robot, free=[f"{robot.ball_joint.name}.xyz"]))
+
+
+def with_ball_at(robot: Robot, place: Place | None) -> CalibratedRobot | None:
+    """Return the nominal robot with its ball at a place in its link [m]; None without one."""
+    if place is None:
+        return None
+    return CalibratedRobot(robot, ball_of(robot), np.array(place))

@@ -13,7 +13,7 @@ from ..identification.model import Deflection
 from ..identification.robot import RotationNumbers, all_parameters, parse_robot, scan
 from . import estimates, worth
 from .calibrated import CalibratedRobot
-from .files import Document, DocumentError, read
+from .files import Document, DocumentError, read, require_beside
 from .patterns import ErrorPatterns
 from .placements import (
     Diagnostic,
@@ -118,6 +118,8 @@ class ArmsDocument(Document):
     arms: tuple[GivenArm, ...] = ()
     """In the order of their names."""
     sockets: tuple[VisitedSocket, ...] = ()
+    output_sha256: dict[str, str] | None = None
+    """Digests of the files written with it, by their paths beside it; None in older files."""
 
 
 class Provenance(Document):
@@ -127,6 +129,8 @@ class Provenance(Document):
     model_sha256: str
     data_sha256: dict[str, str]
     versions: dict[str, str]
+    output_sha256: dict[str, str] | None = None
+    """Digests of the files written with it, by name; None in older files."""
 
 
 class FitResult(Document):
@@ -225,8 +229,14 @@ class CalibrationDocument(Result):
 
 
 def read_calibration(file: Path) -> CalibrationDocument:
-    """Read a ``calibration.json``; a :class:`DocumentError` names the key that is wrong."""
-    return read(file, CalibrationDocument, FORMAT)
+    """Read a ``calibration.json``.
+
+    Raises:
+        DocumentError: A key is wrong, or a file beside it is edited or of another calibration.
+    """
+    document = read(file, CalibrationDocument, FORMAT)
+    require_beside(file, document.provenance.output_sha256)
+    return document
 
 
 def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:

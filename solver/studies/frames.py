@@ -4,7 +4,7 @@ import numpy as np
 
 from ..identification.data import IDENTITY, WORLD, Places, Pose, as_point
 from ..identification.inference import FitPosterior
-from ..results import FramePose
+from ..results import Fit, FramePose, Measurements, Study
 
 
 def frame_poses(posterior: FitPosterior) -> tuple[FramePose, ...]:
@@ -62,3 +62,12 @@ def frame_pose(
         points=points,
         socket_error=error,
     )
+
+
+def frames(fit: Fit, _: Measurements) -> tuple[FramePose, ...] | None:
+    """Return the frames of a robot; those of several are results of the first, in its base."""
+    assert fit.full is not None
+    return (frame_poses(fit.full) if fit.frames is None else fit.frames) or None
+
+
+FRAMES = Study("frames", frames)

@@ -6,10 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..identification.data import IDENTITY, Load, Samples
-from ..identification.inference import Posterior
-from ..identification.robot import BallModel
-from ..poses import workspace
-from .joint_offsets import with_joint_offsets
+from ..identification.inference import Posterior, with_joint_offsets
+from ..identification.robot import BallModel, workspace
 from .postures import arm_length, poses_near
 from .projections import basis_of, outside, rows_of, unit
 from .uncertainty import sum_of_variances

@@ -18,7 +18,7 @@ import numpy as np
 from ..identification.data import Samples, joined
 from ..identification.inference import Posterior
 from ..identification.model import probabilities
-from ..results import ErrorParts, Interval
+from ..results import ErrorParts, Fit, Interval, Measurements, Study
 from .background import NOISES, Background
 from .projections import basis_of, block_diagonal, rows_of
 from .uncertainty import covariance_of
@@ -168,3 +168,14 @@ def _root(K: np.ndarray) -> np.ndarray:
     columns = values > threshold
     deviations = np.sqrt(values[columns])
     return axes[:, columns] * deviations
+
+
+def parts(fit: Fit, measurements: Measurements) -> ErrorParts | None:
+    """Return the parts of the error at what was held out in sockets."""
+    assert fit.posterior is not None
+    held_out = measurements.held_out_in_sockets
+    load = fit.calibrated.load
+    return error_parts(fit.posterior, load.by_socket(measurements.robot, *held_out))
+
+
+ERROR_PARTS = Study("error_parts", parts)

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from ..identification.data import CALIPER_DEVIATION, Load, Measurement, Samples
 from ..identification.inference import Posterior
 from ..identification.model import Gaussian
-from ..poses import workspace
+from ..identification.robot import workspace
 from ..results import Better, Improvement, Interval
 from .base_length import BaseLength, SocketMean
 from .predicted_errors import neighbourhoods

@@ -7,7 +7,7 @@ import numpy as np
 from ..identification.data import Load, Measurement, Pose, fit_frames, targets
 from ..identification.inference import Posterior
 from ..identification.robot import Robot
-from ..results import ErrorPattern, ErrorPatterns
+from ..results import ErrorPattern, ErrorPatterns, Fit, Measurements, Study
 from .pattern_evidence import PatternEvidence, PatternRows, of_held_out, of_trained
 from .pattern_quantities import Quantity, quantities_of
 from .projections import block_diagonal, rows_of, unit
@@ -172,3 +172,18 @@ def _drift_directions(
 
 def _rounded(values: np.ndarray) -> tuple[float, ...]:
     return tuple(np.round(values, 7).tolist())
+
+
+def patterns(fit: Fit, measurements: Measurements) -> ErrorPatterns | None:
+    """Return the patterns of what a fit leaves at its measurements."""
+    assert fit.posterior is not None
+    return error_patterns(
+        fit.posterior,
+        measurements.robot,
+        fit.calibrated.load,
+        measurements.measurements,
+        measurements.test,
+    )
+
+
+ERROR_PATTERNS = Study("error_patterns", patterns)

@@ -7,8 +7,7 @@ import numpy as np
 
 from ..identification.data import Load
 from ..identification.inference import Posterior
-from ..identification.robot import Robot
-from ..poses import workspace
+from ..identification.robot import Robot, workspace
 from ..results import DistanceDeviation
 from .postures import poses_near
 from .projections import bisected, pair_lengths

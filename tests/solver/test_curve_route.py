@@ -8,8 +8,7 @@ import pytest
 from mukca.solver.design import CurveAnnealing, Reach, from_prior, plan_poses, workspace_of
 from mukca.solver.identification.effects import curve_values, random_curves
 from mukca.solver.identification.model import Noise, extend
-from mukca.solver.identification.robot import choose_parameters, load_robot
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import choose_parameters, load_robot, workspace
 
 pytestmark = pytest.mark.slow
 

@@ -7,8 +7,7 @@ import pytest
 
 from mukca.solver.design import Reach, from_prior, plan_poses, workspace_of
 from mukca.solver.identification.model import Noise, extend
-from mukca.solver.identification.robot import choose_parameters, load_robot
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import choose_parameters, load_robot, workspace
 
 
 @pytest.fixture(scope="module")

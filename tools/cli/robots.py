@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypedDict
 
 from ... import recorder
-from ...solver import assessment, diagnostics
+from ...solver import assessment, diagnostics, tables
 from ...solver.calibration import SolveOptions, UsageError
 from ...solver.identification import data
 from ...solver.identification import robot as robots
@@ -234,8 +234,8 @@ def read_data(
 ) -> "list[recorder.Placement]":
     """Read all placements that paths stand for, without what is left out by hand."""
     placements = recorder.read_placements(*paths, as_recorded=settings.as_recorded)
-    data.check_left_out(placements, settings.leave_out)
-    placements = data.without(placements, settings.leave_out)
+    tables.check_left_out(placements, settings.leave_out)
+    placements = tables.without(placements, settings.leave_out)
     settings.payloads.check(placements)
     if not placements:
         raise UsageError("--leave-out: no placement is left")

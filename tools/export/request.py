@@ -15,8 +15,7 @@ from ...errors import MukcaError, read_bytes
 from ...recorder import METADATA, read_sessions
 from ...solver.calibration import pose_of_numbers
 from ...solver.identification.data import kabsch
-from ...solver.identification.robot import angles_near
-from ...solver.poses import workspace
+from ...solver.identification.robot import angles_near, workspace
 from ...solver.results import encode
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...drivers import JointState
 from ...errors import MukcaError
-from ...recorder import TURN, ColumnError, match_joints
+from ...recorder import ColumnError, match_joints
 from ...solver.calibration import joints_named
 
 FULL_TURN = 2 * np.pi + 0.1
@@ -109,12 +109,6 @@ def in_parts(
     if efforts is not None:
         torques = np.asarray(efforts, dtype=float)[rows]
     return Log(times[rows], q, torques, parts[rows], (*notes, *remarks))
-
-
-def around(differences: np.ndarray, turning: Sequence[bool]) -> np.ndarray:
-    """Return differences of joint positions the short way round the circle, shape (..., m)."""
-    turns = np.rint(differences / TURN)
-    return differences - np.where(turning, TURN * turns, 0.0)
 
 
 def columns_of(names: Sequence[str], question: Question) -> list[int] | None:

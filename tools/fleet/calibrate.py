@@ -1,6 +1,6 @@
 """All of one arm: its sessions calibrated one by one, and how each held at the next."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, combinations
@@ -14,7 +14,6 @@ from ...solver.assessment import stamp_of
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
 from ...solver.identification.data import copied_sockets
 from ...solver.identification.robot import load_robot
-from ...solver.partial import what_changed
 from ...solver.results import ParameterValue, agreement
 from ..report import build_report
 from .document import FleetArm, FleetCurves, FleetDrift, FleetParameter, FleetSession
@@ -36,6 +35,8 @@ class ArmFolder:
     robot: Mapping[str, Any]
     """Arguments of :func:`mukca.load_robot`."""
     settings: SolveOptions
+    what_changed: Callable[..., Any]
+    """:func:`mukca.what_changed`, by which a drift is told."""
     copied: str | None = None
     """The reason not to calibrate it: its samples are those of another arm, or are there twice."""
 
@@ -181,7 +182,7 @@ def _drift(
     repeatability = (
         None if settings.repeatability_mm is None else settings.repeatability_mm / 1e3
     )
-    changes = what_changed(
+    changes = arm.what_changed(
         reference, placements, distance=settings.distance, repeatability=repeatability
     )
     summary = changes.errors.summary.test or changes.errors.summary.train

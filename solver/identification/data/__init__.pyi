@@ -19,7 +19,6 @@ from .frames import place_frames as place_frames
 from .instrument import HandEye as HandEye
 from .instrument import check_orientations as check_orientations
 from .instrument import hand_eye as hand_eye
-from .instrument import rotation_matrices as rotation_matrices
 from .known import SEAT_DEVIATION as SEAT_DEVIATION
 from .known import WORLD as WORLD
 from .known import Known as Known
@@ -30,15 +29,8 @@ from .known import SocketAt as SocketAt
 from .known import common_covariance as common_covariance
 from .known import distance_covariance as distance_covariance
 from .known import find_socket as find_socket
-from .known import in_placements as in_placements
-from .known import parse_known as parse_known
-from .known import parse_socket_at as parse_socket_at
-from .known import read_sockets_at as read_sockets_at
+from .known import is_called as is_called
 from .known import spaced as spaced
-from .known_file import read_known as read_known
-from .leave_out import check_left_out as check_left_out
-from .leave_out import parse_left_out as parse_left_out
-from .leave_out import without as without
 from .lengths import Readings as Readings
 from .lengths import agreed_length as agreed_length
 from .lengths import metres as metres
@@ -71,7 +63,6 @@ from .observations import observations_at as observations_at
 from .observations import observe as observe
 from .places import Places as Places
 from .places import RobotRecordings as RobotRecordings
-from .places import base_name as base_name
 from .places import measured_in_frame as measured_in_frame
 from .places import places_of as places_of
 from .samples import Clock as Clock

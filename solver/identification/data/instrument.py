@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ..robot import cross_matrices, rotation_vectors
+from ..robot import rotation_matrices, rotation_vectors
 from .frames import REWEIGHTINGS, FrameError, Pose, nearest_rotation, robust_weights
 
 ALONG_ONE_AXIS = 1e-3
@@ -15,16 +15,6 @@ DOUBTFUL, STRANGE = 5e-3, 0.1
 """Typical angles [rad]: beyond the first other columns are tried, and no arm errs by the second."""
 BETTER = 0.25
 """Share of the angle that is left if they turn the other way, or with other columns of joints."""
-
-
-def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
-    """Return the rotations of unit quaternions x, y, z, w, shape (..., 4), as (..., 3, 3).
-
-    R = I + 2 w K + 2 K^2, with K v = (x, y, z) x v.
-    """
-    K = cross_matrices(quaternions[..., :3])
-    w = quaternions[..., 3, None, None]
-    return np.eye(3) + 2 * w * K + 2 * K @ K
 
 
 @dataclass(frozen=True)

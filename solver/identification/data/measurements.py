@@ -12,8 +12,7 @@ import numpy as np
 
 from ....errors import MukcaError
 from ....recorder import Placement
-from ..robot import STANDARD_GRAVITY, Robot, gravity_moments
-from .instrument import rotation_matrices
+from ..robot import STANDARD_GRAVITY, Robot, gravity_moments, rotation_matrices
 from .samples import Samples, joined
 
 PART = ", part "

@@ -163,7 +163,7 @@ def observe(
 ) -> Observations:
     """Put the placements of a robot together; the arguments are those of :func:`places_of`."""
     places = places_of(
-        [arm],
+        arm.measurements,
         lengths=lengths,
         sockets_at=sockets_at,
         deviation=deviation,

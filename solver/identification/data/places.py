@@ -1,6 +1,6 @@
 """The places of recordings: sockets, the distances between them, and frames of coordinates.
 
-Sockets are those of all bases of one robot, or of several, which may have recorded the same bases.
+Sockets are those of all bases.
 """
 
 from collections.abc import Sequence
@@ -32,15 +32,8 @@ class RobotRecordings:
     robot: Robot
     measurements: Sequence[Measurement]
     load: Load = STANDARD_LOAD
-    name: str = ""
-    """Its name among several robots."""
     effects: Sequence[str] = ()
     """Coefficients of rare effects that its recordings show before any fit, by name."""
-
-    @property
-    def base_frame(self) -> str:
-        """The name of the frame that is the robot's base."""
-        return f"{self.name}:base" if self.name else "base"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,44 +72,38 @@ class Places:
         )
 
 
-def base_name(measured: Measurement, robots: int) -> str:
-    """Return the name of a placement's base: of several robots, one place is one base."""
-    return measured.name if robots == 1 else measured.placement.place
-
-
 def places_of(
-    robots: Sequence[RobotRecordings],
+    measurements: Sequence[Measurement],
     *,
+    world: str = "base",
+    frames: Sequence[str] = (),
     lengths: Sequence[KnownDistance] = (),
     sockets_at: Sequence[SocketAt] = (),
     deviation: float = CALIPER_DEVIATION,
     require_scale: bool = True,
 ) -> Places:
-    """Return the places of recordings; equal ``Placement.place`` is one base, not moved.
-
-    The world is the base of the first robot; those of others are frames, the last ones.
+    """Return the places of recordings; placements of one name are one base, not moved.
 
     Args:
-        robots: The robots and their placements.
+        measurements: The placements.
+        world: Name of the frame that is the world, the robot's base.
+        frames: Names of frames beside those in which something was measured, the last ones.
         lengths: Distances measured beside those between each placement's first two sockets.
         sockets_at: Measured coordinates of sockets.
         deviation: Standard deviation of the distance between a placement's first two sockets [m].
         require_scale: Refuse placements none of whose sockets has a known distance to another.
     """
-    measured = list[Measurement]()
-    for recordings in robots:
-        measured += [
-            m.called(base_name(m, len(robots))) for m in recordings.measurements
-        ]
-    labels = list(dict.fromkeys(chain.from_iterable(m.labels for m in measured)))
-    bases = [recordings.base_frame for recordings in robots]
-    frames = _frame_names(measured, sockets_at, bases)
-    located = [_located(item, labels, frames, bases[0]) for item in sockets_at]
-    pairs = _pairs(measured, labels, located, deviation)
+    labels = list(dict.fromkeys(chain.from_iterable(m.labels for m in measurements)))
+    names = [m.frame for m in measurements if m.kind == "points"]
+    names += [item.frame for item in sockets_at]
+    measured_in = [name for name in names if name not in (world, *frames)]
+    frames = list(dict.fromkeys((*measured_in, *frames)))
+    located = [_located(item, labels, frames, world) for item in sockets_at]
+    pairs = _pairs(measurements, labels, located, deviation)
     pairs += [_known(length, labels) for length in lengths]
     # beside a socket that has one, others tell of the arm's shape
     if require_scale and labels and not (pairs or located):
-        m = next(m for m in measured if m.labels)
+        m = next(m for m in measurements if m.labels)
         raise KnownError(
             f"{m.placement.where}: only socket {m.sockets[0]} has samples, and no known "
             "distance ties it; record the other socket too, or give "
@@ -128,17 +115,6 @@ def places_of(
         located=tuple(located),
         frames=tuple(frames),
     )
-
-
-def _frame_names(
-    measured: Sequence[Measurement],
-    sockets_at: Sequence[SocketAt],
-    bases: Sequence[str],
-) -> list[str]:
-    """Return the names of the frames whose pose is unknown: all but the first base, the world."""
-    names = [m.frame for m in measured if m.kind == "points"]
-    names += [item.frame for item in sockets_at if item.frame not in bases]
-    return list(dict.fromkeys((*names, *bases[1:])))
 
 
 def _located(

@@ -1,4 +1,6 @@
 from .bounds import bounds_of as bounds_of
+from .joint_offsets import offsets_in_origins as offsets_in_origins
+from .joint_offsets import with_joint_offsets as with_joint_offsets
 from .laplace import log_evidence_of_scales as log_evidence_of_scales
 from .laplace import movement_gain as movement_gain
 from .map_estimate import estimate as estimate

@@ -6,9 +6,9 @@ from math import log
 
 import numpy as np
 
+from ....errors import NotConverged
 from ..data import Observations
 from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
-from ..paper import NotConverged
 from .laplace import posterior
 from .normal_equations import (
     BoundedProblem,

@@ -10,6 +10,7 @@ from ..data import Observations, Pose, Samples, SourceKind
 from ..model import (
     Deflection,
     ExtendedModel,
+    FoundMovement,
     Gaussian,
     Noise,
     Prediction,
@@ -124,6 +125,10 @@ class FitPosterior:
     """x of the robot and of movements after each iteration."""
     with_curves: np.ndarray | None = None
     """Covariance of all unknowns where there are error curves: they are too many for a root."""
+    notes: tuple[str, ...] = ()
+    """One line for each extension that was tried: kept or not, and the evidence."""
+    movements: tuple[FoundMovement, ...] = ()
+    """Movements of placements while they were recorded, also those too unsure for the model."""
     at_usual_widths: tuple[np.ndarray, Gaussian] | None = None
     """The estimate, and the changes from it, that are still to be averaged over widths."""
 

@@ -17,6 +17,7 @@ from .extended_model import extend as extend
 from .extended_model import rare_in as rare_in
 from .gaussian import Gaussian as Gaussian
 from .gaussian import check as check
+from .movement import FoundMovement as FoundMovement
 from .movement import Movement as Movement
 from .movement import movements_of as movements_of
 from .noise import NEGLIGIBLE as NEGLIGIBLE

@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...poses import workspace
 from ..data import Samples
 from ..effects import CURVE, EFFECTS, Effect
-from ..robot import BallModel, Parameter, Robot, RotationNumbers
+from ..robot import BallModel, Parameter, Robot, RotationNumbers, workspace
 from .deflection import Deflection, design_matrix
 from .prior_group import GivenPrior
 

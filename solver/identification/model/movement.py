@@ -79,6 +79,18 @@ class Movement:
         )
 
 
+@dataclass(frozen=True)
+class FoundMovement:
+    """A movement that the data support."""
+
+    placement: str
+    text: str
+    kept: bool
+    """True where it is in the model."""
+    rank: int | None = None
+    """Of a step, the number of samples that were recorded before."""
+
+
 def movements_of(data: Observations, placement: str) -> list[Movement]:
     """Return the movements that a placement's samples could tell, from its clocks."""
     rows = data.rows_of(placement)

@@ -1,4 +1,3 @@
-from .optimizers import NotConverged as NotConverged
 from .problem import REGULARIZATION as REGULARIZATION
 from .problem import Problem as Problem
 from .problem import build_problem as build_problem

@@ -7,17 +7,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ....errors import MukcaError
+from ....errors import NotConverged
 
 TOLERANCE = 1e-8
 """Relative change of the objective at which both stop."""
 MAX_ITERATIONS = 200
-
-
-class NotConverged(MukcaError):  # noqa: N818 (the situation's name)
-    """The optimizer gave up, and where it stopped is not to be used."""
-
-    failed = True
 
 
 @dataclass(frozen=True)

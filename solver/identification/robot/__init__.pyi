@@ -12,6 +12,8 @@ from .factory import ur_controller as ur_controller
 from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .gravity import gravity_moments as gravity_moments
 from .gravity import moments_function as moments_function
+from .joint_ranges import one_turn as one_turn
+from .joint_ranges import workspace as workspace
 from .kinematics import Motion as Motion
 from .kinematics import frames_and_motions as frames_and_motions
 from .kinematics import frames_of as frames_of
@@ -25,6 +27,7 @@ from .parameters import choose_parameters as choose_parameters
 from .rotations import angles_near as angles_near
 from .rotations import cross_matrices as cross_matrices
 from .rotations import matrix_rpy as matrix_rpy
+from .rotations import rotation_matrices as rotation_matrices
 from .rotations import rotation_vectors as rotation_vectors
 from .rotations import rpy_axes as rpy_axes
 from .rotations import rpy_of as rpy_of

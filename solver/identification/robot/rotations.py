@@ -165,3 +165,13 @@ def angles_near(
     candidates -= 2 * np.pi * whole_turns
     distances = np.abs(candidates - angles).sum(axis=1)
     return candidates[int(np.argmin(distances))]
+
+
+def rotation_matrices(quaternions: np.ndarray) -> np.ndarray:
+    """Return the rotations of unit quaternions x, y, z, w, shape (..., 4), as (..., 3, 3).
+
+    R = I + 2 w K + 2 K^2, with K v = (x, y, z) x v.
+    """
+    K = cross_matrices(quaternions[..., :3])
+    w = quaternions[..., 3, None, None]
+    return np.eye(3) + 2 * w * K + 2 * K @ K

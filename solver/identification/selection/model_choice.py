@@ -8,10 +8,9 @@ from math import log
 
 import numpy as np
 
-from ....errors import fixed
+from ....errors import NotConverged, fixed
 from ..effects import EFFECTS, EXTENSIONS
 from ..inference import FitPosterior
-from ..paper import NotConverged
 from .cross_validation import held_out_errors, mean_fall
 from .model_averaging import averaged, model_probabilities
 from .model_search import best_of

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from ....errors import NotConverged
 from ..effects import EXTENSIONS
 from ..inference import FitPosterior, refit
-from ..paper import NotConverged
 
 
 @dataclass(frozen=True)

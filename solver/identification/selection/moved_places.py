@@ -3,17 +3,15 @@
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from heapq import nlargest
 from itertools import chain
 from math import log
 
 import numpy as np
 
-from ....errors import fixed
+from ....errors import NotConverged, fixed
 from ..inference import FitPosterior, movement_gain, refit
-from ..model import Movement, movements_of
-from ..paper import NotConverged
+from ..model import FoundMovement, Movement, movements_of
 
 INDEPENDENT = 0.5
 """Share of the evidence of slow courses that counts: poses in a row are alike, and their errors."""
@@ -26,18 +24,6 @@ WORDS = {
     "drift": "its place drifted steadily",
     "slow": "its place drifted to and fro",
 }
-
-
-@dataclass(frozen=True)
-class FoundMovement:
-    """A movement that the data support."""
-
-    placement: str
-    text: str
-    kept: bool
-    """True where it is in the model."""
-    rank: int | None = None
-    """Of a step, the number of samples that were recorded before."""
 
 
 def movements_by_evidence(

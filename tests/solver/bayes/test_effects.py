@@ -27,8 +27,8 @@ from mukca.solver.identification.robot import (
     choose_parameters,
     load_robot,
     rotation_rpy,
+    workspace,
 )
-from mukca.solver.poses import workspace
 from mukca.tools.simulation import Imperfection, reachable_bases, record
 
 UNLOADED = 0.02

@@ -5,7 +5,7 @@ import pytest
 
 import mukca
 from mukca.solver.calibration import UsageError
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import workspace
 from mukca.solver.studies import HeldOut, distance_slopes, misfit, within
 from mukca.solver.studies.uncertainty import covariance_of
 

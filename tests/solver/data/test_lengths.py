@@ -10,7 +10,7 @@ import mukca
 from mukca.recorder import Placement
 from mukca.solver.diagnostics import size_level
 from mukca.solver.identification.data import agreed_length, measure, metres, millimetres
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import workspace
 
 
 @pytest.mark.parametrize(

@@ -15,9 +15,9 @@ from mukca.solver.identification.data import (
     joined,
     measure,
     observe,
-    parse_known,
 )
 from mukca.solver.identification.robot import gravity_moments
+from mukca.solver.tables import parse_known
 
 
 def observed(measurements, robot, **options):

@@ -9,8 +9,7 @@ from recorded import RIGID
 from mukca import calibrate
 from mukca.recorder import Placement, Sample
 from mukca.solver.calibration import quaternion_of
-from mukca.solver.identification.robot import BallModel, turn
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import BallModel, turn, workspace
 
 HALF = 25
 

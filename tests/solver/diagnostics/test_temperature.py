@@ -11,8 +11,7 @@ from mukca.solver.diagnostics.hypotheses import KINDS, Comparison, kind_of
 from mukca.solver.diagnostics.hypotheses.kinds import Block
 from mukca.solver.diagnostics.scene_fit import Given, scene_of
 from mukca.solver.identification.data import Measurement
-from mukca.solver.identification.robot import BallModel
-from mukca.solver.poses import workspace
+from mukca.solver.identification.robot import BallModel, workspace
 
 RISE = 5.0
 """Rise of temperature that is worth a word [K]."""

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from mukca import MukcaError
+from mukca.errors import NotConverged
 from mukca.recorder import read_placement
 from mukca.solver.identification.data import check_distinct, evaluate, measure, socket_centres
-from mukca.solver.identification.paper import NotConverged, build_problem, solve
+from mukca.solver.identification.paper import build_problem, solve
 from mukca.solver.identification.robot import load_robot
 from mukca.solver.results import CalibratedRobot
 from mukca.tools.simulation import perturb, reachable_bases, record

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mukca.solver.identification.paper import NotConverged
+from mukca.errors import NotConverged
 from mukca.solver.identification.paper.optimizers import gauss_newton
 
 

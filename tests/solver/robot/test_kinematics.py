@@ -25,8 +25,8 @@ from mukca.solver.identification.robot import (
     scan,
     shipped_robots,
     turn,
+    workspace,
 )
-from mukca.solver.poses import workspace
 
 
 def crane():

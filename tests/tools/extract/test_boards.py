@@ -12,7 +12,7 @@ import pytest
 
 from mukca import MukcaError
 from mukca.solver.identification.robot import turn
-from mukca.tools.extract import Board, read_images
+from mukca.tools.cameras import Board, read_images
 
 BOARD = Path(__file__).parents[3] / "docs" / "images" / "charuco.svg"
 CAMERA = np.array([[620.0, 0, 318], [0, 622, 243], [0, 0, 1]])
@@ -149,7 +149,7 @@ def test_the_board_says_its_size():
 
 LOOK = """
 from pathlib import Path
-from mukca.tools.extract import Board, read_images
+from mukca.tools.cameras import Board, read_images
 read_images(Path(), Board())
 """
 

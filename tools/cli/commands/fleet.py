@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from ....solver import assessment, results
+from ....solver import assessment, partial, results
 from ....solver.assessment import plural
 from ....solver.calibration import SolveOptions
 from ....solver.results import encode, write_files
@@ -101,4 +101,6 @@ def _arm(options: _FleetOptions, folder: Path, copied: str | None) -> "fleet.Arm
     if Path(options.robot).is_file():  # a cluster's workers stand elsewhere
         robot["robot"] = str(Path(options.robot).resolve())
     out = (options.out / folder.name).resolve()
-    return fleet.ArmFolder(folder.resolve(), out, robot, options.calibration, copied)
+    return fleet.ArmFolder(
+        folder.resolve(), out, robot, options.calibration, partial.what_changed, copied
+    )

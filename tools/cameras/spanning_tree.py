@@ -4,7 +4,9 @@ import numpy as np
 
 
 def spanning_tree(
-    distances: np.ndarray, root: int, groups: np.ndarray
+    distances: np.ndarray,
+    root: int,
+    groups: np.ndarray,
 ) -> list[tuple[int, int]]:
     """Return each node that is added, nearest first, and the node of the tree it is nearest to.
 

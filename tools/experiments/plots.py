@@ -3,13 +3,10 @@
 from itertools import chain
 from pathlib import Path
 
-from ....errors import fixed
-from ....solver.assessment import nice_above
-from ...experiments import ModelTrials, SimulationDocument
-from .axis import MM, Axis
-from .comparison import mark_of
-from .figure import COLOURS, Plot, plot
-from .panel import Panel
+from ...errors import fixed
+from ...solver.assessment import nice_above
+from ..report.plots import COLOURS, MM, Axis, Panel, Plot, mark_of, plot
+from .results import ModelTrials, SimulationDocument
 
 PEG = 0.01
 """Its diameter [m]."""

@@ -14,12 +14,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...recorder import Placement
+from ...recorder import Placement, around
 from ...solver.calibration import Calibration, UsageError, pose_of_numbers
 from ...solver.identification.data import FrameError, HandEye, hand_eye
+from ...solver.identification.robot import workspace
 from ...solver.partial import LEAST_ANGLE, LEAST_PLACE, SURE, Camera
-from ...solver.poses import workspace
-from .log import around
 from .spanning_tree import spanning_tree
 
 COLUMNS = tuple(f"flange_{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw"))
@@ -232,7 +231,8 @@ def joints_of(
 
 
 def _chosen(
-    sessions: Sequence[Session], flange: FlangePoses
+    sessions: Sequence[Session],
+    flange: FlangePoses,
 ) -> tuple[Session, list[str]]:
     """Return the session's posture: the nearest, and of several as near, what the views tell."""
     nearest = min(session.distance for session in sessions)
@@ -261,7 +261,10 @@ def _chosen(
     return session, [f"{flange.where}: {words}; is the calibration this arm's?"]
 
 
-def _distinct(postures: Iterable[np.ndarray], turning: list[bool]) -> list[np.ndarray]:
+def _distinct(
+    postures: Iterable[np.ndarray],
+    turning: list[bool],
+) -> list[np.ndarray]:
     """Return each of some joint positions, shape (..., m) each, once, up to whole turns."""
     distinct: list[np.ndarray] = []
     for q in postures:
@@ -272,7 +275,10 @@ def _distinct(postures: Iterable[np.ndarray], turning: list[bool]) -> list[np.nd
     return distinct
 
 
-def _postures(solutions: list[np.ndarray], turning: list[bool]) -> list[np.ndarray]:
+def _postures(
+    solutions: list[np.ndarray],
+    turning: list[bool],
+) -> list[np.ndarray]:
     """Return the joint positions of all views in each posture, shape (N, m) each.
 
     From each solution of the view that has most, the nearest solution of another view is added,

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...recorder import Placement, Sample
 from ...solver.calibration import Calibration, quaternion_of
-from ...solver.identification.data import rotation_matrices
+from ...solver.identification.robot import rotation_matrices
 from .boards import PLAIN, Board
 from .postures import flange_poses, names_flange_poses
 from .spanning_tree import spanning_tree
@@ -25,7 +25,11 @@ QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
 """A quarter of a turn about the normal."""
 
 
-def turned_alike(calibration: Calibration, views: Placement, board: Board) -> Placement:
+def turned_alike(
+    calibration: Calibration,
+    views: Placement,
+    board: Board,
+) -> Placement:
     """Return views in which a plain chessboard is turned as in the first one.
 
     Args:
@@ -71,7 +75,10 @@ def _alike(board: Board) -> list[int]:
     return [0] if odd else [0, 2]
 
 
-def _flanges(calibration: Calibration, views: Placement) -> np.ndarray:
+def _flanges(
+    calibration: Calibration,
+    views: Placement,
+) -> np.ndarray:
     """Return the rotations of the flange, shape (N, 3, 3)."""
     if names_flange_poses(views):
         poses = flange_poses(views)
@@ -81,7 +88,11 @@ def _flanges(calibration: Calibration, views: Placement) -> np.ndarray:
     return poses[:, :3, :3]
 
 
-def _turns_of_views(F: np.ndarray, B: np.ndarray, Z: np.ndarray) -> np.ndarray:
+def _turns_of_views(
+    F: np.ndarray,
+    B: np.ndarray,
+    Z: np.ndarray,
+) -> np.ndarray:
     """Return the number of the turn that puts each board as in the first view, shape (N,)."""
     N = len(F)
     traces_of_flange = np.einsum("iba,jba->ij", F, F)

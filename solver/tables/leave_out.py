@@ -4,9 +4,9 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from ....errors import MukcaError
-from ....recorder import Placement, Sample
-from .known import is_called
+from ...errors import MukcaError
+from ...recorder import Placement, Sample
+from ..identification.data import is_called
 
 _WORDS = re.compile(r"(.+?)(?::(\d+)(?::(\d[\d,-]*))?)?")
 """Placement, socket and samples."""

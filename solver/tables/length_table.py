@@ -10,8 +10,8 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ....errors import MukcaError
-from ....recorder import LENGTHS, Column, RecordingError, read_text, table_of
+from ...errors import MukcaError
+from ...recorder import LENGTHS, Column, RecordingError, read_text, table_of
 
 
 def text_without_notes(file: Path) -> str:

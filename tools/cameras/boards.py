@@ -52,7 +52,11 @@ class Board:
     dictionary: str = "5X5_100"
 
 
-def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Placement:
+def read_images(
+    folder: Path,
+    board: Board,
+    camera: Sequence[float] = (),
+) -> Placement:
     """Return views of a board in a folder of images, with a row of ``joints.csv`` for each by name.
 
     The camera is fx, fy, cx, cy [pixel], and up to five coefficients of distortion k1, k2, p1, p2,
@@ -108,7 +112,10 @@ def read_images(folder: Path, board: Board, camera: Sequence[float] = ()) -> Pla
 
 
 def _view(
-    position: tuple[float, ...], file: Path, vector: np.ndarray, place: np.ndarray
+    position: tuple[float, ...],
+    file: Path,
+    vector: np.ndarray,
+    place: np.ndarray,
 ) -> Sample:
     """Return a view by the board's rotation vector and place in the camera."""
     R = turn(vector)
@@ -123,7 +130,9 @@ def _view(
 
 
 def _camera_of(
-    cv: Any, views: Sequence[tuple[Any, Any]], size: tuple[int, ...]
+    cv: Any,
+    views: Sequence[tuple[Any, Any]],
+    size: tuple[int, ...],
 ) -> tuple[Any, Any, str]:
     """Return the camera's matrix and distortion by views of a board, and a remark with them."""
     objects, points = zip(*views, strict=True)
@@ -135,7 +144,10 @@ def _camera_of(
     return matrix, distortion, f"--intrinsics {','.join(words)}: {fit}"
 
 
-def _images(folder: Path, table: Table) -> list[Path]:
+def _images(
+    folder: Path,
+    table: Table,
+) -> list[Path]:
     """Return the image of each row: by a column with its name, else in the order of numbers."""
     files = [file for file in folder.iterdir() if file.suffix.lower() in IMAGES]
     images = {file.name: file for file in files}
@@ -160,7 +172,9 @@ def _by_number(name: str) -> list[tuple[int, str]]:
 
 
 def _corners(
-    cv: Any, files: Sequence[Path], board: Board
+    cv: Any,
+    files: Sequence[Path],
+    board: Board,
 ) -> tuple[dict[int, tuple[Any, Any]], tuple[int, ...]]:
     """Return the board's corners and their pixels in each image that shows it; the images' size.
 
@@ -188,7 +202,10 @@ def _corners(
     return max(seen, key=len), size
 
 
-def _seen(find: "Finder", pictures: Sequence[Any]) -> dict[int, tuple[Any, Any]]:
+def _seen(
+    find: "Finder",
+    pictures: Sequence[Any],
+) -> dict[int, tuple[Any, Any]]:
     """Return what a finder finds, by the number of each picture that shows the board."""
     views = {i: find(picture) for i, picture in enumerate(pictures)}
     return {i: view for i, view in views.items() if view is not None}
@@ -198,7 +215,10 @@ Finder = Callable[[Any], "tuple[Any, Any] | None"]
 """From a picture to the board's corners and their pixels; None where it does not show the board."""
 
 
-def _plain_finder(cv: Any, board: Board) -> Finder:
+def _plain_finder(
+    cv: Any,
+    board: Board,
+) -> Finder:
     """Return the finder of a plain chessboard's inner corners.
 
     Where columns and rows are even and odd, the darker of two opposite squares comes first. Boards
@@ -228,13 +248,19 @@ def _plain_finder(cv: Any, board: Board) -> Finder:
     return find
 
 
-def _brightness(picture: Any, corners: Any) -> int:
+def _brightness(
+    picture: Any,
+    corners: Any,
+) -> int:
     """Return the brightness of a square in its middle, by its corners, shape (2, 2, 2)."""
     u, v = corners.mean(axis=(0, 1)).astype(int)
     return picture[v, u]
 
 
-def _seen_instead(cv: Any, files: Sequence[Path]) -> str:
+def _seen_instead(
+    cv: Any,
+    files: Sequence[Path],
+) -> str:
     """Return in words which dictionary's markers the first image shows most of; empty for none."""
     picture = None
     if files:
@@ -252,7 +278,11 @@ def _seen_instead(cv: Any, files: Sequence[Path]) -> str:
     return f"{files[0].name} shows {counts[likeliest]} markers of {likeliest}; "
 
 
-def _finder(cv: Any, board: Board, older: bool) -> Finder:
+def _finder(
+    cv: Any,
+    board: Board,
+    older: bool,
+) -> Finder:
     """Return the finder of a ChArUco board's corners, in OpenCV's older pattern or its present."""
     kind = getattr(cv.aruco, f"DICT_{board.dictionary}", None)
     if kind is None:
