@@ -166,7 +166,7 @@ class SegmentLayout:
         free: Sequence[int] | np.ndarray = (),
     ) -> None:
         motions = joint_motions(joints, columns)
-        counts = np.array([len(of_joint) for of_joint in motions])
+        counts = np.array([len(of_joint) for of_joint in motions], dtype=int)
         self.segments = np.concatenate([[0], counts.cumsum()])
         """Indices of the segments that carry base and links, shape (joints + 1,)."""
         self._moves = counts > 0
