@@ -56,8 +56,8 @@ def _moments_at(
 
 def moments_function(
     robot: Robot,
-    gravity: Sequence[float] = STANDARD_GRAVITY,
-    payload: float = 0.0,
+    gravity: Sequence[float],
+    payload: float,
 ) -> Any:
     """Return :func:`gravity_moments` as a CasADi function of one configuration."""
     of_both = _moments(robot.joints, robot.bodies, payload).function
