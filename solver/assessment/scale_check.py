@@ -150,7 +150,7 @@ def distortion_row(document: CalibrationDocument) -> LimitResult:
 def scale_row(
     scale: Scale,
     distance: float,
-    checks: Sequence[Diagnostic] | None = None,
+    checks: Sequence[Diagnostic] | None,
     causes: Sequence[Hypothesis] = (),
     *,
     readings: int = 1,

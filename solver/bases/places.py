@@ -27,7 +27,6 @@ def common_places(
     lengths: Sequence[KnownDistance] = (),
     sockets_at: Sequence[SocketAt] = (),
     deviation: float = CALIPER_DEVIATION,
-    require_scale: bool = True,
 ) -> Places:
     """Return the places of several robots; equal ``Placement.place`` is one base, not moved.
 
@@ -47,7 +46,6 @@ def common_places(
         lengths=lengths,
         sockets_at=sockets_at,
         deviation=deviation,
-        require_scale=require_scale,
     )
 
 

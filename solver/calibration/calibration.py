@@ -140,8 +140,8 @@ class Calibration(FittedModel):
     def files_in(
         self,
         folder: Path,
-        accept_distorted: bool | None = None,
-        pages: "Callable[[Calibration], Mapping[str, bytes]] | None" = None,
+        accept_distorted: bool | None,
+        pages: "Callable[[Calibration], Mapping[str, bytes]] | None",
     ) -> tuple[dict[str, str], dict[str, bytes]]:
         """Return the paths that :meth:`save` writes, by kind, and the content of each file by name.
 

@@ -42,7 +42,7 @@ class JobResult:
     """None by the paper's method."""
 
 
-def jobs(count: int, bootstrap: int = 0) -> list[Job]:
+def jobs(count: int, bootstrap: int) -> list[Job]:
     """Return all fits for a number of placements, with ``bootstrap`` fits to resampled data."""
     everything = tuple(range(count))
     left_out = [

@@ -36,7 +36,7 @@ def outlook_of(
     centres = np.array(
         [calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test]
     )
-    new = _imagined(robot, farthest_place(centres), train[0].distance, load)
+    new = samples_on_base(robot, farthest_place(centres), train[0].distance, load)
     forecasts: list[results.Forecast] = []
     for name, samples in [
         *((m.name, load.by_socket(robot, m)) for m in test),
@@ -50,7 +50,7 @@ def outlook_of(
     return results.Outlook(joints=joints, map=places, forecasts=tuple(forecasts))
 
 
-def _imagined(
+def samples_on_base(
     robot: Robot, place: np.ndarray, distance: float, load: Load
 ) -> list[Samples]:
     """Return varied samples in both sockets of a base at a place; none where it is out of reach."""

@@ -95,7 +95,7 @@ def _posterior(
         behind = group.members >= size
         members = group.members + curves.size * behind
         groups.append(replace(group, members=members))
-    groups.append(_curve_group(model, knots, marginal.prior, covariance))
+    groups.append(curve_group(model, knots, marginal.prior, covariance))
     none = np.zeros(curves.size)
     state = replace(
         state,
@@ -115,7 +115,7 @@ def _posterior(
     )
 
 
-def _curve_group(
+def curve_group(
     model: ExtendedModel,
     knots: np.ndarray,
     prior: CurvePrior,

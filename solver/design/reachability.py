@@ -36,13 +36,12 @@ class Reach:
     def __init__(
         self,
         robot: Robot,
-        seed: int = 0,
         turn: float = np.inf,
     ) -> None:
         self.robot = robot
         self.turn = turn
         self._guide = InverseKinematics(robot)
-        self._generator = np.random.default_rng(seed)
+        self._generator = np.random.default_rng(0)
 
     def poses(self, centre: np.ndarray, count: int) -> np.ndarray:
         """Return poses with the ball at a place, spread over all that is reachable.

@@ -57,7 +57,7 @@ def level_of(consequence: Consequence, noise: float) -> str:
 
 def consequence_of(
     cause: Candidate,
-    training: Collection[str] = (),
+    training: Collection[str],
 ) -> Consequence | None:
     """Return what a cause does to distances near the recorded places and elsewhere.
 

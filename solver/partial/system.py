@@ -73,9 +73,7 @@ class System:
         """Return C, shape (R, R); ``gaussian``: with Gaussian noise of the same information."""
         return self.spread + self.noise_covariance(noise, gaussian=gaussian)
 
-    def noise_covariance(
-        self, noise: NoiseBelief, *, gaussian: bool = False
-    ) -> np.ndarray:
+    def noise_covariance(self, noise: NoiseBelief, *, gaussian: bool) -> np.ndarray:
         """Return the same where all unknowns are known, shape (R, R)."""
         N, axes, _ = self.by_joints.shape
         weights = self.state.weights[:, None, None]

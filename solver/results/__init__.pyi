@@ -28,9 +28,6 @@ from .curves import agreement as agreement
 from .curves import agreement_words as agreement_words
 from .curves import beyond_words as beyond_words
 from .curves import sampled_ranges as sampled_ranges
-from .elasticity import ELASTICITY_FORMAT as ELASTICITY_FORMAT
-from .elasticity import ElasticityDocument as ElasticityDocument
-from .elasticity import TypeElasticity as TypeElasticity
 from .estimates import Coefficient as Coefficient
 from .estimates import Correlation as Correlation
 from .estimates import Direction as Direction

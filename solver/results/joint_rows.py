@@ -42,7 +42,7 @@ def joint_rows(
 
 
 def position_rows(
-    robot: Robot, q: ArrayLike, what: str, *, stacked: bool = False
+    robot: Robot, q: ArrayLike, what: str, *, stacked: bool
 ) -> np.ndarray:
     """Return :func:`joint_rows` of joint positions, none of which is too large for one.
 

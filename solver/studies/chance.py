@@ -221,7 +221,7 @@ def apart_by_chance(
     a: Estimate,
     b: Estimate,
     *,
-    follows: bool = False,
+    follows: bool,
 ) -> Apart:
     """Return how far the balls of two calibrations are apart at poses, and how far by chance.
 

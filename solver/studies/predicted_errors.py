@@ -74,7 +74,7 @@ def errors_near(
     posterior: Posterior,
     load: Load,
     recorded: Sequence[np.ndarray],
-    exported: np.ndarray | None = None,
+    exported: np.ndarray | None,
 ) -> DistanceDeviation | None:
     """Return the predicted errors of distances near recorded places, where they are largest.
 

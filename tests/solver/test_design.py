@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mukca.solver.design import Reach, from_prior, plan_poses, workspace_of
+from mukca.solver.design.pose_route import Annealing
 from mukca.solver.identification.model import Noise, extend
 from mukca.solver.identification.robot import choose_parameters, load_robot, workspace
 
@@ -52,6 +53,15 @@ def test_what_poses_are_chosen_by_leaves_the_scale_out(known, where):
     by_scale[lengths] = known.model.ball.nominal[lengths]
     squares = (by_scale @ where.judged) ** 2
     assert squares[1:].sum() < 0.05 * squares.sum()
+
+
+def test_of_poses_that_teach_alike_the_nearest_are_chosen():
+    """The arm stands at 1 rad, and is to record twice in one socket."""
+    pools = {0: np.array([[-1.0], [0.0], [1.0]])}
+    annealing = Annealing(
+        np.eye(1), np.ones((3, 3, 1)), np.ones((1, 2)), pools, [0, 0], np.array([1.0])
+    )
+    assert annealing.way(None).tolist() == [[1.0], [1.0]]
 
 
 @pytest.mark.slow

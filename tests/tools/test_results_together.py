@@ -151,3 +151,11 @@ def test_several_arms_are_one_set(tmp_path):
     assert mukca.load_calibration(out / "right").document.settings["zeros"]
     with pytest.raises(mukca.MukcaError, match=r"right/calibration.json: not the one that arms"):
         mukca.load_calibration(out)
+
+
+def test_a_base_stands_where_the_document_says_in_each_frame_that_there_is():
+    single = mukca.load_calibration(SET)
+    arms = MultiRobotCalibration({"left": single, "right": single}, ARMS)
+    assert arms.base_in("right", "left")[:3, 3].tolist() == [1.0, 0.0, 0.0]
+    with pytest.raises(mukca.MukcaError, match=r"'table': .*; there are: left, left/flange, right"):
+        arms.base_in("right", "table")

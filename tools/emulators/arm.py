@@ -22,7 +22,7 @@ def emulated_arm(
     rate: float,
     motion: tuple[float, float],
     noise: float,
-    folder: Path | None = None,
+    folder: Path | None,
 ) -> SimulatedArm:
     """Return an arm that goes through a placement's configurations, or again and again through 40.
 
@@ -90,7 +90,7 @@ Packet = tuple[Any, bytes]
 class FaultInjector:
     """Applies faults to the messages of a controller."""
 
-    def __init__(self, faults: Sequence[Fault], seed: int = 0) -> None:
+    def __init__(self, faults: Sequence[Fault], seed: int) -> None:
         self._faults = faults
         self._random = random.Random(seed)  # noqa: S311 - noise, no secret
         self._held_back: list[Packet] = []

@@ -21,7 +21,7 @@ SEAT = Noise(1e-4, 0.0)
 class PosePool:
     """Poses in each socket, no joint farther than ``turn`` from the session's begin [rad]."""
 
-    def __init__(self, robot: Robot, turn: float = np.inf) -> None:
+    def __init__(self, robot: Robot, turn: float) -> None:
         self.reach = design.Reach(robot)
         self.model = extend(robot, choose_parameters(robot))
         self._turn = turn

@@ -65,7 +65,7 @@ class FollowingHand:
         self,
         address: str,
         robot: Robot,
-        distance: float | None = None,
+        distance: float | None,
     ) -> None:
         motion_address, self._faults = session_faults(address)
         arm = arm_at(motion_address)
@@ -164,7 +164,7 @@ class FollowingHand:
         self,
         q: np.ndarray,
         socket: int,
-        row: int | None = None,
+        row: int | None,
     ) -> None:
         """Add a configuration, maybe of a row of the recording, with its torques."""
         self._led.append(q)

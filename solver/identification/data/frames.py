@@ -103,7 +103,7 @@ def nearest_rotation(matrix: np.ndarray, *, mirrored: bool = False) -> np.ndarra
 def kabsch_rotation(
     inner: np.ndarray,
     outer: np.ndarray,
-    weights: np.ndarray | float = 1.0,
+    weights: np.ndarray | float,
     *,
     mirrored: bool = False,
 ) -> np.ndarray:

@@ -84,7 +84,7 @@ def ipopt(
     objective: Callable[[Any], Any],
     start: np.ndarray,
     *,
-    max_iterations: int = MAX_ITERATIONS,
+    max_iterations: int,
 ) -> Solution:
     """Minimise a CasADi expression with IPOPT and its exact Hessian."""
     x = ca.MX.sym("x", len(start))

@@ -115,7 +115,7 @@ def _chain(
 def check_controller(
     robot: Robot,
     controller: Robot,
-    file: str | Path | None = None,
+    file: str | Path | None,
 ) -> None:
     """Refuse a controller's model, or one by its factory's file, that is another arm's.
 

@@ -93,8 +93,8 @@ def _felt(
 
 def moments_function(
     robot: Robot,
-    gravity: Sequence[float] = STANDARD_GRAVITY,
-    payload: float = 0.0,
+    gravity: Sequence[float],
+    payload: float,
 ) -> Any:
     """Return :func:`gravity_moments` as a CasADi function of one configuration."""
     m = len(robot.actuated)

@@ -34,6 +34,11 @@ def saved(calibration, tmp_path_factory):
     return folder
 
 
+def test_the_iterations_are_those_of_the_history(calibration):
+    document = calibration.document
+    assert document.history and document.iterations == document.history[-1].iteration > 0
+
+
 def test_the_face_loads_nothing_before_it_is_used():
     code = "import sys, mukca; print([m for m in ('numpy', 'casadi', 'rich') if m in sys.modules])"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

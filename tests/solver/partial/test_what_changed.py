@@ -2,6 +2,7 @@
 
 import html
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -68,6 +69,7 @@ def test_a_joint_that_moved_never_passes(simulated, j, offset):
     for calibration, most in ((old, None), (loose, None), (loose, 1e-2)):
         found = mukca.what_changed(calibration, since, repeatability=most)
         assert found.verdict.exit_status == 1 and found.cause.joint == joint
+        assert re.search(r"with \+0\.\d\d deg added to what it reads", found.cause.text(""))
 
 
 @pytest.mark.slow

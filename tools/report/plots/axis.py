@@ -41,7 +41,7 @@ class Axis:
         cls,
         values: Iterable[float | None],
         label: str,
-        factor: float = 1.0,
+        factor: float,
         room: float = 1.05,
     ) -> "Axis":
         """Return an axis from zero, with some room beyond the largest value."""
