@@ -106,6 +106,15 @@ def read_bytes(file: str | os.PathLike[str], largest: int = LARGEST_FILE) -> byt
     return path.read_bytes()
 
 
+LARGEST_NUMBER = 1e20
+"""Absolute value that no number in a file exceeds, nanoseconds since 1970 among them."""
+
+
+def is_number(value: float) -> bool:
+    """Return whether a number can have been measured: finite, its powers too."""
+    return abs(value) <= LARGEST_NUMBER
+
+
 def reason_of(error: Exception) -> str:
     """Return why a file cannot be read, without the number and the path of an OSError."""
     return getattr(error, "strerror", None) or str(error)
@@ -116,12 +125,27 @@ def read_json(file: str | os.PathLike[str], **options: Any) -> Any:
 
     Raises:
         OSError: As by :func:`require_file`.
-        ValueError: The file is no JSON, or nested too deeply.
+        ValueError: The file is no JSON, nested too deeply, or holds a number beyond all bounds.
     """
+    content = read_bytes(file, LARGEST_DOCUMENT)
     try:
-        return json.loads(read_bytes(file, LARGEST_DOCUMENT), **options)
+        return json.loads(content, parse_int=_integer, parse_float=_number, **options)
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
+
+
+def _number(text: str) -> float:
+    """Return the number that a text is; refuse one that nobody can measure."""
+    value = float(text)
+    if not is_number(value):
+        raise ValueError(f"it holds {text:.20}, and numbers end at {LARGEST_NUMBER:g}")
+    return value
+
+
+def _integer(text: str) -> int:
+    """Return the integer that a text is, as :func:`_number` does."""
+    _number(text)
+    return int(text)
 
 
 @dataclass(frozen=True)

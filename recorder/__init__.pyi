@@ -49,6 +49,7 @@ from .placement_names import distinctly_named as distinctly_named
 from .placement_names import placement_name as placement_name
 from .points import read_points as read_points
 from .points import unit_quaternion as unit_quaternion
+from .samples import LAST_SOCKET as LAST_SOCKET
 from .samples import REDO as REDO
 from .samples import RELABEL as RELABEL
 from .samples import SAMPLES as SAMPLES

@@ -18,10 +18,10 @@ from .cells import table_bytes
 from .columns import UNITS, Column
 from .files import EmptyRecordingError, RecordingError
 from .metadata import METADATA, read_keys
-from .placement import LAST_SOCKET, SOCKETS, Placement
+from .placement import SOCKETS, Placement
 from .placement_names import distinctly_named, placement_name
 from .points import POINTS, POSES, read_points
-from .samples import SAMPLES, Sample, read_samples
+from .samples import LAST_SOCKET, SAMPLES, Sample, read_samples
 from .tables import Table, read_table
 
 _FILES = (SAMPLES, POINTS, POSES)

@@ -15,14 +15,12 @@ from .arrays import numbers_of
 from .files import RecordingError
 from .joint_columns import Match, require_samples
 from .joint_order import joint_order
-from .samples import Sample
+from .samples import LAST_SOCKET, Sample
 
 SOCKETS = 2
 """Number of sockets of a base by default."""
 SAME_ROW = 1e-6
 """Samples that differ by less are one that was written twice [rad], [m]."""
-LAST_SOCKET = 999
-"""Largest number of a socket."""
 DEFAULT_DISTANCE = 0.05
 """Distance of the paper's printed sockets, where none is given [m]."""
 

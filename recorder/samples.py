@@ -8,12 +8,16 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 
-from ..errors import fixed
+from ..errors import fixed, is_number
 from .cells import require_columns, table_bytes
 from .files import RecordingError
 
 SAMPLES = "samples.csv"
 CAPTURE, UNDO, REDO, RELABEL = "capture", "undo", "redo", "relabel"
+LAST_SOCKET = 999
+"""Largest number of a socket."""
+MOST = 10**9
+"""Count that nothing exceeds."""
 _LEADING = ("event", "sample", "socket", "time", "stamp", "states")
 _PER_JOINT = ("position", "spread", "effort")
 
@@ -227,7 +231,7 @@ class _Row:
             value = float(text)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value):
+        if not is_number(value):
             raise RecordingError(
                 f"{self.where}: {column} is {text!r}, not a finite number"
             )
@@ -235,7 +239,8 @@ class _Row:
 
     def integer(self, column: str) -> int:
         value = self.number(column)
-        if value < 0 or value != int(value):
+        most = LAST_SOCKET if column == "socket" else MOST
+        if not 0 <= value <= most or value != int(value):
             raise RecordingError(
                 f"{self.where}: {column} is {self.cells[column]!r}, not a count"
             )

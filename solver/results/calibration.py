@@ -8,11 +8,11 @@ import numpy as np
 
 from ...errors import MukcaError
 from ..bayes.model import Deflection
-from ..bayes.model.effects import EFFECTS
 from ..data import Load
 from ..robot import RotationNumbers, all_parameters, parse_robot, scan
 from . import estimates, worth
 from .calibrated import CalibratedRobot
+from .consistency import conflicts
 from .files import Document, DocumentError, read
 from .patterns import ErrorPatterns
 from .placements import (
@@ -270,15 +270,8 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
         raise misfit(
             source, "parameters", "not those of the joints of model.nominal_urdf"
         )
-    for extension, coefficients in document.deflection.items():
-        if extension not in EFFECTS:
-            raise misfit(
-                source, f"deflection.{extension}", "no extension of this version"
-            )
-        expected = len(EFFECTS[extension].coefficient_names(robot.joint_names))
-        if len(coefficients) != expected:
-            words = f"{len(coefficients)} coefficients, but the joints need {expected}"
-            raise misfit(source, f"deflection.{extension}", words)
+    for key, words in conflicts(document, robot):
+        raise misfit(source, key, words)
     calibrated = np.array([values[p.name].calibrated for p in parameters], dtype=float)
     exported = np.array([values[p.name].exported for p in parameters], dtype=float)
     deflection = Deflection(

@@ -170,9 +170,10 @@ def read_lerobot_log(question: Question) -> Log:
     positions, usable = _radians(values[:, columns], motors, info, question)
     order = np.lexsort((stamps, episodes))
     order = order[usable[order]]
-    fps = float(info.get("fps") or 30)
+    fps = info.get("fps")
+    rate = f" at {fps:g} a second" if isinstance(fps, int | float) else ""
     count = len(np.unique(episodes))
-    notes = [f"read {count} episodes, {len(stamps)} frames at {fps:g} a second"]
+    notes = [f"read {count} episodes, {len(stamps)} frames{rate}"]
     if clipped := len(stamps) - len(order):
         notes.append(
             f"{clipped} frames have a joint at the end of its range, and are left out"

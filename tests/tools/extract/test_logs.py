@@ -114,6 +114,8 @@ def test_lerobot_in_degrees(extract, refused, moves, tmp_path, version):
     assert not (tmp_path / "out").exists()
     refused("say --units degrees", "extract", tmp_path / "set", *words, "--units", "radians")
     assert not (tmp_path / "out").exists()
+    info = tmp_path / "set" / "meta" / "info.json"
+    info.write_text(info.read_text().replace('"fps": 40', '"fps": "40 Hz"'))  # not needed
     status, shown, _ = extract(tmp_path / "set", *words, "--units", "degrees")
     assert status == 0 and "2 episodes" in shown
     moves.read_back(tmp_path / "out" / "placement_1")
