@@ -7,9 +7,6 @@ from .columns import DEGREES as DEGREES
 from .columns import LENGTHS as LENGTHS
 from .columns import Column as Column
 from .coordinates import match_coordinates as match_coordinates
-from .dataset import find_placements as find_placements
-from .dataset import is_placement as is_placement
-from .dataset import placements_in as placements_in
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
 from .files import APPEND as APPEND
@@ -19,6 +16,10 @@ from .files import append_bytes as append_bytes
 from .files import lock_file as lock_file
 from .files import replace_file as replace_file
 from .files import sync_folder as sync_folder
+from .folders import find_placements as find_placements
+from .folders import is_placement as is_placement
+from .folders import placements_in as placements_in
+from .folders import unread as unread
 from .joint_columns import ColumnError as ColumnError
 from .joint_columns import match_joints as match_joints
 from .layout import POSE_FORMS as POSE_FORMS

@@ -14,7 +14,7 @@ from mukca.recorder import Metadata, Sample, hole_files, read_placement, read_sa
 from mukca.recorder.session import Recording
 
 METADATA = Metadata("arm", ("a", "b,c"), ("rad", "m"), 0.05, model_sha256="1f")
-exact = st.floats(allow_nan=False, allow_infinity=False)
+exact = st.floats(-1e20, 1e20)
 pairs = st.tuples(exact, exact)
 
 
