@@ -103,6 +103,22 @@ def test_an_instrument_that_moved_has_another_frame_after(panda, points):
     assert "in a frame of its own" in split.advice
 
 
+@pytest.mark.parametrize("size", [0.017, 0.03, 0.08])
+@pytest.mark.parametrize("rows", [[8, 30], [5, 6, 40], [2, 17, 29, 35, 48]])
+def test_points_that_hide_each_other_are_named_each_once(look, points, size, rows):
+    def off(q, y):
+        shifts = np.random.default_rng(len(rows)).normal(size=(len(rows), 3))
+        y[rows] += size * shifts / np.linalg.norm(shifts, axis=1, keepdims=True)
+        return q, y
+
+    survey = look(points(off))
+    told = [d for one in survey.placements for d in one.diagnostics if d.code == "elsewhere"]
+    assert sorted(d.text.split(" is ")[0] for d in told) == sorted(f"point {i + 1}" for i in rows)
+    sizes = [float(d.text.split(" is ")[1].split(" mm")[0]) for d in told]
+    assert sizes == pytest.approx([1e3 * size] * len(rows), abs=0.6)
+    assert survey.hypotheses[0].name == "ball_sample" and not survey.shared
+
+
 def test_points_and_sockets_are_explained_together(look, points, placements):
     both = [placements[0], *points(zero_lost, ["tracker"]), placements[1]]
     assert (
