@@ -185,6 +185,7 @@ def read_lerobot_log(question: Question) -> Log:
         episodes[order].astype(int),
         tuple(notes),
         resolution=TICK if SERVO_ARMS.search(str(info.get("robot_type"))) else 0.0,
+        episodes=True,
     )
 
 

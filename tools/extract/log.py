@@ -58,6 +58,8 @@ class Log:
     """Remarks for people, a line each."""
     resolution: float = 0.0
     """The step of the joints' encoders, where they are coarse [rad]."""
+    episodes: bool = False
+    """True where each part has a clock of its own, as episodes do: no rest goes on in another."""
 
     @property
     def least_window(self) -> float:
