@@ -62,6 +62,8 @@ LARGEST_FILE = 200_000_000
 """Size that no table, log or image exceeds [bytes]."""
 LARGEST_DOCUMENT = 20_000_000
 """Size that no model and no JSON file exceeds, which take far more memory [bytes]."""
+LFS = b"version https://git-lfs"
+"""Begin of a file that stands for another one, which git did not bring."""
 _KINDS = {
     stat.S_IFDIR: (errno.EISDIR, "a folder"),
     stat.S_IFIFO: (errno.ESPIPE, "a pipe"),
@@ -94,6 +96,10 @@ def require_file(file: Path, largest: int | None = LARGEST_FILE) -> None:
             stat.S_IFMT(status.st_mode), (errno.EINVAL, "no file")
         )
         raise RefusedFileError(number, f"is {kind}", str(file))
+    with file.open("rb") as stream:
+        if stream.read(len(LFS)) == LFS:
+            words = "is a Git LFS pointer, not the data: git lfs pull brings that"
+            raise RefusedFileError(errno.ENODATA, words, str(file))
     if largest is not None and status.st_size > largest:
         words = f"holds {status.st_size / 1e6:,.1f} MB; at most {largest / 1e6:,.0f} MB are read"
         raise RefusedFileError(errno.EFBIG, words, str(file))

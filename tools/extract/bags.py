@@ -25,11 +25,13 @@ from .log import (
     columns_of,
     in_parts,
     needed_columns,
+    require_rate,
     unknown_joints,
 )
+from .topics import State, chosen_topic
 
-_State = tuple[float, np.ndarray, "np.ndarray | None"]
-"""Stamp [s], positions, and efforts if all are known."""
+SINGLE = 1.0
+"""Typical step of states from which a bag holds single poses [s]."""
 
 
 def read_bag(question: Question) -> Log:
@@ -73,25 +75,39 @@ def _states(reader: Any, question: Question) -> Log:
         message = reader.deserialize(raw, connection.msgtype)
         messages.setdefault(connection.topic, []).append((message, time))
     topics = {topic: _of_topic(some, question) for topic, some in messages.items()}
-    counts = {topic: len(states) for topic, (states, _) in topics.items()}
-    best = max(counts, key=counts.__getitem__, default="")
-    states, notes = topics.pop(best, ([], []))
-    if not states:
+    if not any(some for some, _ in topics.values()):
         names = _names_in(chain.from_iterable(messages.values()))
         raise unknown_joints(names, question)
-    remarks = [f"read {best}, {len(states)} states", *notes]
-    others = [f"{topic} ({len(some)})" for topic, (some, _) in topics.items() if some]
-    if others:
-        remarks.append(
-            f"the same joints are on {', '.join(others)} too; --topic chooses"
-        )
-    stamps, positions, efforts = zip(*states, strict=True)
+    states_of_topics = {topic: some for topic, (some, _) in topics.items()}
+    best, choice = chosen_topic(states_of_topics, question)
+    states, notes = topics[best]
+    remarks = [f"read {best}, {len(states)} states", *notes, *choice]
+    stamps, readings, efforts = zip(*states, strict=True)
+    positions = _in_radians(np.array(readings), question)
     if not question.efforts:
-        return in_parts(stamps, positions, None, remarks)
-    if any(effort is None for effort in efforts):
+        efforts = None
+    elif any(effort is None for effort in efforts):
         efforts = None
         remarks.append("its messages have no efforts, or not always")
-    return in_parts(stamps, positions, efforts, remarks)
+    log = in_parts(stamps, positions, efforts, remarks)
+    single = "of single poses make a table, and of that a recording by mukca convert"
+    require_rate(log, question, single, SINGLE)
+    return log
+
+
+def _in_radians(positions: np.ndarray, question: Question) -> np.ndarray:
+    """Return positions in radians; in ROS they are, but for drivers that publish degrees.
+
+    Raises:
+        ExtractError: They are of another unit than what is said of them.
+    """
+    if question.units not in (None, "radians", "degrees"):
+        raise ExtractError(f"--units {question.units}: for a bag, radians or degrees")
+    turning = ~np.array(question.prismatic)
+    degrees = question.units == "degrees"
+    scales = np.where(turning & degrees, np.radians(1.0), 1.0)
+    check_angles(positions[:, turning] * scales[turning], degrees, question)
+    return positions * scales
 
 
 def _names_in(messages: Iterable[tuple[Any, int]]) -> list[str]:
@@ -103,7 +119,7 @@ def _names_in(messages: Iterable[tuple[Any, int]]) -> list[str]:
 
 def _of_topic(
     messages: Sequence[tuple[Any, int]], question: Question
-) -> tuple[list[_State], list[str]]:
+) -> tuple[list[State], list[str]]:
     """Return the states of one topic's messages, and remarks.
 
     All names of the topic tell which are the model's joints: one message alone does not show that
@@ -114,23 +130,30 @@ def _of_topic(
     if columns is None:
         return [], []
     joints = [names[i] for i in columns]
-    states: list[_State] = []
+    states: list[State] = []
     skipped = Counter({"lack a joint": 0})
+    remarks: list[str] = []
+    stamps = [message.header.stamp for message, _ in messages]
+    stamped = any(stamp.nanosec for stamp in stamps)
+    if not stamped and any(stamp.sec for stamp in stamps):
+        remarks.append("its stamps are whole seconds; the bag's times are taken")
     for message, time in messages:
-        state = _state(message, joints, time)
+        state = _state(message, joints, time, stamped=stamped)
         if state is not None:
             states.append(state)
         elif set(joints) & set(message.name):
             skipped["lack a joint"] += 1
         else:
             skipped[f"are of {', '.join(message.name):.90}"] += 1
-    kinds = [(kind, count) for kind, count in skipped.items() if count]
-    return states, [
-        f"{count} messages there {kind}, and are left out" for kind, count in kinds
-    ]
+    for kind, count in skipped.items():
+        if count:
+            remarks.append(f"{count} messages there {kind}, and are left out")
+    return states, remarks
 
 
-def _state(message: Any, joints: Sequence[str], time: int) -> _State | None:
+def _state(
+    message: Any, joints: Sequence[str], time: int, *, stamped: bool
+) -> State | None:
     """Return the state of a message; None if it has not all joints, or values are no numbers."""
     names = list(message.name)
     position = np.asarray(message.position, dtype=float)
@@ -141,7 +164,7 @@ def _state(message: Any, joints: Sequence[str], time: int) -> _State | None:
     order = [names.index(joint) for joint in joints]
     stamp = message.header.stamp
     nanoseconds = stamp.sec * 1_000_000_000 + stamp.nanosec
-    seconds = 1e-9 * (nanoseconds or time)
+    seconds = 1e-9 * (nanoseconds if stamped and nanoseconds else time)
     effort = np.asarray(message.effort, dtype=float)
     if len(effort) != len(position) or not np.isfinite(effort).all():
         return seconds, position[order], None

@@ -43,7 +43,9 @@ class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
         repeated=True,
     )
     topic: str | None = cli.option(
-        None, "(bags) topic of the joint states (default: that with most states)", "T"
+        None,
+        "(bags) topic of the joint states (default: what was measured, by its name)",
+        "T",
     )
     joints: str | None = cli.option(
         None,
@@ -53,8 +55,8 @@ class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
     )
     units: str | None = cli.option(
         None,
-        "(lerobot, CSV) radians, degrees, or lerobot's calibration file of the arm, for values"
-        " from -100 to 100",
+        "(lerobot, CSV, bags) radians, degrees, or lerobot's calibration file of the arm, for "
+        "values from -100 to 100",
         "U",
     )
     efforts: bool = cli.option(False, "(bags) also read efforts, which must be in N m")
