@@ -103,6 +103,17 @@ def test_an_instrument_that_moved_has_another_frame_after(panda, points):
     assert "in a frame of its own" in split.advice
 
 
+@pytest.mark.parametrize("digits", [5, 7, 16])
+def test_points_that_a_controller_computed_are_told(look, panda, points, digits):
+    (measured,) = points()
+    balls = BallModel(panda, ()).points(np.zeros(0), measured.positions) + 1.0
+    rows = zip(measured.samples, np.round(balls, digits).tolist(), strict=True)
+    computed = [replace(sample, point=tuple(ball)) for sample, ball in rows]
+    seen = look([replace(measured, samples=tuple(computed))]).placements[0]
+    assert "computed" in [d.code for d in seen.diagnostics]
+    assert "computed" not in [d.code for d in look([measured]).placements[0].diagnostics]
+
+
 @pytest.mark.parametrize("size", [0.017, 0.03, 0.08])
 @pytest.mark.parametrize("rows", [[8, 30], [5, 6, 40], [2, 17, 29, 35, 48]])
 def test_points_that_hide_each_other_are_named_each_once(look, points, size, rows):
