@@ -20,7 +20,7 @@ from .ranking import Ranking, ranking_of
 from .robust_fit import RigidModel
 from .stuck import of_stuck
 
-OF_JOINTS = ("sign", "swap", "zero", "model")
+OF_JOINTS = ("sign", "ratio", "swap", "coupled", "zero", "model")
 """Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
 LEAST = 8
 """Fewest samples for any explanation."""

@@ -49,7 +49,16 @@ LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 HELD_OUT = "; it is held out: the model has none of it, the errors measured there have"
 """Added to the advice on what is weighed by the model in a placement to train on."""
-NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
+NOT_PLAY = (
+    "socket",
+    "sign",
+    "swap",
+    "order",
+    "ratio",
+    "coupled",
+    "ball_sample",
+    "one_socket",
+)
 """Causes that cannot be confused with play."""
 ELSEWHERE = "it was recorded elsewhere, by another base or arm; solve leaves it out"
 POINT_ELSEWHERE = "it is of another target, or of another pose; solve leaves it out"
