@@ -1,7 +1,7 @@
 """The look at a ``calibration.json`` as a whole: its arrays fit each other, and names are there."""
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -11,20 +11,15 @@ from ..bayes.model.effects import EFFECTS
 from ..robot import Robot
 from .placements import PlacementSamples, RecordedSample
 
-if TYPE_CHECKING:
-    from .calibration import CalibrationDocument
-
 DEGREES = 360
 """Values of an error curve, one a degree."""
 
 
-def conflicts(
-    document: "CalibrationDocument", robot: Robot
-) -> Iterator[tuple[str, str]]:
+def conflicts(document: Any, robot: Robot) -> Iterator[tuple[str, str]]:
     """Yield the keys of a document that do not fit its robot or its other keys, and why.
 
     Args:
-        document: All of ``calibration.json``.
+        document: All of ``calibration.json``, as its own module has it.
         robot: The robot of its model.
     """
     names = robot.joint_names
@@ -51,9 +46,7 @@ def conflicts(
     yield from _of_estimates(document, names)
 
 
-def _of_estimates(
-    document: "CalibrationDocument", names: Sequence[str]
-) -> Iterator[tuple[str, str]]:
+def _of_estimates(document: Any, names: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Yield the zeros, curves and tools that are not of joints of these names, and why."""
     curves = document.curves.joints if document.curves else ()
     for i, zero in enumerate(document.later_zeros):
