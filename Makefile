@@ -8,8 +8,10 @@ TESTS_ALONE := --confcutdir=tests
 PYTEST := $(BIN)/pytest $(TESTS_ALONE) -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --dist worksteal
 PACKAGE := pyproject.toml constraints.txt
 # Names and versions of everything that is ever installed, build tools included.
-export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
-export PIP_BUILD_CONSTRAINT := $(CURDIR)/constraints.txt
+# A URL has no blank, at which pip would see two files.
+BLANK := $() $()
+export PIP_CONSTRAINT := file://$(if $(filter Windows_NT,$(OS)),/)$(subst $(BLANK),%20,$(CURDIR))/constraints.txt
+export PIP_BUILD_CONSTRAINT := $(PIP_CONSTRAINT)
 # Compiled modules are kept: the tests start the program some hundred times.
 unexport PYTHONDONTWRITEBYTECODE
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -63,7 +65,7 @@ $(VENV)/.product: $(PACKAGE) | $(BIN)/pip
 	@touch $@
 
 $(VENV)/.portable: $(PACKAGE) | $(BIN)/pip
-	$(BIN)/pip install --quiet --editable '.[isotp,lint,print,ros]' pytest trimesh
+	$(BIN)/pip install --quiet --editable '.[isotp,lint,print,ros]' pytest pytest-timeout trimesh
 	@touch $@
 
 $(VENV)/.docs: $(PACKAGE) | $(BIN)/pip

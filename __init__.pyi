@@ -9,12 +9,12 @@ from .solver.calibration import Calibration as Calibration
 from .solver.calibration import Errors as Errors
 from .solver.calibration import calibrate as calibrate
 from .solver.calibration import load_calibration as load_calibration
+from .solver.identification.robot import Robot as Robot
+from .solver.identification.robot import load_robot as load_robot
 from .solver.partial import handeye as handeye
 from .solver.partial import rezero as rezero
 from .solver.partial import tool as tool
 from .solver.partial import what_changed as what_changed
-from .solver.robot import Robot as Robot
-from .solver.robot import load_robot as load_robot
 from .tools.export import export as export
 from .tools.report.build import write_report as write_report
 from .tools.simulation import simulate_recordings as simulate_recordings

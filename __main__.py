@@ -1,5 +1,6 @@
 """The program ``mukca``, also started as ``python -m mukca``."""
 
+import os
 import signal
 import sys
 from types import FrameType
@@ -13,7 +14,9 @@ def run() -> int:
 
     Ctrl-C ends it with 130, also while modules are still loaded. Any exception but those that the
     command line tells is a defect of mukca: it ends with 70, and :func:`report_defect` tells it.
+    No module is loaded from the current folder, which may be a stranger's.
     """
+    os.environ["PYTHONSAFEPATH"] = "1"  # of the processes that it starts
     interrupts: list[int] = []
 
     def interrupt(number: int, _: FrameType | None) -> None:
@@ -39,4 +42,7 @@ def run() -> int:
 
 
 if __name__ == "__main__":
+    folder = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))  # noqa: PTH100, PTH120
+    if sys.path[0] in ("", os.getcwd()) and sys.path[0] != folder:  # noqa: PTH109
+        del sys.path[0]
     sys.exit(run())

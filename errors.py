@@ -34,6 +34,12 @@ class MukcaError(Exception):
         return shortened(super().__str__())
 
 
+class NotConverged(MukcaError):  # noqa: N818 (the situation's name)
+    """A fit gave up, and where it stopped is not to be used."""
+
+    failed = True
+
+
 LONGEST_WORD, LONGEST_LINE = 400, 4000
 """Characters of what a message quotes, and of a whole message."""
 
@@ -50,6 +56,21 @@ def _ends(text: str, most: int) -> str:
     """Return a text's beginning and end, which are at most so many characters."""
     half = most // 2 - 3
     return text if len(text) <= most else f"{text[:half]} ... {text[-half:]}"
+
+
+_STEERING = re.compile(
+    "[\0-\x08\x0b-\x1f\x7f-\x9f\udc80-\udc9f"  # control characters, also as single bytes
+    "\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]"  # what ends or turns a line
+)
+
+
+def cleaned(text: str) -> str:
+    """Return a text in which nothing steers the terminal that shows it.
+
+    Names in files, and of files, are a stranger's: an ESC in them could set the window's title or
+    the clipboard. Ends of lines and tabs stay.
+    """
+    return _STEERING.sub("?", text)
 
 
 def fixed(value: float, digits: int, sign: str = "") -> str:
@@ -133,9 +154,9 @@ def read_json(file: str | os.PathLike[str], **options: Any) -> Any:
         OSError: As by :func:`require_file`.
         ValueError: The file is no JSON, nested too deeply, or holds a number beyond all bounds.
     """
-    content = read_bytes(file, LARGEST_DOCUMENT)
+    options |= {"parse_int": _integer, "parse_float": _number}
     try:
-        return json.loads(content, parse_int=_integer, parse_float=_number, **options)
+        return json.loads(read_bytes(file, LARGEST_DOCUMENT), **options)
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
 

@@ -21,9 +21,19 @@ from worlds import TRANSLATION, TURN, realistic_flaws
 
 from mukca.recorder import find_placements, read_placement
 from mukca.solver.calibration import SolveOptions, fit_robots
-from mukca.solver.data import Measurement, RobotRecordings, evaluate, measure
-from mukca.solver.paper import REGULARIZATION
-from mukca.solver.robot import BallModel, Robot, choose_parameters, load_robot
+from mukca.solver.identification.data import (
+    Measurement,
+    evaluate,
+    measure,
+)
+from mukca.solver.identification.paper import REGULARIZATION
+from mukca.solver.identification.robot import (
+    BallModel,
+    Robot,
+    choose_parameters,
+    load_robot,
+)
+from mukca.solver.results import Measurements
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb, reachable_bases, record
 
@@ -60,7 +70,7 @@ def means_held(robot: Robot, train: Measurement) -> Predict:
 def errors(robot: Robot, data: Sequence[Measurement]) -> dict[str, float]:
     """Return each model's mean absolute error at all placements but the first [mm]."""
     train, *test = data
-    recordings = [RobotRecordings(robot, [train])]
+    recordings = [Measurements(robot, [train])]
     paper = fit_robots(recordings, SolveOptions(method="paper"))[0].calibrated
     models: dict[str, Predict] = {
         "nominal": lambda m: paper.nominal_ball(m.positions),
@@ -69,7 +79,7 @@ def errors(robot: Robot, data: Sequence[Measurement]) -> dict[str, float]:
     }
     for name, kept in ROWS.items():
         without = [extension for extension in EXTENSIONS if extension not in kept]
-        options = SolveOptions(type_prior=("none",), without=without)
+        options = SolveOptions(without=without)
         found = fit_robots(recordings, options)[0].calibrated
         models[name] = lambda m, found=found: found.ball(m.positions, m.efforts)
         models["URDF alone"] = lambda m, found=found: found.geometric_ball(m.positions)

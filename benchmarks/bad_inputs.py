@@ -25,7 +25,7 @@ from worlds import bad_files
 
 import mukca
 from mukca.recorder import write_holes
-from mukca.solver.robot import shipped_robots
+from mukca.solver.identification.robot import shipped_robots
 from mukca.tools.cli import main as mukca_main
 from mukca.tools.simulation import Base, perturb, record
 

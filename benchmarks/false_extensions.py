@@ -19,10 +19,13 @@ from collections import Counter
 import numpy as np
 from worlds import NOISE, TRANSLATION, TURN
 
-from mukca.solver.bayes.selection import select_models
-from mukca.solver.data import RobotRecordings, measure, observe
-from mukca.solver.paper import NotConverged
-from mukca.solver.robot import choose_parameters, load_robot, shipped_robots
+from mukca.errors import NotConverged
+from mukca.solver.identification import FitOptions, fit
+from mukca.solver.identification.data import measure
+from mukca.solver.identification.robot import (
+    load_robot,
+    shipped_robots,
+)
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
@@ -42,14 +45,11 @@ def notes_of(seed: int) -> tuple[str, tuple[str, ...]]:
     placement = record(
         arm, reachable_bases(arm, generator, 1)[0], generator, imperfection=how
     )
-    recordings = RobotRecordings(nominal, [measure(placement, nominal)])
     try:
-        chosen = select_models(
-            recordings, choose_parameters(nominal), observe(recordings), zeros=True
-        )
+        posterior = fit(nominal, [measure(placement, nominal)], FitOptions(zeros=True))
     except NotConverged:
         return nominal.name, ("no model: the fit did not settle",)
-    return nominal.name, chosen.notes
+    return nominal.name, posterior.notes
 
 
 def main() -> None:

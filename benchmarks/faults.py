@@ -300,7 +300,6 @@ def main() -> None:
         "names", nargs="*", metavar="NAME", help="begin of a controller's name"
     )
     parser.add_argument("--kills", type=int, default=0)
-    parser.add_argument("--messages", type=int, default=0)
     parser.add_argument("--disks", type=int, default=0)
     parser.add_argument("--clocks", type=int, default=0)
     arguments = parser.parse_args()
@@ -333,14 +332,6 @@ def main() -> None:
                 str(arguments.kills),
             ]
             subprocess.run(words, env=environment, check=True)
-    if arguments.messages:
-        words = [
-            sys.executable,
-            str(HERE / "hostile.py"),
-            "--count",
-            str(arguments.messages),
-        ]
-        subprocess.run(words, check=True)
 
 
 if __name__ == "__main__":

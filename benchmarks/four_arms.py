@@ -24,8 +24,8 @@ from instrument import shares_within, split
 
 import mukca
 from mukca.recorder import Placement
-from mukca.solver.data import measure
-from mukca.solver.robot import Robot
+from mukca.solver.identification.data import measure
+from mukca.solver.identification.robot import Robot
 
 
 @dataclass(frozen=True)

@@ -37,11 +37,7 @@ from worlds import realistic_flaws
 
 from mukca.recorder import Placement, Sample, read_placements
 from mukca.solver.assessment import repeatability_of
-from mukca.solver.bayes.inference import Posterior, estimate
-from mukca.solver.bayes.model import Deflection, ExtendedModel, Noise, extend
-from mukca.solver.bayes.model.effects import COMPLIANCE, CURVE, random_curves
 from mukca.solver.calibration import calibrate
-from mukca.solver.data import CALIPER_DEVIATION, RobotRecordings, measure, observe
 from mukca.solver.design import (
     ParameterCovariance,
     from_fit,
@@ -49,15 +45,24 @@ from mukca.solver.design import (
     workspace_of,
 )
 from mukca.solver.diagnostics import is_coarse
-from mukca.solver.robot import (
+from mukca.solver.identification.data import (
+    CALIPER_DEVIATION,
+    RobotRecordings,
+    measure,
+    observe,
+)
+from mukca.solver.identification.effects import COMPLIANCE, CURVE, random_curves
+from mukca.solver.identification.inference import Posterior, estimate
+from mukca.solver.identification.model import Deflection, ExtendedModel, Noise, extend
+from mukca.solver.identification.robot import (
     BallModel,
-    InverseKinematics,
     Robot,
     choose_parameters,
     load_robot,
     shipped_robots,
     workspace,
 )
+from mukca.solver.poses import InverseKinematics
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.recording import PoseSelector

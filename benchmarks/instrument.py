@@ -23,9 +23,9 @@ import numpy as np
 
 import mukca
 from mukca.recorder import Placement
-from mukca.solver.bayes.results import HeldOut, misfit, within
-from mukca.solver.data import Measurement, measure
-from mukca.solver.robot import Robot
+from mukca.solver.identification.data import Measurement, measure
+from mukca.solver.identification.robot import Robot
+from mukca.solver.studies import HeldOut, misfit, within
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 
 CHI_SQUARES = (3.506, 7.815)

@@ -57,7 +57,7 @@ from mukca.recorder.terminal.key_handler import KeyHandler
 from mukca.solver.assessment import repeatability_of
 from mukca.solver.calibration import calibrate
 from mukca.solver.diagnostics import is_coarse
-from mukca.solver.robot import Origin, Robot, load_robot
+from mukca.solver.identification.robot import Origin, Robot, load_robot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.recording import PoseSelector, joints_of
 from mukca.tools.simulation import Imperfection, lead, reachable_bases, record

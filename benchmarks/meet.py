@@ -23,8 +23,9 @@ from worlds import measured_points, recorded_by_both
 
 import mukca
 from mukca.recorder import Placement
-from mukca.solver.data import IDENTITY, Pose
-from mukca.solver.robot import BallModel, InverseKinematics, Robot, turn
+from mukca.solver.identification.data import IDENTITY, Pose
+from mukca.solver.identification.robot import BallModel, Robot, turn
+from mukca.solver.poses import InverseKinematics
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.simulation import Base, perturb

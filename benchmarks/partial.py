@@ -36,17 +36,12 @@ from worlds.at_best import AtBest
 import mukca
 from mukca.recorder import Sample, read_points
 from mukca.solver.calibration import FullModel, quaternion_of
-from mukca.solver.data import CALIPER_DEVIATION, Pose, hand_eye, measure
 from mukca.solver.design import Reach, plan_poses
+from mukca.solver.identification.data import CALIPER_DEVIATION, Pose, hand_eye, measure
+from mukca.solver.identification.robot import BallModel, Origin, rotation_vectors, turn
 from mukca.solver.partial import identifiable_zeros, zero_covariance
+from mukca.solver.poses import InverseKinematics
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import (
-    BallModel,
-    InverseKinematics,
-    Origin,
-    rotation_vectors,
-    turn,
-)
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
 TRAINED = ("frontcenter", "backleft")

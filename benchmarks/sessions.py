@@ -42,7 +42,7 @@ from mukca.recorder import Placement, Sample
 from mukca.solver.assessment import ARMS
 from mukca.solver.diagnostics import LiveCheck
 from mukca.solver.diagnostics.hypotheses import ONLY_SOUND, Comparison
-from mukca.solver.robot import (
+from mukca.solver.identification.robot import (
     Origin,
     Robot,
     angles_near,

@@ -29,18 +29,8 @@ import numpy as np
 from worlds import realistic_flaws
 
 from mukca.recorder import Placement
-from mukca.solver.bayes.inference import Posterior
-from mukca.solver.bayes.model import GEOMETRY_WIDTHS, TYPICAL_SPREAD
-from mukca.solver.bayes.results import pose_covariances
-from mukca.solver.bayes.results.postures import poses_near
-from mukca.solver.bayes.results.predicted_errors import NEAR, NEARBY
-from mukca.solver.bayes.results.uncertainty import (
-    deviations,
-    distance_deviations,
-)
-from mukca.solver.calibration import SolveOptions
-from mukca.solver.calibration.fit import fit_robots
-from mukca.solver.data import (
+from mukca.solver.calibration import METHODS, SolveOptions, fit_robot
+from mukca.solver.identification.data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
     STANDARD_LOAD,
@@ -48,13 +38,22 @@ from mukca.solver.data import (
     RobotRecordings,
     measure,
 )
-from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import (
+from mukca.solver.identification.inference import Posterior
+from mukca.solver.identification.model import GEOMETRY_WIDTHS, TYPICAL_SPREAD
+from mukca.solver.identification.robot import (
     BallModel,
     Robot,
     load_robot,
     rotation_vectors,
     workspace,
+)
+from mukca.solver.results import CalibratedRobot
+from mukca.solver.studies import pose_covariances
+from mukca.solver.studies.postures import poses_near
+from mukca.solver.studies.predicted_errors import NEAR, NEARBY
+from mukca.solver.studies.uncertainty import (
+    deviations,
+    distance_deviations,
 )
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
@@ -165,8 +164,8 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
     ]
     placements = [_read(p, truth.zeros) for p in placements]
     measured = [measure(p, robot, stated) for p in placements]
-    options = SolveOptions(type_prior=("none",), zeros=kind == "servos")
-    (fit,) = fit_robots([RobotRecordings(robot, measured[:trained])], options)
+    options = SolveOptions(zeros=kind == "servos")
+    fit = fit_robot(RobotRecordings(robot, measured[:trained]), options, METHODS)
     found = fit.posterior
     assert found is not None
     balls = fit.calibrated.ball, fit.calibrated.geometric_ball

@@ -32,10 +32,9 @@ import numpy as np
 import mukca
 from mukca.recorder import Placement
 from mukca.solver.assessment import ARMS
-from mukca.solver.data import CALIPER_DEVIATION, measure
-from mukca.solver.paper import build_problem, solve
-from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import (
+from mukca.solver.identification.data import CALIPER_DEVIATION, measure
+from mukca.solver.identification.paper import build_problem, solve
+from mukca.solver.identification.robot import (
     BallModel,
     Origin,
     choose_parameters,
@@ -47,6 +46,7 @@ from mukca.solver.robot import (
     shipped_robots,
     workspace,
 )
+from mukca.solver.results import CalibratedRobot
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import perturb
 

@@ -5,6 +5,10 @@ from .driver import DriverError as DriverError
 from .driver import JointState as JointState
 from .driver import Reason as Reason
 from .driver import match_joints as match_joints
+from .plugins import Entry as Entry
+from .plugins import PluginError as PluginError
+from .plugins import installed as installed
+from .plugins import load as load
 from .reconnect import Reconnecting as Reconnecting
 from .registry import DriverInfo as DriverInfo
 from .registry import list_drivers as list_drivers

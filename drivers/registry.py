@@ -7,7 +7,6 @@ Another package adds an arm by an entry point of the group ``mukca.drivers``::
     myarm = "mypackage.driver:MyArm"
 """
 
-import importlib
 import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,8 +15,7 @@ from pathlib import Path
 
 from ..errors import read_json
 from .driver import Driver, DriverError, Reason
-
-ENTRY_POINT_GROUP = "mukca.drivers"
+from .plugins import Entry, PluginError, installed, load
 
 
 @dataclass(frozen=True)
@@ -50,16 +48,11 @@ DRIVERS: dict[str, DriverInfo] = {row["name"]: DriverInfo(**row) for row in _OWN
 
 def list_drivers() -> list[DriverInfo]:
     """Return all drivers: first mukca's own, then those of installed plug-ins by name."""
-    from importlib.metadata import entry_points
-
-    infos = list(DRIVERS.values())
-    for point in sorted(
-        entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name
-    ):
-        package = point.dist
-        source = f"{package.name} {package.version}" if package else "a plug-in"
-        infos.append(DriverInfo(point.name, point.value, "plug-in", source=source))
-    return infos
+    others = (
+        DriverInfo(entry.name, entry.target, "plug-in", source=entry.source)
+        for entry in installed("drivers")
+    )
+    return [*DRIVERS.values(), *others]
 
 
 def try_plugin(info: DriverInfo) -> DriverInfo:
@@ -117,20 +110,10 @@ def open_driver(
 
 def _load(info: DriverInfo) -> type[Driver]:
     """Import a driver's class; every error names the driver and its package."""
-    module, _, attribute = info.target.partition(":")
     try:
-        loaded = getattr(importlib.import_module(module), attribute)
-    except ImportError as error:
-        raise Reason.MISSING_PACKAGE(
-            f"driver {info.name!r} of {info.source} needs {error.name}: {error}"
-        ) from None
-    except (
-        Exception,
-        SystemExit,
-    ) as error:  # a plug-in may fail in any way, and stops no other
-        raise Reason.MISSING_PACKAGE(
-            f"driver {info.name!r} of {info.source} is broken: {error!r}"
-        ) from error
+        loaded = load(Entry(info.name, info.target, info.arms, info.source), "driver")
+    except PluginError as error:
+        raise Reason.MISSING_PACKAGE(str(error)) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Driver)):
         raise Reason.MISSING_PACKAGE(
             f"driver {info.name!r} of {info.source}: {info.target} is no subclass of Driver"

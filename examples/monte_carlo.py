@@ -37,4 +37,4 @@ for samples in counts:
         errors = distances(calibration.ball(q)) - distances(truth.ball(q))
         true.append(np.mean(np.abs(errors)))
     medians = 1e3 * np.median([held_out, true], axis=1)
-    print(f"{samples:16d} {medians[0]:16.3f} {medians[1]:20.3f}")
+    print(f"{samples:16d} {medians[0]:16.3f} {medians[1]:20.3f}", flush=True)

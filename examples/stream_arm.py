@@ -29,6 +29,6 @@ with mukca.open_driver(address) as driver:
     print(*driver.joint_names)
     for number, state in enumerate(driver, start=1):
         angles = " ".join(f"{np.rad2deg(q):8.2f}" for q in state.position)
-        print(f"{state.stamp:10.3f} s  {angles} deg")
+        print(f"{state.stamp:10.3f} s  {angles} deg", flush=True)
         if number == count:
             break

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .files import RecordingError
+from .recording_error import RecordingError
 
 
 def numbers_of(values: object, what: str) -> np.ndarray:

@@ -14,12 +14,12 @@ from typing import cast
 
 from .cells import table_bytes
 from .columns import UNITS, Column
-from .files import EmptyRecordingError, RecordingError
 from .folders import FILES, find_placements, holes_in, unread
 from .metadata import METADATA, read_keys
 from .placement import SOCKETS, Placement
 from .placement_names import distinctly_named, placement_name
 from .points import read_points
+from .recording_error import EmptyRecordingError, RecordingError
 from .samples import LAST_SOCKET, SAMPLES, Sample, read_samples
 from .tables import Table, read_table
 
@@ -90,7 +90,7 @@ def read_placement(folder: Path) -> Placement:
             f"{folder}: holds both {files[0].name} and {files[1].name}; keep one of them there"
         )
     if holes:
-        placement = _readholes_in(folder, holes)
+        placement = _read_holes(folder, holes)
     elif files[0].name == SAMPLES:
         placement = _read_recorded(files[0])
     else:
@@ -116,7 +116,7 @@ def _read_recorded(file: Path) -> Placement:
     )
 
 
-def _readholes_in(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
+def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
     tables: list[tuple[int, Table]] = []
     skipped: list[EmptyRecordingError] = []
     for socket, file in holes:

@@ -1,24 +1,20 @@
-"""Files that survive a crash: appended, replaced and locked; and the errors of recordings."""
+"""Files that survive a crash: appended, replaced and locked."""
 
+import errno
 import os
 import sys
-from contextlib import suppress
+import time
+from collections.abc import Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ..errors import MukcaError
-
-
-class RecordingError(MukcaError):
-    """A recording cannot be read or written, or is not as it must be; the message says where."""
-
-
-class EmptyRecordingError(RecordingError):
-    """A file that holds no configuration yet."""
-
+from ..errors import require_file
 
 APPEND: int = os.O_APPEND | getattr(os, "O_BINARY", 0)
 """To open a file to which bytes are appended as they are; Windows would change ends of lines."""
 _BEYOND = 1 << 30
+PATIENCE = 5.0
+"""Time in which another program ends a change of a file [s]; only a recorder takes longer."""
 
 
 def append_bytes(descriptor: int, data: bytes, *, sync: bool = True) -> None:
@@ -40,35 +36,119 @@ def append_bytes(descriptor: int, data: bytes, *, sync: bool = True) -> None:
         raise
 
 
-def replace_file(file: Path, content: bytes) -> None:
-    """Write a file in one step: a crash leaves the old one, or the new one.
+def replace_files(contents: Mapping[Path, bytes]) -> None:
+    """Write files whole beside their places, then put them there one by one, in this order.
+
+    A crash leaves each file as it was, or new.
 
     Raises:
-        OSError: It cannot be written; the old one is there, and nothing else.
+        OSError: One cannot be written; of several the reason says which are new by then.
     """
-    temporary = file.with_name(f".{file.name}.tmp")
+    temporaries = {file: _name_beside(file) for file in contents}
+    replaced: list[str] = []
+    file = Path()
     try:
-        with temporary.open("wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        temporary.replace(file)
-    except OSError:
-        with suppress(OSError):
-            temporary.unlink()
+        for file, temporary in temporaries.items():
+            _write_new(temporary, contents[file])
+        for file, temporary in temporaries.items():
+            temporary.replace(file)
+            replaced.append(str(file))
+        for folder in {file.parent for file in contents}:
+            sync_folder(folder)
+    except BaseException as error:
+        for temporary in temporaries.values():
+            with suppress(OSError):
+                temporary.unlink()
+        if isinstance(error, OSError):
+            error.filename = str(file)
+            if len(contents) > 1:
+                state = _state(contents, replaced)
+                error.strerror = f"{state}; reason: {error.strerror}"
         raise
-    sync_folder(file.parent)
+
+
+def _name_beside(file: Path) -> Path:
+    """Return a name that no other program takes for the same file."""
+    return file.with_name(f".{file.name}.{os.urandom(8).hex()}")
+
+
+def _write_new(file: Path, content: bytes) -> None:
+    """Write a file that is not there yet; a link of its name is an error, too."""
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | APPEND
+    descriptor = os.open(file, flags, 0o666)
+    try:
+        append_bytes(descriptor, content)
+    finally:
+        os.close(descriptor)
+
+
+def _state(files: Iterable[Path], replaced: Sequence[str]) -> str:
+    """Return in words which files are new, and which are as before."""
+    if not replaced:
+        return "nothing was changed"
+    remaining = [str(file) for file in files if str(file) not in replaced]
+    return f"new: {', '.join(replaced)}; as before: {', '.join(remaining) or 'none'}"
+
+
+def make_folder(folder: Path) -> list[Path]:
+    """Make a folder and its parents, each one on the disk before the next is made in it.
+
+    Returns:
+        The new folders, the innermost first.
+    """
+    if folder.exists():
+        return []
+    new_parents = make_folder(folder.parent)
+    folder.mkdir(exist_ok=True)
+    sync_folder(folder.parent)
+    return [folder, *new_parents]
 
 
 def sync_folder(folder: Path) -> None:
-    """Return once the names in a folder are on the disk."""
+    """Return once the names in a folder are on the disk, where its file system can say so."""
     if sys.platform == "win32":
         return  # folders cannot be opened there; NTFS keeps a journal of names
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except PermissionError:
+        return  # a folder to write to, not to list
     try:
         os.fsync(descriptor)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # said by network drives that cannot
+            raise
     finally:
         os.close(descriptor)
+
+
+@contextmanager
+def locked(file: Path | None) -> Generator[None, None, None]:
+    """Keep other programs that lock a file from it meanwhile, where there is one.
+
+    Raises:
+        BlockingIOError: Another program holds it, after :data:`PATIENCE`, too.
+    """
+    if file is None:
+        yield
+        return
+    require_file(file, None)
+    descriptor = os.open(file, os.O_RDONLY)
+    try:
+        _wait_for_lock(descriptor)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _wait_for_lock(descriptor: int) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while True:
+        try:
+            return lock_file(descriptor)
+        except BlockingIOError:
+            if time.monotonic() >= deadline:
+                raise
+        time.sleep(0.0005)  # seldom free for longer while another writes on and on
 
 
 def lock_file(descriptor: int) -> None:

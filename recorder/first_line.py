@@ -6,7 +6,7 @@ from pathlib import Path
 
 from .cells import number_of, trimmed
 from .columns import ANGLES, LENGTHS
-from .files import RecordingError
+from .recording_error import RecordingError
 
 GARBLED = re.compile(r"[\[('\"]*[+-]?\d+([.,]\d+)?\s*([|'\"\])].*|deg|rad|°|mm|m)")
 """A number with something attached, which is no name."""

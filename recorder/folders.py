@@ -5,9 +5,9 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from ..errors import reason_of
-from .files import RecordingError
 from .metadata import METADATA
 from .points import POINTS, POSES
+from .recording_error import RecordingError
 from .samples import SAMPLES
 
 FILES = (SAMPLES, POINTS, POSES)

@@ -12,7 +12,7 @@ from itertools import chain
 from pathlib import Path
 
 from .columns import Words, all_match, is_word, words_of
-from .files import RecordingError
+from .recording_error import RecordingError
 
 _POSITION = re.compile(
     "pos|positions?|angles?|q|values?|act|actual|measured|meas|msr|state|present|reading|encoder|"

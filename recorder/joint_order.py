@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from .files import RecordingError
 from .joint_columns import ColumnError, Match, match_joints, missing_joints
-from .samples import Sample
+from .recording_error import RecordingError
+from .sample import Sample
 
 
 def joint_order(

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from .columns import ANGLES, LENGTHS, Column
 from .coordinates import AXES, MAKERS, MATRIX, QUATERNION, RPY, TURNS, VECTOR
-from .files import RecordingError
 from .joint_columns import ColumnError, match_joints, require_samples
 from .points import coordinates, require_unit, require_vectors, vector_note
+from .recording_error import RecordingError
 from .samples import read_samples
 from .tables import Table, read_table
 

@@ -2,10 +2,8 @@
 
 import json
 import math
-import os
 import re
-from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
@@ -13,8 +11,9 @@ from typing import Any, cast
 
 from .._version import __version__
 from ..errors import PAYLOAD, read_json
-from .files import RecordingError, lock_file, replace_file
+from .files import locked, replace_files
 from .placement import DEFAULT_DISTANCE, SOCKETS
+from .recording_error import RecordingError
 from .samples import SAMPLES
 
 METADATA = "placement.json"
@@ -198,9 +197,15 @@ def with_kept_alarm(metadata: dict[str, Any], text: str) -> dict[str, Any]:
     return {**metadata, KEPT_ALARMS: [*_entries(metadata, KEPT_ALARMS), text]}
 
 
-def write_metadata(file: Path, metadata: dict[str, Any]) -> None:
-    """Replace the file in one step."""
-    replace_file(file, json.dumps(metadata, indent=2).encode() + b"\n")
+def metadata_file(metadata: Mapping[str, Any]) -> dict[str, bytes]:
+    """Return the content of ``placement.json`` by its name."""
+    return {METADATA: json.dumps(metadata, indent=2).encode() + b"\n"}
+
+
+def write_metadata(folder: Path, metadata: Mapping[str, Any]) -> None:
+    """Replace a placement's file in one step."""
+    contents = metadata_file(metadata)
+    replace_files({folder / name: content for name, content in contents.items()})
 
 
 def set_distance(folder: Path, distance: float) -> float | None:
@@ -231,11 +236,10 @@ def _rewrite(
         RecordingError: The file cannot be read or written, or a recorder has it open.
     """
     file = folder / METADATA
-    before = read_keys(file).distance
-    metadata = change(read_metadata(file), distance)
     try:
-        with _locked(folder / SAMPLES):
-            write_metadata(file, metadata)
+        with locked(_locked_file(folder)):
+            before = read_keys(file).distance
+            write_metadata(folder, change(read_metadata(file), distance))
     except BlockingIOError:
         raise RecordingError(
             f"{folder}: mukca record is writing there; finish it first"
@@ -281,15 +285,7 @@ def _now() -> str:
     return datetime.now(timezone.utc).isoformat(timespec="seconds")
 
 
-@contextmanager
-def _locked(samples: Path) -> Generator[None, None, None]:
-    """Keep recorders out of a recording meanwhile, where there is one."""
-    if not samples.exists():
-        yield
-        return
-    descriptor = os.open(samples, os.O_RDONLY)
-    try:
-        lock_file(descriptor)
-        yield
-    finally:
-        os.close(descriptor)
+def _locked_file(folder: Path) -> Path | None:
+    """Return the table that stands for a placement; the recorder locks its samples."""
+    samples = folder / SAMPLES
+    return samples if samples.exists() else min(folder.glob("*.csv"), default=None)

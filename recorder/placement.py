@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays import numbers_of
-from .files import RecordingError
 from .joint_columns import Match, require_samples
 from .joint_order import joint_order
-from .samples import LAST_SOCKET, Sample
+from .recording_error import RecordingError
+from .sample import Sample
+from .sample_arrays import samples_of_arrays
 
 SOCKETS = 2
 """Number of sockets of a base by default."""
@@ -83,6 +84,7 @@ class Placement:
         joint_names: Sequence[str] | None = None,
         *,
         efforts: ArrayLike | None = None,
+        temperatures: ArrayLike | None = None,
         distance: float | None = None,
     ) -> "Placement":
         """Return a placement of one's own arrays.
@@ -94,6 +96,7 @@ class Placement:
             joint_names: Names of the joints, in the order of the columns; None for the robot's
                 order.
             efforts: What the joints exert, shape (samples, joints) [N m]; None where not measured.
+            temperatures: Of the arm at each sample, shape (samples,) [K]; None where not measured.
             distance: Between the centres of sockets 0 and 1 [m]; None where it is not known.
 
         Raises:
@@ -101,33 +104,14 @@ class Placement:
                 a socket that is no number from 0 to 999.
         """
         where = f"placement {name!r}"
-        q = numbers_of(positions, f"{where}: positions")
-        seats = numbers_of(sockets, f"{where}: sockets")
-        tau = 0 * q if efforts is None else numbers_of(efforts, f"{where}: efforts")
         names = None if joint_names is None else tuple(joint_names)
-        fit = q.ndim == 2 and seats.shape == q.shape[:1] and tau.shape == q.shape
-        if not fit or (names is not None and len(names) != q.shape[1]):
-            raise RecordingError(
-                f"{where}: positions of shape {q.shape}, sockets of {seats.shape}, "
-                f"efforts of {tau.shape} and {len(names or ())} joint names do not fit: give "
-                "(samples, joints), (samples,), (samples, joints) and a name for each joint"
-            )
-        if not len(q):
-            raise RecordingError(f"{where}: no samples")
-        if not np.isin(seats, np.arange(LAST_SOCKET + 1)).all():
-            raise RecordingError(
-                f"{where}: sockets are {seats.min():g} to {seats.max():g}; they are whole numbers, "
-                f"from 0 to {LAST_SOCKET}"
-            )
-        samples: list[Sample] = []
-        rows = zip(q.tolist(), seats.tolist(), tau.tolist(), strict=True)
-        for position, seat, effort in rows:
-            measured = None if efforts is None else tuple(effort)
-            samples.append(Sample(tuple(position), int(seat), measured))
+        samples = samples_of_arrays(
+            where, positions, sockets, names, efforts, temperatures
+        )
         metres = None
         if distance is not None:
             metres = float(numbers_of(distance, f"{where}: distance"))
-        return cls(str(name), tuple(samples), names, metres)
+        return cls(str(name), samples, names, metres)
 
     def __repr__(self) -> str:
         counts = np.bincount(self.sockets)

@@ -1,10 +1,10 @@
 """Files of a placement: the recorder's form, and that of the paper's authors."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
-from .metadata import METADATA
+from .files import replace_files
+from .metadata import metadata_file
 from .placement import Placement
 from .samples import SAMPLES, capture_line, header_line
 
@@ -29,8 +29,8 @@ def write_holes(placement: Placement, folder: Path) -> None:
     The folder is made if it does not exist; files of these names are overwritten.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in hole_files(replace(placement, distance=None)).items():
-        (folder / name).write_bytes(content)
+    files = hole_files(replace(placement, distance=None))
+    replace_files({folder / name: content for name, content in files.items()})
 
 
 def sample_files(placement: Placement) -> dict[str, bytes]:
@@ -54,4 +54,4 @@ def _metadata(placement: Placement) -> dict[str, bytes]:
         "distance": placement.distance,
         "distance_measured": not placement.distance_assumed,
     }
-    return {METADATA: json.dumps(facts).encode() + b"\n"}
+    return metadata_file(facts)

@@ -27,10 +27,10 @@ from .coordinates import (
     VECTOR,
     match_coordinates,
 )
-from .files import RecordingError
 from .joint_columns import ColumnError
 from .placement import Placement
-from .samples import Sample
+from .recording_error import RecordingError
+from .sample import Sample
 from .tables import Table, read_table
 
 POINTS, POSES = "points.csv", "poses.csv"

@@ -18,7 +18,8 @@ import numpy as np
 
 from ..drivers import JointState
 from ..errors import read_bytes
-from .files import APPEND, RecordingError, append_bytes
+from .files import APPEND, append_bytes
+from .recording_error import RecordingError
 
 FORMAT = "mukca-stream-2"
 FORMAT_1 = "mukca-stream-1"
@@ -71,7 +72,7 @@ class StreamLog:
         head = json.dumps({"format": FORMAT, "joints": list(joints), "digits": DIGITS})
         try:
             flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | APPEND
-            self._fd = os.open(file, flags, 0o644)
+            self._fd = os.open(file, flags, 0o666)
             append_bytes(self._fd, head.encode() + b"\n")
         except OSError as error:
             raise RecordingError(

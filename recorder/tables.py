@@ -23,8 +23,8 @@ from .cells import (
     uncommented,
 )
 from .columns import ANGLES, LENGTHS, Column, column_of
-from .files import EmptyRecordingError, RecordingError
 from .first_line import GARBLED, are_units, header_of
+from .recording_error import EmptyRecordingError, RecordingError
 from .ros_text import named_states
 
 

@@ -20,6 +20,12 @@ def without_turn(difference: float) -> float:
     return difference - TURN * round(difference / TURN)
 
 
+def around(differences: np.ndarray, turning: Sequence[bool]) -> np.ndarray:
+    """Return differences of joint positions the short way round the circle, shape (..., m)."""
+    turns = np.rint(differences / TURN)
+    return differences - np.where(turning, TURN * turns, 0.0)
+
+
 def within(position: float, lower: float, upper: float) -> bool:
     """Return whether a joint that turns is inside its limits, some whole turns on."""
     if not math.isfinite(upper - lower):

@@ -8,9 +8,9 @@ from worlds import recorded_by_both
 
 import mukca
 from mukca.recorder import Placement
-from mukca.solver.data import Pose
+from mukca.solver.identification.data import Pose
+from mukca.solver.identification.robot import BallModel, turn
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import BallModel, turn
 from mukca.tools.simulation import Base, Imperfection, reachable_bases, record
 
 

@@ -6,8 +6,8 @@ from calibrated_arm import pose_at
 from mukca import Placement
 from mukca.recorder import Sample, read_points
 from mukca.solver.calibration import FullModel, quaternion_of
-from mukca.solver.data import Pose, rotation_matrices
-from mukca.solver.robot import turn
+from mukca.solver.identification.data import Pose
+from mukca.solver.identification.robot import rotation_matrices, turn
 
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 MOUNTED = pose_at([0.1, -0.3, 0.4], [0.05, -0.02, 0.08]).matrix

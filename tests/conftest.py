@@ -32,6 +32,11 @@ ROOT = Path(__file__).parents[1]
 signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGQUIT, signal.SIG_DFL)
 
+# Programs that tests start see what users have: no variable of Python's but where packages are.
+for name in [name for name in os.environ if name.startswith("PYTHON")]:
+    if name != "PYTHONPATH":
+        del os.environ[name]
+
 # A loaded machine is no failure.
 settings.register_profile("unhurried", deadline=None)
 settings.load_profile("unhurried")

@@ -5,8 +5,8 @@ from altered import moved
 
 from mukca import load_robot
 from mukca.recorder import read_keys, set_distance, write_holes
-from mukca.solver.bayes.model import Deflection
-from mukca.solver.bayes.model.effects import EXTENSIONS
+from mukca.solver.identification.effects import EXTENSIONS
+from mukca.solver.identification.model import Deflection
 from mukca.tools.simulation import Base, Imperfection, perturb, reachable_bases, record
 
 PLACES = {"front": (0.5, 0.0, 0.1), "left": (0.35, 0.4, 0.1), "right": (0.35, -0.4, 0.1)}

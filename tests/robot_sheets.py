@@ -13,7 +13,7 @@ import numpy as np
 import yourdfpy
 from imagined import poses
 
-FOLDER = Path(str(files("mukca.solver.robot") / "shipped"))
+FOLDER = Path(str(files("mukca.solver.identification.robot") / "shipped"))
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,11 @@ import time
 import pyte
 
 MUKCA = [sys.executable, "-m", "mukca"]
-PATIENCE = 600.0
-"""A program on a busy computer may take so long for what it does in a moment [s]."""
+PATIENCE = 200.0
+"""A program on a busy computer may take so long for what it does in a moment [s].
+
+It is less than the time limit of a test, so that a test says what it waited for.
+"""
 
 
 class TerminalSession:

@@ -7,6 +7,7 @@ import re
 from functools import cache
 
 import pytest
+from closure import closure, parsed, tokens
 from project import PROJECT, ROOT
 
 import mukca
@@ -23,16 +24,20 @@ READING = {
     "files",
     "placement",
     "placement_names",
+    "recording_error",
+    "sample",
     "samples",
     "tables",
     "turns",
 }
 """Files of the recorder that read recordings and tables; none knows a driver or a screen."""
 
-
-@cache
-def parsed(file):
-    return ast.parse(file.read_text())
+CLOSURES = {
+    "solver/identification/inference/map_estimate.py": (60, 49_996),
+    "solver/identification/robot_fit.py": (68, 54_629),
+    "solver/calibration/robot_calibration.py": (124, 90_254),
+}
+"""The most files and tokens that a module may need, itself among them: these only fall."""
 
 
 def face(folder):
@@ -99,12 +104,68 @@ def test_a_face_offers_what_is_there(folder):
     assert all(getattr(loaded, name) is not None for name in names)
 
 
+@pytest.mark.parametrize("module", CLOSURES)
+def test_what_a_module_needs_only_falls(module):
+    files = closure(module)
+    size = len(files), sum(map(tokens, files))
+    assert all(now <= most for now, most in zip(size, CLOSURES[module], strict=True)), size
+
+
+def test_the_core_imports_nothing_of_the_rest_of_the_solver():
+    core = [file for file in FILES if "identification" in file.parts]
+    modules = {module for file in core for module in imports(file)}
+    below = ("_faces", "errors", "recorder", "solver.identification")
+    assert core and not [m for m in modules if not m.startswith(below)]
+
+
+def test_a_calibration_needs_no_table_of_checks_and_studies():
+    """They are handed in by ``pipeline.py``."""
+    needed = closure("solver/calibration/robot_calibration.py")
+    folders = {file.parent.name for file in needed}
+    assert not folders & {"studies", "curves", "diagnostics", "design", "bases"}
+    assert ROOT / "solver/calibration/tables.py" not in needed
+
+
 def test_folders_come_in_by_each_others_faces():
     for file in FILES:
         for module in imports(file):
             target = ROOT.joinpath(*module.split("."))
             if module.split(".")[0] in ROOMS and not target.is_dir():
                 assert target.parent == file.parent, f"{file}: {module} by its folder's face"
+
+
+HUNG_ON = {
+    "cameras": ["tool"],
+    "emulators": ["emulate"],
+    "experiments": ["simulate"],
+    "extract": ["extract"],
+    "fleet": ["fleet"],
+    "printables": ["print_parts"],
+}
+"""Folders of the tools, and the modules of the verbs that alone import them."""
+
+
+@pytest.mark.parametrize("folder", HUNG_ON)
+def test_a_folder_that_hangs_on_its_verb_is_imported_by_that_alone(folder):
+    verbs = ROOT / "tools" / "cli" / "commands"
+    importers = {
+        file
+        for file in FILES
+        if ROOT / "tools" / folder not in file.parents
+        and any(module.split(".")[:2] == ["tools", folder] for module in imports(file))
+    }
+    assert importers == {verbs / f"{verb}.py" for verb in HUNG_ON[folder]}
+
+
+def test_partial_fits_hang_on_their_verbs():
+    """A camera's views and the guide to zeros take from them what they measure by."""
+    importers = {
+        file.relative_to(ROOT / "tools").parts[0]
+        for file in FILES
+        if file.is_relative_to(ROOT / "tools")
+        and any(module.startswith("solver.partial") for module in imports(file))
+    }
+    assert importers == {"cli", "cameras", "recording"}
 
 
 def test_what_a_module_imports_fits_a_glance_and_is_not_the_face_of_the_root():
@@ -141,6 +202,13 @@ def test_only_the_command_line_prints():
         assert not printing, file
 
 
+def test_one_file_writes_to_the_terminal_and_cleans_what_it_writes():
+    """The recorder's screen cleans its lines where it draws them."""
+    writing = re.compile(r"std(out|err)\.write|(?<!Clean)Console\(stderr|from rich import print")
+    writers = [str(file.relative_to(ROOT)) for file in FILES if writing.search(file.read_text())]
+    assert writers == ["tools/cli/console.py"]
+
+
 def test_numbers_with_a_sign_are_written_by_one_function():
     """What rounds to zero has no sign; see :func:`mukca.errors.fixed`."""
     for file in FILES:
@@ -174,8 +242,31 @@ def test_the_version_stands_in_one_place():
     assert not [file for file in FILES if f'"{version}"' in file.read_text()]
 
 
+def test_a_release_has_one_version_one_date_and_one_tag():
+    version = mukca.__version__
+    assert re.fullmatch(r"\d+\.\d+\.\d+", version)
+    citation = (ROOT / "CITATION.cff").read_text()
+    (date,) = re.findall(r'^date-released: "(.*)"$', citation, re.M)
+    assert f"\n## [{version}] - {date}\n" in (ROOT / "CHANGELOG.md").read_text()
+    rules = (ROOT / "RELEASE.md").read_text()
+    assert set(re.findall(r"`(?:git tag -s )?(v\S+?)`", rules)) == {"vX.Y.Z"}
+
+
+def test_each_commit_runs_what_lint_runs():
+    hooks = (ROOT / ".pre-commit-config.yaml").read_text()
+    assert re.findall(r"entry: (.*)", hooks)[0] == "make lint"
+
+
 def test_workflows_call_the_makefile_and_nothing_else():
     targets = re.findall(r"^(\w[\w-]*):", (ROOT / "Makefile").read_text(), re.M)
     for file in (ROOT / ".github" / "workflows").glob("*.yml"):
         runs = re.findall(r"- run: (.*)", file.read_text())
         assert runs and all(re.fullmatch(r"make (\w+)", run)[1] in targets for run in runs)
+
+
+def test_the_page_for_readers_names_files_that_an_afternoon_is_enough_for():
+    rows = re.findall(r"^\| \d+ \| `([\w/.]+)`", (ROOT / "docs" / "reading.md").read_text(), re.M)
+    files = [ROOT / row for row in rows]
+    assert len(files) == len(set(files)) == 25
+    assert sum(map(tokens, files)) <= 25_000
+    assert set(files[2:22]) <= closure("solver/identification/robot_fit.py")

@@ -8,7 +8,7 @@ import printed_parts
 import pytest
 from cases import by_table
 
-from mukca.solver.robot import load_robot, shipped_robots
+from mukca.solver.identification.robot import load_robot, shipped_robots
 from mukca.tools.cli import main
 from mukca.tools.printables import MOUNTS, BallPart, PrintableError, SocketBase
 

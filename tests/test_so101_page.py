@@ -13,7 +13,7 @@ from altered import moved, write_samples
 from recorded import recorded_at, true_arm
 from worlds import realistic_flaws
 
-from mukca.solver.robot import load_robot
+from mukca.solver.identification.robot import load_robot
 from mukca.tools.cli import main
 from mukca.tools.recording import recorded_beside
 

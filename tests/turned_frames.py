@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from mukca.solver.robot import Robot, matrix_rpy, parse_robot, rpy_of, scan, turn
+from mukca.solver.identification.robot import Robot, matrix_rpy, parse_robot, rpy_of, scan, turn
 
 
 def turned_frames(robot: Robot, seed: int = 0) -> Robot:

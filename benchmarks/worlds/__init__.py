@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from mukca.recorder import Placement, Sample
-from mukca.solver.bayes.model import Deflection
-from mukca.solver.bayes.model.effects import COMPLIANCE, EFFECTS, HARMONICS, TILT
-from mukca.solver.data import Pose
-from mukca.solver.robot import BallModel, Robot, workspace
+from mukca.solver.identification.data import Pose
+from mukca.solver.identification.effects import COMPLIANCE, EFFECTS, HARMONICS, TILT
+from mukca.solver.identification.model import Deflection
+from mukca.solver.identification.robot import BallModel, Robot, workspace
 from mukca.tools.simulation import Base, Imperfection, record
 
 # Each calibration of a benchmark tells whether its covariances are covariances.

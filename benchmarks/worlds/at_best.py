@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from mukca.recorder import Placement
-from mukca.solver.bayes.model import Noise, extend
-from mukca.solver.bayes.model.effects import EFFECTS, JOINT_OFFSET
-from mukca.solver.data import CALIPER_DEVIATION, STANDARD_LOAD, Samples
 from mukca.solver.design import ParameterCovariance, Workspace
-from mukca.solver.robot import Robot, all_parameters
+from mukca.solver.identification.data import CALIPER_DEVIATION, STANDARD_LOAD, Samples
+from mukca.solver.identification.effects import EFFECTS, JOINT_OFFSET
+from mukca.solver.identification.model import Noise, extend
+from mukca.solver.identification.robot import Robot, all_parameters
 from mukca.tools.simulation import Imperfection
 
 from . import SIZES, TRANSLATION, TURN

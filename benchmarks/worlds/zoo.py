@@ -14,8 +14,8 @@ import numpy as np
 from mukca import load_robot, read_placements, simulate_recordings
 from mukca.recorder import Placement, read_points
 from mukca.solver.calibration import quaternion_of
-from mukca.solver.data import Pose
-from mukca.solver.robot import BallModel, Robot, shipped_robots, turn
+from mukca.solver.identification.data import Pose
+from mukca.solver.identification.robot import BallModel, Robot, shipped_robots, turn
 from mukca.tools.simulation import Base, perturb
 
 from . import TRANSLATION, TURN, measured_points, recorded_by_both

@@ -6,8 +6,8 @@ PYTHONPATH=benchmarks python docs/images/frames.py > docs/images/frames.svg
 import numpy as np
 from worlds import recorded_by_both
 
-from mukca.solver.data import IDENTITY, Pose
-from mukca.solver.robot import Robot, link_poses, load_robot, turn
+from mukca.solver.identification.data import IDENTITY, Pose
+from mukca.solver.identification.robot import Robot, link_poses, load_robot, turn
 from mukca.tools.simulation import Base
 
 SCALE = 360

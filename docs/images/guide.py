@@ -17,7 +17,8 @@ from rich.text import Text
 from mukca.recorder import Sample
 from mukca.recorder.session import BLOCK, Advice, Session, View
 from mukca.recorder.terminal import render
-from mukca.solver.robot import InverseKinematics, load_robot
+from mukca.solver.identification.robot import load_robot
+from mukca.solver.poses import InverseKinematics
 from mukca.tools.recording import SHARE, PoseSelector, joints_of
 from mukca.tools.simulation import Base, perturb
 

@@ -52,6 +52,7 @@ class UrRtde(ValidatingDriver):
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+            cwd=sys.prefix,  # whose modules come first: those of the current folder are not ours
             start_new_session=True,  # Ctrl-C is for this process alone
         )
         self._states = cast(IO[bytes], self._process.stdout).fileno()

@@ -20,11 +20,12 @@ from .. import (
     header_line,
     is_placement,
     lock_file,
+    make_folder,
     mark_line,
     placements_in,
     read_metadata,
     read_samples,
-    replace_file,
+    replace_files,
     sync_folder,
     with_kept_alarm,
     with_reading,
@@ -47,24 +48,34 @@ class Recording:
         self.file = folder / SAMPLES
         self.remarks: list[str] = []
         """Remarks to the operator on files that were there already."""
-        metadata_before = self._agree(metadata)
-        # A description that somebody wrote beforehand stays, whatever happens.
-        described = (folder / METADATA).exists()
-        self._is_new = not described and not self.file.exists()
+        self._agree(metadata)
+        self._is_new = False
         self._new_folders: list[Path] = []
         try:
-            self._new_folders = _make_folder(folder)
+            self._new_folders = make_folder(folder)
             flags = os.O_RDWR | os.O_CREAT | APPEND
-            self._fd = os.open(self.file, flags, 0o644)
+            self._fd = os.open(self.file, flags, 0o666)
         except OSError as error:
             raise RecordingError(
                 f"{self.file}: cannot be written: {error.strerror}"
             ) from None
         try:
             self._lock()
+            # Another program may have written there before the lock.
+            stored = self._agree(metadata)
+            # A description that somebody wrote beforehand stays, whatever happens.
+            described = (folder / METADATA).exists()
+            self._is_new = not described and not os.fstat(self._fd).st_size
             self.content = self._mend(metadata.joints)
-            self._metadata = metadata.added_to(metadata_before)
-            write_metadata(folder / METADATA, self._metadata)
+            if (
+                stored.get("model_sha256", metadata.model_sha256)
+                != metadata.model_sha256
+            ):
+                self.remarks.append(
+                    "the robot's model has changed since this recording was begun"
+                )
+            self._metadata = metadata.added_to(stored)
+            write_metadata(folder, self._metadata)
             self._size = os.fstat(self._fd).st_size
         except BaseException as error:
             os.close(self._fd)
@@ -102,7 +113,7 @@ class Recording:
     def _write(self, metadata: dict[str, Any]) -> None:
         self._check_place()
         try:
-            write_metadata(self.folder / METADATA, metadata)
+            write_metadata(self.folder, metadata)
         except OSError as error:
             raise RecordingError(
                 f"{METADATA} cannot be written: {error.strerror}"
@@ -160,10 +171,6 @@ class Recording:
                     f"{self.folder / METADATA}: recorded with {key} {_text(stored[key])}, "
                     f"not {_text(value)}; {self._remedy(key, value)}"
                 )
-        if stored.get("model_sha256", metadata.model_sha256) != metadata.model_sha256:
-            self.remarks.append(
-                "the robot's model has changed since this recording was begun"
-            )
         return stored
 
     def _remedy(self, key: str, value: object) -> str:
@@ -203,7 +210,7 @@ class Recording:
         count = 1
         while (aside := self.folder / f"{SAMPLES}.torn-{count}").exists():
             count += 1
-        replace_file(aside, torn)
+        replace_files({aside: torn})
         self.remarks.append(
             f"the last line of {SAMPLES} was torn off by a crash; it is kept in {aside.name}"
         )
@@ -234,20 +241,6 @@ class Recording:
                 f"{self.file} was moved, renamed or replaced; finish with q and start again with "
                 "--out where it is now"
             )
-
-
-def _make_folder(folder: Path) -> list[Path]:
-    """Make a folder and its parents, each one on the disk before the next is made in it.
-
-    Returns:
-        The new folders, the innermost first.
-    """
-    if folder.exists():
-        return []
-    new_parents = _make_folder(folder.parent)
-    folder.mkdir(exist_ok=True)
-    sync_folder(folder.parent)
-    return [folder, *new_parents]
 
 
 def _text(value: object) -> str:

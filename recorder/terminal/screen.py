@@ -1,6 +1,7 @@
 """The recorder's screen: a pure function from a view to lines of text."""
 
 import math
+import re
 import textwrap
 import time
 from collections.abc import Iterable
@@ -10,6 +11,7 @@ from pathlib import Path
 
 from rich.text import Text
 
+from ...errors import cleaned
 from .. import Sample
 from ..session import Message, Session, View
 from ..stream import JointLimits
@@ -54,8 +56,7 @@ def advice_lines(view: View, width: int) -> list[str]:
 def _shown(line: Text, width: int, *, ascii_only: bool) -> Text:
     """Return a line that a terminal can show."""
     line.no_wrap = True
-    if not line.plain.isprintable():  # what a driver said may hold anything
-        line.plain = "".join([c if c.isprintable() else "?" for c in line.plain])
+    line.plain = re.sub("[\n\t]", " ", cleaned(line.plain))  # a driver may say anything
     if ascii_only:
         line.plain = line.plain.translate(_PLAIN)
     line.truncate(width)

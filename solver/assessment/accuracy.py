@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..data import whole_name
 from ..diagnostics import predicted_limit
+from ..identification.data import whole_name
+from ..poses import InverseKinematics
 from ..results import Better, DistanceDeviation, Improvement, Scale, Uncertainty
-from ..robot import InverseKinematics
 from .formatting import joined, mm
 from .limits import (
     NEAR,

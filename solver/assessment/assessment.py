@@ -6,8 +6,8 @@ from itertools import chain
 
 from msgspec import structs
 
-from ..data import Measurement
 from ..diagnostics import inspect_all
+from ..identification.data import Measurement
 from ..results import CalibratedRobot, CalibrationDocument, Hypothesis, Summary
 from .conclusion import Verdict, conclude
 from .data_sufficiency import checks_row, rows_of_the_fit

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-from ..data import SAMPLES_ADVISED, Measurement, whole_name
+from ..identification.data import SAMPLES_ADVISED, Measurement, whole_name
 from ..results import (
     Better,
     Diagnostic,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ..data import KnownDistance, as_point, find_socket
+from ..identification.data import KnownDistance, as_point, find_socket
 from ..results import ByModel, Document, ModelName, PlacementErrors, Role, Summary
 from .formatting import short_where
 from .predictions import DRAWN, PlacementPrediction, Point, Predictions

@@ -9,8 +9,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..data import Metrics, mean_metrics
 from ..diagnostics import SEVERE, predicted_limit
+from ..identification.data import Metrics, mean_metrics
 from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm

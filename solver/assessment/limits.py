@@ -10,8 +10,8 @@ from typing import Literal
 
 from msgspec.structs import replace
 
-from ..data import KnownDistance
 from ..diagnostics import LARGEST_PREDICTED
+from ..identification.data import KnownDistance
 from ..results import CalibrationDocument, Document, misfit
 from .formatting import mm
 from .repeatability import ARMS, RESOLUTION, Arm, known_arm

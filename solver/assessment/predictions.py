@@ -8,7 +8,15 @@ from typing import Literal
 import numpy as np
 
 from ...recorder import ALL_ROUND, arc
-from ..data import Measurement, Pose, fit_frames, measure, socket_centres, targets
+from ..identification.data import (
+    Measurement,
+    Pose,
+    fit_frames,
+    measure,
+    socket_centres,
+    targets,
+)
+from ..identification.robot import Robot
 from ..results import (
     MODELS,
     ByModel,
@@ -22,7 +30,6 @@ from ..results import (
     calibrated_robot,
     misfit,
 )
-from ..robot import Robot
 from .formatting import short_names
 
 Point = tuple[float, float, float]

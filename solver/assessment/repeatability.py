@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from importlib.resources import files as resources
 from pathlib import Path
 
+from ..identification.robot import Robot, shipped_robots
 from ..results import Model
-from ..robot import Robot, shipped_robots
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,9 @@ class Arm:
     source: str
 
 
-_SHIPPED = resources("mukca.solver.robot") / "shipped" / "repeatability.json"
+_SHIPPED = (
+    resources("mukca.solver.identification.robot") / "shipped" / "repeatability.json"
+)
 ARMS: dict[str, Arm] = {}
 """The shipped robots of which a figure is known."""
 for _row in json.loads(_SHIPPED.read_bytes()):

@@ -6,10 +6,11 @@ import numpy as np
 from msgspec.structs import replace
 
 from ...errors import fixed
-from ..bayes.inference import Posterior
-from ..data import Samples, as_point
+from ..identification.data import Samples, as_point
+from ..identification.inference import Posterior
+from ..identification.robot import workspace
+from ..poses import PoseModel, PoseSolver, Solutions
 from ..results import UNSEEN, BaseToBase
-from ..robot import PoseModel, PoseSolver, Solutions, workspace
 from .ties import TiedRobots
 
 MARGIN = 0.02

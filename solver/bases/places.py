@@ -1,14 +1,59 @@
-"""The places of several robots as each of them has them when it is calibrated alone."""
+"""The places of several robots: of all together, and as each has them when it is fitted alone."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..data import WORLD, Located, Places, RobotRecordings, base_name
+from ..identification.data import (
+    CALIPER_DEVIATION,
+    WORLD,
+    KnownDistance,
+    Located,
+    Measurement,
+    Places,
+    SocketAt,
+    places_of,
+)
+from ..results import Measurements
+
+
+def base_name(measured: Measurement, robots: int) -> str:
+    """Return the name of a placement's base: of several robots, one place is one base."""
+    return measured.name if robots == 1 else measured.placement.place
+
+
+def common_places(
+    robots: Sequence[Measurements],
+    *,
+    lengths: Sequence[KnownDistance] = (),
+    sockets_at: Sequence[SocketAt] = (),
+    deviation: float = CALIPER_DEVIATION,
+    require_scale: bool = True,
+) -> Places:
+    """Return the places of several robots; equal ``Placement.place`` is one base, not moved.
+
+    The world is the base of the first robot; those of others are frames, the last ones. Other
+    arguments are those of :func:`.places_of`.
+    """
+    measured = list[Measurement]()
+    for recordings in robots:
+        measured += [
+            m.called(base_name(m, len(robots))) for m in recordings.measurements
+        ]
+    world, *bases = (recordings.base_frame for recordings in robots)
+    return places_of(
+        measured,
+        world=world,
+        frames=bases,
+        lengths=lengths,
+        sockets_at=sockets_at,
+        deviation=deviation,
+        require_scale=require_scale,
+    )
 
 
 def places_alone(
     places: Places,
-    robots: Sequence[RobotRecordings],
+    robots: Sequence[Measurements],
     robot: int,
 ) -> tuple[Places, tuple[int, ...]]:
     """Return the places of one of several robots, and its sockets' indices among those of all.
@@ -44,7 +89,7 @@ def places_alone(
 
 
 def _own_labels(
-    recordings: RobotRecordings,
+    recordings: Measurements,
     robots: int,
 ) -> dict[tuple[str, int], tuple[str, int]]:
     """Return a robot's own label of each of its sockets, by that among so many robots."""

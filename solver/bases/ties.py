@@ -14,10 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bayes.inference import FRAME_PRIOR_PRECISION, Posterior
-from ..bayes.model import Gaussian
-from ..bayes.results import frame_pose, unit
-from ..data import (
+from ..identification.data import (
     IDENTITY,
     WORLD,
     FrameObservations,
@@ -27,7 +24,10 @@ from ..data import (
     distance_covariance,
     place_frames,
 )
+from ..identification.inference import FRAME_PRIOR_PRECISION, Posterior
+from ..identification.model import Gaussian
 from ..results import FramePose
+from ..studies import frame_pose, unit
 from .views import Seen, View, Visitor, view_of_frame
 
 ROUNDS, SETTLED = 10, 1e-10

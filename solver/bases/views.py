@@ -5,8 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bayes.inference import FitPosterior
-from ..data import WORLD, FrameObservations, Places, Pose, measured_in_frame
+from ..identification.data import (
+    WORLD,
+    FrameObservations,
+    Places,
+    Pose,
+    measured_in_frame,
+)
+from ..identification.inference import FitPosterior
 
 CORNERS = np.eye(3)
 """Points that stand for the pose of a frame [m]."""

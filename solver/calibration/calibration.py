@@ -21,13 +21,13 @@ from ..assessment import (
     joints_wrong,
 )
 from ..assessment import Options as AssessmentOptions
-from ..data import Measurement, measure
+from ..identification.data import Measurement, measure, one_blas_thread
 from .deviation import FittedModel
 from .errors import Errors, compared_models, placement_errors
 from .option import UsageError
 from .preparation import as_list
-from .refitted_ball import refitted_at
 
+CALIBRATION, URDF = "calibration.json", "calibrated.urdf"
 MOST_FINDINGS = 5
 """Findings that are printed; all are in the document."""
 SAME_DIGITS = 6
@@ -62,7 +62,7 @@ class Calibration(FittedModel):
     @cached_property
     def ball_refitted(self) -> results.CalibratedRobot | None:
         """Nominal robot with its ball refitted; None if not identified, and in older files."""
-        return refitted_at(self.robot, self.document.refitted_ball)
+        return results.with_ball_at(self.robot, self.document.refitted_ball)
 
     @property
     def parameters(self) -> tuple[results.ParameterValue, ...]:
@@ -133,7 +133,21 @@ class Calibration(FittedModel):
         results.refuse_existing(folder, force=force)
         if refusal := self.refusal(accept_distorted):
             raise DistortedError(refusal)
-        contents = {"calibrated.urdf": self.calibrated.urdf(folder)}
+        outputs, contents = self.files_in(folder, accept_distorted, pages)
+        results.write_files(folder, contents)
+        return outputs
+
+    def files_in(
+        self,
+        folder: Path,
+        accept_distorted: bool | None = None,
+        pages: "Callable[[Calibration], Mapping[str, bytes]] | None" = None,
+    ) -> tuple[dict[str, str], dict[str, bytes]]:
+        """Return the paths that :meth:`save` writes, by kind, and the content of each file by name.
+
+        ``calibration.json`` is put in its place first and the URDF last: until then the document
+        names the digest of another URDF, also over files of versions that knew no digests.
+        """
         saved = self.saved_in(folder)
         outputs = dict(saved.document.outputs)
         further: Mapping[str, bytes] = pages(saved) if pages is not None else {}
@@ -143,21 +157,30 @@ class Calibration(FittedModel):
         if accept_distorted is not None:
             settings["accept_distorted"] = accept_distorted
         document = msgspec.structs.replace(
-            self.document, outputs=outputs, settings=settings
+            saved.document, outputs=outputs, settings=settings
         )
-        contents["calibration.json"] = results.encode(document, indent=1)
-        results.write_files(folder, {**contents, **further})
-        return outputs
+        return outputs, {
+            CALIBRATION: results.encode(document, indent=1),
+            **further,
+            URDF: self.urdf(folder),
+        }
 
     def saved_in(self, folder: Path) -> "Calibration":
-        """Return the calibration with the paths in its document that :meth:`save` writes to."""
-        files = {"urdf": "calibrated.urdf", "calibration": "calibration.json"}
+        """Return the calibration with the paths and digests that :meth:`save` writes."""
+        files = {"urdf": URDF, "calibration": CALIBRATION}
         outputs = {kind: str(folder / name) for kind, name in files.items()}
-        document = msgspec.structs.replace(self.document, outputs=outputs)
+        provenance = msgspec.structs.replace(
+            self.document.provenance,
+            output_sha256={URDF: results.sha256(self.urdf(folder))},
+        )
+        document = msgspec.structs.replace(
+            self.document, outputs=outputs, provenance=provenance
+        )
         saved = Calibration(document, self.calibrated, self.source)
         saved.base_in = self.base_in
         return saved
 
+    @one_blas_thread
     def validate(self, placements: Placement | Sequence[Placement]) -> Errors:
         """Measure the calibration on other recordings.
 

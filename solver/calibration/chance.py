@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import MukcaError
-from ..bayes.inference import Posterior
-from ..bayes.results import Estimate, apart_by_chance
-from ..data import Load, Measurement
+from ..identification.data import Load, Measurement
+from ..identification.inference import Posterior
+from ..identification.robot import workspace
 from ..results import Apart
-from ..robot import workspace
+from ..studies import Estimate, apart_by_chance
 from .calibration import Calibration
 
 POSES = 120

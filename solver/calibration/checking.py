@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 from ...errors import MukcaError
 from ...recorder import Placement, RecordingError
-from ..data import Measurement, TooFewError, measure, spaced, without
-from ..robot import Robot
+from ..identification.data import Measurement, TooFewError, measure, spaced
+from ..identification.robot import Robot
+from ..tables import without
 from .options import SolveOptions
 
 

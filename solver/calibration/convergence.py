@@ -5,19 +5,15 @@ from itertools import chain
 
 import numpy as np
 
-from ..paper import NotConverged
-from .earlier import priors_of
-from .fit import Fit, fit_robots
-from .options import SolveOptions
+from ...errors import NotConverged
+from ..results import Fit
 from .problem import CalibrationProblem
 
 
 def converged_fits(
-    problems: Sequence[CalibrationProblem],
-    options: SolveOptions,
-    progress: Callable[[str], None],
+    problems: Sequence[CalibrationProblem], fitted: Callable[[], list[Fit]]
 ) -> list[Fit]:
-    """Return a fit of each problem's robot, all together.
+    """Return the fits of problems' robots that ``fitted`` makes.
 
     Raises:
         NotConverged: They did not converge to finite numbers; names an error in the recordings.
@@ -27,8 +23,7 @@ def converged_fits(
         (finding for finding in findings if finding.level == "error"), None
     )
     try:
-        types = priors_of(options, problems)
-        fits = fit_robots(problems, options, types=types, progress=progress)
+        fits = fitted()
     except NotConverged:
         if contradiction is None:
             raise

@@ -5,15 +5,16 @@ from itertools import product
 
 import numpy as np
 
-from ..bayes.inference import Posterior
-from ..data import Measurement
+from ...errors import NotConverged
 from ..diagnostics import named
-from ..paper import NotConverged
+from ..identification.data import Measurement, one_blas_thread
+from ..identification.inference import Posterior
 from ..results import PlacementErrors
-from .earlier import priors_of
+from .earlier import prior_of
 from .errors import compared_models, placement_errors
-from .fit import fit_robots
+from .fit import fit_robot
 from .problem import CalibrationProblem
+from .tables import METHODS
 
 HALVES = ("odd", "even")
 
@@ -53,6 +54,7 @@ def jobs(count: int, bootstrap: int = 0) -> list[Job]:
     return [*(left_out if count > 1 else []), *singles, *resampled, *halves]
 
 
+@one_blas_thread
 def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
     """Fit, and return the errors at every placement; None if the fit did not converge."""
     train = [problem.measurements[i] for i in job.trained]
@@ -66,9 +68,9 @@ def run_job(problem: CalibrationProblem, job: Job) -> JobResult | None:
     known = [k for k in distances if {k.first[0], k.second[0]} <= names]
     options = replace(problem.options, known=known)
     part = replace(problem, measurements=train)
-    types = priors_of(options, [part])
+    prior = prior_of(options, [part])
     try:
-        (fit,) = fit_robots([part], options, types=types, require_scale=False)
+        fit = fit_robot(part, options, METHODS, prior=prior, require_scale=False)
     except NotConverged:
         return None
     models = compared_models(fit.calibrated, None)

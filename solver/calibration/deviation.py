@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import results
-from ..bayes.inference import Posterior
-from ..bayes.results import HeldOut, misfit, pose_covariances
-from ..data import measure
+from ..identification.data import measure
+from ..identification.inference import Posterior
+from ..studies import HeldOut, misfit, pose_covariances
 from .earlier import posterior_of
 from .full_model import FullModel
 from .poses import checked

@@ -11,53 +11,47 @@ from typing import Any
 import numpy as np
 
 from .. import results
-from ..bayes.inference import (
-    FitPosterior,
-    Posterior,
-    restored_covariance,
-    with_average_width,
-)
-from ..bayes.model import (
-    ExtendedModel,
-    GivenPrior,
-    Noise,
-    Prior,
-    PriorGroup,
-    extend,
-    groups_at,
-    rare_in,
-    submatrix,
-)
-from ..data import (
+from ..curves import restored_covariance
+from ..identification.data import (
     SOURCE_KINDS,
     Measurement,
     Observations,
     Pose,
     RobotRecordings,
-    as_point,
     measure,
     observe,
     spaced,
 )
-from ..robot import BallModel, Origin, Robot
-from .arm_types import tilts_about_other_axes, type_priors
-from .fit import fit_robots
-from .option import UsageError
-from .options import SolveOptions, option_table
-from .problem import CalibrationProblem
+from ..identification.effects import TILT
+from ..identification.inference import Posterior, with_average_width
+from ..identification.model import (
+    ExtendedModel,
+    GivenPrior,
+    Noise,
+    PriorGroup,
+    extend,
+    groups_at,
+    rare_in,
+)
+from ..identification.robot import BallModel, Origin, Robot
+from .fit import fit_robot
+from .options import SolveOptions, UsageError, option_table
+from .tables import METHODS
 
 
-def priors_of(options: SolveOptions, robots: Sequence[RobotRecordings]) -> list[Prior]:
-    """Return the prior of each robot that the options ask for."""
+def prior_of(
+    options: SolveOptions, robots: Sequence[RobotRecordings]
+) -> GivenPrior | None:
+    """Return what an earlier calibration left known, where the options name one.
+
+    Raises:
+        UsageError: They name one for several robots, or of another arm.
+    """
     if options.prior is None:
-        return [
-            *type_priors(
-                options.type_prior, [recordings.robot for recordings in robots]
-            )
-        ]
+        return None
     if len(robots) > 1:
         raise UsageError("--prior: of one robot; several were given")
-    return [earlier_prior(Path(options.prior), robots[0].robot, options.remounted)]
+    return earlier_prior(Path(options.prior), robots[0].robot, options.remounted)
 
 
 def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> GivenPrior:
@@ -88,40 +82,8 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
         ):
             shifts.add(parameter.name)
     if document.rotation_numbers == "rpy":
-        shifts |= set(tilts_about_other_axes(robot))
+        shifts |= set(_tilts_about_other_axes(robot))
     return prior.without(shifts)
-
-
-def stored_posterior(
-    posterior: FitPosterior, recordings: RobotRecordings, *, alone: bool
-) -> results.StoredPosterior | None:
-    """Return what a robot's file keeps of a posterior: of its unknowns, frames, and sockets.
-
-    Of several robots no frame is kept; None where an instrument measured in one.
-    """
-    if not alone and (posterior.data.sockets < 0).any():
-        return None
-    arm = posterior.arm
-    covariance = posterior.covariance if alone else arm.covariance
-    size = arm.model.size
-    first = len(covariance) - arm.centres.size
-    labels = chain.from_iterable(m.labels for m in recordings.measurements)
-    indices = [arm.data.labels.index(name) for name in labels]
-    begins = first + 3 * np.array(indices, dtype=int)
-    of_centres = (begins[:, None] + np.arange(3)).ravel()
-    rows = np.r_[: arm.model.scalars, size:first, of_centres]  # none of the curves
-    noises = {
-        kind: (noise.space, noise.joint, noise.nu) for kind, noise in arm.noises.items()
-    }
-    places = tuple(map(as_point, arm.centres[indices]))
-    text = _packed(submatrix(covariance, rows))
-    return results.StoredPosterior(covariance=text, noises=noises, centres=places)
-
-
-def _packed(matrix: np.ndarray) -> str:
-    """Return a symmetric matrix as text."""
-    triangle = matrix[np.tril_indices(len(matrix))].astype("<f8")
-    return base64.b64encode(zlib.compress(triangle.tobytes())).decode()
 
 
 def _unpacked(text: str, count: int) -> np.ndarray:
@@ -133,24 +95,31 @@ def _unpacked(text: str, count: int) -> np.ndarray:
     return matrix + np.tril(matrix, -1).T
 
 
+def _tilts_about_other_axes(robot: Robot) -> list[str]:
+    """Return the tilts of a robot that files of 1.0 hold about other axes than today's."""
+    if all(joint.tilts_by_frame for joint in robot.actuated):
+        return []
+    return TILT.coefficient_names(robot.joint_names)
+
+
 def posterior_of(document: results.CalibrationDocument, source: str) -> Posterior:
     """Return the posterior of a calibration: as stored in its file, or else fitted again.
 
     It is fitted again for older files, and where joint zeros were found since.
     """
-    arm = _problem_of(document, source)
+    arm, options = _fitted_to(document, source)
     stored = document.posterior
     settings = document.settings
     chained = document.curves is not None and settings.get("prior")
     if stored is not None and not (
         document.later_zeros or settings.get("zeros") or chained
     ):
-        return _stored(document, stored, arm, source)
+        return _stored(document, stored, arm, options, source)
     if document.arms is not None:
         raise UsageError(
             f"{source}: of several arms, or by an older mukca; calibrate it alone"
         )
-    (fit,) = fit_robots([arm], arm.options, types=priors_of(arm.options, [arm]))
+    fit = fit_robot(arm, options, METHODS, prior=prior_of(options, [arm]))
     assert fit.posterior is not None
     return fit.posterior
 
@@ -158,7 +127,8 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
 def _stored(
     document: results.CalibrationDocument,
     stored: results.StoredPosterior,
-    arm: CalibrationProblem,
+    arm: RobotRecordings,
+    options: SolveOptions,
     source: str,
 ) -> Posterior:
     """Return the posterior that a file holds."""
@@ -171,7 +141,6 @@ def _stored(
     )
     changes = calibrated.values - model.ball.nominal
     x = np.concatenate([changes, *calibrated.deflection.coefficients])
-    options = arm.options
     data = observe(
         arm, lengths=options.distances, sockets_at=options.located, require_scale=False
     )
@@ -230,9 +199,9 @@ def _scales(document: results.CalibrationDocument) -> tuple[float, float]:
     return (0.0, 0.0) if curves is None else (curves.amplitude, curves.length)
 
 
-def _problem_of(
+def _fitted_to(
     document: results.CalibrationDocument, source: str
-) -> CalibrationProblem:
+) -> tuple[RobotRecordings, SolveOptions]:
     """Return what a calibration was fitted to."""
     if document.method != "auto":
         raise UsageError(f"{source}: give a calibration by --method auto")
@@ -254,6 +223,4 @@ def _problem_of(
             measured = measure(placement, robot, options.distance, sockets=1)
             train.append(spaced(measured, part.name, options.located))
     effects = rare_in(document.deflection, robot.joint_names)
-    return CalibrationProblem(
-        robot, train, document.load, options=options, effects=effects
-    )
+    return RobotRecordings(robot, train, document.load, effects), options

@@ -1,21 +1,17 @@
 """Errors of a calibration and of the models compared with it: by placement, role, iteration."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any, SupportsIndex, overload
 
 import msgspec
 import numpy as np
-from msgspec import structs
 
 from ...errors import fixed
-from .. import data, results
+from .. import results
 from ..assessment import millimetres
-from ..bayes.inference import Posterior
-from ..bayes.results import length_deviation, predicted_deviation
-from ..data import Measurement, Metrics, Pose
-from .fit import Fit
+from ..identification import data
+from ..identification.data import Measurement, Metrics, Pose
 from .option import UsageError
 from .problem import CalibrationProblem
 
@@ -191,9 +187,11 @@ def placement_errors(
 
 
 def errors_of(
-    problem: CalibrationProblem, fit: Fit, before: results.CalibratedRobot | None
+    problem: CalibrationProblem,
+    fit: results.Fit,
+    before: results.CalibratedRobot | None,
 ) -> Errors:
-    """Return the errors of all placements, and how large they should be where that is known.
+    """Return the errors of all placements.
 
     ``before`` is the nominal robot with its ball refitted, if that is identified.
     """
@@ -205,38 +203,8 @@ def errors_of(
     rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:
         row = placement_errors(models, role, m, frames)
-        if fit.posterior is not None:
-            deviations = _deviations(
-                fit.calibrated, fit.posterior, m, held_out=role == "test"
-            )
-            row = structs.replace(row, **deviations)
         rows.append(row)
     return Errors(rows)
-
-
-def _deviations(
-    calibrated: results.CalibratedRobot,
-    posterior: Posterior,
-    measured: Measurement,
-    *,
-    held_out: bool,
-) -> dict[str, float]:
-    """Return rms distances of samples from their socket's mean, and that of a distance held out."""
-    points = calibrated.predict(measured)
-    if measured.kind == "points":
-        noises = {"sockets": posterior.noises.get("points", posterior.noise)}
-        posterior = replace(posterior, noises=noises)
-    by_socket = calibrated.load.by_socket(calibrated.robot, measured)
-    deviations = {
-        "predicted_deviation": predicted_deviation(posterior, by_socket),
-        "found_deviation": data.found_deviation(points, measured),
-    }
-    if held_out and measured.has_distance:
-        deviation = measured.distance_deviation or data.CALIPER_DEVIATION
-        deviations["distance_deviation"] = length_deviation(
-            posterior, by_socket, deviation
-        )
-    return deviations
 
 
 def history(

@@ -1,116 +1,92 @@
-"""Fit of one robot or several, by the paper's method or by the default one."""
+"""Fit of one robot, by the paper's method or by the default one."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from ..bases import TiedRobots, Visitor, places_alone, tie
-from ..bayes.inference import Posterior
-from ..bayes.results import project_to_geometry, with_joint_offsets
-from ..bayes.selection import Prior, Selected, select_models
-from ..data import WORLD, RobotRecordings, observations_at, places_of
-from ..paper import build_problem, covariance, solve
-from ..results import CalibratedRobot
-from ..robot import choose_parameters
+from .. import identification
+from ..identification.data import Load, Places, RobotRecordings, places_of
+from ..identification.inference import FitPosterior, Posterior, with_joint_offsets
+from ..identification.paper import build_problem, covariance, solve
+from ..identification.robot import choose_parameters
+from ..results import CalibratedRobot, Fit, FramePose
 from .options import SolveOptions
 
 
 @dataclass(frozen=True)
-class Fit:
-    """The result of a fit, the same for both methods."""
+class Methods:
+    """Methods beside the fit of an arm's own unknowns, which a calibration can do without."""
 
-    calibrated: CalibratedRobot
-    optimizer: str
-    seconds: float
-    """Duration of the fit [s]."""
-    iterates: tuple[CalibratedRobot, ...]
-    """The robot after each iteration, the nominal one first."""
-    covariance: np.ndarray | None = None
-    """By the paper's method: how far the parameters would move if the same were recorded again,
-    shape (n, n)."""
-    selected: Selected | None = None
-    """By the default method: the posterior, and why."""
-    world: TiedRobots | None = None
-    """All robots, of several that were calibrated together."""
-
-    @cached_property
-    def posterior(self) -> Posterior | None:
-        """Posterior of the robot; None where it has none, or its covariance is not finite."""
-        if self.selected is None:
-            return None
-        posterior = self.selected.full.arm
-        return posterior if _is_covariance(posterior.covariance) else None
+    curves: identification.CurveFit | None = None
+    """The fit of error curves of the joints."""
+    geometry: Callable[[Posterior, Load], np.ndarray] | None = None
+    """The geometry for programs that do not correct joint positions, shape (n,) [m, rad]."""
 
 
-def _is_covariance(matrix: np.ndarray) -> bool:
-    return bool(np.isfinite(matrix).all() and (np.diag(matrix) >= 0).all())
+NO_METHODS = Methods()
 
 
-def fit_robots(
-    robots: Sequence[RobotRecordings],
+def fit_robot(
+    arm: RobotRecordings,
     options: SolveOptions,
+    methods: Methods,
     *,
-    types: Sequence[Prior] = (),
+    prior: identification.Prior = None,
     require_scale: bool = True,
-    progress: Callable[[str], None] = lambda _: None,
-) -> list[Fit]:
-    """Fit one robot or several to their recordings; docs/model.md has the method.
+    progress: identification.Progress = lambda _: None,
+) -> Fit:
+    """Fit one robot to its recordings; docs/model.md has the method.
 
     Args:
-        robots: The nominal robots, and the placements to fit.
+        arm: The nominal robot, and the placements to fit.
         options: Method and its options; coordinates only of sockets in the placements.
-        types: For each robot, the elasticity of other arms of its type, or what an earlier
-            calibration left known; see :func:`.priors_of`.
+        methods: Error curves, and the geometry that is exported.
+        prior: What an earlier calibration of the robot left known.
         require_scale: Refuse a placement none of whose sockets has a known distance to another.
         progress: Called with a word for each model that is fitted.
-
-    Returns:
-        A fit for each robot; those of several share one :attr:`Fit.world`.
     """
     options = options.validated()
     if options.method == "paper":
-        return [_fit_by_paper(recordings, options) for recordings in robots]
+        return _fit_by_paper(arm, options)
     begin = time.perf_counter()
     places = places_of(
-        robots,
+        arm.measurements,
         lengths=options.distances,
         sockets_at=options.located,
         deviation=options.deviation,
         require_scale=require_scale,
     )
-    chosen = list[Selected]()
-    visitors = list[Visitor]()
-    for i, recordings in enumerate(robots):
-        alone, sockets = places_alone(places, robots, i)
-        selected = select_models(
-            recordings,
-            choose_parameters(recordings.robot, options.free, options.fix),
-            observations_at(alone, recordings),
-            without=options.without,
-            zeros=bool(options.zeros),
-            prior=types[i] if types else None,
-            progress=lambda word, name=recordings.name: progress(
-                f"{word} {name}".strip()
-            ),
-        )
-        frame = places.frames.index(recordings.base_frame) if i else WORLD
-        visitors.append(Visitor(recordings.name, frame, sockets, selected.full))
-        chosen.append(selected)
-    world = tie(visitors, places) if robots[0].name else None
-    seconds = time.perf_counter() - begin
-    fits = list[Fit]()
-    tied = world.robots if world else visitors
-    for recordings, selected, visitor in zip(robots, chosen, tied, strict=True):
-        fit = _fit_of(recordings, replace(selected, full=visitor.fit), seconds)
-        fits.append(replace(fit, world=world))
-    return fits
+    full = posterior_at(places, arm, options, methods, prior, progress)
+    return fit_of(arm, full, time.perf_counter() - begin, methods)
+
+
+def posterior_at(
+    places: Places,
+    arm: RobotRecordings,
+    options: SolveOptions,
+    methods: Methods,
+    prior: identification.Prior,
+    progress: identification.Progress,
+) -> FitPosterior:
+    """Return the posterior of a robot that was recorded at places; see :func:`fit_robot`."""
+    fit_options = identification.FitOptions(
+        parameters=choose_parameters(arm.robot, options.free, options.fix),
+        places=places,
+        load=arm.load,
+        effects=arm.effects,
+        without=options.without,
+        zeros=bool(options.zeros),
+        prior=prior,
+        curves=methods.curves,
+        progress=progress,
+    )
+    return identification.fit(arm.robot, arm.measurements, fit_options)
 
 
 def _fit_by_paper(recordings: RobotRecordings, options: SolveOptions) -> Fit:
-    """Fit the geometry by Eq. (5) of the paper, see :mod:`mukca.solver.paper`."""
+    """Fit the geometry by Eq. (5) of the paper, see :mod:`mukca.solver.identification.paper`."""
     assert options.regularization is not None and options.max_iterations is not None
     robot = recordings.robot
     problem = build_problem(
@@ -132,14 +108,21 @@ def _fit_by_paper(recordings: RobotRecordings, options: SolveOptions) -> Fit:
     )
 
 
-def _fit_of(arm: RobotRecordings, selected: Selected, seconds: float) -> Fit:
-    posterior = selected.full.arm
+def fit_of(
+    arm: RobotRecordings,
+    full: FitPosterior,
+    seconds: float,
+    methods: Methods,
+    frames: tuple[FramePose, ...] | None = None,
+) -> Fit:
+    """Return the fit that a posterior is of; its arguments are fields of :class:`.Fit`."""
+    posterior = full.arm
     model = posterior.model
     deflection = posterior.deflection.beyond_zeros
     values = with_joint_offsets(posterior)
-    exported = (
-        project_to_geometry(posterior, arm.load) if deflection.extensions else None
-    )
+    exported = None
+    if methods.geometry is not None and deflection.extensions:
+        exported = methods.geometry(posterior, arm.load)
     calibrated = CalibratedRobot(
         arm.robot, model.parameters, values, deflection, arm.load, exported
     )
@@ -152,4 +135,4 @@ def _fit_of(arm: RobotRecordings, selected: Selected, seconds: float) -> Fit:
         )
         for x in posterior.iterates
     )
-    return Fit(calibrated, "gauss-newton", seconds, iterates, selected=selected)
+    return Fit(calibrated, "gauss-newton", seconds, iterates, full=full, frames=frames)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import ON_FLANGE
+from ..identification.robot import check_controller, ur_controller
+from ..poses import Goal, pose_on_flange
 from ..results import CalibratedRobot
-from ..robot import Goal, check_controller, pose_on_flange, ur_controller
 from .joint_path import JointPath, along, check_nearby, find_jumps, not_reached
 from .options import check_keywords
 from .poses import (

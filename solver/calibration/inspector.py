@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from itertools import chain
 
 from ..assessment import repeatability_of
-from ..data import KnownDistance, Measurement, whole_name
 from ..diagnostics import (
     ALL_ACTIONS,
     LEAST,
@@ -17,8 +16,9 @@ from ..diagnostics import (
     corrected,
     inspect_all,
 )
+from ..identification.data import KnownDistance, Measurement, whole_name
+from ..identification.robot import Robot
 from ..results import Diagnostic
-from ..robot import Robot
 from .options import SolveOptions
 
 ROUNDS = 3

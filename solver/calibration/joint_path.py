@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MukcaError
-from ..robot import Solutions
+from ..poses import Solutions
 
 DETOUR = (0.02, 0.1)
 """Neighbours are joined where half way between them the tool is this far off the way at most, and

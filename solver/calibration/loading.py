@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import results
-from ..robot import shipped_robots
+from ..identification.robot import shipped_robots
 from .calibration import Calibration
 from .multi_robot_calibration import MultiRobotCalibration
 
@@ -54,7 +54,8 @@ def load_calibration(file: str | Path) -> Calibration | Any:
         checker can know which.
 
     Raises:
-        DocumentError: Missing, of another format, or damaged; the line names the key.
+        DocumentError: Missing, of another format, or damaged; the line names the key. Or a file
+            beside it, such as its URDF, is edited or of another calibration.
     """
     files = calibration_files(file)
     loaded = {name: Calibration.of_file(path) for name, path in files.items()}
@@ -65,4 +66,6 @@ def load_calibration(file: str | Path) -> Calibration | Any:
 
 
 def _arms(file: Path) -> results.ArmsDocument:
-    return results.read(file, results.ArmsDocument, results.ARMS_FORMAT, "between")
+    arms = results.read(file, results.ArmsDocument, results.ARMS_FORMAT, "between")
+    results.require_beside(file, arms.output_sha256)
+    return arms

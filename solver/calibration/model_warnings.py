@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from .. import results
-from ..data import Measurement
-from ..robot import Robot, choose_parameters
+from ..identification.data import Measurement
+from ..identification.robot import Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions
 
@@ -36,7 +36,9 @@ def _held_as_exact(robot: Robot) -> Iterator[str]:
     """Yield what a few free numbers of a calibrated URDF cannot know."""
     file = Path(robot.source).with_name("calibration.json")
     try:
-        calibrated = results.calibrated_robot(results.read_calibration(file), str(file))
+        # A URDF with other meshes, or a further link, has the same origins.
+        document = results.read(file, results.CalibrationDocument, results.FORMAT)
+        calibrated = results.calibrated_robot(document, str(file))
     except results.DocumentError:
         return
     same = robot.joint_names == calibrated.robot.joint_names

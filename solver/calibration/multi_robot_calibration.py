@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from .. import results
 from ..bases import TiedRobots, base_to_base
-from ..data import IDENTITY, Pose, as_point
-from ..robot import Origin, link_poses
+from ..identification.data import IDENTITY, Pose, as_point
+from ..identification.robot import Origin, link_poses
 from .calibration import Calibration, DistortedError
 from .errors import Errors
 from .multi_robot_urdf import Placed, joined_urdf
@@ -42,8 +42,9 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
                 self._poses[name] = Pose.of(Origin(relative.xyz, relative.rpy))
         self._calibrations: dict[str, Calibration] = {}
         for name, calibration in calibrations.items():
+            shared = msgspec.structs.replace(document, output_sha256=None)
             file = msgspec.structs.replace(
-                calibration.document, arm_name=name, arms=document
+                calibration.document, arm_name=name, arms=shared
             )
             arm = Calibration(file, calibration.calibrated, calibration.source)
             arm.base_in = partial(self.base_in, name)
@@ -130,22 +131,24 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         for calibration in self.values():
             if refusal := calibration.refusal(accept_distorted):
                 raise DistortedError(refusal)
-        document = msgspec.structs.replace(self.document, format=results.ARMS_FORMAT)
-        contents = {"arms.json": results.encode(document, indent=1)}
+        outputs: dict[str, str] = {}
+        contents: dict[str, bytes] = {}
+        for name, calibration in self.items():
+            paths, files = calibration.files_in(folder / name, accept_distorted, pages)
+            outputs |= {f"{name}_{kind}": path for kind, path in paths.items()}
+            contents |= {f"{name}/{file}": content for file, content in files.items()}
+        named = [f"{name}/calibration.json" for name in self]
         if len(self._poses) == len(self):
             contents["arms.urdf"] = self.urdf(folder)
-        outputs: dict[str, str] = {}
-        for name, calibration in self.items():
-            written = calibration.save(
-                folder / name,
-                force=force,
-                accept_distorted=accept_distorted,
-                pages=pages,
-            )
-            outputs |= {f"{name}_{kind}": path for kind, path in written.items()}
-        results.write_files(folder, contents)
-        if "arms.urdf" in contents:
             outputs["urdf"] = str(folder / "arms.urdf")
+            named.append("arms.urdf")
+        document = msgspec.structs.replace(
+            self.document,
+            format=results.ARMS_FORMAT,
+            output_sha256={file: results.sha256(contents[file]) for file in named},
+        )
+        arms = {"arms.json": results.encode(document, indent=1)}
+        results.write_files(folder, arms | contents)
         return outputs | {"arms": str(folder / "arms.json")}
 
     def as_dict(self) -> dict[str, Any]:

@@ -7,9 +7,8 @@ from functools import reduce
 from itertools import takewhile
 from pathlib import Path
 
-from ..data import IDENTITY, Pose
-from ..results import CalibratedRobot
-from ..robot import (
+from ..identification.data import IDENTITY, Pose
+from ..identification.robot import (
     ModelError,
     Origin,
     Robot,
@@ -19,6 +18,7 @@ from ..robot import (
     scan,
     set_origins,
 )
+from ..results import CalibratedRobot
 
 WORLD = "world"
 

@@ -6,13 +6,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast, get_args
 
-from .. import data
-from ..bayes.model.effects import EXTENSIONS
+from .. import tables
+from ..identification import data
+from ..identification.effects import EXTENSIONS
 from .option import Method, Option, UsageError
 from .payloads import Payloads
 
 if TYPE_CHECKING:
-    from ..data import KnownDistance, Load, SocketAt
+    from ...recorder import Placement
+    from ..identification.data import KnownDistance, Load, SocketAt
 else:  # the command line reads the types of the fields, and has words for these
     KnownDistance = SocketAt = str
 
@@ -37,7 +39,6 @@ class CalibrateOptions(TypedDict, total=False):
     distance_deviation: float | None
     without: Sequence[str]
     zeros: bool | None
-    type_prior: Sequence[str | Path]
     prior: str | Path | None
     remounted: Sequence[str]
     payload: float | str | Sequence[float | str] | None
@@ -143,14 +144,6 @@ class SolveOptions:
         "the joints' zeros may be off by degrees: for arms made of servos",
         default=False,
     )
-    type_prior: Sequence[str | Path] = _auto(
-        "calibration.json of other arms of the type, or a fleet's elasticity.json: their "
-        "elasticity is much the same in this one; the data decide how far to believe it "
-        "(default: shipped, from measurements of other arms, so far of Pandas; none: nothing)",
-        "FILE",
-        unset=(),
-        default=("shipped",),
-    )
     prior: str | Path | None = _auto(
         "an earlier calibration.json of this very arm: what it knows of geometry, elasticity and "
         "error curves, and how well, is where this one begins",
@@ -217,10 +210,9 @@ class SolveOptions:
         options = replace(self, **filled)
         return replace(
             options,
-            known=tuple(data.read_known(options.known)),
+            known=tuple(tables.read_known(options.known)),
             sockets_at=tuple(options.located),
             payload=options.payloads.words,
-            type_prior=tuple(map(str, options.type_prior)),
             prior=None if options.prior is None else str(options.prior),
         )
 
@@ -228,6 +220,11 @@ class SolveOptions:
     def payloads(self) -> Payloads:
         """Masses at the ball of all placements."""
         return Payloads.read(self.payload)
+
+    def check_names(self, placements: "Sequence[Placement]") -> None:
+        """Refuse options that name a placement, socket or sample which is not there."""
+        tables.check_left_out(placements, self.leave_out)
+        self.payloads.check(placements)
 
     @property
     def load(self) -> "Load":
@@ -239,14 +236,14 @@ class SolveOptions:
     def distances(self) -> "list[KnownDistance]":
         """Known distances."""
         return [
-            data.parse_known(str(k)) if isinstance(k, str | Path) else k
+            tables.parse_known(str(k)) if isinstance(k, str | Path) else k
             for k in self.known
         ]
 
     @property
     def located(self) -> "list[SocketAt]":
         """Known coordinates of sockets."""
-        return data.read_sockets_at(self.sockets_at)
+        return tables.read_sockets_at(self.sockets_at)
 
     @property
     def deviation(self) -> float:

@@ -3,14 +3,12 @@
 import numpy as np
 
 from .. import results
-from ..bayes import results as bayes
-from ..data import Load, Samples
+from .. import studies as bayes
 from ..design import error_map, joint_effects, predicted_posterior, workspace_samples
 from ..diagnostics import farthest_place
-from ..robot import InverseKinematics, Robot, SimulationError
-from .estimates import model_of
-from .fit import Fit
-from .problem import CalibrationProblem
+from ..identification.data import Load, Samples
+from ..identification.robot import Robot
+from ..poses import InverseKinematics, SimulationError
 
 GUIDED, ADVISED = 10, 20
 """Configurations in each socket that are thought of, and that are advised: each counts twice."""
@@ -18,7 +16,9 @@ NEARER = (1.0, 0.85, 0.7)
 """A place that the arm does not reach is tried nearer to its base, by these factors."""
 
 
-def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
+def outlook_of(
+    fit: results.Fit, problem: results.Measurements
+) -> results.Outlook | None:
     """Return what a calibration will be worth; None where nothing was trained on in sockets."""
     robot = problem.robot
     calibrated = fit.calibrated
@@ -26,7 +26,7 @@ def outlook_of(problem: CalibrationProblem, fit: Fit) -> results.Outlook | None:
     train = [m for m in problem.measurements if m.kind == "sockets"]
     if not train:
         return None
-    model, x = model_of(fit)
+    model, x = bayes.model_of(fit)
     poses = workspace_samples(model, x, load)
     recorded = load.by_socket(robot, *train)
     joints = joint_effects(model, x, poses, recorded)
@@ -67,3 +67,6 @@ def _imagined(
         ]
         return [load.at(robot, rows) for rows in repeated]
     return []
+
+
+OUTLOOK = results.Study("outlook", outlook_of, needs_posterior=False)

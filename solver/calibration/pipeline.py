@@ -1,21 +1,20 @@
 """From recordings to a calibration: check, fit, measure the errors."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from inspect import getdoc, signature
-from itertools import chain
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, overload
 
 from ...recorder import Placement
-from ..data import base_name, in_placements
-from ..robot import Robot
+from ..identification.data import one_blas_thread
+from ..identification.robot import Robot
 from .calibration import Calibration
-from .convergence import converged_fits
-from .multi_robot_calibration import MultiRobotCalibration, common_document
+from .earlier import prior_of
 from .options import CalibrateOptions, SolveOptions, check_keywords, option_table
-from .preparation import Recordings, problems_of
-from .results import document_of
+from .preparation import Recordings
+from .robot_calibration import calibrate_robot
+from .several_robots import MultiRobotCalibration, calibrate_robots
+from .tables import CHECKS, METHODS, STUDIES
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack  # Python 3.10 has none
@@ -48,6 +47,7 @@ def calibrate(
 ) -> MultiRobotCalibration: ...
 
 
+@one_blas_thread
 def calibrate(
     robot: Robot | Mapping[str, Robot],
     train: Recordings,
@@ -67,7 +67,11 @@ def calibrate(
             given by name, too, and those of one base have one name.
         test: Placements that the fit does not see. One that is trained on is left out of them.
         progress: Called with a word for each model that is fitted.
-        options: The options of a calibration, as ``mukca solve`` has them.
+        options: Fields of :class:`.SolveOptions`, which ``mukca solve --help-all`` explains. Of
+            both methods: method, distance, free, fix, as_recorded, leave_out, split_moved,
+            flange_poses, repeatability_mm, accept_distorted. Of ``auto`` alone: known, sockets_at,
+            distance_deviation, without, zeros, prior, remounted, payload, gravity. Of ``paper``
+            alone: optimizer, regularization, max_iterations.
 
     Raises:
         UsageError: An option that cannot be, or belongs to the other method.
@@ -76,27 +80,25 @@ def calibrate(
         FrameError: Coordinates that cannot be, or a frame that nothing ties to the robot.
         NotConverged: The fit did not converge.
     """
-    check_keywords("calibrate", options, signature(calibrate).parameters)
+    arguments = signature(calibrate).parameters
+    check_keywords(
+        "calibrate", options, [*arguments, *CalibrateOptions.__annotations__]
+    )
     settings = SolveOptions(**options).validated()
-    problems = problems_of(robot, train, test, settings)
-    # A known distance follows a placement that was split.
-    if not isinstance(robot, Mapping):
-        settings = replace(settings, known=problems[""].options.known)
-    bases: dict[str, list[str]] = {"train": [], "test": []}
-    for role, measured in chain(*(problem.placements for problem in problems.values())):
-        bases[role].append(base_name(measured, len(problems)))
-    located = in_placements(settings.located, bases["train"], bases["test"])
-    settings = replace(settings, sockets_at=located)
-    fits = converged_fits([*problems.values()], settings, progress)
-    calibrations = {
-        name: Calibration(document_of(problem, fit), fit.calibrated)
-        for (name, problem), fit in zip(problems.items(), fits, strict=True)
-    }
-    if not isinstance(robot, Mapping):
-        return calibrations[""]
-    assert fits[0].world is not None  # the paper's method knows one robot
-    document = common_document(calibrations, fits[0].world)
-    return MultiRobotCalibration(calibrations, document)
+    if isinstance(robot, Mapping):
+        return calibrate_robots(robot, train, test, settings, progress)
+    document, calibrated = calibrate_robot(
+        robot,
+        train,
+        test,
+        settings,
+        checks=CHECKS,
+        studies=STUDIES,
+        methods=METHODS,
+        prior=lambda problem: prior_of(settings, [problem]),
+        progress=progress,
+    )
+    return Calibration(document, calibrated)
 
 
 def _show_options(function: Callable[..., Any]) -> None:

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import LENGTH, ROTATION, MukcaError, Quantity
-from ..data import rotation_matrices
+from ..identification.robot import Robot, matrix_rpy, rotation_matrices
 from ..results import CalibratedRobot, Payload
-from ..robot import Robot, matrix_rpy
 
 HERE = np.eye(4)
 Controller = Robot | str | Path | None

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .. import data, results
-from ..data import Measurement, Pose
-from ..paper import REGULARIZATION, build_problem, solve
-from ..robot import Parameter, Robot, choose_parameters
+from .. import results
+from ..identification import data
+from ..identification.data import Measurement, Pose
+from ..identification.paper import REGULARIZATION, build_problem, solve
+from ..identification.robot import Robot
 from .problem import CalibrationProblem
 
 
@@ -16,7 +17,7 @@ def ball_refitted(problem: CalibrationProblem) -> results.CalibratedRobot | None
     robot = problem.robot
     paired = [m for m in problem.measurements if m.has_distance]
     measured = [m for m in problem.measurements if m.kind == "points"]
-    ball = _ball_of(robot)
+    ball = results.ball_of(robot)
     if paired:
         regularization = problem.options.regularization or REGULARIZATION
         equations = build_problem(
@@ -26,19 +27,6 @@ def ball_refitted(problem: CalibrationProblem) -> results.CalibratedRobot | None
     if measured:
         return results.CalibratedRobot(robot, ball, _ball_by_points(robot, measured))
     return None
-
-
-def refitted_at(
-    robot: Robot, place: tuple[float, float, float] | None
-) -> results.CalibratedRobot | None:
-    """Return the nominal robot with its ball at a place in its link [m]; None without one."""
-    if place is None:
-        return None
-    return results.CalibratedRobot(robot, _ball_of(robot), np.array(place))
-
-
-def _ball_of(robot: Robot) -> tuple[Parameter, ...]:
-    return tuple(choose_parameters(robot, free=[f"{robot.ball_joint.name}.xyz"]))
 
 
 def _ball_by_points(robot: Robot, placements: Sequence[Measurement]) -> np.ndarray:

@@ -1,12 +1,12 @@
 """Document of a calibration: a fit and its figures, as ``calibration.json`` holds them."""
 
+from collections.abc import Sequence
+
 from .. import results
-from ..data import as_point, is_distorted
-from ..robot import Robot
+from ..identification.data import as_point, is_distorted
+from ..identification.robot import Robot
 from . import estimates
 from .errors import errors_of, history
-from .fit import Fit
-from .outlook import outlook_of
 from .problem import CalibrationProblem
 from .refitted_ball import ball_refitted
 from .sources import provenance_of, samples_of
@@ -17,25 +17,29 @@ UNKNOWN = (
 )
 
 
-def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDocument:
+def document_of(
+    problem: CalibrationProblem, fit: results.Fit, studies: Sequence[results.Study]
+) -> results.CalibrationDocument:
     """Return all that is to be kept of a calibration; nothing is written yet."""
+    if fit.full is not None:
+        shifts = fit.posterior and fit.posterior.moved
+        problem = problem.at_rest(shifts, fit.calibrated)
+    return results.studied(_fitted(problem, fit), fit, problem, studies)
+
+
+def _fitted(
+    problem: CalibrationProblem, fit: results.Fit
+) -> results.CalibrationDocument:
+    """Return a fit and the errors of its model, before any study."""
     calibrated = fit.calibrated
     options = problem.options
     robot = problem.robot
-    posterior = fit.posterior
-    selected = fit.selected
-    if selected is not None:
-        shifts = posterior and posterior.moved
-        problem = problem.at_rest(shifts, selected.movements, calibrated)
-    scale = estimates.scale_of(fit)
+    full = fit.full
+    before = ball_refitted(problem)
+    errors = errors_of(problem, fit, before)
     distorted = tuple(
         m.name for m in problem.measurements if is_distorted(calibrated.predict(m), m)
     )
-    if not distorted:
-        problem = problem.sized(scale)
-    before = ball_refitted(problem)
-    errors = errors_of(problem, fit, before)
-    figures = estimates.known_of(fit, problem, before)
     return results.CalibrationDocument(
         format=results.FORMAT,
         robot=robot.source,
@@ -47,38 +51,31 @@ def document_of(problem: CalibrationProblem, fit: Fit) -> results.CalibrationDoc
         placements=errors.placements,
         summary=errors.summary,
         distorted=distorted,
-        parameters=estimates.parameter_values(calibrated, posterior),
+        parameters=estimates.parameter_values(calibrated),
         rotation_numbers=calibrated.rotation_numbers,
-        choices=selected and selected.notes,
+        choices=full and full.notes,
         history=history(fit.iterates, problem.measurements, problem.test),
         settings={**robot.loaded_with, **options.as_dict()},
         provenance=provenance_of(robot, [m for _, m in problem.placements]),
         checks=problem.checks,
-        hypotheses=problem.survey.hypotheses,
+        hypotheses=problem.hypotheses,
         next_placement=problem.next_placement,
-        warnings=_warnings(problem, fit, figures.get("curves")),
+        warnings=_warnings(problem, fit),
         outputs={},
         model=_model(robot, calibrated),
         deflection=_deflection(calibrated),
         load=calibrated.load,
         refitted_ball=None if before is None else as_point(before.values),
-        data=samples_of(problem, posterior),
-        scale=scale,
-        outlook=outlook_of(problem, fit),
-        **figures,
+        data=samples_of(problem, fit.posterior),
+        **estimates.posterior_sections(fit, problem),
     )
 
 
-def _warnings(
-    problem: CalibrationProblem, fit: Fit, curves: results.ErrorCurves | None
-) -> tuple[str, ...]:
+def _warnings(problem: CalibrationProblem, fit: results.Fit) -> tuple[str, ...]:
     """Return the warnings of a problem, and what its fit does not know."""
     warnings = list(problem.warnings)
-    if fit.selected is not None and fit.posterior is None:
+    if fit.full is not None and fit.posterior is None:
         warnings.append(UNKNOWN)
-    names = problem.robot.joint_names
-    for m in problem.test:
-        warnings += results.beyond_words(curves, names, m.positions, m.name)
     return tuple(warnings)
 
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..data import Load
+from ..identification.data import Load
+from ..identification.robot import Robot
 from ..results import CalibratedRobot, Payload
-from ..robot import Robot
 from .poses import checked
 
 

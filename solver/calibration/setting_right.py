@@ -3,15 +3,7 @@
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
-from ...recorder import Placement
 from ..assessment import LEAST_HELD_OUT
-from ..bayes.model.effects import GAIN
-from ..data import (
-    KnownDistance,
-    KnownError,
-    Measurement,
-    measure,
-)
 from ..diagnostics import (
     ALL_ACTIONS,
     LEAST,
@@ -19,10 +11,15 @@ from ..diagnostics import (
     Survey,
     named,
 )
+from ..identification.data import (
+    KnownDistance,
+    KnownError,
+    Measurement,
+)
+from ..identification.effects import GAIN
 from ..results import Diagnostic
-from ..robot import Robot
+from .inspected_problem import InspectedProblem
 from .inspector import Inspector, actions_of, by_findings, is_between
-from .options import SolveOptions
 from .problem import CalibrationProblem
 
 WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
@@ -31,7 +28,7 @@ WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions 
 
 def mended(
     problem: CalibrationProblem, barred: Collection[Action] = ()
-) -> tuple[CalibrationProblem, list[Diagnostic]]:
+) -> tuple[InspectedProblem, list[Diagnostic]]:
     """Set recordings right as before every fit: the one judgement of ``check`` and ``solve``.
 
     Args:
@@ -69,10 +66,10 @@ def mended(
         measurements=tuple(training),
         test=tuple(held_out),
         options=replace(options, known=_lengths_between(inspector, training)),
-        survey=_with_gain(survey) if gains else survey,
         effects=tuple(GAIN.coefficient_names(sorted(gains))),
     )
-    return problem, done
+    survey = _with_gain(survey) if gains else survey
+    return InspectedProblem.of(problem, survey), done
 
 
 def _trained_set_right(
@@ -126,19 +123,3 @@ def _with_gain(survey: Survey) -> Survey:
             advice = f"{diagnostic.advice}{WITH_GAIN}"
             shared[i] = replace(diagnostic, level="warning", advice=advice)
     return replace(survey, shared=tuple(shared))
-
-
-def placements_set_right(
-    robot: Robot, placements: Sequence[Placement], options: SolveOptions
-) -> tuple[list[Placement], list[Diagnostic]]:
-    """Return placements with all set right that can be, as before a fit, and what was done."""
-    measured = [
-        measure(p, robot, options.distance, sockets=1, load=options.load)
-        for p in placements
-    ]
-    problem = CalibrationProblem(
-        robot, (), options.load, options=options, test=measured
-    )
-    # a placement alone does not say what has unknowns of its own in it
-    mending, done = mended(problem, barred=["set apart", "follow"])
-    return [m.placement for m in mending.test], done

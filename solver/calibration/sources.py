@@ -11,9 +11,9 @@ import numpy as np
 
 from ..._version import __version__
 from .. import results
-from ..bayes.inference import Posterior
-from ..data import Measurement, as_point
-from ..robot import Robot
+from ..identification.data import Measurement, as_point
+from ..identification.inference import Posterior
+from ..identification.robot import Robot
 from .problem import CalibrationProblem
 
 

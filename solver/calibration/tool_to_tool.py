@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..data import Measurement, Pose
+from ..identification.data import Measurement, Pose
 from ..results import CalibratedRobot, Document
 from .multi_robot_calibration import MultiRobotCalibration
 from .option import UsageError

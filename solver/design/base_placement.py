@@ -1,14 +1,16 @@
 """The accuracy that recording at places of the socket base would bring, and plans of them."""
 
+import json
 from dataclasses import dataclass, replace
+from importlib.resources import files as resources
 
 import numpy as np
 
-from ..bayes.model import Noise, extend
-from ..bayes.model.effects import TYPES_WITH_CURVES
-from ..bayes.results import arm_length, unit
-from ..data import CALIPER_DEVIATION, SEAT_DEVIATION, as_point
-from ..robot import Robot, SimulationError, choose_parameters
+from ..identification.data import CALIPER_DEVIATION, SEAT_DEVIATION, as_point
+from ..identification.model import Noise, extend
+from ..identification.robot import Robot, choose_parameters
+from ..poses import SimulationError
+from ..studies import arm_length, unit
 from .information import ParameterCovariance, Workspace, from_prior, workspace_of
 from .pose_route import annealing
 from .reachability import Reach
@@ -24,6 +26,11 @@ RADII = (0.5, 0.4, 0.3, 0.6)
 """Distances of the first base from the robot's axis, as shares of the arm's length."""
 HEIGHT = 0.1
 """Its height, likewise."""
+_CURVES = (
+    resources("mukca.solver.identification.robot") / "shipped" / "error_curves.json"
+)
+CURVED: dict[str, str] = json.loads(_CURVES.read_bytes())
+"""Shipped robots whose measured arms all had joint error curves, and by what that is known."""
 NOISE = Noise(1e-4, 0.0)
 """Of a sample [m]."""
 
@@ -163,7 +170,7 @@ def plan(
 
 def curve_advice(robot: Robot) -> str:
     """Return what to record of an arm whose type has joint error curves; empty for others."""
-    if robot.name not in TYPES_WITH_CURVES:
+    if robot.name not in CURVED:
         return ""
     return (
         "Arms of this type have an error curve of each joint: turn every joint through many angles "

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bayes.model import submatrix
-from ..bayes.model.effects import CURVE, TYPICAL_LENGTH, kernel
-from ..bayes.results import pair_lengths, unit
-from ..robot import workspace
+from ..identification.effects import CURVE, TYPICAL_LENGTH, kernel
+from ..identification.model import submatrix
+from ..identification.robot import workspace
+from ..studies import pair_lengths, unit
 from .information import ParameterCovariance, Prospect
 from .pose_route import Annealing
 

@@ -10,18 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bayes.inference import FitPosterior, Posterior, estimate, refit
-from ..bayes.model import ExtendedModel, extend
-from ..bayes.model.effects import EFFECTS, effects_of
-from ..bayes.results import (
-    Models,
-    better_than_nominal,
-    scale,
-    unit,
-    variances_of,
-    workspace_errors,
-)
-from ..data import (
+from ...errors import NotConverged
+from ..identification.data import (
     CALIPER_DEVIATION,
     SEAT_DEVIATION,
     STANDARD_LOAD,
@@ -35,9 +25,19 @@ from ..data import (
     is_distorted,
     observe,
 )
-from ..paper import NotConverged
+from ..identification.effects import EFFECTS, effects_of
+from ..identification.inference import FitPosterior, Posterior, estimate, refit
+from ..identification.model import ExtendedModel, extend
+from ..identification.robot import Robot, choose_parameters, workspace
 from ..results import Better, ErrorMap, JointEffect, Scale
-from ..robot import Robot, choose_parameters, workspace
+from ..studies import (
+    Models,
+    better_than_nominal,
+    scale,
+    unit,
+    variances_of,
+    workspace_errors,
+)
 from .information import from_fit
 
 POSES = 2000

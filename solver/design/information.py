@@ -23,17 +23,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bayes.inference import Posterior
-from ..bayes.model import (
+from ..identification.data import Observations, Samples
+from ..identification.inference import Posterior
+from ..identification.model import (
     ExtendedModel,
     Noise,
     PriorGroup,
     prior_covariance,
     prior_groups,
 )
-from ..bayes.results import distance_slopes, variances_of
-from ..data import Observations, Samples
-from ..robot import workspace
+from ..identification.robot import workspace
+from ..studies import distance_slopes, variances_of
 
 CENTRE = 1.0
 """Standard deviation of where a socket is before the first sample in it [m]."""

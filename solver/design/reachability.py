@@ -4,7 +4,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..robot import InverseKinematics, Robot, link_poses, workspace
+from ..identification.robot import Robot, link_poses, workspace
+from ..poses import InverseKinematics
 
 MARGIN = 0.05
 """Distance of a pose from each end of a joint's range, as a share of it."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..bayes.results import unit
+from ..studies import unit
 from .reachability import Reach
 
 MANY = 200

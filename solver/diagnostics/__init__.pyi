@@ -18,8 +18,6 @@ from .finding import HELD_OUT as HELD_OUT
 from .hypotheses import FLAWS as FLAWS
 from .hypotheses import SIZE_BY_DISTANCE as SIZE_BY_DISTANCE
 from .hypotheses import SIZE_BY_MODEL as SIZE_BY_MODEL
-from .hypotheses import Flaw as Flaw
-from .hypotheses import FlawError as FlawError
 from .hypotheses import SeatSamples as SeatSamples
 from .inspection import Inspection as Inspection
 from .inspection import Survey as Survey
@@ -34,7 +32,5 @@ from .scene_fit import MENDER as MENDER
 from .scene_fit import Given as Given
 from .scene_fit import fitted_alone as fitted_alone
 from .scene_fit import standing_out as standing_out
+from .simulated_flaw import shift_by as shift_by
 from .size import by_fit as by_fit
-from .suspicion import WhatIf as WhatIf
-from .suspicion import shift_by as shift_by
-from .suspicion import what_if as what_if

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import fixed
-from ..robot import Robot
+from ..identification.robot import Robot
 from .hypotheses import SeatSamples
 
 STATES = {

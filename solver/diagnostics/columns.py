@@ -155,7 +155,8 @@ def _kind(
     if after < LOWER * before:
         gain = f"falls from {_digits(1e3 * before)} to {_digits(1e3 * after)} mm"
     form = f"{hypothesis.text} the error {gain}"
-    advice = [OF_COLUMNS[mistake].advice for mistake in hypothesis.mistakes]
+    _, *others = hypothesis.mistakes
+    advice = [OF_COLUMNS[name].advice for name in (hypothesis.name, *others)]
     return replace(
         OF_COLUMNS[hypothesis.name],
         form=form.replace("{", "{{").replace("}", "}}"),

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..data import (
+from ..identification.data import (
     CALIPER_DEVIATION,
     SAMPLES_ADVISED,
     KnownDistance,
@@ -17,8 +17,8 @@ from ..data import (
     find_socket,
     whole_name,
 )
+from ..identification.robot import Robot
 from ..results import Diagnostic
-from ..robot import Robot
 from .hypotheses import ARMS
 
 SUSPECT = 0.003

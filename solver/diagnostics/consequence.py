@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ..identification.robot import workspace
 from ..results import Consequence
-from ..robot import workspace
 from .hypotheses import INDEPENDENT, Candidate, Scene, robust_weights, typical
 
 POSES = 200

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from ...recorder import Sample
-from ..data import BALL, DRIFT, PART, Apart, Measurement, whole_name
+from ..identification.data import BALL, DRIFT, PART, Apart, Measurement, whole_name
 from ..results import Diagnostic
 from .hypotheses import Candidate, Seat
 

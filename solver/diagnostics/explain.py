@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from ..data import Measurement
+from ..identification.data import Measurement
 from ..results import Hypothesis
 from .columns import of_columns
 from .hypotheses import KINDS, Candidate, Comparison, Scene, likeliest_of

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from ..data import Measurement
+from ..identification.data import Measurement
 from ..results import Consequence, Diagnostic, Hypothesis
 from .configurations import row_of, where_of
 from .consequence import consequence_of, level_of, nominal_errors

@@ -6,9 +6,9 @@ from itertools import chain
 
 import numpy as np
 
-from ..data import Measurement
+from ..identification.data import Measurement
+from ..identification.robot import Robot
 from ..results import Diagnostic, Hypothesis
-from ..robot import Robot
 from .configurations import of_placement, where_of
 from .corrections import Correction, correction_of
 from .explain import explain

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...recorder import Placement
-from ..data import Measurement
-from ..robot import Robot
+from ..identification.data import Measurement
+from ..identification.robot import Robot
 from .explain import Acceptance, rounds
 from .fault import EVIDENCE, SHARE, Fault, fault_of, first_fault
 from .hypotheses import COARSE, CURABLE, Candidate, Comparison, Scene

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..bayes.model.effects import JOINT_OFFSET
-from ..robot import BallModel, Robot, choose_parameters
+from ..identification.effects import JOINT_OFFSET
+from ..identification.robot import BallModel, Robot, choose_parameters
 from .hypotheses import BALL, SeatSamples, means, medians, robust_weights, typical
 
 MAX_OFFSET = np.deg2rad(30)

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 
 from ...errors import fixed
-from ..robot import Robot
+from ..identification.robot import Robot
 from .configurations import FEWEST
 from .inspection import Inspection, Survey
 

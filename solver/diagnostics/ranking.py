@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..bayes.model import probabilities_by_name
+from ..identification.model import probabilities_by_name
 from ..results import Hypothesis
 from .hypotheses import Candidate, Comparison, likeliest_of
 

@@ -8,10 +8,10 @@ from math import log
 
 import numpy as np
 
-from ..bayes.model import Prediction, extend
-from ..bayes.model.effects import JOINT_OFFSET
-from ..data import Samples
-from ..robot import Robot, choose_parameters
+from ..identification.data import Samples
+from ..identification.effects import JOINT_OFFSET
+from ..identification.model import Prediction, extend
+from ..identification.robot import Robot, choose_parameters
 from .hypotheses import (
     ARMS,
     SMALLEST,

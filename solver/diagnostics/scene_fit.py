@@ -6,16 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..data import (
+from ..identification.data import (
     CALIPER_DEVIATION,
     STANDARD_LOAD,
     KnownDistance,
     Load,
     Measurement,
-    RobotRecordings,
     places_of,
 )
-from ..robot import Robot
+from ..identification.robot import Robot
 from .hypotheses import Scene, evenly, medians, samples_of
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
 
@@ -81,9 +80,8 @@ def scene_of(
     Raises:
         KnownError: A known distance names a socket that is not there.
     """
-    recordings = RobotRecordings(model.robot, measurements)
     places = places_of(
-        [recordings],
+        measurements,
         lengths=given.known,
         deviation=given.deviation,
         require_scale=False,

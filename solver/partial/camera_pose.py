@@ -16,7 +16,7 @@ import numpy as np
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
-from ..data import HandEye, Pose, measure, order_said
+from ..identification.data import HandEye, Pose, measure, one_blas_thread, order_said
 from .doubts import changed_zeros, with_right_size
 from .fit import fit
 from .prior import ArmPrior, prior_of
@@ -112,6 +112,7 @@ class CameraPose(Found):
         }
 
 
+@one_blas_thread
 def handeye(
     calibration: Calibration,
     data: Placement | Sequence[Placement],

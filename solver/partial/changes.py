@@ -9,9 +9,9 @@ import numpy as np
 
 from ...errors import fixed
 from ..assessment import mm
-from ..bayes.model import probabilities_by_name
 from ..calibration import Calibration
-from ..data import Measurement, Metrics, evaluate, mean_metrics
+from ..identification.data import Measurement, Metrics, evaluate, mean_metrics
+from ..identification.model import probabilities_by_name
 from .evidence import (
     DIVERGED,
     EVERYTHING,

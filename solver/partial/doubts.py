@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..bayes.model import probabilities
+from ..identification.model import probabilities
 from .evidence import (
     TYPICAL,
     Explanation,

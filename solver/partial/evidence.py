@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..bayes.model import log_bayes_factor
+from ..identification.model import log_bayes_factor
 from .fit import fit, next_step
 from .system import System, linear
 from .task import Task

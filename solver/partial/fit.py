@@ -16,8 +16,8 @@ from itertools import product
 
 import numpy as np
 
-from ..bayes.model import student_weights
-from ..robot import turn
+from ..identification.model import student_weights
+from ..identification.robot import turn
 from .system import System, linear
 from .task import NoiseBelief, State, Task
 

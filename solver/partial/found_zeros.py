@@ -1,13 +1,13 @@
 """Zeros of joints that were found, in words and as files."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from ..calibration import Calibration, UsageError
+from ..identification.robot import Robot
 from ..results import refuse_existing, write_files
-from ..robot import Robot
 from .system import System
 from .updated import updated, urdf_with_zeros
 from .zero_posterior import SURE
@@ -64,8 +64,17 @@ class Zeros:
             return urdf_with_zeros(self.arm, [joint.offset for joint in self.joints])
         return updated(self.arm, self.system, self.joints).urdf()
 
-    def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
+    def save(
+        self,
+        folder: str | Path,
+        *,
+        force: bool = False,
+        pages: Mapping[str, bytes] | None = None,
+    ) -> dict[str, str]:
         """Write ``calibrated.urdf`` and ``calibration.json``; the URDF alone for a nominal robot.
+
+        With them come ``pages``, by name. The other arguments and the result are those of
+        :meth:`.Calibration.save`.
 
         Raises:
             OutputError: The folder is there already, or cannot be written.
@@ -76,10 +85,13 @@ class Zeros:
                 "nothing was found that could be written: no sample is new"
             )
         if self.calibration is not None:
-            return self.calibration.save(folder, force=force, accept_distorted=True)
+            return self.calibration.save(
+                folder, force=force, accept_distorted=True, pages=lambda _: pages or {}
+            )
         refuse_existing(Path(folder), force=force)
-        files = write_files(Path(folder), {"calibrated.urdf": self.urdf()})
-        return {"urdf": str(*files.values())}
+        contents = {**(pages or {}), "calibrated.urdf": self.urdf()}
+        files = write_files(Path(folder), contents)
+        return {"urdf": str(files["calibrated.urdf"])}
 
     @property
     def brief(self) -> tuple[str, ...]:

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
-from ..data import Measurement, check_distinct, measure
-from ..robot import Robot
+from ..identification.data import Measurement, check_distinct, measure, one_blas_thread
+from ..identification.robot import Robot
 from .found_zeros import Zeros, still_off
 from .prior import ANGLE, LENGTH, TOLERANCES, prior_of
 from .sockets import new_samples, require_samples, similar_postures, socket_task
@@ -24,6 +24,7 @@ ANOTHER = 5e-2
 """Errors beyond which samples are another arm's, even where no zero changed [m]."""
 
 
+@one_blas_thread
 def rezero(
     arm: Calibration | Robot,
     data: Placement | Sequence[Placement],

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..assessment import mm
 from ..calibration import Calibration
-from ..data import Measurement, TipSamples, evaluate, tip_shift
+from ..identification.data import Measurement, TipSamples, evaluate, tip_shift
 
 SHIFTED = 5e-3
 """Shift of a tip from which it is another probe's [m]: less may be a zero that moved."""

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bayes.model import ExtendedModel, Noise, block_matrix, extend
-from ..bayes.model.effects import JOINT_OFFSET
 from ..calibration import Calibration, UsageError, posterior_of
-from ..data import STANDARD_LOAD, HandEye, Load, Samples, hand_eye
 from ..design import ParameterCovariance, Workspace
-from ..robot import (
+from ..identification.data import STANDARD_LOAD, HandEye, Load, Samples, hand_eye
+from ..identification.effects import JOINT_OFFSET
+from ..identification.model import ExtendedModel, Noise, block_matrix, extend
+from ..identification.robot import (
     Parameter,
     Robot,
     RotationNumbers,

@@ -25,8 +25,8 @@ import numpy as np
 
 from ...errors import MukcaError
 from ...recorder import Sample
-from ..data import FrameError, Samples, hand_eye, rotation_matrices
-from ..robot import matrix_rpy, rotation_vectors, turn
+from ..identification.data import FrameError, Samples, hand_eye
+from ..identification.robot import matrix_rpy, rotation_matrices, rotation_vectors, turn
 from .prior import ArmPrior, Flanges
 
 AS_IS = "as they stand"

@@ -8,8 +8,8 @@ from itertools import chain, compress
 import numpy as np
 
 from ..calibration import Calibration, UsageError
-from ..data import Measurement, measure
-from ..robot import Robot
+from ..identification.data import Measurement, measure
+from ..identification.robot import Robot
 from .fit import fit
 from .prior import SOCKET, ArmPrior, prior_of
 from .task import NoiseBelief, Rows, Task

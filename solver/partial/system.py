@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..bayes.model import Gaussian
-from ..data import CALIPER_DEVIATION, Pose
-from ..robot import rotation_vectors
+from ..identification.data import CALIPER_DEVIATION, Pose
+from ..identification.model import Gaussian
+from ..identification.robot import rotation_vectors
 from .prior import Flanges
 from .task import NoiseBelief, State, Task
 

@@ -18,8 +18,8 @@ from itertools import chain
 
 import numpy as np
 
-from ..bayes.model import NU
-from ..data import HandEye, Measurement, Samples
+from ..identification.data import HandEye, Measurement, Samples
+from ..identification.model import NU
 from .prior import ArmPrior
 
 SIZE = 3e-3

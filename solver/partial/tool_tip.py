@@ -9,8 +9,8 @@ import numpy as np
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
-from ..data import Pose, measure
-from ..robot import InverseKinematics, SimulationError
+from ..identification.data import Pose, measure, one_blas_thread
+from ..poses import InverseKinematics, SimulationError
 from .doubts import ChangedZeros, changed_zeros
 from .fit import fit
 from .prior import ArmPrior, prior_of
@@ -71,6 +71,7 @@ class Tool(Found):
         return f"Touches scatter by {1e3 * self.noise:.3f} mm an axis."
 
 
+@one_blas_thread
 def tool(
     calibration: Calibration,
     data: Placement | Sequence[Placement],

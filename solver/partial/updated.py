@@ -1,6 +1,6 @@
 """Calibrations updated by a partial fit: joint zeros, a tool's frame, the posterior of the arm."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,10 +10,11 @@ import numpy as np
 from msgspec import structs
 
 from ...errors import fixed
-from ..bayes.model.effects import JOINT_OFFSET
-from ..bayes.results import offsets_in_origins
 from ..calibration import Calibration, UsageError
-from ..data import Pose
+from ..identification.data import Pose
+from ..identification.effects import JOINT_OFFSET
+from ..identification.inference import offsets_in_origins
+from ..identification.robot import BallModel, Robot, add_link, all_parameters, scan
 from ..results import (
     CalibratedRobot,
     CalibrationDocument,
@@ -21,7 +22,6 @@ from ..results import (
     LaterZero,
     ToolFrame,
 )
-from ..robot import BallModel, Robot, add_link, all_parameters, scan
 from .doubts import ChangedZeros
 from .system import System
 from .zeros import JointZero
@@ -78,13 +78,21 @@ class Found:
         )
         return {**msgspec.to_builtins(self.frame), **figures}
 
-    def save(self, folder: str | Path, *, force: bool = False) -> dict[str, str]:
+    def save(
+        self,
+        folder: str | Path,
+        *,
+        force: bool = False,
+        pages: Mapping[str, bytes] | None = None,
+    ) -> dict[str, str]:
         """Write ``calibrated.urdf`` and ``calibration.json`` with the link.
 
-        Raises:
-            OutputError: The folder is there already, or cannot be written.
+        With them come ``pages``, by name. The other arguments, result and errors are those of
+        :meth:`.Calibration.save`.
         """
-        return self.calibration.save(folder, force=force, accept_distorted=True)
+        return self.calibration.save(
+            folder, force=force, accept_distorted=True, pages=lambda _: pages or {}
+        )
 
 
 def found(

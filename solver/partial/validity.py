@@ -25,7 +25,14 @@ from ..assessment import (
     rows_since,
 )
 from ..calibration import Calibration, Errors, as_list
-from ..data import Measurement, Metrics, Readings, check_distinct, measure
+from ..identification.data import (
+    Measurement,
+    Metrics,
+    Readings,
+    check_distinct,
+    measure,
+    one_blas_thread,
+)
 from ..results import CalibrationDocument, Summary
 from .changes import Changes, changes_since
 from .other_probe import probe_shift, probe_words
@@ -89,6 +96,7 @@ class Validity(Changes):
         return {**self.verdict.as_said(), "text": self.text, "nearest_cause": cause}
 
 
+@one_blas_thread
 def what_changed(
     calibration: Calibration,
     data: Placement | Sequence[Placement],

@@ -14,7 +14,7 @@ from itertools import combinations, compress
 
 import numpy as np
 
-from ..bayes.model import probabilities
+from ..identification.model import probabilities
 from .evidence import Explanation, linear_about, log_evidences
 from .prior import ZERO
 from .system import System

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Generic, Literal, TypeVar
 
-from ..data import Metrics
+from ..identification.data import Metrics
 from .files import Document
 
 Value = TypeVar("Value")

@@ -11,24 +11,21 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..bayes.model import Deflection
-from ..data import STANDARD_LOAD, Load, Measurement
-from ..robot import (
-    LAST,
+from ..identification.data import STANDARD_LOAD, Load, Measurement
+from ..identification.model import Deflection
+from ..identification.robot import (
     BallModel,
-    Goal,
     Origin,
     Parameter,
-    PoseModel,
-    PoseSolver,
     Robot,
     RotationNumbers,
     RowFunction,
-    Solutions,
+    choose_parameters,
     relocate_meshes,
     scan,
     set_origins,
 )
+from ..poses import LAST, Goal, PoseModel, PoseSolver, Solutions
 from .by_model import ModelName
 from .joint_rows import effort_rows, position_rows, rows_for_poses
 from .symbolic import symbolic_positions
@@ -291,3 +288,19 @@ class CalibratedRobot:
         if folder is None or not source.is_file():
             return text
         return relocate_meshes(scan(text, self.robot.source), source.parent, folder)
+
+
+Place = tuple[float, float, float]
+"""Coordinates [m]."""
+
+
+def ball_of(robot: Robot) -> tuple[Parameter, ...]:
+    """Return the parameters that are the ball's place in its link."""
+    return tuple(choose_parameters(robot, free=[f"{robot.ball_joint.name}.xyz"]))
+
+
+def with_ball_at(robot: Robot, place: Place | None) -> CalibratedRobot | None:
+    """Return the nominal robot with its ball at a place in its link [m]; None without one."""
+    if place is None:
+        return None
+    return CalibratedRobot(robot, ball_of(robot), np.array(place))

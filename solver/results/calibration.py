@@ -1,19 +1,12 @@
 """Content of ``calibration.json``, all that is needed to use it: metres, radians, kilograms."""
 
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import numpy as np
-
-from ...errors import MukcaError
-from ..bayes.model import Deflection
-from ..data import Load
-from ..robot import RotationNumbers, all_parameters, parse_robot, scan
+from ..identification.data import Load
+from ..identification.robot import RotationNumbers
 from . import estimates, worth
-from .calibrated import CalibratedRobot
-from .consistency import conflicts
-from .files import Document, DocumentError, read
+from .files import Document, DocumentError, read, require_beside
 from .patterns import ErrorPatterns
 from .placements import (
     Diagnostic,
@@ -27,7 +20,6 @@ from .placements import (
 
 FORMAT = "mukca-calibration-1"
 ARMS_FORMAT = "mukca-arms-1"
-ELASTICITY_FORMAT = "mukca-elasticity-1"
 UNSEEN = 0.1
 """A turn whose standard deviation is larger than this counts as unknown [rad]."""
 
@@ -119,6 +111,8 @@ class ArmsDocument(Document):
     arms: tuple[GivenArm, ...] = ()
     """In the order of their names."""
     sockets: tuple[VisitedSocket, ...] = ()
+    output_sha256: dict[str, str] | None = None
+    """Digests of the files written with it, by their paths beside it; None in older files."""
 
 
 class Provenance(Document):
@@ -128,6 +122,8 @@ class Provenance(Document):
     model_sha256: str
     data_sha256: dict[str, str]
     versions: dict[str, str]
+    output_sha256: dict[str, str] | None = None
+    """Digests of the files written with it, by name; None in older files."""
 
 
 class FitResult(Document):
@@ -225,67 +221,15 @@ class CalibrationDocument(Result):
     """None by the paper's method, of several robots, and in older files."""
 
 
-class TypeElasticity(Document):
-    """Of one type: the mean over arms, each weighted by its precision."""
-
-    joint_names: tuple[str, ...]
-    """A type is told by its joints' names, in chain order."""
-    arms: int
-    coefficients: tuple[estimates.Coefficient, ...]
-    """Compliance and tilt [rad/(N m)]; the deviation is that of the mean."""
-    source: str | None = None
-    """Source of the figures, if mukca did not find them."""
-    tilt_axes: Literal["frame", "link"] = "frame"
-    """Axes of the tilts: those of the joints' frames, as in files of 1.0, or of the links."""
-
-
-class ElasticityDocument(Document):
-    """All of ``elasticity.json``."""
-
-    format: str
-    types: tuple[TypeElasticity, ...]
-
-
 def read_calibration(file: Path) -> CalibrationDocument:
-    """Read a ``calibration.json``; a :class:`DocumentError` names the key that is wrong."""
-    return read(file, CalibrationDocument, FORMAT)
+    """Read a ``calibration.json``.
 
-
-def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
-    """Return the robot that a calibration describes, which messages name by its source."""
-    model = document.model
-    try:
-        text = scan(model.nominal_urdf.encode(), "nominal_urdf")
-        text.source = model.source
-        robot = parse_robot(text, base=model.base, tip=model.tip)
-        # Older files have the tilts of the frames' axes.
-        if document.rotation_numbers == "rpy":
-            joints = tuple(replace(joint, tilt_axes=None) for joint in robot.joints)
-            robot = replace(robot, joints=joints)
-    except MukcaError as error:
-        raise misfit(source, "model", str(error)) from None
-    values = {value.name: value for value in document.parameters}
-    parameters = tuple(p for p in all_parameters(robot) if p.name in values)
-    if not len(parameters) == len(values) == len(document.parameters):
-        raise misfit(
-            source, "parameters", "not those of the joints of model.nominal_urdf"
-        )
-    for key, words in conflicts(document, robot):
-        raise misfit(source, key, words)
-    calibrated = np.array([values[p.name].calibrated for p in parameters], dtype=float)
-    exported = np.array([values[p.name].exported for p in parameters], dtype=float)
-    deflection = Deflection(
-        tuple(document.deflection), tuple(map(np.array, document.deflection.values()))
-    )
-    return CalibratedRobot(
-        robot,
-        parameters,
-        calibrated,
-        deflection,
-        document.load,
-        exported if document.deflection else None,
-        document.rotation_numbers,
-    )
+    Raises:
+        DocumentError: A key is wrong, or a file beside it is edited or of another calibration.
+    """
+    document = read(file, CalibrationDocument, FORMAT)
+    require_beside(file, document.provenance.output_sha256)
+    return document
 
 
 def misfit(source: str, key: str, words: str) -> DocumentError:

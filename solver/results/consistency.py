@@ -1,25 +1,67 @@
-"""The look at a ``calibration.json`` as a whole: its arrays fit each other, and names are there."""
+"""The robot of a ``calibration.json``, whose arrays fit each other and whose names are there."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from ...errors import JOINT_POSITION, LENGTH
+from ...errors import JOINT_POSITION, LENGTH, MukcaError
 from ...recorder import LAST_SOCKET
-from ..bayes.model.effects import EFFECTS
-from ..robot import Robot
+from ..identification.effects import EFFECTS
+from ..identification.model import Deflection
+from ..identification.robot import Robot, all_parameters, parse_robot, scan
+from .calibrated import CalibratedRobot
+from .calibration import CalibrationDocument, misfit
 from .placements import PlacementSamples, RecordedSample
 
 DEGREES = 360
 """Values of an error curve, one a degree."""
 
 
-def conflicts(document: Any, robot: Robot) -> Iterator[tuple[str, str]]:
+def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
+    """Return the robot that a calibration describes, which messages name by its source."""
+    model = document.model
+    try:
+        text = scan(model.nominal_urdf.encode(), "nominal_urdf")
+        text.source = model.source
+        robot = parse_robot(text, base=model.base, tip=model.tip)
+        # Older files have the tilts of the frames' axes.
+        if document.rotation_numbers == "rpy":
+            joints = tuple(replace(joint, tilt_axes=None) for joint in robot.joints)
+            robot = replace(robot, joints=joints)
+    except MukcaError as error:
+        raise misfit(source, "model", str(error)) from None
+    values = {value.name: value for value in document.parameters}
+    parameters = tuple(p for p in all_parameters(robot) if p.name in values)
+    if not len(parameters) == len(values) == len(document.parameters):
+        raise misfit(
+            source, "parameters", "not those of the joints of model.nominal_urdf"
+        )
+    for key, words in _conflicts(document, robot):
+        raise misfit(source, key, words)
+    calibrated = np.array([values[p.name].calibrated for p in parameters], dtype=float)
+    exported = np.array([values[p.name].exported for p in parameters], dtype=float)
+    deflection = Deflection(
+        tuple(document.deflection), tuple(map(np.array, document.deflection.values()))
+    )
+    return CalibratedRobot(
+        robot,
+        parameters,
+        calibrated,
+        deflection,
+        document.load,
+        exported if document.deflection else None,
+        document.rotation_numbers,
+    )
+
+
+def _conflicts(
+    document: CalibrationDocument, robot: Robot
+) -> Iterator[tuple[str, str]]:
     """Yield the keys of a document that do not fit its robot or its other keys, and why.
 
     Args:
-        document: All of ``calibration.json``, as its own module has it.
+        document: All of ``calibration.json``.
         robot: The robot of its model.
     """
     names = robot.joint_names
@@ -46,7 +88,9 @@ def conflicts(document: Any, robot: Robot) -> Iterator[tuple[str, str]]:
     yield from _of_estimates(document, names)
 
 
-def _of_estimates(document: Any, names: Sequence[str]) -> Iterator[tuple[str, str]]:
+def _of_estimates(
+    document: CalibrationDocument, names: Sequence[str]
+) -> Iterator[tuple[str, str]]:
     """Yield the zeros, curves and tools that are not of joints of these names, and why."""
     curves = document.curves.joints if document.curves else ()
     for i, zero in enumerate(document.later_zeros):

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..bayes.model.effects import KNOTS, SPACING
+from ..identification.effects import KNOTS, SPACING
 from .estimates import ErrorCurves
 from .files import Document
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ..robot import Origin
+from ..identification.robot import Origin
 from .files import Document
 
 

@@ -4,17 +4,18 @@ A key that this version does not know is passed over, so files of later versions
 keys can still be read. A value that is left at its default is not written.
 """
 
+import hashlib
 import json
-import os
-import tempfile
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
 from ..._version import __version__
-from ...errors import MukcaError, read_json
+from ...errors import MukcaError, read_bytes, read_json
+from ...recorder import make_folder, replace_files
 
 if TYPE_CHECKING:
     from typing_extensions import dataclass_transform
@@ -146,37 +147,60 @@ def refuse_existing(
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes]) -> dict[str, Path]:
-    """Write files into a folder, made where missing; return their paths by file name.
+    """Write files that belong together into a folder, made where missing, in their order.
 
-    Each is written under a temporary name first, then renamed.
+    Names may have folders in them. Returns the paths by name.
+
+    Raises:
+        OutputError: One cannot be written. None is changed, or the line says which are new.
     """
+    paths = {name: folder / name for name in contents}
+    new_folders: list[Path] = []
+    files: dict[Path, bytes] = {}
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, content in contents.items():
-            _write(folder / name, content)
+        for name, path in paths.items():
+            # A link stays one.
+            file = path.resolve() if path.is_symlink() else path
+            if file.exists() and not file.is_file():
+                raise OutputError(f"{file}: is no file; choose another")
+            new_folders = make_folder(path.parent) + new_folders
+            files[file] = contents[name]
+        replace_files(files)
     except OSError as error:
+        for new_folder in new_folders:
+            with suppress(OSError):  # files are in it
+                new_folder.rmdir()
         raise OutputError(
             f"{error.filename or folder}: cannot be written: {error.strerror}"
         ) from None
-    return {name: folder / name for name in contents}
+    return paths
 
 
-def _write(path: Path, content: bytes) -> None:
-    file = path.resolve()  # a link stays one
-    if file.exists() and not file.is_file():
-        raise OutputError(f"{file}: is no file; choose another")
-    try:
-        handle, temporary = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")
-    except OSError as error:
-        error.filename = str(path)
-        raise
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.chmod(temporary, 0o644)  # noqa: PTH101  (mkstemp makes it private)
-        Path(temporary).replace(file)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+def sha256(content: bytes) -> str:
+    """Return the digest by which a document names another file."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def require_beside(file: Path, digests: Mapping[str, str] | None) -> None:
+    """See that files beside a document are those that were written with it, or are not there.
+
+    Raises:
+        DocumentError: One is another.
+    """
+    for name, digest in (digests or {}).items():
+        beside = file.parent / name
+        if beside.exists() and sha256(read_bytes(beside)) != digest:
+            raise DocumentError(
+                f"{beside}: not the one that {file.name} was written with, but edited, or of "
+                "another run; keep it in another folder, or write both again"
+            )
+
+
+def missing_beside(file: Path, digests: Mapping[str, str] | None) -> list[str]:
+    """Return a line for each file that was written with a document and is not beside it."""
+    return [
+        f"{file.parent / name}: missing, though {file.name} was written with it; mukca export "
+        "--to urdf writes a URDF of the calibration"
+        for name in digests or {}
+        if not (file.parent / name).exists()
+    ]

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import JOINT_POSITION, MukcaError
-from ..robot import Robot
+from ..identification.robot import Robot
 
 
 class JointsError(MukcaError):

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from msgspec.structs import replace
 
 from ...recorder import Placement, Sample
-from ..data import removed_share
+from ..identification.data import removed_share
 from .by_model import MetricsByModel
 from .files import Document
 
@@ -94,6 +94,7 @@ _KEPT = (
     "number",
     "place",
     "time",
+    "temperature",
 )
 """All that a document keeps of a :class:`.Sample`."""
 
@@ -121,6 +122,8 @@ class RecordedSample(Document):
     """The same of the measured orientation."""
     time: float | None = None
     """When it was captured [s since 1970, UTC]."""
+    temperature: float | None = None
+    """Of the arm at its capture [K]; None where it was not measured."""
     moved: tuple[float, float, float] | None = None
     """Movement of its place until then, as the fit found it [m]; None where it stood still."""
 

@@ -5,9 +5,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..bayes.model import Deflection
-from ..data import Load, Samples
-from ..robot import Robot, moments_function
+from ..identification.data import Load, Samples
+from ..identification.model import Deflection
+from ..identification.robot import Robot, moments_function
 
 
 def symbolic_positions(robot: Robot, deflection: Deflection, load: Load, q: Any) -> Any:

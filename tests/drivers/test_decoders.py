@@ -1,7 +1,7 @@
 """Decoders: worked examples of their bytes, and bytes that nobody should send.
 
 The latter are of three kinds: any at all; good messages with some bytes changed; good messages with
-one thing wrong that must be noticed. benchmarks/hostile.py does the same a million times.
+one thing wrong that must be noticed.
 """
 
 import math

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from mukca import MukcaError, Placement
 from mukca.recorder import Metadata, Sample, hole_files, read_placement, read_samples, sample_files
 from mukca.recorder.session import Recording
+from mukca.solver.results import write_files
 
 METADATA = Metadata("arm", ("a", "b,c"), ("rad", "m"), 0.05, model_sha256="1f")
 exact = st.floats(-1e20, 1e20)
@@ -110,8 +111,17 @@ def test_new_files_are_synced_before_their_folder_and_that_before_they_are_used(
     header = (folder / "samples.csv", (folder / "samples.csv").stat().st_size)
     assert header[1] > 0 and header in synced[: synced.index((folder, 0))]
     written = (folder / "placement.json").stat().st_size
-    metadata = (folder / ".placement.json.tmp", written)  # as it was called until it was whole
-    assert metadata in synced[: len(synced) - 1 - synced[::-1].index((folder, 0))]
+    before_last = synced[: len(synced) - 1 - synced[::-1].index((folder, 0))]
+    beside = [(file, size) for file, size in before_last if file.name.startswith(".placement.json")]
+    assert beside[-1][1] == written  # under another name until it was whole
+
+
+def test_files_that_belong_together_are_whole_before_the_first_is_renamed(tmp_path, synced):
+    out = tmp_path / "data/out"
+    write_files(out, {"a.json": b"12", "left/b.urdf": b"123"})
+    beside = [(file.parent, file.name[:3], size) for file, size in synced if file.name[0] == "."]
+    assert beside == [(out, ".a.", 2), (out / "left", ".b.", 3)]
+    assert {file for file, _ in synced[-2:]} == {out, out / "left"}
 
 
 def test_a_full_disk_leaves_the_file_as_it_was_and_nothing_beside_it(tmp_path):

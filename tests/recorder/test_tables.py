@@ -11,8 +11,7 @@ from project import ROOT
 
 import mukca
 from mukca.recorder import POSE_FORMS, match_joints, read_rows, seconds_of, unit_quaternion
-from mukca.solver.data import rotation_matrices
-from mukca.solver.robot import matrix_rpy, rotation_vectors
+from mukca.solver.identification.robot import matrix_rpy, rotation_matrices, rotation_vectors
 
 BEGIN, END = "<!-- tables: by tests/foreign_tables.py -->\n", "<!-- end of tables -->\n"
 

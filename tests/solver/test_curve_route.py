@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.model import Noise, extend
-from mukca.solver.bayes.model.effects import curve_values, random_curves
 from mukca.solver.design import CurveAnnealing, Reach, from_prior, plan_poses, workspace_of
-from mukca.solver.robot import choose_parameters, load_robot, workspace
+from mukca.solver.identification.effects import curve_values, random_curves
+from mukca.solver.identification.model import Noise, extend
+from mukca.solver.identification.robot import choose_parameters, load_robot, workspace
 
 pytestmark = pytest.mark.slow
 

@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.model import Noise, extend
 from mukca.solver.design import Reach, from_prior, plan_poses, workspace_of
-from mukca.solver.robot import choose_parameters, load_robot, workspace
+from mukca.solver.identification.model import Noise, extend
+from mukca.solver.identification.robot import choose_parameters, load_robot, workspace
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from mukca.solver.assessment import (
 from mukca.solver.assessment.conclusion import conclude
 from mukca.solver.assessment.held_out import error_rows
 from mukca.solver.assessment.scale_check import scale_row
-from mukca.solver.data import measure
+from mukca.solver.identification.data import measure
 from mukca.solver.results import Diagnostic, Hypothesis, Scale
 
 

@@ -56,7 +56,6 @@ def test_a_fleet_is_calibrated_and_compared(fleet, tmp_path, answer):
     page = (out / "fleet.html").read_text()
     says("fleet", page)
     assert page.count("2026-05-02 at 2026-06-01") == 2  # dates are left out of what is kept
-    assert not (out / "elasticity.json").exists()  # the paper's method finds none
     links = re.findall(r'href="([^":]+)"', page)
     assert links == ["arm-1/2026-06-01/report.html", "arm-2/2026-06-01/report.html"]
     assert all((out / link).is_file() for link in links)

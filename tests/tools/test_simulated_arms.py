@@ -6,15 +6,10 @@ from cases import by_table
 from imagined import poses
 
 import mukca
-from mukca.solver.bayes.model import Deflection
-from mukca.solver.data import STANDARD_LOAD
-from mukca.solver.robot import (
-    BallModel,
-    InverseKinematics,
-    SimulationError,
-    gravity_moments,
-    load_robot,
-)
+from mukca.solver.identification.data import STANDARD_LOAD
+from mukca.solver.identification.model import Deflection
+from mukca.solver.identification.robot import BallModel, gravity_moments, load_robot
+from mukca.solver.poses import InverseKinematics, SimulationError
 from mukca.tools.simulation import Base, Imperfection, record
 
 AT = Base("front", np.array([0.5, 0.0, 0.1]), np.array([0.0, 1.0, 0.0]))

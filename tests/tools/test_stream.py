@@ -2,14 +2,17 @@
 
 import io
 import json
+import os
 import re
+import shlex
 import subprocess
+from contextlib import contextmanager
 
 import pyte
 import pytest
 from emulation import emulated
 from emulator_programs import emulated_program
-from terminal_session import MUKCA, PATIENCE, TerminalSession
+from terminal_session import MUKCA, TerminalSession
 
 from mukca.tools.cli import main
 
@@ -127,12 +130,28 @@ def test_a_drop_is_told_on_standard_error(tmp_path, stream):
     assert "warning: states come again" in told.err
 
 
-def test_an_emulator_tells_how_to_read_it():
-    process = subprocess.Popen([*MUKCA, "emulate", "kinova"], stdout=subprocess.PIPE, text=True)
-    assert process.stdout
-    lines = [process.stdout.readline() for _ in range(3)]
-    process.terminate()
-    assert process.wait(PATIENCE) == 0
-    process.stdout.close()
-    assert lines[0] == "Emulating kinova, version serial.\n"
-    assert "mukca stream --driver 'kinova:serial:///dev/pts/" in lines[1]
+@contextmanager
+def piped(folder, *words):
+    """Run a verb between pipes, with nothing set but where programs and packages are."""
+    places = ("PATH", "PYTHONPATH")
+    environment = {name: os.environ[name] for name in places if name in os.environ}
+    environment["HOME"] = str(folder)
+    pipes = dict.fromkeys(("stdin", "stdout"), subprocess.PIPE)
+    with subprocess.Popen([*MUKCA, *words], env=environment, text=True, **pipes) as process:
+        try:
+            yield process
+        finally:
+            process.terminate()
+
+
+def test_an_emulator_tells_how_to_read_it_and_whoever_does_gets_each_line_at_once(tmp_path):
+    """Through pipes, of programs that go on."""
+    with piped(tmp_path, "emulate", "kinova") as emulator:
+        lines = [emulator.stdout.readline() for _ in range(3)]
+        assert lines[0] == "Emulating kinova, version serial.\n"
+        command = shlex.split(lines[1].partition("Read it with: mukca ")[2])
+        for options in ([], ["--json"]):
+            with piped(tmp_path, *command, *options) as stream:
+                assert stream.stdout.readline().strip()
+                assert stream.poll() is None
+    assert emulator.returncode == 0

@@ -6,7 +6,7 @@ from foreign_tables import UR
 
 import mukca
 from mukca.recorder import POSE_FORMS, read_points, read_rows
-from mukca.solver.data import read_known, read_sockets_at
+from mukca.solver.tables import read_known, read_sockets_at
 from mukca.tools.extract import Question, read_log
 
 DEGREES = [

@@ -9,14 +9,15 @@ from .arguments import option as option
 from .arguments import option_names as option_names
 from .arguments import part as part
 from .arguments import read_options as read_options
-from .commands.main import VERBS as VERBS
 from .commands.main import build_parser as build_parser
 from .commands.main import main as main
+from .commands.verbs import VERBS as VERBS
 from .common_options import DetailsOptions as DetailsOptions
 from .common_options import JsonOption as JsonOption
 from .common_options import OutputOptions as OutputOptions
 from .common_options import PayloadOptions as PayloadOptions
 from .console import Terminal as Terminal
+from .console import write_error as write_error
 from .defect import report_defect as report_defect
 from .each_arm import for_each_arm as for_each_arm
 from .each_arm import one_arm as one_arm

@@ -14,8 +14,8 @@ from itertools import chain
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
-from ...solver import data
 from ...solver.calibration import UsageError
+from ...solver.identification import data
 
 if TYPE_CHECKING:
     from typing_extensions import dataclass_transform

@@ -1,11 +1,16 @@
-"""Output of the verbs: lines, tables and JSON; with ``--json`` all text goes to standard error."""
+"""Output of the verbs: lines, tables and JSON; with ``--json`` all text goes to standard error.
+
+All that the program writes to a terminal is written here, and cleaned; JSON is ASCII.
+"""
 
 import os
 import sys
 from contextlib import contextmanager
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING, Any, TextIO
 
+from ...errors import cleaned
 from .tables import FittingTable, in_words, wrapped
 
 if TYPE_CHECKING:
@@ -31,9 +36,7 @@ class Terminal:
     @cached_property
     def console(self) -> "Console":
         """A rich console on the people's stream; plain text where that is no terminal."""
-        from rich.console import Console
-
-        console = Console(stderr=self.json, highlight=False)
+        console = _clean_console(stderr=self.json)
         console.soft_wrap = not console.is_terminal
         if not console.is_terminal and "COLUMNS" not in os.environ:
             console.width = PIPED_WIDTH
@@ -45,16 +48,15 @@ class Terminal:
         if not sys.stderr.isatty():
             yield lambda _: None
             return
-        from rich.console import Console
+        from rich.markup import escape
         from rich.progress import Progress
 
-        with Progress(console=Console(stderr=True), transient=True) as bar:
+        with Progress(console=_clean_console(stderr=True), transient=True) as bar:
             task = bar.add_task("", total=total)
-            yield lambda step: bar.update(task, description=step, advance=1)
+            yield lambda step: bar.update(task, description=escape(step), advance=1)
 
     def say(self, *texts: str) -> None:
         """Write lines for people, broken between words where a terminal is narrower."""
-        sys.stdout.flush()
         _write(sys.stderr if self.json else sys.stdout, texts)
 
     def say_rows(
@@ -91,7 +93,6 @@ class Terminal:
         """Write a line on a terminal before work that takes a moment."""
         if sys.stdout.isatty():
             self.say(text)
-            sys.stdout.flush()
 
     def tabulate(
         self,
@@ -113,7 +114,17 @@ class Terminal:
             from ...solver.results import encode
 
             sys.stdout.write(encode(value).decode() + "\n")
-            sys.stdout.flush()
+
+
+def _clean_console(*, stderr: bool) -> "Console":
+    from .clean_console import CleanConsole
+
+    return CleanConsole(stderr=stderr, highlight=False)
+
+
+def write_error(line: str) -> None:
+    """Write a line to standard error, whole."""
+    sys.stderr.write(f"{cleaned(line)}\n")
 
 
 def _columns(stream: TextIO) -> int | None:
@@ -126,6 +137,8 @@ def _columns(stream: TextIO) -> int | None:
 def _write(stream: TextIO, texts: "Iterable[str]") -> None:
     """Write lines, on a terminal broken between words."""
     columns = _columns(stream)
-    for text in texts:
-        lines = [text] if columns is None else wrapped(text, columns)
-        stream.writelines(f"{line}\n" for line in lines)
+    lines = map(cleaned, texts)
+    if columns is not None:
+        lines = chain.from_iterable(wrapped(line, columns) for line in lines)
+    # At once, so that a stream that is flushed after each line is flushed once.
+    stream.write("".join(f"{line}\n" for line in lines))

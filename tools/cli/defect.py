@@ -2,7 +2,6 @@
 
 import os
 import platform
-import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
@@ -10,6 +9,7 @@ from pathlib import Path
 from shlex import join
 
 from ..._version import __version__
+from .console import write_error
 
 DEFECT = 70
 """Exit status, as EX_SOFTWARE of sysexits.h."""
@@ -44,8 +44,8 @@ def report_defect(error: Exception, words: Sequence[str]) -> int:
         advice = f"no report could be written ({reason.strerror}); {SHOW}=1 shows the traceback"
     place = traceback.extract_tb(error.__traceback__)[-1]
     where = f"{type(error).__name__} in {Path(place.filename).name}:{place.lineno}"
-    sys.stderr.write(
-        f"{verb}: stopped by a defect of mukca ({where}), ours to mend: {advice}\n"
+    write_error(
+        f"{verb}: stopped by a defect of mukca ({where}), ours to mend: {advice}"
     )
     return DEFECT
 

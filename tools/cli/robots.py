@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypedDict
 
 from ... import recorder
-from ...solver import assessment, data, diagnostics
-from ...solver import robot as robots
+from ...solver import assessment, diagnostics, tables
 from ...solver.calibration import SolveOptions, UsageError
+from ...solver.identification import data
+from ...solver.identification import robot as robots
 from .. import parallel
 from .arguments import Options, option
 
@@ -236,8 +237,8 @@ def read_data(
 ) -> "list[recorder.Placement]":
     """Read all placements that paths stand for, without what is left out by hand."""
     placements = recorder.read_placements(*paths, as_recorded=settings.as_recorded)
-    data.check_left_out(placements, settings.leave_out)
-    placements = data.without(placements, settings.leave_out)
+    tables.check_left_out(placements, settings.leave_out)
+    placements = tables.without(placements, settings.leave_out)
     settings.payloads.check(placements)
     if not placements:
         raise UsageError("--leave-out: no placement is left")
@@ -256,15 +257,11 @@ def measured_of(
     paths: Sequence[Path],
     robot: "robots.Robot",
     settings: SolveOptions,
-    *,
-    sockets: int = 2,
 ) -> "tuple[list[data.Measurement], Premises]":
     """Read and check placements; return them, and what was said of them."""
     placements = settings.payloads.carried_by(read_data(paths, settings))
     measured = [
-        data.measure(
-            placement, robot, settings.distance, sockets=sockets, load=settings.load
-        )
+        data.measure(placement, robot, settings.distance, load=settings.load)
         for placement in placements
     ]
     data.check_distinct(measured)

@@ -1,3 +1,4 @@
+from .page import simulation_page as simulation_page
 from .pictures import film as film
 from .results import Drawing as Drawing
 from .results import Insertions as Insertions

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ...solver.robot import ModelError
+from ...solver.identification.robot import ModelError
 
 Pose = Any
 """A ``pinocchio.SE3``: the tool's pose in the base frame."""

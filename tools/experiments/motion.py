@@ -7,7 +7,8 @@ from typing import Generic, TypeVar
 import numpy as np
 import pinocchio as pin
 
-from ...solver.robot import Robot, SimulationError
+from ...solver.identification.robot import Robot
+from ...solver.poses import SimulationError
 from .controller import WINDOW, ArmModel, ImpedanceController, Pose, pose_error
 from .results import Insertion, Motion, Retracing
 from .scene import TIME_STEP, Scene, urdf_of

@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import read_bytes
 from ...recorder import Placement
 from ...solver.calibration import calibrate
-from ...solver.robot import ModelError, Robot
+from ...solver.identification.robot import ModelError, Robot
 from ..simulation import SEAT_NOISE, Base, demo_bases, record
 from .motion import Cell, Result, Trial
 from .results import ModelTrials

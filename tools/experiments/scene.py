@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
 
-from ...solver.robot import Robot, set_origins
+from ...solver.identification.robot import Robot, set_origins
 from ..simulation import horizontal
 
 HIDDEN = 3

@@ -10,15 +10,10 @@ from typing import Any
 
 import casadi as ca
 
-from ...solver import robot as robots
+from ...solver import poses
+from ...solver.identification.robot import Robot, moments_function
+from ...solver.poses import PoseModel, limited_step, newton_step
 from ...solver.results import CalibratedRobot
-from ...solver.robot import (
-    PoseModel,
-    Robot,
-    limited_step,
-    moments_function,
-    newton_step,
-)
 from .request import Exported, ExportError, Request, filled, plain
 
 _BODY = re.compile(
@@ -38,7 +33,7 @@ NUMBERS = (
     ),
     *("STILL", "SHORTEST"),
 )
-"""Of the inverse kinematics, as :mod:`mukca.solver.robot` has them."""
+"""Of the inverse kinematics, as :mod:`mukca.solver.poses` has them."""
 FAR = 1e9
 """A limit for joints without one [rad, m]."""
 _KEYWORDS = [
@@ -191,7 +186,7 @@ def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], A
     margin = ca.SX.sym("away")
     change = limited_step(step, lower + margin, upper - margin)
     value = ca.vertcat(step.left, change)
-    value = ca.substitute(value, step.symbols["tool"], ca.DM(robots.NO_TOOL))
+    value = ca.substitute(value, step.symbols["tool"], ca.DM(poses.NO_TOOL))
     arguments = {name: step.symbols[name] for name in ("q", "target", "prefer")}
     return {**arguments, "away": margin}, value
 
@@ -222,6 +217,6 @@ def _filled(
     """Return a template's text; what stands in comments cannot end them."""
     name = request.file.stem
     lines = [*request.identity.lines(), *map(plain, about)]
-    numbers = {word: f"{getattr(robots, word):g}" for word in NUMBERS}
+    numbers = {word: f"{getattr(poses, word):g}" for word in NUMBERS}
     names = {"arm": name, "ARM": name.upper(), **numbers}
     return filled(template, about=lines, **(names | words))

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...errors import fixed
 from ...solver.calibration import pose_of_numbers
-from ...solver.robot import Joint, turn
+from ...solver.identification.robot import Joint, turn
 from .request import Exported, Request, losses_without, plain
 
 NEARLY_PARALLEL = math.radians(5.0)

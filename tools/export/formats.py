@@ -1,11 +1,11 @@
 """The formats that a calibration can be written in, and writing it in one of them."""
 
-import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...drivers import Entry, installed, load
 from ...errors import read_json
 from ...solver.calibration import check_keywords
 from ...solver.results import refuse_existing, write_files
@@ -18,18 +18,25 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Format:
-    """One format: the function that writes it, its line of help, and its options."""
+class Format(Entry):
+    """One format: the function from a :class:`.request.Request` to its files, and its options."""
 
-    writer: str
-    line: str
     takes: Sequence[str] = ()
     """Names of the :class:`.request.ExportOptions` that it has."""
 
 
 _TABLE = read_json(Path(__file__).with_name("formats.json"))
-FORMATS: dict[str, Format] = {name: Format(**fields) for name, fields in _TABLE.items()}
-"""By the word that ``--to`` takes. A new format is a line of the file, and its module."""
+FORMATS: dict[str, Format] = {
+    name: Format(name, **fields) for name, fields in _TABLE.items()
+}
+"""mukca's own, by the word that ``--to`` takes. A new one is a line of the file, and its module."""
+
+
+def format_table() -> dict[str, Format]:
+    """Return all formats by name: mukca's own, then those of installed packages."""
+    entries = installed("exports")
+    others = {e.name: Format(e.name, e.target, e.line, e.source) for e in entries}
+    return FORMATS | others | FORMATS
 
 
 def export(
@@ -47,7 +54,7 @@ def export(
 
     Args:
         calibration: The calibration.
-        to: The format, one of :data:`FORMATS`, as in ``mjcf``.
+        to: The format, one of :func:`format_table`, as in ``mjcf``.
         out: The file to write; some formats write others beside it.
         serial_number: The arm's; None for the one noted while recording.
         force: Overwrite what is there.
@@ -59,15 +66,19 @@ def export(
     Raises:
         ExportError: No such format, or the calibration cannot be written so.
         UsageError: No such option.
+        PluginError: The format is of a package that cannot be imported.
         OutputError: A file is there already, or cannot be written.
     """
-    if to not in FORMATS:
-        raise ExportError(f"no format {to!r}; there are: {', '.join(FORMATS)}")
+    table = (
+        FORMATS if to in FORMATS else format_table()
+    )  # to look for plug-ins takes a while
+    if to not in table:
+        raise ExportError(f"no format {to!r}; there are: {', '.join(table)}")
     check_keywords("export", options, list(ExportOptions.__annotations__))
     for option, value in options.items():
-        if value and option not in FORMATS[to].takes:
+        if value and option not in table[to].takes:
             takers = [
-                name for name, format_ in FORMATS.items() if option in format_.takes
+                name for name, format_ in table.items() if option in format_.takes
             ]
             word = "tool" if option == "tools" else option
             raise ExportError(f"--{word} is for --to {', '.join(takers)}, not for {to}")
@@ -77,9 +88,7 @@ def export(
     request = Request(
         to, calibration, identify(calibration, serial_number), file, options
     )
-    module, _, function = FORMATS[to].writer.partition(".")
-    write = getattr(importlib.import_module(f".{module}", __package__), function)
-    exported: Exported = write(request)
+    exported: Exported = load(table[to], "format")(request)
     refuse_existing(file.parent, exported.files, force=force)
     written = write_files(file.parent, exported.files)
     return replace(

@@ -16,8 +16,9 @@ import numpy as np
 
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
 from ...errors import fixed, read_bytes
-from ...solver.bayes.model.effects import JOINT_OFFSET
-from ...solver.bayes.results import DECIDED, offsets_in_origins
+from ...solver.identification.effects import JOINT_OFFSET
+from ...solver.identification.inference import offsets_in_origins
+from ...solver.identification.selection import DECIDED
 from .request import Exported, ExportError, Request, losses_without
 
 TICK = 2 * math.pi / 4096

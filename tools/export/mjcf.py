@@ -17,8 +17,8 @@ import numpy as np
 
 from ...errors import LARGEST_DOCUMENT, read_bytes
 from ...solver.calibration import pose_of_numbers
-from ...solver.data import kabsch_rotation
-from ...solver.robot import end_of_tag, turn, with_attributes, with_edits
+from ...solver.identification.data import kabsch_rotation
+from ...solver.identification.robot import end_of_tag, turn, with_attributes, with_edits
 from .mjcf_joints import MjcfJoints, read_joints
 from .request import Exported, ExportError, Request, after_last_exported, losses_without
 

@@ -14,9 +14,9 @@ from ..._version import __version__
 from ...errors import MukcaError, read_bytes
 from ...recorder import METADATA, read_sessions
 from ...solver.calibration import pose_of_numbers
-from ...solver.data import kabsch
+from ...solver.identification.data import kabsch
+from ...solver.identification.robot import angles_near, workspace
 from ...solver.results import encode
-from ...solver.robot import angles_near, workspace
 
 if TYPE_CHECKING:
     from ...solver.calibration import Calibration

@@ -12,7 +12,14 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from ...errors import LARGEST_DOCUMENT, ON_FLANGE, ROTATION, read_bytes, read_json
-from ...solver.robot import COMPONENTS, ModelError, Origin, add_comment, add_link, scan
+from ...solver.identification.robot import (
+    COMPONENTS,
+    ModelError,
+    Origin,
+    add_comment,
+    add_link,
+    scan,
+)
 from .request import (
     Exported,
     ExportError,

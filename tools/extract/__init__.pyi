@@ -1,10 +1,6 @@
-from .boards import JOINTS as JOINTS
-from .boards import Board as Board
-from .boards import read_images as read_images
 from .log import Log as Log
 from .log import Question as Question
 from .picture import rests_picture as rests_picture
-from .postures import joints_of as joints_of
 from .reading import read_log as read_log
 from .rests import Rest as Rest
 from .rests import Stretch as Stretch
@@ -12,4 +8,3 @@ from .rests import assign as assign
 from .rests import find_rests as find_rests
 from .rests import placements_of as placements_of
 from .rests import propose_samples as propose_samples
-from .turned_boards import turned_alike as turned_alike

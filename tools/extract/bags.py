@@ -7,8 +7,7 @@ degrees, values run from -100 to 100 over the range that the calibration file of
 """
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
 from typing import Any, cast
@@ -17,6 +16,7 @@ import numpy as np
 
 from ...drivers.arms.servos import read_lerobot
 from ...errors import read_json, reason_of, require_file
+from .joint_messages import JointMessages, JointStates
 from .log import (
     ExtractError,
     Log,
@@ -28,7 +28,8 @@ from .log import (
     require_rate,
     unknown_joints,
 )
-from .topics import State, chosen_topic
+from .topics import chosen_topic
+from .unpacking import bound_chunks, require_bounded, require_few_numbers
 
 SINGLE = 1.0
 """Typical step of states from which a bag holds single poses [s]."""
@@ -39,6 +40,8 @@ def read_bag(question: Question) -> Log:
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
+
+        unpack = bound_chunks()
     except ImportError:
         raise ExtractError("bags need rosbags: pip install 'mukca[bags]'") from None
     files = [question.path]
@@ -49,16 +52,22 @@ def read_bag(question: Question) -> Log:
             require_file(file, largest=None)
     store = get_typestore(Stores.ROS2_HUMBLE)
     try:
+        for file in filter(Path.is_file, files):
+            require_bounded(file)
         with AnyReader([question.path], default_typestore=store) as reader:
-            return _states(reader, question)
-    except ExtractError:
-        raise
+            topics = _topics(reader, question, unpack)
+    except ExtractError as error:
+        raise ExtractError(f"{question.path}: {error}") from None
     except Exception as error:  # whatever the reader stumbles over, the bag is to blame
         words = " ".join(str(error).split()) or type(error).__name__
         raise ExtractError(f"{question.path}: not a whole bag: {words}") from None
+    return _log(topics, question)
 
 
-def _states(reader: Any, question: Question) -> Log:
+def _topics(
+    reader: Any, question: Question, unpack: Callable[[bytes], bytes]
+) -> dict[str, JointMessages]:
+    """Return the numbers of all messages that may be asked for, by topic."""
     sensors = [c for c in reader.connections if c.msgtype.endswith("/JointState")]
     connections = [c for c in sensors if question.topic in (None, c.topic)]
     if not connections:
@@ -66,30 +75,49 @@ def _states(reader: Any, question: Question) -> Log:
             {f"{c.topic} ({c.msgtype})" for c in sensors or reader.connections}
         )
         raise ExtractError(
-            f"{question.path}: no sensor_msgs/JointState"
+            f"no sensor_msgs/JointState"
             f"{f' on {question.topic}' if question.topic else ''}; it has "
             f"{', '.join(offered) or 'nothing'}"
         )
-    messages: dict[str, list[tuple[Any, int]]] = {}
+    storages = [file.storage for file in reader.readers if reader.is2]
+    packed = any(s.metadata.compression_mode == "message" for s in storages)
+    for storage in storages:  # so that messages come as they are, and are unpacked here
+        storage.metadata = storage.metadata._replace(compression_mode=None)
+    topics: dict[str, JointMessages] = {}
     for connection, time, raw in reader.messages(connections=connections):
-        message = reader.deserialize(raw, connection.msgtype)
-        messages.setdefault(connection.topic, []).append((message, time))
-    topics = {topic: _of_topic(some, question) for topic, some in messages.items()}
-    if not any(some for some, _ in topics.values()):
-        names = _names_in(chain.from_iterable(messages.values()))
-        raise unknown_joints(names, question)
-    states_of_topics = {topic: some for topic, (some, _) in topics.items()}
+        data = unpack(raw) if packed else raw
+        message = reader.deserialize(data, connection.msgtype)
+        topic = topics.setdefault(
+            connection.topic, JointMessages(efforts=question.efforts)
+        )
+        topic.add(message, time)
+    return topics
+
+
+def _log(topics: dict[str, JointMessages], question: Question) -> Log:
+    """Return the states of the topic that says what was measured.
+
+    All names of a topic tell which are the model's joints: one message alone does not show that
+    another has a second arm.
+    """
+    states_of_topics: dict[str, JointStates] = {}
+    for name, topic in topics.items():
+        columns = columns_of(topic.names, question)
+        states = topic.states([topic.names[i] for i in columns or ()])
+        if columns and len(states.stamps):
+            states_of_topics[name] = states
+    if not states_of_topics:
+        names = chain.from_iterable(topic.names for topic in topics.values())
+        raise unknown_joints(list(dict.fromkeys(names)), question)
     best, choice = chosen_topic(states_of_topics, question)
-    states, notes = topics[best]
-    remarks = [f"read {best}, {len(states)} states", *notes, *choice]
-    stamps, readings, efforts = zip(*states, strict=True)
-    positions = _in_radians(np.array(readings), question)
-    if not question.efforts:
-        efforts = None
-    elif any(effort is None for effort in efforts):
+    states = states_of_topics[best]
+    remarks = [f"read {best}, {len(states.stamps)} states", *states.remarks, *choice]
+    positions = _in_radians(states.positions, question)
+    efforts = states.efforts if question.efforts else None
+    if efforts is not None and not np.isfinite(efforts).all():
         efforts = None
         remarks.append("its messages have no efforts, or not always")
-    log = in_parts(stamps, positions, efforts, remarks)
+    log = in_parts(states.stamps, positions, efforts, remarks)
     single = "of single poses make a table, and of that a recording by mukca convert"
     require_rate(log, question, single, SINGLE)
     return log
@@ -108,67 +136,6 @@ def _in_radians(positions: np.ndarray, question: Question) -> np.ndarray:
     scales = np.where(turning & degrees, np.radians(1.0), 1.0)
     check_angles(positions[:, turning] * scales[turning], degrees, question)
     return positions * scales
-
-
-def _names_in(messages: Iterable[tuple[Any, int]]) -> list[str]:
-    """Return the names of all joints in messages, each once."""
-    return list(
-        dict.fromkeys(chain.from_iterable(message.name for message, _ in messages))
-    )
-
-
-def _of_topic(
-    messages: Sequence[tuple[Any, int]], question: Question
-) -> tuple[list[State], list[str]]:
-    """Return the states of one topic's messages, and remarks.
-
-    All names of the topic tell which are the model's joints: one message alone does not show that
-    another has a second arm.
-    """
-    names = _names_in(messages)
-    columns = columns_of(names, question)
-    if columns is None:
-        return [], []
-    joints = [names[i] for i in columns]
-    states: list[State] = []
-    skipped = Counter({"lack a joint": 0})
-    remarks: list[str] = []
-    stamps = [message.header.stamp for message, _ in messages]
-    stamped = any(stamp.nanosec for stamp in stamps)
-    if not stamped and any(stamp.sec for stamp in stamps):
-        remarks.append("its stamps are whole seconds; the bag's times are taken")
-    for message, time in messages:
-        state = _state(message, joints, time, stamped=stamped)
-        if state is not None:
-            states.append(state)
-        elif set(joints) & set(message.name):
-            skipped["lack a joint"] += 1
-        else:
-            skipped[f"are of {', '.join(message.name):.90}"] += 1
-    for kind, count in skipped.items():
-        if count:
-            remarks.append(f"{count} messages there {kind}, and are left out")
-    return states, remarks
-
-
-def _state(
-    message: Any, joints: Sequence[str], time: int, *, stamped: bool
-) -> State | None:
-    """Return the state of a message; None if it has not all joints, or values are no numbers."""
-    names = list(message.name)
-    position = np.asarray(message.position, dtype=float)
-    if len(position) != len(names) or not np.isfinite(position).all():
-        return None
-    if not set(joints) <= set(names):
-        return None
-    order = [names.index(joint) for joint in joints]
-    stamp = message.header.stamp
-    nanoseconds = stamp.sec * 1_000_000_000 + stamp.nanosec
-    seconds = 1e-9 * (nanoseconds if stamped and nanoseconds else time)
-    effort = np.asarray(message.effort, dtype=float)
-    if len(effort) != len(position) or not np.isfinite(effort).all():
-        return seconds, position[order], None
-    return seconds, position[order], effort[order]
 
 
 INFO = Path("meta") / "info.json"
@@ -258,10 +225,11 @@ def _table(question: Question) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     for file in files:
         try:
             require_file(file, largest=None)
+            require_few_numbers(file, parquet.read_metadata(file))
             table = parquet.read_table(
                 file, columns=[STATE, "timestamp", "episode_index"]
             )
-            states = np.array(table[STATE].to_pylist(), dtype=float)
+            states = np.stack(table[STATE].to_numpy()).astype(float)
             times = table["timestamp"].to_numpy(), table["episode_index"].to_numpy()
         except (ArrowException, OSError, KeyError, ValueError) as error:
             words = " ".join(str(error).split())

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...drivers import JointState
 from ...errors import MukcaError
-from ...recorder import TURN, ColumnError, match_joints
+from ...recorder import ColumnError, match_joints
 from ...solver.calibration import joints_named
 
 FULL_TURN = 2 * np.pi + 0.1
@@ -88,7 +88,7 @@ SET_BACK = 0.5
 def in_parts(
     stamps: Sequence[float] | np.ndarray,
     positions: Sequence[np.ndarray] | np.ndarray,
-    efforts: Sequence[np.ndarray] | None,
+    efforts: Sequence[np.ndarray] | np.ndarray | None,
     notes: Sequence[str],
 ) -> Log:
     """Return a log of states as they came; where the clock was set back, another part begins.
@@ -108,10 +108,10 @@ def in_parts(
     moments = np.array([parts[order], times[order]])
     steps = np.diff(moments, axis=1, prepend=-np.inf)
     rows = order[steps.any(axis=0)]
-    q = np.array(positions)[rows]
+    q = np.asarray(positions)[rows]
     torques = None
     if efforts is not None:
-        torques = np.array(efforts, dtype=float)[rows]
+        torques = np.asarray(efforts, dtype=float)[rows]
     return Log(times[rows], q, torques, parts[rows], (*notes, *remarks))
 
 
@@ -137,12 +137,6 @@ def require_rate(
             f"{question.path}: {len(log.stamps)} moments, typically {step:.3g} s apart; 10 a "
             f"second and more are needed; {advice}"
         )
-
-
-def around(differences: np.ndarray, turning: Sequence[bool]) -> np.ndarray:
-    """Return differences of joint positions the short way round the circle, shape (..., m)."""
-    turns = np.rint(differences / TURN)
-    return differences - np.where(turning, TURN * turns, 0.0)
 
 
 def columns_of(names: Sequence[str], question: Question) -> list[int] | None:

@@ -11,12 +11,12 @@ from itertools import combinations
 
 import numpy as np
 
-from ...recorder import Placement, Sample, sample_files
+from ...recorder import Placement, Sample, around, sample_files
 from ...recorder.session import STOOD_STILL, Session
 from ...recorder.stream import JUMP, JointLimits, StationaryPose, StreamMonitor
 from ...solver.calibration import UsageError
-from ...solver.robot import Robot, nominal_balls
-from .log import Log, around
+from ...solver.identification.robot import Robot, nominal_balls
+from .log import Log
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """All of one arm: its sessions calibrated one by one, and how each held at the next."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain, combinations
 from pathlib import Path
 from statistics import fmean, stdev
@@ -12,10 +12,9 @@ from ...errors import MukcaError
 from ...recorder import Placement, is_placement, placements_in, read_placement
 from ...solver.assessment import stamp_of
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
-from ...solver.data import copied_sockets
-from ...solver.partial import what_changed
+from ...solver.identification.data import copied_sockets
+from ...solver.identification.robot import load_robot
 from ...solver.results import ParameterValue, agreement
-from ...solver.robot import load_robot
 from ..report import build_report
 from .document import FleetArm, FleetCurves, FleetDrift, FleetParameter, FleetSession
 
@@ -36,6 +35,8 @@ class ArmFolder:
     robot: Mapping[str, Any]
     """Arguments of :func:`mukca.load_robot`."""
     settings: SolveOptions
+    what_changed: Callable[..., Any]
+    """:func:`mukca.what_changed`, by which a drift is told."""
     copied: str | None = None
     """The reason not to calibrate it: its samples are those of another arm, or are there twice."""
 
@@ -114,9 +115,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
     arguments = dict(arm.robot)
     if model.exists():
         arguments["robot"] = str(model)
-    # A type prior in each arm would count again and again in what the arms give together.
-    prior = ("none",) if arm.settings.method == "auto" else ()
-    settings = vars(replace(arm.settings, type_prior=prior))
+    settings = vars(arm.settings)
     try:
         robot = load_robot(**arguments)
         before: tuple[str, Calibration] | None = None
@@ -183,7 +182,7 @@ def _drift(
     repeatability = (
         None if settings.repeatability_mm is None else settings.repeatability_mm / 1e3
     )
-    changes = what_changed(
+    changes = arm.what_changed(
         reference, placements, distance=settings.distance, repeatability=repeatability
     )
     summary = changes.errors.summary.test or changes.errors.summary.train

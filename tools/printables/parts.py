@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...solver.robot import turn
+from ...solver.identification.robot import turn
 from .anchor import ARMS, AnchoredBase
 from .ball import BEND_LIMIT, FORCE, BallPart
 from .kernels import COARSE, Mesh, to_manifold, to_mesh

@@ -8,8 +8,8 @@ import numpy as np
 
 from ...recorder import Sample, read_placement
 from ...solver import assessment, diagnostics
-from ...solver.data import Load, measure
-from ...solver.robot import (
+from ...solver.identification.data import Load, measure
+from ...solver.identification.robot import (
     Robot,
     gravity_moments,
     load_robot,

@@ -14,7 +14,7 @@ from ...recorder import (
     read_placement,
     read_sessions,
 )
-from ...solver.robot import Robot
+from ...solver.identification.robot import Robot
 
 PRACTICE = "mock"
 """Driver of simulated arms: its address is a file of poses, not an arm's."""

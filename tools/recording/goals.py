@@ -1,7 +1,7 @@
 """Goals of a recording session: errors that a calibrated arm of a kind keeps within."""
 
 from ...solver import assessment, diagnostics
-from ...solver.robot import Robot
+from ...solver.identification.robot import Robot
 
 GOAL = 3.0
 """Ratio of the limit on held-out errors to the arm's repeatability."""

@@ -10,8 +10,8 @@ from ...recorder import Placement, Sample
 from ...recorder.session import BLOCK, NO_ANSWERS, Advice, Alarm, Answers
 from ...solver import design
 from ...solver.assessment import LEAST_SAMPLES
-from ...solver.bayes.inference import Posterior
-from ...solver.robot import Robot
+from ...solver.identification.inference import Posterior
+from ...solver.identification.robot import Robot
 from .goals import goal_for
 from .pose_pool import SEAT, PosePool, positions_in
 from .session_alarms import SessionAlarms

@@ -13,7 +13,7 @@ from typing import Any
 
 from ...recorder.session import Advice, GuidanceRequest
 from ...solver import calibration
-from ...solver.robot import load_robot
+from ...solver.identification.robot import load_robot
 from ..cli import RobotOptions
 from ..parallel import started_apart
 

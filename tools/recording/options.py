@@ -17,7 +17,7 @@ from ...recorder.session import TARGET
 from ...recorder.stream import STILL, WINDOW, JointLimits
 from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver.calibration import SolveOptions, UsageError
-from ...solver.robot import Robot
+from ...solver.identification.robot import Robot
 from ..cli import (
     DISTANCES,
     SPREADS,

@@ -12,7 +12,7 @@ from typing import Any
 
 from ...recorder.session import View
 from ...solver.calibration import UsageError
-from ...solver.robot import load_robot
+from ...solver.identification.robot import load_robot
 from ..cli import RobotOptions
 from .guidance_process import WorkerProcess
 
@@ -140,7 +140,7 @@ class _Handler(BaseHTTPRequestHandler):
 def _serve(pipe: Connection, robot: Mapping[str, Any], host: str) -> None:
     import numpy as np
 
-    from ...solver.robot import link_poses
+    from ...solver.identification.robot import link_poses
 
     joints = load_robot(**robot).joints
     server = _Server(host)

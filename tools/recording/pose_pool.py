@@ -6,9 +6,9 @@ import numpy as np
 
 from ...recorder import Sample
 from ...solver import design
-from ...solver.bayes.model import Noise, extend
-from ...solver.data import CALIPER_DEVIATION
-from ...solver.robot import Robot, choose_parameters
+from ...solver.identification.data import CALIPER_DEVIATION
+from ...solver.identification.model import Noise, extend
+from ...solver.identification.robot import Robot, choose_parameters
 
 ALIKE = np.deg2rad(5)
 """A pose that turns every joint less from a sample than this is no new one [rad]."""

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 from ...recorder import Placement, Sample
 from ...recorder.session import Alarm, Cause
 from ...solver import assessment, diagnostics
+from ...solver.identification.robot import Robot
 from ...solver.results import Hypothesis
-from ...solver.robot import Robot
 from .checks import BEYOND, FAR, wrong_model
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ... import recorder
 from ...drivers import Reconnecting, open_driver
 from ...recorder.session import Message, Recording, Session
-from ...solver import robot as robots
+from ...solver.identification import robot as robots
 from ..cli import Terminal
 from ..simulation import FollowingHand, practice_driver
 from .checks import similar_models

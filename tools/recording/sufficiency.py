@@ -10,12 +10,12 @@ from ...errors import MukcaError
 from ...recorder import Placement, Sample
 from ...recorder.session import Advice
 from ...solver.assessment import LEAST_SAMPLES
-from ...solver.bayes.inference import Posterior, estimate
-from ...solver.bayes.model import ExtendedModel
-from ...solver.bayes.results import scale
 from ...solver.calibration import calibrate
-from ...solver.data import RobotRecordings, measure, observe
 from ...solver.diagnostics import size_level
+from ...solver.identification.data import RobotRecordings, measure, observe
+from ...solver.identification.inference import Posterior, estimate
+from ...solver.identification.model import ExtendedModel
+from ...solver.studies import scale
 
 WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
 """Rows of a verdict on distances in the workspace, and near the recorded places."""

@@ -1,6 +1,5 @@
 """Pages by templates: the report of a calibration, a comparison of several, and an experiment."""
 
-import base64
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -15,7 +14,6 @@ from ...errors import fixed
 from ...solver.assessment import Assessment, short_names
 from ...solver.calibration import Calibration
 from ...solver.results import Document, encode, refuse_existing, write_files
-from ..experiments import ModelTrials, SimulationDocument
 from . import figures
 from .figures import Answer, ComparisonDocument, ReportDocument, report_figures
 from .plots import (
@@ -25,7 +23,6 @@ from .plots import (
     display_of,
     map_sentence,
     plots_of,
-    simulation_plot,
 )
 
 
@@ -199,21 +196,3 @@ def build_comparison(result: ComparisonDocument) -> dict[str, bytes]:
         names=short_names([row.name for row in result.placements]),
     )
     return _files("compare", result, html)
-
-
-def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -> str:
-    """Return a simulated experiment with both models as HTML, and its pictures by file name."""
-    models: list[tuple[str, ModelTrials]] = [("", result)]
-    if result.beside is not None:
-        models.insert(0, ("beside.", result.beside))
-    return render(
-        "simulation.html.j2",
-        result,
-        result=result,
-        models=[(Path(model.model).name, path, model) for path, model in models],
-        pictures={
-            name: f"data:image/{name.rpartition('.')[2]};base64,{base64.b64encode(file).decode()}"
-            for name, file in pictures.items()
-        },
-        plot=simulation_plot(result),
-    )

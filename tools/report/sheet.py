@@ -103,13 +103,14 @@ def _answer(report: ReportDocument) -> Section:
 
 
 def _origin(provenance: Provenance) -> Section:
-    """Return the versions of the programs, and hashes of the model and the recordings."""
+    """Return versions of the programs, and hashes of the model, the URDF and the recordings."""
     versions = [f"{name} {version}" for name, version in provenance.versions.items()]
     model = ("model", provenance.model_sha256)
+    outputs = (provenance.output_sha256 or {}).items()
     return Section(
         title="Versions and SHA-256",
         lead=", ".join(versions),
-        small=_hashes([model, *provenance.data_sha256.items()]),
+        small=_hashes([model, *outputs, *provenance.data_sha256.items()]),
     )
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from ...recorder import DEFAULT_DISTANCE, Placement, sample_files
+from ...solver.identification.robot import Robot, gravity_moments, load_robot
 from ...solver.results import write_files
-from ...solver.robot import Robot, gravity_moments, load_robot
 from .recordings import Base, record
 from .simulated_arms import perturb
 
@@ -54,6 +54,7 @@ def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
     """
     _, arm = demo_arm()
     generator = np.random.default_rng(0)
+    contents: dict[str, bytes] = {}
     for base in demo_bases(distance):
         led = record(
             arm,
@@ -63,9 +64,10 @@ def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
             noise=SEAT_NOISE,
         )
         files = sample_files(_in_turns(_loaded(arm, led)))
-        write_files(folder / base.name, files)
+        contents |= {f"{base.name}/{file}": text for file, text in files.items()}
     turns = 2 * TURNS
     script = b"a*6 s  " * (turns - 1) + b"a*6 q\n"
+    write_files(folder, contents)
     write_files(keys.parent, {keys.name: script})
 
 

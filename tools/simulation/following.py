@@ -12,7 +12,8 @@ from ...drivers import Driver, match_joints
 from ...drivers.arms import Mock, Motion, arm_at
 from ...recorder.session import Session as RecordingSession
 from ...recorder.session import View
-from ...solver.robot import InverseKinematics, Robot, gravity_moments, nominal_balls
+from ...solver.identification.robot import Robot, gravity_moments, nominal_balls
+from ...solver.poses import InverseKinematics
 from .demo import SEAT_NOISE
 from .recordings import reachable_bases
 from .session_faults import (

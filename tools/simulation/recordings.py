@@ -14,19 +14,18 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 from ...recorder import Placement
-from ...solver.bayes.model import Deflection
-from ...solver.bayes.model.effects import EFFECTS, EXTENSIONS, Effect
 from ...solver.calibration import UsageError, check_keywords
-from ...solver.data import Samples, check_distance
-from ...solver.results import CalibratedRobot
-from ...solver.robot import (
+from ...solver.identification.data import Samples, check_distance
+from ...solver.identification.effects import EFFECTS, EXTENSIONS, Effect
+from ...solver.identification.model import Deflection
+from ...solver.identification.robot import (
     BallModel,
-    InverseKinematics,
     Robot,
-    SimulationError,
     choose_parameters,
     gravity_moments,
 )
+from ...solver.poses import InverseKinematics, SimulationError
+from ...solver.results import CalibratedRobot
 from .simulated_arms import Imperfection, perturb
 
 if TYPE_CHECKING:
@@ -85,6 +84,8 @@ class SimulationOptions(TypedDict, total=False):
     on arms that have them."""
     distance: float
     """Between the centres of the two sockets (0.05) [m]."""
+    warming: float
+    """Rise of the arm's temperature at each placement (0) [K]; samples then keep theirs."""
 
 
 DEFAULTS: SimulationOptions = {
@@ -94,6 +95,7 @@ DEFAULTS: SimulationOptions = {
     "rotation": 5e-3,
     "noise": 5e-5,
     "distance": 0.05,
+    "warming": 0.0,
 }
 LEAST = {"placements": 1, "samples": 2}
 """Least values of what cannot be as small as zero."""
@@ -140,7 +142,7 @@ def simulate_recordings(
     distance = check_distance(settings["distance"])
     bases = reachable_bases(arm, places, placements, distance)
     deflection = _deflection(robot, arms, settings)
-    how = Imperfection(settings["noise"], deflection)
+    how = Imperfection(settings["noise"], deflection, warming=settings["warming"])
     samples = settings["samples"]
     recorded = [
         record(arm, base, hands, samples=samples, imperfection=how) for base in bases
@@ -195,8 +197,9 @@ def record(
     seats = np.array(base.sockets)[sockets]
     readings = lead(arm, seats, generator, how, guide)
     names = arm.joint_names
+    T = how.temperatures(len(seats)) if how.warming else None
     return Placement.of_arrays(
-        base.name, readings, sockets, names, distance=base.distance
+        base.name, readings, sockets, names, temperatures=T, distance=base.distance
     )
 
 
@@ -218,6 +221,7 @@ def lead(
     N, m = true.shape
     clocks = np.zeros((N, 3))
     clocks[:, 0] = np.arange(N)
+    clocks[:, 2] = how.temperatures(N)
     samples = Samples(true, moments, clocks)
     if how.deflection.tilts:
         samples = _seated(arm, seats, samples, how.deflection)

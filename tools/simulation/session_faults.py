@@ -14,9 +14,14 @@ import numpy as np
 from ...drivers import Driver, Reason
 from ...drivers.arms import Mock, arm_at
 from ...recorder import Placement
-from ...solver.data import measure
-from ...solver.diagnostics import FLAWS, Flaw, RigidModel, SeatSamples, shift_by
-from ...solver.robot import BallModel, Robot, all_parameters, nominal_balls
+from ...solver.diagnostics import FLAWS, RigidModel, SeatSamples, shift_by
+from ...solver.identification.data import measure
+from ...solver.identification.robot import (
+    BallModel,
+    Robot,
+    all_parameters,
+    nominal_balls,
+)
 
 APART = 0.03
 """Balls that lie farther apart than this were in two sockets [m]."""
@@ -46,7 +51,7 @@ class Session:
         direction = self.generator.normal(size=3)
         return size * _unit(direction)
 
-    def by_cause(self, flaw: Flaw) -> np.ndarray:
+    def by_cause(self, flaw: str, size: float) -> np.ndarray:
         """By how much a flaw moves the balls, by the columns of its cause, shape (N, 3) [m]."""
         placement = Placement.of_arrays(
             "session",
@@ -55,7 +60,7 @@ class Session:
             self.robot.joint_names,
         )
         measured = measure(placement, self.robot, sockets=1)
-        return shift_by(self.robot, measured, flaw, self.generator)
+        return shift_by(self.robot, measured, flaw, size, self.generator)
 
 
 def _unit(v: np.ndarray) -> np.ndarray:
@@ -169,8 +174,7 @@ class SessionFault:
             _, shift = _KINDS[self.kind]
             shifts = shift(session, self.size)
         else:
-            flaw = Flaw.parse(self.kind)
-            shifts = session.by_cause(flaw.of_size(self.size))
+            shifts = session.by_cause(self.kind, self.size)
         return self._share(session)[:, None] * shifts
 
     def _share(self, session: Session) -> np.ndarray:

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...solver.bayes.model import Deflection, extend
-from ...solver.bayes.model.effects import effects_of
-from ...solver.robot import (
+from ...solver.identification.effects import effects_of
+from ...solver.identification.model import Deflection, extend
+from ...solver.identification.robot import (
     STANDARD_GRAVITY,
     Joint,
     Robot,
@@ -30,6 +30,13 @@ class Imperfection:
     """Of the encoders [rad]; 0 for none."""
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     """In the base frame [m/s^2]."""
+    warming: float = 0.0
+    """Rise of its temperature from a placement's first sample to its last [K]."""
+
+    def temperatures(self, samples: int) -> np.ndarray:
+        """Return the temperature above the first of so many samples, shape (samples,) [K]."""
+        rise: np.ndarray = np.linspace(0.0, self.warming, samples)
+        return rise
 
 
 def perturb(

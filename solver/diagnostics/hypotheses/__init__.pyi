@@ -6,9 +6,6 @@ from .compare import Comparison as Comparison
 from .compare import likeliest_of as likeliest_of
 from .compare import sound_recordings as sound_recordings
 from .evidence import INDEPENDENT as INDEPENDENT
-from .flaws import FLAWS as FLAWS
-from .flaws import Flaw as Flaw
-from .flaws import FlawError as FlawError
 from .kinds import Block as Block
 from .kinds import Kind as Kind
 from .kinds import Noise as Noise
@@ -33,6 +30,7 @@ from .samples import typical as typical
 from .scene import COARSE as COARSE
 from .scene import Scene as Scene
 from .table import CURABLE as CURABLE
+from .table import FLAWS as FLAWS
 from .table import KINDS as KINDS
 from .table import ONLY_SOUND as ONLY_SOUND
 from .table import SIZE_BY_DISTANCE as SIZE_BY_DISTANCE

@@ -6,8 +6,8 @@ from itertools import cycle
 
 import numpy as np
 
-from ...bayes.model.effects import TILT
-from ...robot import COMPONENTS, Joint, link_axes
+from ...identification.effects import TILT
+from ...identification.robot import COMPONENTS, Joint, link_axes
 from .base import changes
 from .kinds import Block, Parameters, of_samples
 from .scene import Scene

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...robot import cross_matrices
+from ...identification.robot import cross_matrices
 from .kinds import Block, Parameters, of_samples
 from .nuisances import DISTANCE_WEIGHT
 from .samples import means

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bayes.model import log_bayes_factor
+from ...identification.model import log_bayes_factor
 from .kinds import Block
 
 INDEPENDENT = 0.5

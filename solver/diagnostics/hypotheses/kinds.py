@@ -192,14 +192,6 @@ class Kind:
         """Return it with its words for points that an instrument measured."""
         return replace(self, **self.of_points)
 
-    def only(self, blocks: Sequence[Block]) -> "Kind":
-        """Return it with some candidates, whatever the scene."""
-
-        def chosen(scene: Scene) -> Sequence[Block]:
-            return blocks
-
-        return replace(self, blocks=chosen)
-
     def text(self, p: Parameters) -> str:
         """Return its sentence."""
         if self.sentence is not None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...data import Known, Measurement
+from ...identification.data import Known, Measurement
 from .samples import Seat, SeatSamples, samples_of, seats_of
 
 

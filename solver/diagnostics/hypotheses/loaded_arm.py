@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ...bayes.model import ExtendedModel, Prediction, design_matrix, extend
-from ...bayes.model.effects import CURVE, EFFECTS, GAIN, Effect
-from ...data import STANDARD_LOAD, Load, Samples
-from ...robot import Parameter, Robot, even_bodies
+from ...identification.data import STANDARD_LOAD, Load, Samples
+from ...identification.effects import CURVE, EFFECTS, GAIN, Effect
+from ...identification.model import ExtendedModel, Prediction, design_matrix, extend
+from ...identification.robot import Parameter, Robot, even_bodies
 from .layout import Layout
 
 SMALLEST_TURN = 1e-6
@@ -131,6 +131,6 @@ class LoadedArm(Layout):
     @property
     def is_elastic(self) -> np.ndarray:
         """True for coefficients of elasticity among those of effects, shape (p,)."""
-        elastic = [effect.shared_by_type for effect in self.effects]
+        elastic = [effect.elastic for effect in self.effects]
         counts = [rows.stop - rows.start for rows in self.model.slices]
         return np.repeat(elastic, counts)

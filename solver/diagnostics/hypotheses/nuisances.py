@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...data import SEAT_DEVIATION, Known
-from ...robot import Parameter
+from ...identification.data import SEAT_DEVIATION, Known
+from ...identification.robot import Parameter
 
 TRANSLATION = 2e-3
 """Width of the prior of a length [m]: as far as arms are from their models."""

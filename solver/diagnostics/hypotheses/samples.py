@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ...bayes.model import NU, student_weights
-from ...data import Measurement, SampleRows, kabsch
-from ...robot import cross_matrices, turn
+from ...identification.data import Measurement, SampleRows, kabsch
+from ...identification.model import NU, student_weights
+from ...identification.robot import cross_matrices, turn
 
 Seat = tuple[str, int]
 """Placement and socket; for a frame its name, and :data:`OF_INSTRUMENT`."""

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ...bayes.model import shifts_by, width_of
-from ...bayes.model.effects import BACKLASH
+from ...identification.effects import BACKLASH
+from ...identification.model import shifts_by, width_of
 from . import nuisances
 from .loaded_arm import LoadedArm
 from .nuisances import DISTANCE_WEIGHT

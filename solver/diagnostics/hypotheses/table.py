@@ -59,7 +59,7 @@ SIZE_BY_DISTANCE = frozenset(kind.name for kind in KINDS if kind.of_size == "dis
 """Names of those by which a distance does."""
 CURABLE = tuple(kind for kind in KINDS if kind.curable)
 """Those that a hand can cure while it records."""
-SIMULATED = (
+_SIMULATED = (
     *(kind for kind in KINDS if kind.unit is not None),
     kind_of(
         "base_moved",
@@ -69,4 +69,8 @@ SIMULATED = (
         unit="deg",
     ),
 )
-"""Those by which a fault of some size can be told, and made."""
+FLAWS = {
+    word: tuple(kind for kind in _SIMULATED if word in (kind.fault, kind.name))
+    for word in sorted({kind.fault or kind.name for kind in _SIMULATED})
+}
+"""Those that a simulated arm can have, by the word of its fault."""

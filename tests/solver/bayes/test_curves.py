@@ -8,8 +8,9 @@ from imagined import held_out
 from msgspec import structs
 
 import mukca
-from mukca.solver.bayes.model import Deflection
-from mukca.solver.bayes.model.effects import (
+from mukca.solver.calibration import FullModel, posterior_of
+from mukca.solver.identification.data import Samples
+from mukca.solver.identification.effects import (
     CURVE,
     KNOTS,
     SPACING,
@@ -18,8 +19,7 @@ from mukca.solver.bayes.model.effects import (
     random_curves,
     spectrum,
 )
-from mukca.solver.calibration import FullModel, posterior_of
-from mukca.solver.data import Samples
+from mukca.solver.identification.model import Deflection
 from mukca.solver.results import (
     CalibratedRobot,
     ErrorCurves,

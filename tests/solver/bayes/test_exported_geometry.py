@@ -7,8 +7,8 @@ import pytest
 
 import mukca
 from mukca.recorder import Placement, Sample
-from mukca.solver.data import IDENTITY, fit_pose
-from mukca.solver.robot import workspace
+from mukca.solver.identification.data import IDENTITY, fit_pose
+from mukca.solver.identification.robot import workspace
 
 pytestmark = pytest.mark.slow
 ELASTIC = {"compliance": 8e-5, "tilt": 4e-5}

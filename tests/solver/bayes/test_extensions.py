@@ -8,7 +8,7 @@ from altered import coefficients, moved, with_efforts
 from imagined import held_out
 
 import mukca
-from mukca.solver.bayes.model import effects
+from mukca.solver.identification import effects
 
 pytestmark = pytest.mark.slow
 EXTENSIONS = tuple(
@@ -38,7 +38,7 @@ def test_what_is_not_there_vanishes():
 def test_elasticity_is_found_within_its_intervals(panda):
     sizes = {"compliance": 8e-5, "tilt": 5e-5}
     truth, (train, test) = mukca.simulate_recordings(panda, 2, seed=2, samples=20, **sizes)
-    options = all_but("compliance", "tilt") | {"type_prior": ["none"]}
+    options = all_but("compliance", "tilt")
     found = mukca.calibrate(panda, train, test=test, **options)
     geometric = mukca.calibrate(panda, train, test=test, without=EXTENSIONS)
     for kind, true in zip(sizes, truth.deflection.coefficients, strict=True):

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.inference import estimate
-from mukca.solver.bayes.model import extend
-from mukca.solver.bayes.results import workspace_errors
-from mukca.solver.data import STANDARD_LOAD, RobotRecordings, measure, observe
 from mukca.solver.design import error_map, joint_effects, predicted_posterior, workspace_samples
-from mukca.solver.robot import choose_parameters
+from mukca.solver.identification.data import STANDARD_LOAD, RobotRecordings, measure, observe
+from mukca.solver.identification.inference import estimate
+from mukca.solver.identification.model import extend
+from mukca.solver.identification.robot import choose_parameters
+from mukca.solver.studies import workspace_errors
 from mukca.tools.simulation import simulate_recordings
 
 LOAD = STANDARD_LOAD

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mukca.solver.bayes.inference.width_averaging import WidthMixture, usual_width
-from mukca.solver.bayes.model import (
+from mukca.solver.identification.inference.width_averaging import WidthMixture, usual_width
+from mukca.solver.identification.model import (
     Gaussian,
     PriorGroup,
     check,

@@ -5,13 +5,13 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.inference.bounds import expectation_propagation
-from mukca.solver.bayes.inference.normal_equations import (
+from mukca.solver.identification.inference.bounds import expectation_propagation
+from mukca.solver.identification.inference.normal_equations import (
     BoundedProblem,
     NormalEquations,
     inverse_of_free,
 )
-from mukca.solver.bayes.model import log_determinant, scaled_inverse
+from mukca.solver.identification.model import log_determinant, scaled_inverse
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -3,10 +3,16 @@
 import numpy as np
 import pytest
 
-from mukca.solver.bayes.model import extend
-from mukca.solver.bayes.model.effects import JOINT_OFFSET
 from mukca.solver.design import expected_groups
-from mukca.solver.robot import angles_near, choose_parameters, load_robot, rotation, rotation_rpy
+from mukca.solver.identification.effects import JOINT_OFFSET
+from mukca.solver.identification.model import extend
+from mukca.solver.identification.robot import (
+    angles_near,
+    choose_parameters,
+    load_robot,
+    rotation,
+    rotation_rpy,
+)
 from mukca.tools.simulation import perturb
 
 ROBOTS = ("panda", "ur5", "so101")

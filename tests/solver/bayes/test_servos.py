@@ -7,7 +7,7 @@ import pytest
 from altered import coefficients, moved, seats, with_efforts, write_samples
 
 import mukca
-from mukca.solver.bayes.model.effects import EXTENSIONS
+from mukca.solver.identification.effects import EXTENSIONS
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow

@@ -7,8 +7,8 @@ import pytest
 
 import mukca
 from mukca.recorder import Placement, Sample
-from mukca.solver.bayes.results import chance, patterns
-from mukca.solver.data import STANDARD_LOAD, Measurement, Samples
+from mukca.solver.identification.data import STANDARD_LOAD, Measurement, Samples
+from mukca.solver.studies import chance, patterns
 
 
 class Recorded(chance.Estimate):

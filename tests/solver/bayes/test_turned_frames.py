@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.robot import BallModel, gravity_moments, load_robot, workspace
+from mukca.solver.identification.robot import BallModel, gravity_moments, load_robot, workspace
 from tests.turned_frames import turned_frames
 
 ROBOTS = ("panda", "lite6")  # the second has a joint with a pitch of 90 degrees

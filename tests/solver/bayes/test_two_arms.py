@@ -9,22 +9,21 @@ from calibrated_arm import FACING, HOME, recorded_face_to_face
 from worlds import measured_points
 
 import mukca
-from mukca.solver.bases import Visitor, places_alone, tie
-from mukca.solver.bayes.inference import estimate
-from mukca.solver.bayes.model import extend
-from mukca.solver.bayes.model.effects import JOINT_OFFSET
-from mukca.solver.bayes.results import workspace_errors
+from mukca.solver.bases import Visitor, common_places, places_alone, tie
 from mukca.solver.calibration import posterior_of
-from mukca.solver.data import (
+from mukca.solver.design import predicted_posterior
+from mukca.solver.identification.data import (
     STANDARD_LOAD,
     Pose,
-    RobotRecordings,
     measure,
     observations_at,
-    places_of,
 )
-from mukca.solver.design import predicted_posterior
-from mukca.solver.robot import BallModel, choose_parameters, rotation_rpy
+from mukca.solver.identification.effects import JOINT_OFFSET
+from mukca.solver.identification.inference import estimate
+from mukca.solver.identification.model import extend
+from mukca.solver.identification.robot import BallModel, choose_parameters, rotation_rpy
+from mukca.solver.results import Measurements
+from mukca.solver.studies import workspace_errors
 from mukca.tools.simulation import perturb
 
 pytestmark = pytest.mark.slow
@@ -99,7 +98,7 @@ def test_noise_makes_errors_as_large_as_stated(noisy, found):
 
 def tied(robots, extensions):
     """Arms that are fitted alone, with their bases tied."""
-    places, visitors = places_of(robots), []
+    places, visitors = common_places(robots), []
     for i, one in enumerate(robots):
         alone, sockets = places_alone(places, robots, i)
         model = extend(one.robot, choose_parameters(one.robot), extensions)
@@ -112,7 +111,7 @@ def tied(robots, extensions):
 def test_an_arm_is_known_alike_whichever_is_the_first(noisy, extensions):
     """Its errors in the workspace, where those of samples are alike, too, and after more."""
     arms = {
-        name: RobotRecordings(robot, [measure(p, robot) for p in noisy.placements[name]], name=name)
+        name: Measurements(robot, [measure(p, robot) for p in noisy.placements[name]], name=name)
         for name, robot in noisy.robots.items()
     }
     errors = []

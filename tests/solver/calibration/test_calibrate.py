@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from altered import moved
 from cases import by_table
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import mukca
 from mukca.tools.cli import main
@@ -52,6 +53,22 @@ print({{"typing", "ast"}} & set(sys.modules), module.__all__ == {mukca.__all__!r
 """
     words = [sys.executable, "-I", "-S", "-c", code]
     assert subprocess.run(words, capture_output=True, text=True).stdout == "set() True\n"
+
+
+def test_a_fit_takes_one_thread_of_blas_and_gives_the_others_back(panda, placements):
+    def threads(_=""):
+        (blas,) = (pool for pool in threadpool_info() if "numpy" in pool["filepath"])
+        counts.append(blas["num_threads"])
+
+    counts = []
+    with threadpool_limits(2, "blas"):
+        mukca.calibrate(panda, placements[0], progress=threads)
+        threads()
+        with pytest.raises(mukca.MukcaError):
+            mukca.calibrate(panda, [])
+        threads()
+    *fitting, after, after_error = counts
+    assert set(fitting) == {1} and after == after_error == 2
 
 
 def test_every_public_name_is_there():

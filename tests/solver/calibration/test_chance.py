@@ -8,7 +8,7 @@ from recorded import RIGID
 
 import mukca
 from mukca.solver.calibration import Comparison, differences
-from mukca.solver.data import measure
+from mukca.solver.identification.data import measure
 from mukca.tools.simulation import perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow

@@ -8,7 +8,7 @@ from cases import by_table
 
 import mukca
 from mukca.solver.calibration import CommandError, FullModel
-from mukca.solver.robot import workspace
+from mukca.solver.identification.robot import workspace
 
 FLAWS = {"compliance": 5e-5, "tilt": 3e-5, "transmission": 2e-4}
 SETUP = {"tool": "ball_link", "payload": (1.0, (0.0, 0.0, 0.05))}

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.bayes.results import HeldOut, distance_slopes, misfit, within
-from mukca.solver.bayes.results.uncertainty import covariance_of
 from mukca.solver.calibration import UsageError
-from mukca.solver.robot import workspace
+from mukca.solver.identification.robot import workspace
+from mukca.solver.studies import HeldOut, distance_slopes, misfit, within
+from mukca.solver.studies.uncertainty import covariance_of
 
 FLAWS = {"compliance": 5e-5, "tilt": 3e-5, "transmission": 2e-4}
 

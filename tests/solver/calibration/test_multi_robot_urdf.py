@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mukca.solver.calibration.multi_robot_urdf import Placed, joined_urdf
-from mukca.solver.data import Pose
+from mukca.solver.identification.data import Pose
+from mukca.solver.identification.robot import BallModel, ModelError, parse_robot, scan, turn
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import BallModel, ModelError, parse_robot, scan, turn
 
 HOME = Pose(np.eye(3), np.zeros(3))
 

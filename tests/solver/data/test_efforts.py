@@ -8,8 +8,8 @@ from altered import with_efforts
 from recorded import RIGID
 
 import mukca
-from mukca.solver.data import STANDARD_LOAD, Load, measure
-from mukca.solver.robot import gravity_moments
+from mukca.solver.identification.data import STANDARD_LOAD, Load, measure
+from mukca.solver.identification.robot import gravity_moments
 
 HANGING = Load((0.0, 0.0, 9.81), 0.0)
 

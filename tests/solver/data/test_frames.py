@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 from cases import by_table
 
-from mukca.solver.data import FrameError, FrameObservations, Pose, fit_pose, place_frames
-from mukca.solver.robot import turn
+from mukca.solver.identification.data import (
+    FrameError,
+    FrameObservations,
+    Pose,
+    fit_pose,
+    place_frames,
+)
+from mukca.solver.identification.robot import turn
 
 
 def pose(seed):

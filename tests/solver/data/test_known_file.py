@@ -4,7 +4,7 @@ import pytest
 from cases import by_table
 
 from mukca import MukcaError
-from mukca.solver.data import parse_known, read_known
+from mukca.solver.tables import parse_known, read_known
 
 TABLES = {
     "mm": "from,to,distance [mm],deviation [mm]\nleft:0,right:0,350.02,0.1\n",

@@ -8,9 +8,9 @@ from project import ROOT
 
 import mukca
 from mukca.recorder import Placement
-from mukca.solver.data import agreed_length, measure, metres, millimetres
 from mukca.solver.diagnostics import size_level
-from mukca.solver.robot import workspace
+from mukca.solver.identification.data import agreed_length, measure, metres, millimetres
+from mukca.solver.identification.robot import workspace
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 
 from mukca.errors import MukcaError
 from mukca.recorder import Placement, read_placement
-from mukca.solver.data import (
+from mukca.solver.identification.data import (
     STANDARD_LOAD,
     RobotRecordings,
     Samples,
@@ -15,9 +15,9 @@ from mukca.solver.data import (
     joined,
     measure,
     observe,
-    parse_known,
 )
-from mukca.solver.robot import gravity_moments
+from mukca.solver.identification.robot import gravity_moments
+from mukca.solver.tables import parse_known
 
 
 def observed(measurements, robot, **options):

@@ -9,8 +9,8 @@ from cases import by_table
 from recorded import PLACES, recorded_at
 
 from mukca import MukcaError
-from mukca.solver.data import measure
-from mukca.solver.robot import BallModel, workspace
+from mukca.solver.identification.data import measure
+from mukca.solver.identification.robot import BallModel, workspace
 
 
 def placed(panda, count=30):

@@ -10,8 +10,14 @@ from worlds.zoo import recorded_of
 import mukca
 from mukca.recorder import Placement, Sample
 from mukca.solver.calibration import pose_of_numbers, quaternion_of
-from mukca.solver.data import check_orientations, hand_eye, measure, rotation_matrices
-from mukca.solver.robot import BallModel, rotation_vectors, turn, workspace
+from mukca.solver.identification.data import check_orientations, hand_eye, measure
+from mukca.solver.identification.robot import (
+    BallModel,
+    rotation_matrices,
+    rotation_vectors,
+    turn,
+    workspace,
+)
 
 HEADER = "a,b,x,y,z,qx,qy,qz,qw"
 ROW = "0.1,-1.5,1,2,3,0,0,0.6,0.8"

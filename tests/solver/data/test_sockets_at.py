@@ -3,7 +3,8 @@
 import pytest
 from cases import by_table
 
-from mukca.solver.data import FrameError, in_placements, parse_socket_at, read_sockets_at
+from mukca.solver.identification.data import FrameError
+from mukca.solver.tables import in_placements, parse_socket_at, read_sockets_at
 
 HEADER = "frame,socket,x [mm],y [mm],z [m],deviation [mm]"
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mukca.solver.data import Pose, TipSamples, tip_shift
-from mukca.solver.robot import turn
+from mukca.solver.identification.data import Pose, TipSamples, tip_shift
+from mukca.solver.identification.robot import turn
 
 
 @pytest.mark.parametrize("turning", [0.0, 0.5])

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from recorded import PLACES, recorded_at
 
-from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
+from mukca.solver.identification.data import measure
 
 
 @pytest.fixture(scope="session")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from worlds import realistic_flaws
 
-from mukca.solver.data import measure
 from mukca.solver.diagnostics import cause, inspect_all
-from mukca.solver.robot import load_robot, rotation
+from mukca.solver.identification.data import measure
+from mukca.solver.identification.robot import load_robot, rotation
 from mukca.tools.simulation import Base, perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow

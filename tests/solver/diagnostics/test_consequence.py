@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mukca.solver.data import STANDARD_LOAD, measure
 from mukca.solver.diagnostics import Given, inspect_all
+from mukca.solver.identification.data import STANDARD_LOAD, measure
 
 pytestmark = pytest.mark.slow
 

@@ -9,10 +9,10 @@ from cases import by_table
 from recorded import recorded_by_servos
 
 from mukca.solver.assessment import Recordings, recording_rows
-from mukca.solver.data import measure
 from mukca.solver.design import accuracy_by
 from mukca.solver.diagnostics import inspect_all
-from mukca.solver.robot import load_robot
+from mukca.solver.identification.data import measure
+from mukca.solver.identification.robot import load_robot
 from mukca.tools.simulation import perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow

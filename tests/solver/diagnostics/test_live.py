@@ -7,11 +7,11 @@ import pytest
 from sessions import Setting
 
 from mukca.recorder import Sample
-from mukca.solver.data import STANDARD_LOAD
 from mukca.solver.diagnostics import LiveCheck, RigidModel
 from mukca.solver.diagnostics.explain import rounds
 from mukca.solver.diagnostics.live import SCATTER
 from mukca.solver.diagnostics.relabelling import CLOSE
+from mukca.solver.identification.data import STANDARD_LOAD
 
 LATE = "socket@13+6"
 

@@ -9,8 +9,8 @@ from recorded import recorded_in_reach, true_arm
 from worlds import realistic_flaws
 
 import mukca
-from mukca.solver.data import STANDARD_LOAD, Load, measure
 from mukca.solver.diagnostics import Given, inspect_all
+from mukca.solver.identification.data import STANDARD_LOAD, Load, measure
 
 
 @pytest.mark.slow

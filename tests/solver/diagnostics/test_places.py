@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from recorded import recorded_by_servos
 
-from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
-from mukca.solver.robot import load_robot
+from mukca.solver.identification.data import measure
+from mukca.solver.identification.robot import load_robot
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
 pytestmark = pytest.mark.slow

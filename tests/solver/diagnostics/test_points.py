@@ -9,7 +9,7 @@ from recorded import RIGID
 from mukca import calibrate
 from mukca.recorder import Placement, Sample
 from mukca.solver.calibration import quaternion_of
-from mukca.solver.robot import BallModel, turn, workspace
+from mukca.solver.identification.robot import BallModel, turn, workspace
 
 HALF = 25
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from mukca.recorder import Placement, Sample
-from mukca.solver.data import Measurement
 from mukca.solver.diagnostics import RigidModel
 from mukca.solver.diagnostics.hypotheses import KINDS, Comparison, kind_of
 from mukca.solver.diagnostics.hypotheses.kinds import Block
 from mukca.solver.diagnostics.scene_fit import Given, scene_of
-from mukca.solver.robot import BallModel, workspace
+from mukca.solver.identification.data import Measurement
+from mukca.solver.identification.robot import BallModel, workspace
 
 RISE = 5.0
 """Rise of temperature that is worth a word [K]."""

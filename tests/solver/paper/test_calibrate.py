@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from mukca import MukcaError
+from mukca.errors import NotConverged
 from mukca.recorder import read_placement
-from mukca.solver.data import check_distinct, evaluate, measure, socket_centres
-from mukca.solver.paper import NotConverged, build_problem, solve
+from mukca.solver.identification.data import check_distinct, evaluate, measure, socket_centres
+from mukca.solver.identification.paper import build_problem, solve
+from mukca.solver.identification.robot import load_robot
 from mukca.solver.results import CalibratedRobot
-from mukca.solver.robot import load_robot
 from mukca.tools.simulation import perturb, reachable_bases, record
 
 # One of each kind, since a fit takes seconds: seven joints, six, and five. At a pitch of 90 degrees

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from recorded import PLACES, recorded_at
 
-from mukca.solver.bayes.model import extend
-from mukca.solver.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure
-from mukca.solver.paper import build_problem, covariance, solve
+from mukca.solver.identification.data import CALIPER_DEVIATION, SEAT_DEVIATION, measure
+from mukca.solver.identification.model import extend
+from mukca.solver.identification.paper import build_problem, covariance, solve
 
 
 @pytest.fixture(scope="module")

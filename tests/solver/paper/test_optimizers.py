@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mukca.solver.paper import NotConverged
-from mukca.solver.paper.optimizers import gauss_newton
+from mukca.errors import NotConverged
+from mukca.solver.identification.paper.optimizers import gauss_newton
 
 
 def test_a_valley_is_followed_by_damping():

@@ -1,7 +1,7 @@
 """Samples in sockets as the task of a fit."""
 
 import mukca
-from mukca.solver.data import measure
+from mukca.solver.identification.data import measure
 from mukca.solver.partial.prior import prior_of
 from mukca.solver.partial.sockets import socket_task
 

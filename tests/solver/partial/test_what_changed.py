@@ -11,8 +11,8 @@ from msgspec import structs
 
 import mukca
 from mukca import Calibration
-from mukca.solver.data import measure
 from mukca.solver.diagnostics import inspect_all
+from mukca.solver.identification.data import measure
 
 
 @pytest.mark.parametrize(("offsets", "likeliest"), [({}, "nothing"), ({3: 3e-3}, "panda_joint4")])

@@ -10,7 +10,7 @@ from imagined import slopes
 from project import ROOT
 from scipy.optimize import minimize
 
-from mukca.solver.robot import (
+from mukca.solver.identification.robot import (
     BallModel,
     all_parameters,
     choose_parameters,

@@ -7,7 +7,7 @@ import pytest
 import yourdfpy
 from cases import by_table
 
-from mukca.solver.robot import (
+from mukca.solver.identification.robot import (
     BallModel,
     ModelError,
     Origin,
@@ -222,4 +222,20 @@ def test_a_model_in_any_encoding_is_read_edited_and_written_in_utf8(odd, head, c
 def test_a_model_that_is_not_in_its_encoding_is_told_with_the_line(odd):
     odd.write_bytes(ODD_ARM.replace("an odd arm", "\n gepr\xfcft").encode("latin-1"))
     with pytest.raises(ModelError, match=r"odd.urdf:3: not in utf-8.*; save the file as UTF-8"):
+        load_robot(str(odd))
+
+
+def test_a_mass_of_zero_is_none_and_one_below_is_refused(odd):
+    weighed = '<link name="finger"><inertial><mass value="{}"/></inertial></link>'
+    odd.write_text(ODD_ARM.replace('<link name="finger"/>', weighed.format("0")))
+    assert not load_robot(str(odd)).bodies
+    odd.write_text(ODD_ARM.replace('<link name="finger"/>', weighed.format("-1e-9")))
+    with pytest.raises(ModelError, match="write zero or more"):
+        load_robot(str(odd))
+
+
+def test_a_byte_of_another_encoding_is_told_with_its_line_after_a_declaration_of_two(odd):
+    declaration = b'<?xml version="1.0"\n encoding="utf-8"?>\n'
+    odd.write_bytes(declaration + b'<robot name="a">\n<link name="\xe9"/>\n</robot>')
+    with pytest.raises(ModelError, match=r"odd.urdf:4: not in utf-8"):
         load_robot(str(odd))

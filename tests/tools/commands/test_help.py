@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 from contextlib import redirect_stdout, suppress
-from inspect import signature
 from pathlib import Path
 from typing import get_type_hints
 
@@ -86,7 +85,9 @@ def test_help_and_types_tell_the_options_that_there_are():
     keywords, fields = get_type_hints(CalibrateOptions), get_type_hints(SolveOptions)
     assert keywords == fields
     shown = pydoc.plain(pydoc.render_doc(mukca.calibrate))
-    for name, option in option_table().items():
-        assert f"{name}: {option.described.split()[0]}" in shown
-        assert signature(mukca.calibrate).parameters[name].annotation == fields[name]
+    of_methods = re.split(r"Of\s+(?:both|``)", shown)[1:]
+    for method, words in zip((None, "auto", "paper"), of_methods, strict=True):
+        options = [name for name, option in option_table().items() if option.method == method]
+        names = words.partition(":")[2].partition(".")[0]
+        assert re.findall(r"\w+", names) == options
     assert "\n    Calibrate a robot from recordings.\n" in shown

@@ -1,18 +1,19 @@
 """Bags of all kinds, written by rosbags itself from a simulated session."""
 
 import json
+import tracemalloc
 
 import numpy as np
 import pytest
 
 import mukca
 from mukca.recorder.stream import JointLimits
-from mukca.tools.extract import Question, find_rests, read_log
+from mukca.tools.extract import Question, find_rests, read_log, unpacking
 
 rosbags = pytest.importorskip("rosbags", reason="the extra bags is not installed")
 
 from rosbags.rosbag1 import Writer as Writer1  # noqa: E402
-from rosbags.rosbag2 import StoragePlugin  # noqa: E402
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin  # noqa: E402
 from rosbags.rosbag2 import Writer as Writer2  # noqa: E402
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
 
@@ -24,15 +25,19 @@ TYPE = "sensor_msgs/msg/JointState"
 
 
 class Bag:
-    """Writes joint states into a bag of any kind."""
+    """Writes joint states into a bag of any kind, compressed or not."""
 
-    def __init__(self, path, kind):
+    def __init__(self, path, kind, compression=None):
         self.ros1 = kind == "bag"
         self.types = get_typestore(Stores.ROS1_NOETIC if self.ros1 else Stores.ROS2_HUMBLE)
         plugin = {"db3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
         self.writer = (
             Writer1(path) if self.ros1 else Writer2(path, version=9, storage_plugin=plugin[kind])
         )
+        if self.ros1 and compression:
+            self.writer.set_compression(Writer1.CompressionFormat[compression])
+        elif compression:
+            self.writer.set_compression(CompressionMode[compression], CompressionFormat.ZSTD)
         self.writer.open()
         self.topics = {}
 
@@ -41,12 +46,12 @@ class Bag:
             self.topics[name] = self.writer.add_connection(name, type_, typestore=self.types)
         return self.topics[name]
 
-    def write(self, topic, stamp, names, position, effort=(), header=True, later=0.0):
+    def write(self, topic, stamp, names, position, effort=(), header=True, later=0.0, frame=""):
         known = self.types.types
         nanoseconds = round((START + stamp) * 1e9) if header else 0
         time = known["builtin_interfaces/msg/Time"](*divmod(nanoseconds, 1_000_000_000))
         head = known["std_msgs/msg/Header"]
-        header_ = head(seq=0, stamp=time, frame_id="") if self.ros1 else head(time, "")
+        header_ = head(seq=0, stamp=time, frame_id=frame) if self.ros1 else head(time, frame)
         message = known[TYPE](
             header_, list(names), np.array(position, float), np.zeros(0), np.array(effort, float)
         )
@@ -119,6 +124,56 @@ def test_efforts_are_taken_when_they_are_torques(extract, moves, tmp_path):
     assert efforts is not None and np.allclose(efforts, np.arange(7.0))
 
 
+COMPRESSED = [
+    ("bag", "BZ2"),
+    ("bag", "LZ4"),
+    ("mcap", "STORAGE"),
+    ("db3", "MESSAGE"),
+    ("mcap", "MESSAGE"),
+    ("db3", "FILE"),
+]
+
+
+@pytest.mark.parametrize(("kind", "compression"), COMPRESSED)
+def test_a_compressed_bag_is_read_like_another(tmp_path, kind, compression):
+    path = tmp_path / ("session.bag" if kind == "bag" else "session")
+    with Bag(path, kind, compression) as bag:
+        for t, q in moving():
+            bag.write("/joint_states", t, NAMES, q)
+    log = read_log(question_of(path))
+    assert np.array_equal(log.positions, [q for _, q in moving()])
+
+
+@pytest.mark.parametrize(("kind", "compression"), COMPRESSED)
+def test_what_unpacks_to_more_than_a_bag_does_is_refused_at_once(
+    tmp_path, monkeypatch, kind, compression
+):
+    path, most = tmp_path / ("session.bag" if kind == "bag" else "session"), 2_000_000
+    for name in ("LARGEST_CHUNK", "LARGEST_BAG"):
+        monkeypatch.setattr(unpacking, name, most)
+    with Bag(path, kind, compression) as bag:
+        bag.write("/joint_states", 0.0, NAMES, [0.1] * 7, frame=20 * most * "\0")
+    tracemalloc.start()
+    with pytest.raises(mukca.MukcaError, match=r"session.*: .* unpack to more than 2 MB"):
+        read_log(question_of(path))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 4 * most
+
+
+def test_numbers_are_kept_and_not_messages(tmp_path):
+    path, count = tmp_path / "session", 4000
+    with Bag(path, "mcap") as bag:
+        for i in range(count):
+            bag.write("/joint_states", 0.01 * i, NAMES, 1e-3 * (np.arange(7.0) + i))
+    read_log(question_of(path))  # modules and types are loaded
+    tracemalloc.start()
+    read_log(question_of(path))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 600 * count + 2_000_000
+
+
 def write_other(path):
     with Bag(path, "db3") as bag:
         types = bag.types
@@ -178,6 +233,10 @@ def test_another_topic_may_be_asked_for_and_without_out_nothing_is_written(
     assert [rest["socket"] for rest in rests] == moves.sockets
     assert all(rest["end"] > rest["begin"] > START - 1 for rest in rests)
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def question_of(path):
+    return Question(path, NAMES, (False,) * 7)
 
 
 def moving(seconds=4.0):

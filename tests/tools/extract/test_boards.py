@@ -2,14 +2,17 @@
 
 import re
 import shutil
+import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mukca import MukcaError
-from mukca.solver.robot import turn
-from mukca.tools.extract import Board, read_images
+from mukca.solver.identification.robot import turn
+from mukca.tools.cameras import Board, read_images
 
 BOARD = Path(__file__).parents[3] / "docs" / "images" / "charuco.svg"
 CAMERA = np.array([[620.0, 0, 318], [0, 622, 243], [0, 0, 1]])
@@ -142,3 +145,22 @@ def test_the_board_says_its_size():
     assert "9 x 6, squares 30 mm, markers 21 mm, DICT_5X5_100" in BOARD.read_text()
     cells = printed()
     assert cells[:20, :20].max() == 0 and cells[:3, 20:40].min() == 1
+
+
+LOOK = """
+from pathlib import Path
+from mukca.tools.cameras import Board, read_images
+read_images(Path(), Board())
+"""
+
+
+def test_an_image_of_too_many_pixels_is_refused_by_its_first_bytes(tmp_path):
+    """In a program of its own: OpenCV asks for the bound when it is loaded."""
+    pytest.importorskip("cv2", reason="the extra camera is not installed")
+    (tmp_path / "joints.csv").write_text("a,b\n0.1,0.2\n")
+    (tmp_path / "one.bmp").write_bytes(
+        b"BM" + struct.pack("<3I3i2H6I", 0, 0, 54, 40, 30_000, 30_000, 1, 8, *[0] * 6) + bytes(2000)
+    )
+    words = [sys.executable, "-c", LOOK]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+    assert "one.bmp: an image has at most 200000000 pixels" in done.stderr

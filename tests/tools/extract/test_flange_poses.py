@@ -9,7 +9,7 @@ from cameras import POSE, STANDING, board_seen, columns_of, flanges, recorded, r
 
 import mukca
 from mukca import MukcaError
-from mukca.tools.extract import Board, joints_of, turned_alike
+from mukca.tools.cameras import Board, joints_of, turned_alike
 
 pytestmark = pytest.mark.slow
 

@@ -116,6 +116,20 @@ def data_set(folder, moves, version, values, names):
         parquet.write_table(table, chunk / f"episode_{episode:06}.parquet")
 
 
+def test_more_numbers_than_an_arm_writes_are_refused_before_they_are_read(refused, moves, tmp_path):
+    """Of equal numbers, kilobytes hold millions."""
+    data_set(tmp_path / "set", moves, "v3.0", np.zeros((len(finite(moves)), 7)), list(NAMES))
+    pyarrow = pytest.importorskip("pyarrow")
+    rows = 20_000_000
+    zeros = pyarrow.array(np.zeros(rows, np.int8))
+    table = pyarrow.table(dict.fromkeys(("timestamp", "episode_index", "more"), zeros))
+    file = tmp_path / "set" / "data" / "chunk-000" / "episode_000000.parquet"
+    pyarrow.parquet.write_table(table, file)
+    assert file.stat().st_size < 1_000_000
+    words = ("extract", tmp_path / "set", "--robot", "panda", "--units", "degrees")
+    refused("episode_000000.parquet: 60000000 numbers; at most 50000000 are read", *words)
+
+
 @pytest.mark.parametrize("version", ["v2.1", "v3.0"])
 def test_lerobot_in_degrees(extract, refused, moves, tmp_path, version):
     angles = np.degrees([state.position for state in finite(moves)])

@@ -8,7 +8,7 @@ from mukca.drivers.arms import Motion, SimulatedArm
 from mukca.recorder import read_placement
 from mukca.recorder.stream import JointLimits
 from mukca.solver.calibration import UsageError
-from mukca.solver.robot import load_robot
+from mukca.solver.identification.robot import load_robot
 from mukca.tools.extract import Log, assign, find_rests, placements_of, propose_samples
 from mukca.tools.recording import joints_of
 

@@ -7,8 +7,8 @@ import printed_parts
 import pytest
 from manifold3d import CrossSection, Manifold, Mesh
 
-from mukca.solver.data import read_sockets_at
-from mukca.solver.robot import load_robot, rotation_rpy
+from mukca.solver.identification.robot import load_robot, rotation_rpy
+from mukca.solver.tables import read_sockets_at
 from mukca.tools.printables import ARMS, AnchoredBase, build_parts
 
 BASE = printed_parts.BASES["anchored"]

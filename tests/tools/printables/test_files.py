@@ -12,7 +12,7 @@ import pytest
 import trimesh
 from cases import by_table
 
-from mukca.solver.robot import shipped_robots
+from mukca.solver.identification.robot import shipped_robots
 from mukca.tools.printables import MOUNTS, PrintableError, bolt_circle, encode, find_mount
 
 pytestmark = pytest.mark.slow

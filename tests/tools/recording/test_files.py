@@ -150,6 +150,24 @@ def test_convert_never_mixes_or_overwrites(recorded, tmp_path, output_of, refuse
     refused("", *words, "samples", "--distance", "-1")
 
 
+@pytest.mark.parametrize("form", ["holes", "samples"])
+def test_convert_keeps_nothing_that_was_said_of_another_recording(
+    recorded, tmp_path, output_of, refused, form
+):
+    out = tmp_path / "out"
+    output_of("convert", recorded, "--out", out, "--to", form)
+    about = {**ABOUT, "payload": 0.5, "distance_measured": True}
+    (out / "placement.json").write_text(json.dumps(about))
+    (recorded / "placement.json").unlink()
+    output_of("convert", recorded, "--out", out, "--to", form, "--force")
+    placement = mukca.read_placements(out)[0]
+    assert placement.distance is None and placement.payload is None
+    (out / "points.csv").write_text("")
+    refused(
+        "another recording is there", "convert", recorded, "--out", out, "--to", form, "--force"
+    )
+
+
 def test_drivers_are_listed_with_what_some_addresses_need(output_of, answer):
     lines = output_of("drivers").splitlines()
     assert any(line.startswith("mock") for line in lines)

@@ -15,7 +15,7 @@ import mukca
 from mukca.recorder import Placement, Sample
 from mukca.recorder.session import BLOCK, Answers, GuidanceRequest
 from mukca.solver.design import Reach
-from mukca.solver.robot import BallModel, link_poses, load_robot
+from mukca.solver.identification.robot import BallModel, link_poses, load_robot
 from mukca.tools.cli import RobotOptions
 from mukca.tools.recording import BackgroundGuidance, PoseSelector, goal_for
 

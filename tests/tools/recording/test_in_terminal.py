@@ -222,3 +222,14 @@ def test_a_simple_terminal_shows_what_to_do(tmp_path):
         terminal.press("q")
         assert terminal.wait() == 0
         assert b"\x1b" not in terminal.output and b"\a" in terminal.output
+
+
+def test_a_folders_name_steers_no_terminal(hand, tmp_path):
+    out = tmp_path / "front\x1b]0;mine\x07\x1b]52;c;ZWNobw==\x07\u009b2J"
+    with TerminalSession(command(hand, out), columns=200) as terminal:
+        terminal.wait_for("SOCKET 0", "front?]0;mine")
+        terminal.press("q")
+        assert terminal.wait() == 0
+        assert b"\x1b[" in terminal.output
+        for sequence in (b"\x1b]", b"\xc2\x9b"):
+            assert sequence not in terminal.output

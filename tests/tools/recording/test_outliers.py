@@ -12,7 +12,7 @@ from record_commands import fast, read
 from mukca.recorder import METADATA, SAMPLES, Placement, Sample, sample_files
 from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.terminal import render
-from mukca.solver.robot import gravity_moments, load_robot
+from mukca.solver.identification.robot import gravity_moments, load_robot
 from mukca.tools.recording import SessionAlarms, joints_of
 from mukca.tools.simulation.session_faults import session_faults
 

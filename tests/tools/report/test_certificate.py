@@ -1,5 +1,6 @@
 """A sheet to sign, which rests on held-out places."""
 
+import hashlib
 import html
 import json
 import re
@@ -30,6 +31,10 @@ def test_the_sheet_has_errors_limits_verdict_and_digests(run, calibrated, tmp_pa
     assert all(f"<td>{1e3 * figure:.3f} mm</td>" in page for figure in figures)
     assert "0.700 mm" in page and report["verdict"]["title"] in page
     assert report["provenance"]["model_sha256"] in page
+    policy = '<meta http-equiv="Content-Security-Policy".*>'
+    assert re.findall(policy, page) == re.findall(policy, (tmp_path / "report.html").read_text())
+    urdf = hashlib.sha256((calibrated / "calibrated.urdf").read_bytes()).hexdigest()
+    assert f"{urdf} calibrated.urdf" in page and urdf in (tmp_path / "report.html").read_text()
     assert "<script" not in page and page.count("date</p>") == 2
     assert all(page.count(html.escape(row["text"])) == 1 for row in report["rests_on"])
 

@@ -8,8 +8,7 @@ import msgspec
 import pytest
 from kept import says
 
-from mukca.tools.experiments import SimulationDocument
-from mukca.tools.report import simulation_page
+from mukca.tools.experiments import SimulationDocument, simulation_page
 
 
 def result(experiment, model="calibrated"):

@@ -60,7 +60,7 @@ class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
 class _Checked:
     """Recordings that were looked at, and the accuracy of a calibration on them."""
 
-    problem: "calibration.CalibrationProblem"
+    problem: "calibration.InspectedProblem"
     """As solve begins, all placements trained on."""
     findings: "Sequence[results.Diagnostic]"
     accuracy: "design.Accuracy | None"
@@ -172,7 +172,9 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     placements = recorder.read_placements(
         *options.data, as_recorded=settings.as_recorded
     )
-    checked = _checked(calibration.problems_of(robot, placements, (), settings)[""])
+    problem = calibration.problems_of(robot, placements, (), settings)[""]
+    assert isinstance(problem, calibration.InspectedProblem)
+    checked = _checked(problem)
     terminal.warn(*checked.problem.warnings)
     terminal.say(*checked.lines)
     document = {"robot": options.robot, **checked.as_dict()}
@@ -184,7 +186,7 @@ def _are_broken(findings: "Sequence[results.Diagnostic]") -> bool:
     return any(finding.level == "error" for finding in findings)
 
 
-def _checked(problem: "calibration.CalibrationProblem") -> _Checked:
+def _checked(problem: "calibration.InspectedProblem") -> _Checked:
     """Return what was seen, and the accuracy by a fit; None where something bars it.
 
     A distance is an error where the fit gave the arm's size up to meet it.

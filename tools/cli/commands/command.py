@@ -210,7 +210,6 @@ def written(
         lines.extend(",".join(map(repr, row.tolist())) for row in rows)
         if out is None:
             terminal.say(*lines)
-            sys.stdout.flush()
             lines.clear()
 
     if str(source) == "-":

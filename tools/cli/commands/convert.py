@@ -1,9 +1,8 @@
 """``mukca convert``: recordings in another form, or of columns that users name."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -75,9 +74,13 @@ def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
         outs[folder] = out
     for folder, placement in placements.items():
         terminal.warn(*placement.remarks)
+        out = outs[folder]
         files = _files(folder, placement, options)
-        _refuse_another_form(outs[folder], files)
-        written = write_files(outs[folder], files)
+        refuse_another_form(out, files)
+        if (out / recorder.METADATA).exists():
+            # Keys of an earlier recording there say nothing of this one.
+            files = recorder.metadata_file({}) | files
+        written = write_files(out, files)
         terminal.say(*(f"Wrote {file}" for file in written.values()))
         if options.to == "holes":
             terminal.warn(*(f"{folder}: {loss}" for loss in _losses(placement)))
@@ -95,17 +98,18 @@ def _files(
         metadata = recorder.read_metadata(folder / recorder.METADATA)
     if metadata:
         metadata["distance"] = distance
-        files[recorder.METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
+        files |= recorder.metadata_file(metadata)
     return files
 
 
-def _refuse_another_form(out: Path, files: Mapping[str, bytes]) -> None:
+def refuse_another_form(out: Path, files: Mapping[str, bytes]) -> None:
     """Refuse a folder that holds a recording which would not be overwritten.
 
     Raises:
         OutputError: There is one.
     """
-    for file in [*out.glob("hole_*.csv"), *out.glob("samples.csv")]:
+    forms = ("hole_*.csv", "samples.csv", "points.csv", "poses.csv")
+    for file in chain.from_iterable(map(out.glob, forms)):
         if file.name not in files:
             raise OutputError(
                 f"{file}: another recording is there; choose another --out"

@@ -7,9 +7,10 @@ from pathlib import Path
 from statistics import fmean, stdev
 from typing import Any
 
-from ....solver import assessment, calibration, data, diagnostics, results
+from ....solver import assessment, calibration, diagnostics, results
 from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions, UsageError
+from ....solver.identification import data
 from ... import cli
 from .prediction import predicted_accuracy
 
@@ -25,8 +26,7 @@ class _CrossvalOptions(cli.RobotOptions, cli.WorkerOptions, cli.JsonOption):
     )
     settings: SolveOptions = cli.part(
         SolveOptions,
-        "method distance known distance_deviation zeros type_prior payload gravity "
-        "repeatability_mm",
+        "method distance known distance_deviation zeros payload gravity repeatability_mm",
     )
 
 

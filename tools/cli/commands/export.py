@@ -10,9 +10,10 @@ from ....errors import MukcaError
 from ....solver import calibration
 from ....solver.calibration import UsageError
 from ... import export
-from ...export import FORMATS
+from ...export import format_table
 from .. import JsonOption, PayloadOptions, Terminal, argument, for_each_arm, option
 
+FORMATS = format_table()
 LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items())
 
 

@@ -1,17 +1,17 @@
 """``mukca extract``: find the rests of an arm in a log, and make a recording of them."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ....errors import fixed
-from ....recorder import METADATA
+from ....recorder import metadata_file
 from ....recorder.stream import STILL, WINDOW
+from ....solver.identification.robot import Robot
 from ....solver.results import write_files
-from ....solver.robot import Robot
 from ... import cli, extract
 from ...recording import joints_of
+from .convert import refuse_another_form
 
 NOT_ENOUGH = 3
 NO_RESTS = (
@@ -96,10 +96,8 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
             "still": search.still,
         }
         metadata = _metadata(robot, options.distance, session)
-        outputs = _write(options.out, folders, metadata)
         picture = extract.rests_picture(log, robot.joint_names, rests)
-        pictures = write_files(options.out, {"rests.svg": picture})
-        outputs["picture"] = str(pictures["rests.svg"])
+        outputs = _write(options.out, folders, metadata, picture)
     if not rests:
         terminal.say(NO_RESTS.format(search.window))
     elif not folders:
@@ -177,15 +175,20 @@ def _metadata(robot: Robot, distance: float, session: dict[str, Any]) -> dict[st
 
 
 def _write(
-    out: Path, folders: dict[str, dict[str, bytes]], metadata: dict[str, Any]
+    out: Path,
+    folders: dict[str, dict[str, bytes]],
+    metadata: dict[str, Any],
+    picture: bytes,
 ) -> dict[str, str]:
-    """Write the placements into their folders, and return the folders' paths by name."""
-    paths: dict[str, str] = {}
-    for name, files in folders.items():
-        files[METADATA] = json.dumps(metadata, indent=2).encode() + b"\n"
-        write_files(out / name, files)
-        paths[name] = str(out / name)
-    return paths
+    """Write placements into their folders, and the picture; return the paths by name."""
+    contents: dict[str, bytes] = {}
+    for name, samples in folders.items():
+        refuse_another_form(out / name, samples)
+        files = samples | metadata_file(metadata)
+        contents |= {f"{name}/{file}": content for file, content in files.items()}
+    write_files(out, contents | {"rests.svg": picture})
+    paths = {name: str(out / name) for name in folders}
+    return {**paths, "picture": str(out / "rests.svg")}
 
 
 def _left_out(stretch: "extract.Stretch", log: "extract.Log") -> str:

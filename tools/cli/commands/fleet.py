@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from ....solver import assessment, calibration, results
+from ....solver import assessment, partial, results
 from ....solver.assessment import plural
 from ....solver.calibration import SolveOptions
 from ....solver.results import encode, write_files
@@ -44,17 +44,11 @@ def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
     )
     page = fleet.fleet_page(result).encode("utf-8", "replace")
     files = {"fleet.html": page, "fleet.json": encode(result, indent=1)}
-    usable = [Path(last.outputs["calibration"]) for last in fleet.last_sessions(arms)]
-    learned = calibration.learn_types(usable)
-    if learned.types:
-        files["elasticity.json"] = encode(learned, indent=1)
     written = write_files(options.out, files)
     if options.details:
         show_details(result, terminal)
     else:
         show_in_short(result, terminal)
-    if learned.types:
-        terminal.say(f"Elasticity, for --type-prior: {written['elasticity.json']}")
     terminal.say(f"Report: {written['fleet.html']}")
     terminal.emit(result)
     return assessment.worst(arm.exit_status for arm in arms)
@@ -107,4 +101,6 @@ def _arm(options: _FleetOptions, folder: Path, copied: str | None) -> "fleet.Arm
     if Path(options.robot).is_file():  # a cluster's workers stand elsewhere
         robot["robot"] = str(Path(options.robot).resolve())
     out = (options.out / folder.name).resolve()
-    return fleet.ArmFolder(folder.resolve(), out, robot, options.calibration, copied)
+    return fleet.ArmFolder(
+        folder.resolve(), out, robot, options.calibration, partial.what_changed, copied
+    )

@@ -7,54 +7,27 @@
 import argparse
 import difflib
 import errno
-import importlib
+import gc
 import os
 import re
 import sys
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import NoReturn
 
 from ...._version import __version__
+from ....drivers import PluginError
 from ....errors import MukcaError
-from .. import Terminal
+from .. import Terminal, write_error
+from .verbs import VERBS, Verb, by_group, verb_of, verb_table
 
-GROUPS = {
-    "every day": "record check solve validate report",
-    "before": "demo print-parts plan robots drivers",
-    "afterwards": "command poses export tool handeye rezero compare whatif",
-    "many arms": "fleet crossval",
-    "data": "info convert extract stream",
-    "for developers": "simulate emulate",
-}
-"""Verbs by what people do."""
-_PAGES = Path(__file__).with_name("verbs.txt").read_text(encoding="utf-8")
-
-
-class Verb(NamedTuple):
-    """A verb, as ``verbs.txt`` has it."""
-
-    line: str
-    """Line in ``mukca --help``."""
-    text: str
-    """Text below the options."""
-    module: str
-    often: tuple[str, ...]
-    """Options that ``--help`` shows; none for all."""
-
-
-VERBS: dict[str, Verb] = {
-    name: Verb(line, text, module or name.replace("-", "_"), tuple(often.split()))
-    for name, module, line, often, text in re.findall(
-        r"(?ms)^# ([\w-]+)(?: in (\w+))?: (.*?)\n(?:often: (.*?)\n)?(.*?)(?=^# |\Z)",
-        _PAGES,
-    )
-}
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EBADF, errno.EDQUOT)
 """Errors of a standard output that is full, or gone."""
 UNREACHABLE = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP)
 """Errors of a path that was typed, where no verb tells them."""
+GARBAGE = 20_000
+"""New objects after which Python looks for garbage; its own 700 cost a twentieth of a solve."""
 EXAMPLES = 2
 """Examples that ``--help`` shows."""
 
@@ -85,13 +58,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status; an exception is a defect of mukca."""
     # The matrices here are small: threads of the linear algebra cost more than they bring.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(GARBAGE)
     if "_ARGCOMPLETE" in os.environ and find_spec("argcomplete"):
         complete(os.environ.get("COMP_LINE", ""))
     if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]  (closed by the caller)
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
     reconfigure = getattr(sys.stdout, "reconfigure", None)
-    if reconfigure is not None and sys.stdout.errors == "strict":
-        reconfigure(errors="replace")  # no name stops a command
+    if reconfigure is not None:
+        errors = sys.stdout.errors
+        # No name stops a command, and whoever waits for a line gets it, through a pipe, too.
+        reconfigure(
+            errors="replace" if errors == "strict" else errors, line_buffering=True
+        )
     words = list(sys.argv[1:] if argv is None else argv)
     verb = words[0] if words else None
     try:
@@ -99,10 +77,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if verb is None:
             parser.print_help()
             return 0
-        if verb not in VERBS and not verb.startswith("-"):
-            sys.stderr.write(
-                f"mukca: no verb is called {verb!r}; mukca --help lists them{meant(verb, VERBS)}\n"
-            )
+        if verb_of(verb) is None and not verb.startswith("-"):
+            advice = f"mukca --help lists them{meant(verb, verb_table())}"
+            write_error(f"mukca: no verb is called {verb!r}; {advice}")
             return 2
         arguments = parser.parse_args(words)
         terminal = Terminal(json=bool(getattr(arguments, "json", False)))
@@ -113,25 +90,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         line = " ".join(str(error).split())
         for argument, word in TYPED.items():
             line = line.replace(argument, word)
-        name = f"mukca {verb}" if verb in VERBS else "mukca"
-        sys.stderr.write(f"{name}: {line}\n")
+        name = f"mukca {verb}" if verb and verb_of(verb) else "mukca"
+        write_error(f"{name}: {line}")
         return 1 if error.failed else 2
     except KeyboardInterrupt:
-        sys.stderr.write(f"mukca {verb}: interrupted\n")
+        write_error(f"mukca {verb}: interrupted")
         return 130
     except BrokenPipeError:  # the reader went away, as with `| head`
         _write_nowhere()
         return 141
     except OSError as error:
         if error.filename is not None and error.errno in UNREACHABLE:
-            sys.stderr.write(f"mukca {verb}: {error.filename}: {error.strerror}\n")
+            write_error(f"mukca {verb}: {error.filename}: {error.strerror}")
             return 2
         if error.filename is not None or error.errno not in UNWRITABLE:
             raise
         _write_nowhere()
-        sys.stderr.write(
-            f"mukca {verb}: what it says cannot be written: {error.strerror}\n"
-        )
+        write_error(f"mukca {verb}: what it says cannot be written: {error.strerror}")
         return 1
 
 
@@ -148,7 +123,10 @@ def complete(line: str) -> None:
     import argcomplete
 
     verb = next(iter(line.split()[1:]), None)
-    parser = build_parser(verb if verb in VERBS else None, ["--help-all"])
+    try:
+        parser = build_parser(verb if verb and verb_of(verb) else None, ["--help-all"])
+    except PluginError:  # its options are not known, all else is
+        parser = build_parser(None)
     argcomplete.autocomplete(parser)
 
 
@@ -156,7 +134,9 @@ def run_verb(arguments: argparse.Namespace, terminal: Terminal) -> int:
     """Run the verb that was typed, and return its exit status; a MukcaError is bad input."""
     from .. import read_options
 
-    return _verb(arguments.verb)[0](read_options(arguments), terminal)
+    about = verb_of(arguments.verb)
+    assert about is not None  # it was parsed
+    return about.run(read_options(arguments), terminal)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -190,18 +170,6 @@ def meant(word: str, names: Collection[str]) -> str:
     return f"; did you mean {name_by_letters[matches[0]]}?" if matches else ""
 
 
-def _verbs_by_group() -> str:
-    """Return the verbs, a line each, below what people do."""
-    lines: list[str] = []
-    for group, verbs in GROUPS.items():
-        lines += [
-            f"{group}:",
-            *(f"  {verb:12} {VERBS[verb].line}" for verb in verbs.split()),
-            "",
-        ]
-    return "\n".join([*lines, "mukca VERB --help shows a verb's options and examples."])
-
-
 def build_parser(
     verb: str | None, words: Sequence[str] = ()
 ) -> argparse.ArgumentParser:
@@ -210,7 +178,7 @@ def build_parser(
         prog="mukca",
         usage="mukca VERB [options]",
         description="Calibrate a robot arm with a printed ball and socket base.",
-        epilog=_verbs_by_group(),
+        epilog=None if verb in VERBS else by_group(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.typed = words
@@ -220,11 +188,12 @@ def build_parser(
         version=f"mukca {__version__}",
         help="show the version and exit",
     )
-    verbs = parser.add_subparsers(
+    parsers = parser.add_subparsers(
         dest="verb", metavar="VERB", required=True, help=argparse.SUPPRESS, prog="mukca"
     )
-    for name, about in VERBS.items():
-        sub = verbs.add_parser(
+    table = VERBS if verb in VERBS else verb_table()
+    for name, about in table.items():
+        sub = parsers.add_parser(
             name,
             description=f"{about.line[0].upper()}{about.line[1:]}.",
             formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -232,20 +201,19 @@ def build_parser(
         sub.typed = words
         if name == verb:
             parser.names = sub.names = _fill(
-                sub, name, everything="--help-all" in words
+                sub, about, everything="--help-all" in words
             )
             parser.lists_them = sub.lists_them = f"mukca {name} --help-all"
     return parser
 
 
-def _fill(parser: argparse.ArgumentParser, name: str, *, everything: bool) -> list[str]:
+def _fill(
+    parser: argparse.ArgumentParser, about: Verb, *, everything: bool
+) -> list[str]:
     """Add a verb's options, ``everything`` or those used often in its help; return their names."""
     from .. import add_options, option_names
 
-    run, module = _verb(name)
-    about = VERBS[name]
-    options = run.__annotations__["options"]
-    text = about.text.replace("{list}", getattr(module, "LIST", ""))
+    options, text = about.options, about.help
     often = None if everything or not about.often else about.often
     names = option_names(options)
     hidden = len(names) - len(about.often) if often else 0
@@ -266,12 +234,3 @@ def _in_short(text: str) -> str:
             head, *examples = re.split(r"(?m)^(?=  mukca )", part)
             lists[number] = "".join([head, *examples[:EXAMPLES]]).rstrip()
     return "\n\n".join(lists)
-
-
-def _verb(name: str) -> tuple[Callable[[Any, Terminal], int], Any]:
-    """Return the function ``run_VERB``, whose first annotation is its options, and its module.
-
-    Where the verb's text has ``{list}``, the module has ``LIST``.
-    """
-    module = importlib.import_module(f".{VERBS[name].module}", __package__)
-    return getattr(module, f"run_{name.replace('-', '_')}"), module

@@ -1,6 +1,6 @@
 """``mukca report`` and ``compare``: a report of a calibration, and calibrations side by side."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +8,7 @@ from .... import recorder
 from ....solver import assessment, results
 from ....solver.assessment import millimetres, short_names
 from ....solver.calibration import SolveOptions
-from ....solver.data import check_distinct, measure
+from ....solver.identification.data import check_distinct, measure
 from ....solver.results import write_files
 from ... import cli, report
 from ...report import figures
@@ -92,7 +92,8 @@ def _report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     folder = options.calibration.parent if options.out is None else options.out
     written = _report_written(options, folder, files)
     report.show(terminal.console, document_of_report)
-    terminal.say(written)
+    written_with = document.provenance.output_sha256
+    terminal.say(written, *results.missing_beside(options.calibration, written_with))
     if sheet is not None:
         write_report(sheet.parent, signed, force=options.force)
         terminal.say(f"Wrote {sheet}, to print on one A4 page and to sign")
@@ -157,23 +158,30 @@ def emit_with_page(
     terminal: cli.Terminal,
     lines: Sequence[str],
     result: Mapping[str, object],
-    outputs: Mapping[str, str] | None = None,
+    save: Callable[..., dict[str, str]] | None = None,
 ) -> None:
-    """Write the page of a verb to its --out, in the terminal's words, and emit its result."""
-    written = dict(outputs or {})
+    """Write the page of a verb to its --out, in the terminal's words, and emit its result.
+
+    ``save`` writes the results that belong to the page, as :meth:`.Calibration.save` does.
+    """
+    outputs = dict[str, str]()
     if options.out is not None:
         title = (
             f"mukca {type(options).__name__.strip('_').removesuffix('Options').lower()}"
         )
         values = {"title": title, "lines": lines, "result": result}
         html = report.render("found.html.j2", values, found=values)
-        write_report(options.out, {"report.html": html.encode()}, force=options.force)
-        page = options.out / "report.html"
-        beside = [Path(file).name for file in written.values()]
-        written["report"] = str(page)
+        files = {PAGE: html.encode()}
+        if save is None:
+            write_report(options.out, files, force=options.force)
+        else:
+            outputs = save(options.out, force=options.force, pages=files)
+        page = str(options.out / PAGE)
+        beside = [Path(file).name for file in outputs.values() if file != page]
+        outputs["report"] = page
         more = f" to read; beside it {' and '.join(beside)}" if beside else ""
         terminal.say(f"Wrote {page}{more}")
-    terminal.emit({**result, "outputs": written})
+    terminal.emit({**result, "outputs": outputs})
 
 
 def open_page(file: Path, terminal: cli.Terminal) -> None:

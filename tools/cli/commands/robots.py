@@ -8,7 +8,7 @@ from typing import Any
 
 from ....drivers import DriverInfo, list_drivers, try_plugin
 from ....solver import assessment
-from ....solver import robot as models
+from ....solver.identification import robot as models
 from .. import JsonOption, Terminal, option
 
 KNOWN: dict[str, dict[str, Any]] = json.loads(

@@ -11,7 +11,7 @@ from .... import recorder
 from ....errors import MukcaError
 from ....solver.calibration import load_calibration
 from ....solver.results import OutputError, encode, refuse_existing, write_files
-from ... import experiments, report, simulation
+from ... import experiments, simulation
 from .. import JsonOption, Options, Terminal, option
 from .main import build_parser, run_verb
 
@@ -157,7 +157,7 @@ def _write(
     result = replace(
         result, outputs={name.split(".")[0]: str(folder / name) for name in names}
     )
-    html = report.simulation_page(result, pictures).encode()
+    html = experiments.simulation_page(result, pictures).encode()
     write_files(folder, {REPORT: html, RESULT: encode(result) + b"\n", **pictures})
     terminal.say(f"Report: {folder / REPORT}")
     return result

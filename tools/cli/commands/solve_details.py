@@ -26,7 +26,7 @@ def _show_parameters(
     rows: "Sequence[results.ParameterValue]", terminal: Terminal
 ) -> None:
     """Show the changes of the joint origins in mm and mrad, one line a joint."""
-    from ....solver.robot import COMPONENTS
+    from ....solver.identification.robot import COMPONENTS
 
     changes = {
         (row.joint, row.component): fixed(1e3 * row.change, 3, "+") for row in rows

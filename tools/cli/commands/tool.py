@@ -8,9 +8,10 @@ from pathlib import Path
 
 from .... import recorder
 from ....errors import JOINT_POSITION, LENGTH
-from ....solver import calibration, partial, robot
+from ....solver import calibration, partial
 from ....solver.calibration import UsageError
-from ... import extract
+from ....solver.identification import robot
+from ... import cameras
 from .. import DetailsOptions, Terminal, argument, one_arm, option
 from .report import emit_with_page
 
@@ -86,14 +87,11 @@ def finish(
         terminal.say(*result.text)
     else:
         terminal.say_in_short(*result.brief, below=BELOW)
-    outputs: dict[str, str] = {}
-    if options.out is not None:
-        outputs = result.save(options.out, force=options.force)
-    else:
+    if options.out is None:
         terminal.say(
             "Nothing was written; add --out DIR for a calibration and a URDF with it."
         )
-    emit_with_page(options, terminal, result.text, result.as_dict(), outputs)
+    emit_with_page(options, terminal, result.text, result.as_dict(), result.save)
 
 
 def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placement]":
@@ -228,7 +226,7 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
         "",
     )
     if of_images and not any(
-        (path / extract.JOINTS).is_file() for path in options.data
+        (path / cameras.JOINTS).is_file() for path in options.data
     ):
         raise UsageError(
             "--board, --dictionary and --intrinsics are for folders of images"
@@ -244,7 +242,7 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
         chain.from_iterable(_views(path, options, calibrated) for path in options.data)
     )
     views = [
-        extract.joints_of(calibrated, view, start, options.camera) for view in views
+        cameras.joints_of(calibrated, view, start, options.camera) for view in views
     ]
     limit = _limit(options.limit_mm)
     pose = partial.handeye(calibrated, views, options.camera, options.name, limit=limit)
@@ -260,16 +258,16 @@ def _views(
         path = path / POSES
     if path.suffix == ".csv" and path.is_file() and path.name != recorder.SAMPLES:
         return [recorder.read_points(path, path.stem)]
-    if not (path / extract.JOINTS).is_file():
+    if not (path / cameras.JOINTS).is_file():
         return recorder.read_placements(path)
     columns, rows, square, marker = options.board
-    board = extract.Board(
+    board = cameras.Board(
         int(columns), int(rows), square / 1e3, marker / 1e3, options.dictionary
     )
     camera = numbers(options.intrinsics, "--intrinsics", (4, 8, 9))
     return [
-        extract.turned_alike(
-            calibrated, extract.read_images(path, board, camera), board
+        cameras.turned_alike(
+            calibrated, cameras.read_images(path, board, camera), board
         )
     ]
 

@@ -7,7 +7,7 @@ from itertools import chain, combinations
 from pathlib import Path
 
 from ....errors import MukcaError
-from ....solver import calibration, data
+from ....solver import calibration
 from ....solver.assessment import mm, plural
 from ....solver.calibration import (
     MultiRobotCalibration,
@@ -16,6 +16,7 @@ from ....solver.calibration import (
     ToolToTool,
     UsageError,
 )
+from ....solver.identification import data
 from ... import cli
 
 SWAPPED = 0.2

@@ -5,8 +5,9 @@ from dataclasses import replace
 from functools import partial as partial_of
 from pathlib import Path
 
-from ....solver import calibration, data, partial, results
+from ....solver import calibration, partial, results
 from ....solver.calibration import SolveOptions
+from ....solver.identification import data
 from ... import cli
 from .placement_errors import show_errors
 from .report import emit_with_page, metres

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....solver import assessment, diagnostics
 from ....solver.assessment import area
-from ....solver.data import as_point
+from ....solver.identification.data import as_point
 from . import types
 from .templates import text
 from .types import Answer

@@ -14,10 +14,15 @@ import numpy as np
 
 from ....errors import MukcaError
 from ....solver import assessment
-from ....solver.data import Measurement, as_point, evaluate
-from ....solver.paper import REGULARIZATION, Problem, build_problem, solve
+from ....solver.identification.data import Measurement, as_point, evaluate
+from ....solver.identification.paper import (
+    REGULARIZATION,
+    Problem,
+    build_problem,
+    solve,
+)
+from ....solver.identification.robot import Robot, all_parameters, link_poses
 from ....solver.results import Model
-from ....solver.robot import Robot, all_parameters, link_poses
 from . import types
 from .answers import answers_of
 from .command_lines import solve_command
@@ -27,6 +32,8 @@ FACES = 600
 """Triangles kept of each link at most."""
 LARGEST_FILE = 50_000_000
 """Mesh files beyond this are left out [bytes]."""
+FORMATS = (".stl", ".dae", ".ply", ".obj")
+"""Endings of mesh files that are read; archives are not."""
 
 
 def link_meshes(model: Model, robot: Robot) -> tuple[types.LinkMesh, ...]:
@@ -67,24 +74,37 @@ def link_meshes(model: Model, robot: Robot) -> tuple[types.LinkMesh, ...]:
 
 
 def _finder(folder: Path) -> Callable[[str], str]:
-    """Return a search for mesh files: beside the model, or, for ``package://``, above it."""
+    """Return a search for mesh files: beside the model, or, for ``package://``, above it.
+
+    A file elsewhere, or that a link leads to elsewhere, is not read: see :func:`_own_folder`.
+    """
+    here = folder.resolve()
+    own_folder = _own_folder(here)
+    above = [up for up in (here, *here.parents) if up.is_relative_to(own_folder)]
 
     def find(fname: str) -> str:
         scheme, _, path = fname.rpartition("://")
         inside = Path(*Path(path).parts[1:])
-        candidates = [folder / path]
+        candidates = [here / path]
         if scheme not in ("", "file"):
-            candidates = [
-                up / part
-                for up, part in product(folder.resolve().parents, (path, inside))
-            ]
-            candidates.append(folder / inside)
-        files = (
-            f for f in candidates if f.is_file() and f.stat().st_size <= LARGEST_FILE
-        )
-        return str(next(files, ""))
+            candidates = [up / part for up, part in product(above, (path, inside))]
+        for file in filter(Path.is_file, candidates):
+            if not file.resolve().is_relative_to(own_folder):
+                log = logging.getLogger(__name__)
+                log.warning("%r is not drawn: not in %r", fname, str(own_folder))
+            elif file.suffix.lower() in FORMATS and file.stat().st_size <= LARGEST_FILE:
+                return str(file)
+        return ""
 
     return find
+
+
+def _own_folder(folder: Path) -> Path:
+    """Return the folder that holds a model's files: its package, or the one above ``urdf``."""
+    for up in (folder, *folder.parents):
+        if (up / "package.xml").is_file():
+            return up
+    return folder.parent if folder.name == "urdf" else folder
 
 
 def _shapes(urdf: Any, index: Mapping[str, int]) -> Iterator[tuple[int, Any]]:

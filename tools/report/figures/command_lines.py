@@ -9,9 +9,9 @@ from typing import Any, cast
 
 from ....recorder import METADATA, RecordingError, read_keys, read_sessions
 from ....solver.calibration import SolveOptions
-from ....solver.data import agreed_length, readings_of, whole_name
+from ....solver.identification.data import agreed_length, readings_of, whole_name
+from ....solver.identification.robot import BALL_LINK
 from ....solver.results import CalibrationDocument, GivenArm, Role
-from ....solver.robot import BALL_LINK
 
 _LINKS = ("base", "tip", "flange")
 """Settings that name the links of a robot."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from ....solver.assessment import Quantiles
-from ....solver.data import Metrics
+from ....solver.identification.data import Metrics
 from ....solver.results import Apart, CurveAgreement, Document
 from .types import Displacement, PlotCaption
 

@@ -10,7 +10,13 @@ import numpy as np
 from ....errors import MukcaError
 from ....solver.assessment import measurements_of, quantiles
 from ....solver.calibration import Calibration, differences
-from ....solver.data import Measurement, evaluate, kabsch, mean_metrics, targets
+from ....solver.identification.data import (
+    Measurement,
+    evaluate,
+    kabsch,
+    mean_metrics,
+    targets,
+)
 from ....solver.results import Apart, CalibratedRobot, agreement
 from .comparison_types import (
     COMPARISON,

@@ -18,7 +18,8 @@ from ....solver.assessment import (
     joints_wrong,
     mm,
 )
-from ....solver.data import (
+from ....solver.diagnostics import farthest_place
+from ....solver.identification.data import (
     CALIPER_DEVIATION,
     DEFAULT_DISTANCE,
     SAMPLES_ADVISED,
@@ -27,8 +28,7 @@ from ....solver.data import (
     evaluate,
     whole_name,
 )
-from ....solver.diagnostics import farthest_place
-from ....solver.paper import build_problem, solve
+from ....solver.identification.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
 from .answers import farthest_held_out, placements_with_errors
 from .command_lines import as_options, one_robot, record_command, solve_command

@@ -10,7 +10,8 @@ import numpy as np
 from ....errors import MukcaError
 from ....recorder import RecordingError, find_placements, read_placement
 from ....solver.assessment import LEAST_HELD_OUT, NEAREST, Assessment
-from ....solver.data import measure, parse_left_out, whole_name
+from ....solver.identification.data import measure, whole_name
+from ....solver.tables import parse_left_out
 
 
 class UnusedPlacement(NamedTuple):

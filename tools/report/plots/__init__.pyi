@@ -1,9 +1,12 @@
+from .axis import MM as MM
 from .axis import Axis as Axis
 from .comparison import comparison_plots as comparison_plots
-from .experiment import simulation_plot as simulation_plot
+from .comparison import mark_of as mark_of
+from .figure import COLOURS as COLOURS
 from .figure import Plot as Plot
 from .figure import from_above as from_above
 from .figure import named_rows as named_rows
+from .figure import plot as plot
 from .figure import to_scale as to_scale
 from .model import display_of as display_of
 from .panel import Panel as Panel

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ....solver.assessment import joined, nice_above
-from ....solver.data import IDENTITY, Pose
+from ....solver.identification.data import IDENTITY, Pose
+from ....solver.identification.robot import Origin
 from ....solver.results import ArmsDocument
-from ....solver.robot import Origin
 from ..figures import ReportDocument
 from .axis import MM
 from .figure import COLOURS, Plot, plot, to_scale

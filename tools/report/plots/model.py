@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....solver.assessment import Coverage
-from ....solver.bayes.model.effects import ANGLES, EFFECTS, Display, effect_named
+from ....solver.identification.effects import ANGLES, EFFECTS, Display, effect_named
 from ....solver.results import Coefficient, JointCurve, ParameterValue
 from ..figures import ReportDocument
 from .axis import MM, Axis

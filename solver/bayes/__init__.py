@@ -1,5 +1,0 @@
-"""The default method: a Bayesian calibration."""
-
-from ..._faces import attach_face
-
-__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

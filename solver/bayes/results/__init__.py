@@ -1,5 +1,0 @@
-"""Results of a posterior: uncertainty, what is not identified, geometry for a URDF."""
-
-from ...._faces import attach_face
-
-__getattr__, __dir__, __all__ = attach_face(__name__, __file__)

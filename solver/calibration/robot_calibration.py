@@ -1,0 +1,56 @@
+"""The calibration of one robot, with the checks and studies that it is handed."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from ..identification import Prior, Progress
+from ..identification.robot import Robot
+from ..results import CalibratedRobot, CalibrationDocument, Fit, Study
+from ..tables import in_placements
+from .convergence import converged_fits
+from .fit import NO_METHODS, Methods, fit_robot
+from .options import SolveOptions
+from .preparation import Check, Recordings, problem_of
+from .problem import CalibrationProblem
+from .results import document_of
+
+
+def calibrate_robot(
+    robot: Robot,
+    train: Recordings,
+    test: Recordings,
+    options: SolveOptions,
+    *,
+    checks: Sequence[Check] = (),
+    studies: Sequence[Study] = (),
+    methods: Methods = NO_METHODS,
+    prior: Callable[[CalibrationProblem], Prior] = lambda _: None,
+    progress: Progress = lambda _: None,
+) -> tuple[CalibrationDocument, CalibratedRobot]:
+    """Return the document of a calibration, and the calibrated robot.
+
+    Args:
+        robot: The nominal robot.
+        train: The placements to fit.
+        test: Placements that the fit does not see.
+        options: The options of ``mukca solve``.
+        checks: Looks at the measurements before the fit, one after the other.
+        studies: What is said of the fit, a section of the document each.
+        methods: Error curves, and the geometry that is exported.
+        prior: What is known of the robot before, asked once the checks are done.
+        progress: Called with a word for each model that is fitted.
+    """
+    problem = problem_of(robot, train, test, options, checks)
+    names = [m.name for m in problem.measurements], [m.name for m in problem.test]
+    settings = replace(
+        options,
+        known=problem.options.known,  # a known distance follows a placement that was split
+        sockets_at=in_placements(options.located, *names),
+    )
+
+    def fitted() -> list[Fit]:
+        known = prior(problem)
+        return [fit_robot(problem, settings, methods, prior=known, progress=progress)]
+
+    (fit,) = converged_fits([problem], fitted)
+    return document_of(problem, fit, studies), fit.calibrated

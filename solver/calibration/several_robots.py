@@ -1,0 +1,34 @@
+"""The calibration of several robots, which recorded at the same bases."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from ..identification import Progress
+from ..identification.robot import Robot
+from .calibration import Calibration
+from .multi_robot_calibration import MultiRobotCalibration, common_document
+from .options import SolveOptions
+from .preparation import Recordings
+from .results import document_of
+from .several_problems import located_in_training, problems_of_robots
+from .tables import STUDIES
+from .tied_fits import tied_fits
+
+
+def calibrate_robots(
+    robots: Mapping[str, Robot],
+    train: Recordings,
+    test: Recordings,
+    options: SolveOptions,
+    progress: Progress,
+) -> MultiRobotCalibration:
+    """Calibrate several robots by name; arguments are those of :func:`.calibrate_robot`."""
+    problems = problems_of_robots(robots, train, test, options)
+    located = located_in_training(problems, options)
+    settings = replace(options, sockets_at=located)
+    fits, world = tied_fits([*problems.values()], settings, progress)
+    calibrations = {
+        name: Calibration(document_of(problem, fit, STUDIES), fit.calibrated)
+        for (name, problem), fit in zip(problems.items(), fits, strict=True)
+    }
+    return MultiRobotCalibration(calibrations, common_document(calibrations, world))

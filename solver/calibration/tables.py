@@ -1,0 +1,25 @@
+"""The tables of a calibration: methods, checks before the fit, and studies of its posterior.
+
+A check is a function of measurements, in the order of the table. A study writes one section of
+``calibration.json``, and may read those of studies before it.
+"""
+
+from collections.abc import Sequence
+
+from .. import studies
+from ..curves import with_joint_curves
+from ..results import Study
+from . import findings
+from .checks import inspected, lone_sockets
+from .fit import Methods
+from .outlook import OUTLOOK
+from .preparation import Check
+
+METHODS = Methods(with_joint_curves, studies.project_to_geometry)
+CHECKS: Sequence[Check] = (inspected, lone_sockets)
+STUDIES: Sequence[Study] = (
+    *studies.STUDIES,
+    findings.CHECKS,
+    findings.HYPOTHESES,
+    OUTLOOK,
+)

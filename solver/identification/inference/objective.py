@@ -1,0 +1,171 @@
+"""The objective L of the default method: its constants, and its samples at some unknowns."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ..data import Observations, Pose, distance_covariance
+from ..model import ExtendedModel, Movement, Prediction
+from ..robot import rotation_vectors
+
+
+@dataclass(frozen=True)
+class Objective:
+    """Constants of all iterations: the model and the data."""
+
+    model: ExtendedModel
+    movements: tuple[Movement, ...]
+    """Of placements."""
+    data: Observations
+
+    @cached_property
+    def x_size(self) -> int:
+        """Number of unknowns x, of the model and then of movements."""
+        of_movements = [movement.size for movement in self.movements]
+        return self.model.size + sum(of_movements)
+
+    @cached_property
+    def dense(self) -> int:
+        """Number of unknowns before the socket centres: x, and six for each frame."""
+        return self.x_size + 6 * len(self.data.frames)
+
+    @cached_property
+    def size(self) -> int:
+        """Number n of all unknowns."""
+        return self.dense + 3 * self.data.socket_count
+
+    def of_frame(self, k: int) -> slice:
+        """Return which unknowns are those of a frame."""
+        begin = self.x_size + 6 * k
+        return slice(begin, begin + 6)
+
+    def of_socket(self, k: int) -> slice:
+        """Return which unknowns are those of a socket."""
+        begin = self.dense + 3 * k
+        return slice(begin, begin + 3)
+
+    @cached_property
+    def by_movements(self) -> np.ndarray:
+        """Derivatives of the samples' places by the movements' unknowns, shape (N, 3, U)."""
+        N = len(self.data.sockets)
+        slopes = [np.zeros((N, 3, 0))]
+        for movement in self.movements:
+            slopes.append(movement.slopes(self.data))
+        return np.concatenate(slopes, axis=2)
+
+    def moved_places(self, x: np.ndarray) -> np.ndarray:
+        """Return how far the place of each sample has moved, shape (N, 3) [m]."""
+        u = x[self.model.size :]
+        return self.by_movements @ u
+
+    @cached_property
+    def whiten(self) -> np.ndarray:
+        """W, for K measured distances, shape (K, K) [1/m]."""
+        C = distance_covariance(self.data.known)
+        root = np.linalg.cholesky(C)
+        return np.linalg.inv(root)
+
+    @cached_property
+    def nominal_volume(self) -> float:
+        """See :meth:`volume`, of the nominal robot."""
+        x = np.zeros(self.x_size)
+        return self.volume(x).value
+
+    def volume(self, x: np.ndarray) -> "VolumeTerm":
+        """Return the last term of L, - (N - S) times the mean of log V_i, but for a constant."""
+        slope = np.zeros(self.size)
+        freedom = self.data.freedom
+        if not freedom:
+            return VolumeTerm(0.0, slope)
+        log_volume, by_unknowns = self.model.log_volume(x, self.data.q)
+        slope[: self.model.size] = -freedom * by_unknowns
+        return VolumeTerm(-freedom * log_volume, slope)
+
+
+class VolumeTerm(NamedTuple):
+    """The last term of L, which holds the robot's size."""
+
+    value: float
+    slope: np.ndarray
+    """By all unknowns, shape (n,)."""
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """The samples at some unknowns, and their derivatives."""
+
+    points: np.ndarray
+    """Phi(x, q_i), shape (N, 3) [m]."""
+    places: np.ndarray
+    """Errors e_i but for the sockets' centres: of a ball in one, its place, shape (N, 3)."""
+    by_unknowns: np.ndarray
+    """J_i, derivatives of the errors by all unknowns, shape (N, 3, n)."""
+    by_joints: np.ndarray
+    """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m)."""
+    volume: VolumeTerm
+    """See :meth:`Objective.volume`."""
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """Mean square of how far each unknown moves the ball per axis, shape (n,)."""
+        J = self.by_unknowns
+        squares: np.ndarray = np.einsum("nij,nij->j", J, J)
+        return squares / self.places.size
+
+
+def linearise(
+    objective: Objective,
+    x: np.ndarray,
+    frames: tuple[Pose, ...],
+) -> Linearization:
+    """Return the samples and their derivatives at some unknowns.
+
+    The error Phi(x, q_i) - m_s(i) has the derivatives [dPhi/dx, -dm/du, 0, -I] by the model's
+    unknowns x, those of movements u, frames and sockets. A measured ball has -F y in place of the
+    socket, a measured orientation the rotation vector from F R_y to that of its link.
+    """
+    model, data = objective.model, objective.data
+    size, N = model.size, len(data.q)
+    J = np.zeros((N, 3, objective.size))
+    balls = model.linearise(x, data)
+    places = balls.points.copy()
+    J[:, :, :size] = balls.by_unknowns
+    by_joints = balls.by_joints
+    for k, frame in enumerate(frames):
+        of_frame = objective.of_frame(k)
+        in_frame = data.measured_in == k
+        coordinates = data.points[in_frame]
+        places[in_frame] -= frame.apply(coordinates)
+        J[in_frame, :, of_frame] = -frame.slopes(coordinates)
+        turned = data.turned_in == k
+        if turned.any():
+            turns = _turns_in_frame(objective, x, frame, turned)
+            places[turned] = turns.points
+            J[turned, :, :size] = turns.by_unknowns
+            J[turned, :, of_frame] = -np.eye(3, 6)
+            by_joints[turned] = turns.by_joints
+    if objective.movements:
+        places -= objective.moved_places(x)
+        J[:, :, size : objective.x_size] = -objective.by_movements
+    for k in range(data.socket_count):
+        in_socket, of_socket = data.sockets == k, objective.of_socket(k)
+        J[in_socket, :, of_socket] = -np.eye(3)
+    volume = objective.volume(x)
+    return Linearization(balls.points, places, J, by_joints, volume)
+
+
+def _turns_in_frame(
+    objective: Objective,
+    x: np.ndarray,
+    frame: Pose,
+    rows: np.ndarray,
+) -> Prediction:
+    """Return rotation vectors from measured orientations to the link's, and their derivatives."""
+    model, data = objective.model, objective.data
+    samples = data.only(rows)
+    links = model.linearise(x, samples, of_turns=True)
+    measured_rotations = frame.rotation @ samples.rotations
+    errors = links.points @ measured_rotations.swapaxes(1, 2)
+    return links._replace(points=rotation_vectors(errors))

@@ -1,0 +1,26 @@
+"""Joint positions all over an arm's workspace."""
+
+import numpy as np
+
+from .urdf import Robot
+
+
+def one_turn(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Return the limits of all joints, within -180 to 180 degrees: a hand guides no farther."""
+    lower = np.maximum(robot.lower, -np.pi)
+    upper = np.minimum(robot.upper, np.pi)
+    return lower, upper
+
+
+def workspace(
+    robot: Robot,
+    count: int,
+    seed: int = 0,
+) -> np.ndarray:
+    """Return random joint positions within the joints' limits, shape (count, m) [rad].
+
+    Joints that turn farther stay within -180 to 180 degrees.
+    """
+    lower, upper = one_turn(robot)
+    generator = np.random.default_rng(seed)
+    return generator.uniform(lower, upper, (count, len(lower)))

@@ -1,0 +1,248 @@
+"""Inverse kinematics: joint positions that put the ball at points, its neck near the vertical.
+
+It imitates a person's hand that guides the arm into a socket. Many random starts are followed at
+once, so that the solutions are spread over all that the arm can do.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from ...errors import MukcaError
+from ..identification.robot import (
+    Joint,
+    Robot,
+    RowFunction,
+    frames_and_motions,
+    one_turn,
+    written_frames,
+)
+
+BATCH = 256
+"""Random starts that are drawn at once."""
+FIRST = 64
+"""Number of them that are followed first, and then all others."""
+MARGIN = 0.1
+"""A start that is this far outside of the limits at the target stays outside [rad, m]."""
+MAX_STEP = 0.5
+"""Largest step of a joint on its way to the target [rad, m]."""
+MAX_TILT = np.deg2rad(50)
+"""Largest lean of the ball's neck from the vertical [rad]; the printed socket allows 60 deg."""
+
+
+class SimulationError(MukcaError):
+    """An arm that cannot do what is asked of it."""
+
+
+class Starts(NamedTuple):
+    """Random starts of a batch."""
+
+    positions: np.ndarray
+    """Joint positions, shape (BATCH, m) [rad], [m] for a prismatic joint."""
+    necks: np.ndarray
+    """Directions that the ball's neck is to have, shape (BATCH, 3)."""
+
+
+@dataclass(frozen=True)
+class NewtonSteps:
+    """Damped Newton steps: their number, and when they end."""
+
+    rounds: int
+    damping: float
+    tolerance: float
+    """A smaller step is the last one [rad, m]."""
+
+
+COARSE = NewtonSteps(rounds=18, damping=1e-4, tolerance=1e-5)
+FINE = NewtonSteps(rounds=12, damping=1e-10, tolerance=1e-7)
+
+
+class InverseKinematics:
+    """Finds configurations that put the ball at points."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self._pose = _pose(robot.joints)
+        # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
+        self._leans_freely = len(robot.actuated) >= 6
+        self.lower, self.upper = one_turn(robot)
+        types = np.array([joint.type for joint in robot.actuated])
+        self._turning = types != "prismatic"
+        limits = np.abs([robot.lower, robot.upper])
+        slides = limits.max(axis=0)[~self._turning]
+        lengths: np.ndarray = np.linalg.norm(robot.origins[:, :3], axis=1)
+        self.longest = float(lengths.sum() + slides.sum())
+        """No point farther from the base is in reach [m]."""
+
+    def reach(
+        self,
+        points: np.ndarray,
+        generator: np.random.Generator,
+        rounds: int = 40,
+    ) -> np.ndarray:
+        """Return a random configuration within the limits for each point, (N, 3) [m], shape (N, m).
+
+        So many ``rounds`` of random starts may bring nothing.
+
+        Raises:
+            SimulationError: A point is out of reach.
+        """
+        too_far = np.linalg.norm(points, axis=1) > self.longest
+        if too_far.any():
+            raise self._out_of_reach(points[too_far][0])
+        reached = np.full((len(points), len(self.lower)), np.nan)
+        failures = 0
+        while (rows := np.flatnonzero(np.isnan(reached[:, 0]))).size:
+            if failures == rounds:
+                raise self._out_of_reach(points[rows[0]])
+            arrived = self._round(points, reached, rows, generator)
+            failures = 0 if arrived else failures + 1
+        return reached
+
+    def arrivals(
+        self,
+        point: np.ndarray,
+        generator: np.random.Generator,
+    ) -> np.ndarray:
+        """Return the configurations in which a batch of random starts reach a point, (N, m).
+
+        Args:
+            point: Where the ball is to be, shape (3,) [m].
+            generator: It draws the starts, of which few or none may arrive.
+        """
+        if np.linalg.norm(point) > self.longest:
+            return np.zeros((0, len(self.lower)))
+        starts, necks = self._random_starts(generator)
+        points = np.tile(point, (BATCH, 1))
+        q, arrived = self._follow(starts, np.hstack([points, necks]))
+        return q[arrived]
+
+    def _out_of_reach(self, point: np.ndarray) -> SimulationError:
+        """Return the error for a point that no start reached."""
+        place = np.round(point, 3).tolist()
+        return SimulationError(f"{self.robot.name}: cannot reach {place}")
+
+    def _round(
+        self,
+        points: np.ndarray,
+        reached: np.ndarray,
+        failures: np.ndarray,
+        generator: np.random.Generator,
+    ) -> bool:
+        """Follow a batch of random starts, the last few first; return True if any arrived."""
+        starts, necks = self._random_starts(generator)
+        rows = np.resize(failures, BATCH)
+        others, first = np.split(np.arange(BATCH), [BATCH - FIRST])
+        for batch in (first, others):
+            open_rows = np.isnan(reached[rows[batch], 0])
+            some = batch[open_rows]
+            if not some.size:
+                continue
+            targets = np.hstack([points[rows[some]], necks[some]])
+            q, arrived = self._follow(starts[some], targets)
+            reached[rows[some[arrived]]] = q[arrived]
+        still_open = np.isnan(reached[failures, 0])
+        return not still_open.all()
+
+    def _random_starts(self, generator: np.random.Generator) -> Starts:
+        """Return joint positions, and directions of necks that are even over the cap of tilts."""
+        shape = BATCH, len(self.lower)
+        positions = generator.uniform(self.lower, self.upper, shape)
+        height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
+        angle = generator.uniform(-np.pi, np.pi, BATCH)
+        radius = np.sqrt(1 - height**2)
+        x = radius * np.cos(angle)
+        y = radius * np.sin(angle)
+        return Starts(positions, np.column_stack([x, y, -height]))
+
+    def _follow(
+        self,
+        q: np.ndarray,
+        targets: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return damped Newton solutions from some starts, and which of them arrived."""
+        q = q.copy()
+        all_rows = np.arange(len(q))
+        self._iterate(q, targets, all_rows, COARSE)
+        turns = np.round(q / (2 * np.pi)) * self._turning
+        q -= 2 * np.pi * turns
+        # Many are outside the limits, and stay there: the others are worth the last steps.
+        below = self.lower - q
+        above = q - self.upper
+        beyond = np.maximum(below, above).max(axis=1)
+        feasible = np.flatnonzero(beyond < MARGIN)
+        goals = targets if self._leans_freely else targets[:, :3]
+        self._iterate(q, goals, feasible, FINE)
+        arrived = np.zeros(len(q), dtype=bool)
+        arrived[feasible] = self._has_arrived(q[feasible], targets[feasible])
+        return q, arrived
+
+    def _has_arrived(
+        self,
+        q: np.ndarray,
+        targets: np.ndarray,
+    ) -> np.ndarray:
+        """Return True where a configuration is within the limits, and reaches its target, (N,)."""
+        pose, _ = self.ball_and_neck(q)
+        error = targets - pose
+        exact = np.linalg.norm(error[:, :3], axis=1) < 1e-12
+        tilted = np.linalg.norm(error[:, 3:], axis=1) < 1e-6
+        if not self._leans_freely:
+            tilted = pose[:, 5] < -np.cos(MAX_TILT)
+        within = (self.lower < q) & (q < self.upper)
+        return exact & tilted & within.all(axis=1)
+
+    def _iterate(
+        self,
+        q: np.ndarray,
+        targets: np.ndarray,
+        moving: np.ndarray,
+        steps: NewtonSteps,
+    ) -> None:
+        """Take damped Newton steps in some rows of q until they arrive.
+
+        With the error e of ball and neck, its Jacobian J and a damping l, a step is
+        J^T (J J^T + l I)^-1 e. Targets of three numbers are those of the ball alone.
+        """
+        rows = targets.shape[1]
+        damping = steps.damping * np.eye(rows)
+        for _ in range(steps.rounds):
+            if not moving.size:
+                break
+            pose, jacobian = self.ball_and_neck(q[moving])
+            error = (targets[moving] - pose[:, :rows])[:, :, None]
+            J = jacobian[:, :rows]
+            transposed = J.transpose(0, 2, 1)
+            dual_step = np.linalg.solve(J @ transposed + damping, error)
+            dq = (transposed @ dual_step)[:, :, 0]
+            longest = np.abs(dq).max(axis=1).clip(1e-9)
+            scale = np.minimum(1.0, MAX_STEP / longest)
+            dq *= scale[:, None]
+            q[moving] += dq
+            goes_on = np.minimum(longest, MAX_STEP) > steps.tolerance
+            moving = moving[goes_on]
+
+    def ball_and_neck(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
+        N, m = q.shape
+        pose, by_q = self._pose(q)
+        return pose, by_q.reshape(N, 6, m)
+
+
+@lru_cache(maxsize=16)
+def _pose(joints: tuple[Joint, ...]) -> RowFunction:
+    """Return ball, neck and their derivatives as a function of joint positions."""
+    m = sum(joint.actuated for joint in joints)
+    q = ca.SX.sym("q", m)
+    links, _, motions = frames_and_motions(joints, written_frames(joints), q)
+    R, ball = map(ca.SX, links[-1])
+    neck = R[:, 2]
+    columns: list[Any] = []
+    for motion in motions:
+        of_ball = motion.shift(ball)
+        of_neck = ca.cross(motion.turn, neck)
+        columns.append(ca.vertcat(of_ball, of_neck))
+    return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])

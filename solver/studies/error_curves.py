@@ -1,0 +1,77 @@
+"""Study: the error curves of the joints, at their knots."""
+
+import numpy as np
+
+from ..identification.inference import Posterior
+from ..results import (
+    ErrorCurves,
+    Fit,
+    JointCurve,
+    Measurements,
+    Study,
+    beyond_words,
+    sampled_ranges,
+)
+
+
+def curves_of(fit: Fit, _: Measurements) -> ErrorCurves | None:
+    """Return the error curves of a fit; None for none."""
+    assert fit.posterior is not None
+    return error_curves(fit.posterior)
+
+
+def error_curves(posterior: Posterior) -> ErrorCurves | None:
+    """Return the error curves of the joints that turn, with their deviations; None for none.
+
+    At a knot a cubic B-spline is (c_(k-1) + 4 c_k + c_(k+1)) / 6 of its coefficients c, that go
+    round; with B that matrix, the curve is B c, and its covariance B Sigma B^T.
+    """
+    coefficients = posterior.deflection.curves
+    if coefficients is None:
+        return None
+    model = posterior.model
+    group = posterior.groups[-1]
+    assert group.length is not None
+    knots, m = coefficients.shape
+    members = model.slices[-1]
+    Sigma = posterior.covariance[members, members]
+    identity = np.eye(knots)
+    neighbours = np.roll(identity, 1, axis=0) + np.roll(identity, -1, axis=0)
+    B = (neighbours + 4 * identity) / 6
+    joints: list[JointCurve] = []
+    for k, joint in enumerate(model.robot.actuated):
+        if joint.type == "prismatic":
+            continue
+        variances = np.sum((B @ Sigma[k::m, k::m]) * B, axis=1)
+        positions = posterior.data.q[:, k]
+        curve = JointCurve(
+            joint=joint.name,
+            values=_rounded(B @ coefficients[:, k]),
+            deviations=_rounded(np.sqrt(variances.clip(min=0))),
+            sampled=sampled_ranges(positions, group.length),
+        )
+        joints.append(curve)
+    return ErrorCurves(amplitude=group.width, length=group.length, joints=tuple(joints))
+
+
+def _rounded(values: np.ndarray) -> tuple[float, ...]:
+    """Return angles to a nanoradian, so that a file is not full of digits."""
+    return tuple(np.round(values, 9).tolist())
+
+
+def warnings(
+    _: Fit,
+    measurements: Measurements,
+    warnings: tuple[str, ...],
+    curves: ErrorCurves | None,
+) -> tuple[str, ...]:
+    """Return warnings, with those of held-out placements where a curve is not known."""
+    names = measurements.robot.joint_names
+    words = list(warnings)
+    for m in measurements.test:
+        words += beyond_words(curves, names, m.positions, m.name)
+    return tuple(words)
+
+
+CURVES = Study("curves", curves_of)
+WARNINGS = Study("warnings", warnings, ("warnings", "curves"))

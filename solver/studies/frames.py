@@ -1,0 +1,73 @@
+"""Poses of the frames in which positions were measured."""
+
+import numpy as np
+
+from ..identification.data import IDENTITY, WORLD, Places, Pose, as_point
+from ..identification.inference import FitPosterior
+from ..results import Fit, FramePose, Measurements, Study
+
+
+def frame_poses(posterior: FitPosterior) -> tuple[FramePose, ...]:
+    """Return the frames in which sockets or points were measured, in the robot's base."""
+    data = posterior.data
+    centres = posterior.state.centres
+    poses: list[FramePose] = []
+    for k, (name, pose) in enumerate(posterior.frames.items()):
+        covariance = posterior.frame_covariance(name)
+        points = data.points_in(name)
+        frame = frame_pose(data, k, pose, covariance, centres, points)
+        poses.append(frame)
+    if data.anchored:
+        exact = np.zeros((6, 6))
+        base = frame_pose(data, WORLD, IDENTITY, exact, centres, points=0)
+        poses.append(base)
+    return tuple(poses)
+
+
+def frame_pose(
+    places: Places,
+    frame: int,
+    pose: Pose,
+    covariance: np.ndarray,
+    centres: np.ndarray,
+    points: int,
+) -> FramePose:
+    """Return a frame with the errors at its sockets.
+
+    Args:
+        places: The S sockets, and their coordinates in frames.
+        frame: Index of the frame.
+        pose: In the base.
+        covariance: Of the pose, its turn [rad] first, shape (6, 6).
+        centres: Of the sockets in the base, shape (S, 3) [m].
+        points: Number of balls that were measured in it.
+    """
+    variances = np.diag(covariance).clip(min=0)
+    deviation = np.sqrt(variances)
+    error = None
+    items = [item for item in places.located if item.frame == frame]
+    if items:
+        coordinates = np.array([item.coordinates for item in items])
+        sockets = [item.socket for item in items]
+        offsets = centres[sockets] - pose.apply(coordinates)
+        squares = np.sum(offsets**2, axis=1)
+        error = float(squares.mean()) ** 0.5
+    return FramePose(
+        name="base" if frame == WORLD else places.frames[frame],
+        xyz=pose.origin.xyz,
+        rpy=pose.origin.rpy,
+        xyz_deviation=as_point(deviation[3:]),
+        turn_deviation=as_point(deviation[:3]),
+        sockets=len(items),
+        points=points,
+        socket_error=error,
+    )
+
+
+def frames(fit: Fit, _: Measurements) -> tuple[FramePose, ...] | None:
+    """Return the frames of a robot; those of several are results of the first, in its base."""
+    assert fit.full is not None
+    return (frame_poses(fit.full) if fit.frames is None else fit.frames) or None
+
+
+FRAMES = Study("frames", frames)

@@ -1,0 +1,276 @@
+"""The rigid geometry of least expected loss under the posterior: what ``calibrated.urdf`` holds."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..identification.data import IDENTITY, Load, Samples
+from ..identification.inference import Posterior, with_joint_offsets
+from ..identification.robot import BallModel, workspace
+from .postures import arm_length, poses_near
+from .projections import basis_of, outside, rows_of, unit
+from .uncertainty import sum_of_variances
+
+PLACES, POSTURES = 80, 10
+"""Number of places near those recorded, and of postures at each."""
+PAIRS = 300
+"""Number of distances in the workspace."""
+AWAY = 0.15
+"""Standard deviation of a place from the one recorded, per axis, as a share of the arm's length."""
+ROUNDS = 2
+"""Times that balls are made linear."""
+PARTNERS = 2
+"""Number of other measured balls to which the distances of each one count."""
+HELD = 1e-3
+"""Part of a use's square that a change by one deviation of the prior counts as, so that what no use
+shows stays as the fit has it."""
+SAME = 1e-3
+"""Balls as near to each other as this have no direction [m]."""
+Difference = Callable[[np.ndarray], np.ndarray]
+"""Makes rows that count, shape (R, k), of columns of balls' errors, shape (N, 3, k); linear."""
+
+
+@dataclass(frozen=True)
+class Use:
+    """A use of the arm: what of the balls' errors at some poses counts there."""
+
+    positions: np.ndarray
+    """Shape (N, m) [rad]."""
+    targets: np.ndarray
+    """Positions of the ball, by the posterior's mean, shape (N, 3) [m]."""
+    difference: Difference
+    variance: float
+    """Mean square of what counts of the posterior's own errors, v_k of (A12) [m^2]."""
+
+    def form(
+        self,
+        ball: BallModel,
+        values: np.ndarray,
+        x: np.ndarray,
+        L: np.ndarray,
+    ) -> np.ndarray:
+        """Return F of the expected mean square [x, 1]^T F [x, 1] of what counts, (n + 1, n + 1).
+
+        The geometry is linear about the values, where x is as given; it changes by L x.
+        """
+        linear = ball.linearise(values, self.positions)
+        errors = linear.points - self.targets
+        columns = np.dstack([linear.by_parameters, errors])
+        rows = self.difference(columns)
+        slopes = rows[:, :-1] @ L
+        at_zero = rows[:, -1] - slopes @ x
+        affine = np.column_stack([slopes, at_zero])
+        form = affine.T @ affine / len(affine)
+        form[-1, -1] += self.variance
+        return form
+
+
+def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
+    """Return the rigid geometry of least expected loss (A12), shape (geometry,) [m, rad].
+
+    It is that of the fit where nothing beyond the geometry was found.
+    """
+    ball = posterior.model.ball
+    start = with_joint_offsets(posterior)
+    if not posterior.deflection.beyond_zeros.extensions:
+        return start
+    uses = _uses(posterior, load)
+    n = len(start)
+    prior = posterior.prior_covariance[:n, :n]
+    L = np.linalg.cholesky(prior)
+    change = np.zeros(n)
+    for _ in range(ROUNDS):
+        values = start + L @ change
+        forms = [use.form(ball, values, change, L) for use in uses]
+        change = _least(forms)
+    return start + L @ change
+
+
+def _least(forms: list[np.ndarray]) -> np.ndarray:
+    """Return the x of the least sum of uses' squares, each as a share of its own least, (A12).
+
+    The square of a use is [x, 1]^T F [x, 1], with its form F.
+    """
+    total = np.zeros_like(forms[0])
+    for form in forms:
+        shares = form / form[-1, -1]
+        ends = np.append(_minimum(shares), 1.0)
+        least = float(ends @ form @ ends)
+        total += form / least
+    return _minimum(total)
+
+
+def _minimum(form: np.ndarray) -> np.ndarray:
+    """Return the x of the least [x, 1]^T F [x, 1] + HELD |x|^2, shape (n,)."""
+    n = len(form) - 1
+    g = form[:n, n]
+    H = form[:n, :n] + HELD * np.eye(n)
+    return -np.linalg.solve(H, g)
+
+
+def _uses(posterior: Posterior, load: Load) -> list[Use]:
+    """Return the uses that count: samples, points and distances near them, distances anywhere."""
+    robot = posterior.model.robot
+    margin = AWAY * arm_length(robot)
+    counts = (PLACES, POSTURES)
+    recorded = posterior.data.q
+    q, places = poses_near(robot, recorded, counts, margin)
+    nearby = load.at(robot, q)
+    anywhere = load.at(robot, workspace(robot, 2 * PAIRS))
+
+    def point(errors: np.ndarray) -> np.ndarray:
+        offsets = without_mean(errors, places)
+        return rows_of(offsets)
+
+    uses = [
+        *_in_sockets(posterior),
+        *_measured(posterior),
+        _use(posterior, nearby, point),
+        _distances(posterior, nearby),
+        _distances(posterior, anywhere),
+    ]
+    return [use for use in uses if use.variance]
+
+
+def _in_sockets(posterior: Posterior) -> list[Use]:
+    """Return the uses that samples in sockets are: a point, and distances between bases.
+
+    A sample of a point counts by its robust weight, and so it does in its socket's mean.
+    """
+    data = posterior.data
+    samples = data.only(data.seated)
+    sockets = samples.sockets
+    weights = posterior.weights[data.seated]
+    roots = np.sqrt(weights)[:, None, None]
+
+    def point(errors: np.ndarray) -> np.ndarray:
+        offsets = without_mean(errors, sockets)
+        return rows_of(roots * offsets)
+
+    means = _means(sockets, weights)
+    between_bases = _between_bases(posterior, np.unique(sockets))
+
+    def distance(errors: np.ndarray) -> np.ndarray:
+        errors_of_sockets = np.tensordot(means, errors, axes=1)
+        return between_bases(errors_of_sockets)
+
+    uses: list[Use] = []
+    for difference in (point, distance):
+        use = _use(posterior, samples, difference)
+        uses.append(replace(use, targets=posterior.centres[sockets]))
+    return uses
+
+
+def _between_bases(
+    posterior: Posterior,
+    sockets: np.ndarray,
+) -> Difference:
+    """Return what counts where lengths from each base to the others do, by errors of sockets."""
+    names = [name for name, _ in posterior.data.labels]
+    bases = np.array(names)[sockets]
+    is_other = bases[:, None] != bases
+    first, second = np.nonzero(np.triu(is_other))
+    return _lengths(posterior.centres[sockets], first, second)
+
+
+def _measured(posterior: Posterior) -> list[Use]:
+    """Return the uses that measured balls are: points in an instrument's frame, and distances."""
+    data = posterior.data
+    uses: list[Use] = []
+    generator = np.random.default_rng(0)
+    frames = data.measured_in[data.measured_in >= 0]
+    for frame in np.unique(frames):
+        is_ball = (data.measured_in == frame) & ~data.turned
+        rows = np.flatnonzero(is_ball)
+        if 3 * len(rows) <= posterior.model.geometry:
+            continue  # a geometry can meet so few whatever they are
+        uses.append(_in_frame(posterior, data.only(rows)))
+        first = np.tile(rows, PARTNERS)
+        seconds = [generator.permutation(rows) for _ in range(PARTNERS)]
+        pairs = np.concatenate([first, *seconds])
+        uses.append(_distances(posterior, data.only(pairs)))
+    return uses
+
+
+def _in_frame(posterior: Posterior, samples: Samples) -> Use:
+    """Return the use that balls are in a frame that no arm knows: errors less its best motion.
+
+    With Q an orthonormal basis of what the frame's motions do to all balls, what counts of errors e
+    is e - Q Q^T e.
+    """
+    points = posterior.predict(samples)
+    motions = IDENTITY.slopes(points)
+    Q = basis_of(motions)
+
+    def point(errors: np.ndarray) -> np.ndarray:
+        return outside(rows_of(errors), Q)
+
+    return _use(posterior, samples, point)
+
+
+def _distances(posterior: Posterior, samples: Samples) -> Use:
+    """Return the use that measures distances, from the first half of the poses to the second."""
+    points = posterior.predict(samples)
+    half = len(points) // 2
+    first = np.arange(half)
+    second = first + half
+    lengths = _lengths(points, first, second)
+    return _use(posterior, samples, lengths)
+
+
+def _lengths(
+    points: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+) -> Difference:
+    """Return what counts where lengths do: errors along the way from first points to second ones.
+
+    The way from a point to itself is zero.
+    """
+    offsets = points[second] - points[first]
+    lengths = np.linalg.norm(offsets, axis=1)
+    directions = unit(offsets)
+    directions[lengths <= SAME] = 0.0
+
+    def difference(errors: np.ndarray) -> np.ndarray:
+        differences = errors[second] - errors[first]
+        return np.einsum("ni,nik->nk", directions, differences)
+
+    return difference
+
+
+def _use(
+    posterior: Posterior,
+    samples: Samples,
+    difference: Difference,
+) -> Use:
+    """Return a use at poses at which the full model says where the ball is, and how surely.
+
+    Its variance is the mean of s^T Sigma s, with s the derivatives of an error that counts by the
+    unknowns.
+    """
+    points, slopes, _ = posterior.linearise(samples)
+    rows = difference(slopes)
+    # of error curves, few poses at a time need few coefficients
+    has_curves = posterior.deflection.curves is not None
+    parts = np.array_split(rows, PLACES if has_curves else 1)
+    Sigma = posterior.of_unknowns
+    variances = [sum_of_variances(part, Sigma) for part in parts]
+    variance = sum(variances) / max(len(rows), 1)
+    return Use(samples.q, points, difference, variance)
+
+
+def without_mean(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return values, shape (N, ...), less their mean at each place, by places of shape (N,)."""
+    averaging = _means(places, np.ones(len(places)))
+    means = np.tensordot(averaging, values, axes=1)
+    _, place = np.unique(places, return_inverse=True)
+    return values - means[place]
+
+
+def _means(places: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the matrix of the weighted means at each place, shape (places, N)."""
+    is_at_place = np.unique(places)[:, None] == places
+    shares = is_at_place * weights
+    return shares / shares.sum(axis=1, keepdims=True)

@@ -1,0 +1,181 @@
+"""The held-out error in three: noise, want of data, and what is not in the model.
+
+With Q an orthonormal basis of the samples' deviations from their socket's mean, the errors at
+held-out places are Gaussian with the covariance
+
+    Q^T (J Sigma J^T + n^2 C + m^2 K) Q
+
+by the posterior of the unknowns, by noise C of the fit's shape, and by what the model lacks: an
+error K that samples have in common whose joints stand alike, or one whose joint is pushed alike.
+The evidence of the errors, over all K and over n and m, tells how large n and m are. An effect that
+changes from each sample to the next is no different from noise, and counts as noise.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ..identification.data import Samples, joined
+from ..identification.inference import Posterior
+from ..identification.model import probabilities
+from ..results import ErrorParts, Fit, Interval, Measurements, Study
+from .background import NOISES, Background
+from .projections import basis_of, block_diagonal, rows_of
+from .uncertainty import covariance_of
+
+MOST = 72
+"""Held-out samples that are looked at, at most."""
+TURNS = (0.3, 1.0)
+"""Lengths in the angle of one joint, over which its error is alike [rad]."""
+LENGTHS = (0.6, 1.5)
+"""Lengths in joint space, over which all errors are alike [rad]."""
+SIZES = np.append(0.0, np.geomspace(0.05, 4.0, 24) ** 2)
+"""m^2, by the mean square error that is expected without; the first has half of the prior."""
+LEVELS = (0.025, 0.975)
+LEAST_SHARE = 1e-12
+"""Smaller shares of the largest eigenvalue of a covariance are rounding."""
+
+
+def error_parts(
+    posterior: Posterior,
+    sockets: Sequence[Samples],
+) -> ErrorParts | None:
+    """Return the parts of the error at held-out sockets; None for too few samples.
+
+    Their expected squares are n^2 tr Q^T C Q, tr Q^T J Sigma J^T Q, and m^2 times the sum of both
+    for n = 1. They are scaled to sum to the square of the error that was found.
+    """
+    parts = _thinned(sockets)
+    if not parts:
+        return None
+    samples = joined(parts)
+    points, J, by_joints = posterior.linearise(samples)
+    counts = [len(part.q) for part in parts]
+    across = _contrasts(counts).T
+    A = across @ rows_of(J)
+    want = A @ covariance_of(posterior) @ A.T
+    C = block_diagonal(posterior.noise.as_gaussian(by_joints))
+    noise = across @ C @ across.T
+    roots = [across @ F for F in _roots(samples, by_joints)]
+    errors = across @ points.ravel()
+    weights = _weights(want, noise, roots, errors)
+    by_noise = weights.sum(axis=(0, 2))
+    by_size = weights.sum(axis=(0, 1))
+    of_noise = by_noise @ NOISES * np.trace(noise)
+    of_want = np.trace(want)
+    expected = of_want + np.trace(noise)
+    of_model = by_size @ SIZES * expected
+    square = float(errors @ errors)
+    scale = square / (of_noise + of_want + of_model)
+    low, high = np.searchsorted(np.cumsum(by_size), LEVELS)
+
+    def error(part: float) -> float:
+        """Return a part of the expected square as an error of a sample [m]."""
+        return float(min(scale * part, square) / len(points)) ** 0.5
+
+    interval = Interval(
+        value=error(of_model),
+        low=error(expected * SIZES[low]),
+        high=error(expected * SIZES[high]),
+    )
+    return ErrorParts(
+        error=(square / len(points)) ** 0.5,
+        noise=error(of_noise),
+        want_of_data=error(of_want),
+        not_in_model=interval,
+    )
+
+
+def _thinned(sockets: Sequence[Samples]) -> list[Samples]:
+    """Return at most :data:`MOST` samples, of sockets that are left with three or more."""
+    total = sum(len(samples.q) for samples in sockets)
+    step = -(-total // MOST)
+    every = slice(None, None, step)
+    return [samples.only(every) for samples in sockets if len(samples.q) > 2 * step]
+
+
+def _weights(
+    want: np.ndarray,
+    noise: np.ndarray,
+    roots: Sequence[np.ndarray],
+    errors: np.ndarray,
+) -> np.ndarray:
+    """Return the probability of each K, n and m by the errors, shape (kernels, n, m).
+
+    The evidence is N(errors; 0, want + n^2 noise + m^2 K), with K = F F^T by its root F, as large
+    as the first two for n = 1. M = 0 has as much of the prior as all others together.
+    """
+    background = Background.of(errors, noise, want)
+    expected = np.trace(want + noise)
+    logs: list[np.ndarray] = []
+    for F in roots:
+        size = np.sum(F**2)
+        if not size > 0:
+            continue
+        part = background.part(F * np.sqrt(expected / size))
+        logs.append(background.with_part(part, SIZES))
+    log_weights = np.array(logs)
+    count = len(SIZES) - 1
+    log_weights[..., 0] += np.log(count)
+    return probabilities(log_weights)
+
+
+def _contrasts(counts: Sequence[int]) -> np.ndarray:
+    """Return Q for sockets with so many samples, shape (3 N, 3 (N - sockets))."""
+    blocks: list[np.ndarray] = []
+    for count in counts:
+        columns = np.eye(count)
+        columns[:, 0] = 1.0  # the mean first, so that the others' basis is free of it
+        basis = basis_of(columns)
+        blocks.append(basis[:, 1:])
+    along_axis = block_diagonal(blocks)
+    return np.kron(along_axis, np.eye(3))
+
+
+def _roots(samples: Samples, by_joints: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield roots F of covariances F F^T of errors that a model may lack, shape (3 N, k).
+
+    Of samples a and b these are exp(-|q_a - q_b|^2 / 2 l^2) along each axis alone; and with j_a
+    how the ball moves by a joint, j_a j_b^T times exp(-2 sin^2((q_a - q_b) / 2) / l^2) of its
+    angle, or times the sign by which gravity pushes it in both.
+    """
+    q = samples.q
+    differences = q[:, None] - q
+    squares = np.sum(differences**2, axis=2)
+    for length in LENGTHS:
+        exponent = -0.5 * squares / length**2
+        root = _root(np.exp(exponent))
+        yield np.kron(root, np.eye(3))
+    half_sines = np.sin(differences / 2)
+    for j in range(q.shape[1]):
+        along = by_joints[:, :, j, None]
+        roots: list[np.ndarray] = []
+        for length in TURNS:
+            ratios = half_sines[:, :, j] / length
+            kernel = np.exp(-2 * ratios**2)
+            roots.append(_root(kernel))
+        signs = np.sign(samples.moments[:, j, None])
+        roots.append(signs)
+        for root in roots:
+            columns = along * root[:, None]
+            yield columns.reshape(-1, root.shape[1])
+
+
+def _root(K: np.ndarray) -> np.ndarray:
+    """Return F with K = F F^T to rounding, of as few columns as that takes."""
+    values, axes = np.linalg.eigh(K)
+    threshold = LEAST_SHARE * values[-1]
+    columns = values > threshold
+    deviations = np.sqrt(values[columns])
+    return axes[:, columns] * deviations
+
+
+def parts(fit: Fit, measurements: Measurements) -> ErrorParts | None:
+    """Return the parts of the error at what was held out in sockets."""
+    assert fit.posterior is not None
+    held_out = measurements.held_out_in_sockets
+    load = fit.calibrated.load
+    return error_parts(fit.posterior, load.by_socket(measurements.robot, *held_out))
+
+
+ERROR_PARTS = Study("error_parts", parts)

@@ -1,0 +1,189 @@
+"""Where the rest of the error sits: patterns over joints' angles, reach, height and time."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..identification.data import Load, Measurement, Pose, fit_frames, targets
+from ..identification.inference import Posterior
+from ..identification.robot import Robot
+from ..results import ErrorPattern, ErrorPatterns, Fit, Measurements, Study
+from .pattern_evidence import PatternEvidence, PatternRows, of_held_out, of_trained
+from .pattern_quantities import Quantity, quantities_of
+from .projections import block_diagonal, rows_of, unit
+
+MOST = 360
+"""Samples that are looked at, at most, evenly chosen."""
+FEWEST = 20
+"""Fewest samples for any pattern."""
+CLEAR = 3.0
+"""Logarithm of the odds from which a pattern is named."""
+SEAT, TURN = 0.3, 1.0
+"""Widths of the priors of the places of sockets and frames [m], and of the turns of these [rad]."""
+GRID, NEIGHBOURS = 41, 0.04
+"""Places of the running mean, and the deviation of its weights as a share of the axis."""
+EXACT = 1e-6
+"""Noise below which nothing is left in errors but rounding [m]."""
+DRAWN = 160
+"""Samples that are drawn, at most, evenly chosen."""
+BAND = 1.96
+
+
+def error_patterns(
+    posterior: Posterior,
+    robot: Robot,
+    load: Load,
+    train: Sequence[Measurement],
+    test: Sequence[Measurement],
+) -> ErrorPatterns | None:
+    """Return the patterns of what a fit leaves, in placements trained on and held out.
+
+    Of the two the larger odds count. None for too few samples, or without noise.
+    """
+    if posterior.noise.space < EXACT:
+        return None
+    parts = [(train, of_trained), (test, of_held_out)]
+    parts = [part for part in parts if part[0]]
+    best: dict[str, ErrorPattern] = {}
+    for placements, evidence_of in parts:
+        rows = _rows(posterior, robot, load, placements)
+        if len(rows.q) < FEWEST:
+            continue
+        evidence = evidence_of(posterior, rows)
+        quantities = quantities_of(robot, rows)
+        tried = len(parts) * len(quantities)
+        for over, quantity in quantities.items():
+            pattern = _pattern(rows, over, quantity, evidence, tried)
+            if over not in best or pattern.log_odds > best[over].log_odds:
+                best[over] = pattern
+    if not best:
+        return None
+    patterns = tuple(best.values())
+    first = max(patterns, key=lambda pattern: pattern.log_odds)
+    strongest = first.over if first.log_odds > CLEAR else None
+    return ErrorPatterns(patterns=patterns, strongest=strongest)
+
+
+def _rows(
+    posterior: Posterior,
+    robot: Robot,
+    load: Load,
+    placements: Sequence[Measurement],
+) -> PatternRows:
+    """Return the samples of placements, thinned out where there are many."""
+    total = sum(len(m.positions) for m in placements)
+    step = -(-total // MOST)
+    parts: list[list[np.ndarray]] = []
+    for k, m in enumerate(placements):
+        q = m.positions
+        points, J, by_joints = posterior.linearise(load.samples(robot, m))
+        still = m.at_rest(points)
+        frames = fit_frames([(still, m)])
+        errors = still - targets(still, m, frames)
+        seats = _by_frame(m, frames[m.frame]) if frames else _by_sockets(m)
+        last = max(len(q) - 1, 1)
+        time = m.order / last
+        placement = np.full(len(q), k)
+        columns = (q, errors, J, by_joints, points, time, placement, seats)
+        thinned = [column[::step] for column in columns]
+        parts.append(thinned)
+    *columns, seats = zip(*parts, strict=True)
+    joined = [np.concatenate(column) for column in columns]
+    by_places = block_diagonal(map(rows_of, seats))
+    return PatternRows._make([*joined, by_places])
+
+
+def _by_frame(measured: Measurement, frame: Pose) -> np.ndarray:
+    """Return B of balls that were measured in a frame, shape (N, 3, 6) [m]."""
+    widths = np.repeat([TURN, SEAT], 3)
+    return widths * frame.slopes(measured.points)
+
+
+def _by_sockets(measured: Measurement) -> np.ndarray:
+    """Return B of samples in sockets, one after the other, shape (N, 3, k) [m]."""
+    sockets = np.eye(len(measured.counts))
+    in_socket = np.repeat(sockets, measured.counts, axis=0)
+    by_centres = np.kron(in_socket, np.eye(3))
+    return SEAT * by_centres.reshape(len(in_socket), 3, -1)
+
+
+def _pattern(
+    rows: PatternRows,
+    over: str,
+    quantity: Quantity,
+    evidence: PatternEvidence,
+    tried: int,
+) -> ErrorPattern:
+    """Return one pattern of those tried, with its running mean, the errors along its direction."""
+    log_odds, field = evidence.of(quantity.columns)
+    directions = quantity.directions
+    if directions is None:
+        directions = _drift_directions(rows, field)
+    along = rows.errors * directions
+    errors = along.sum(axis=1)
+    at = quantity.at
+    low = float(at.min())
+    high = float(at.max())
+    grid = np.linspace(low, high, GRID)
+    weights = _weights_of_neighbours(grid, at)
+    variances = weights**2 @ evidence.deviations**2
+    band = BAND * np.sqrt(variances)
+    mean_square = float(np.sum(field**2)) / len(field)
+    step = -(-len(at) // DRAWN)
+    return ErrorPattern(
+        over=over,
+        unit=quantity.unit,
+        along=quantity.along,
+        at=_rounded(at[::step]),
+        errors=_rounded(errors[::step]),
+        grid=_rounded(grid),
+        mean=_rounded(weights @ errors),
+        band=_rounded(band),
+        size=mean_square**0.5,
+        log_odds=log_odds - float(np.log(tried)),
+    )
+
+
+def _weights_of_neighbours(
+    grid: np.ndarray,
+    at: np.ndarray,
+) -> np.ndarray:
+    """Return the weights of samples in the running mean over a grid, shape (GRID, N)."""
+    span = max(float(np.ptp(at)), 1e-9)
+    width = NEIGHBOURS * span
+    away = (grid[:, None] - at) / width
+    weights = np.exp(-0.5 * away**2) + 1e-12
+    return weights / weights.sum(axis=1, keepdims=True)
+
+
+def _drift_directions(
+    rows: PatternRows,
+    field: np.ndarray,
+) -> np.ndarray:
+    """Return the direction of the mean drift of each sample's placement, shape (N, 3)."""
+    directions = np.zeros_like(field)
+    for k in np.unique(rows.placement):
+        is_here = rows.placement == k
+        time = rows.time[is_here]
+        slope = (time - time.mean()) @ field[is_here]
+        directions[is_here] = unit(slope)
+    return directions
+
+
+def _rounded(values: np.ndarray) -> tuple[float, ...]:
+    return tuple(np.round(values, 7).tolist())
+
+
+def patterns(fit: Fit, measurements: Measurements) -> ErrorPatterns | None:
+    """Return the patterns of what a fit leaves at its measurements."""
+    assert fit.posterior is not None
+    return error_patterns(
+        fit.posterior,
+        measurements.robot,
+        fit.calibrated.load,
+        measurements.measurements,
+        measurements.test,
+    )
+
+
+ERROR_PATTERNS = Study("error_patterns", patterns)

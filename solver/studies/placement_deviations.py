@@ -1,0 +1,54 @@
+"""Study: how large the errors at each placement should be by the posterior."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from msgspec import structs
+
+from ..identification.data import CALIPER_DEVIATION, Measurement, found_deviation
+from ..identification.inference import Posterior
+from ..results import CalibratedRobot, Fit, Measurements, PlacementErrors, Study
+from .base_length import length_deviation
+from .uncertainty import predicted_deviation
+
+
+def placements(
+    fit: Fit, measurements: Measurements, rows: Sequence[PlacementErrors]
+) -> tuple[PlacementErrors, ...]:
+    """Return the errors of all placements, and how large they should be."""
+    assert fit.posterior is not None
+    expected: list[PlacementErrors] = []
+    for (role, m), row in zip(measurements.placements, rows, strict=True):
+        deviations = _deviations(
+            fit.calibrated, fit.posterior, m, held_out=role == "test"
+        )
+        expected.append(structs.replace(row, **deviations))
+    return tuple(expected)
+
+
+def _deviations(
+    calibrated: CalibratedRobot,
+    posterior: Posterior,
+    measured: Measurement,
+    *,
+    held_out: bool,
+) -> dict[str, float]:
+    """Return rms distances of samples from their socket's mean, and that of a distance held out."""
+    points = calibrated.predict(measured)
+    if measured.kind == "points":
+        noises = {"sockets": posterior.noises.get("points", posterior.noise)}
+        posterior = replace(posterior, noises=noises)
+    by_socket = calibrated.load.by_socket(calibrated.robot, measured)
+    deviations = {
+        "predicted_deviation": predicted_deviation(posterior, by_socket),
+        "found_deviation": found_deviation(points, measured),
+    }
+    if held_out and measured.has_distance:
+        deviation = measured.distance_deviation or CALIPER_DEVIATION
+        deviations["distance_deviation"] = length_deviation(
+            posterior, by_socket, deviation
+        )
+    return deviations
+
+
+PLACEMENTS = Study("placements", placements, ("placements",))
