@@ -35,7 +35,7 @@ READING = {
 CLOSURES = {
     "solver/identification/inference/map_estimate.py": (60, 49_996),
     "solver/identification/robot_fit.py": (68, 54_629),
-    "solver/calibration/robot_calibration.py": (124, 90_254),
+    "solver/calibration/robot_calibration.py": (123, 89_608),
 }
 """The most files and tokens that a module may need, itself among them: these only fall."""
 

@@ -1,72 +1,39 @@
-"""The robot of a ``calibration.json``, whose arrays fit each other and whose names are there."""
+"""A ``calibration.json`` as it is read: its arrays fit each other, and what it names is there."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from ...errors import JOINT_POSITION, LENGTH, MukcaError
+from ...errors import JOINT_POSITION, LENGTH
 from ...recorder import LAST_SOCKET
 from ..identification.effects import EFFECTS
-from ..identification.model import Deflection
-from ..identification.robot import Robot, all_parameters, parse_robot, scan
-from .calibrated import CalibratedRobot
-from .calibration import CalibrationDocument, misfit
+from .calibration import FORMAT, CalibrationDocument, calibrated_robot, misfit
+from .files import read, require_beside
 from .placements import PlacementSamples, RecordedSample
 
 DEGREES = 360
 """Values of an error curve, one a degree."""
 
 
-def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
-    """Return the robot that a calibration describes, which messages name by its source."""
-    model = document.model
-    try:
-        text = scan(model.nominal_urdf.encode(), "nominal_urdf")
-        text.source = model.source
-        robot = parse_robot(text, base=model.base, tip=model.tip)
-        # Older files have the tilts of the frames' axes.
-        if document.rotation_numbers == "rpy":
-            joints = tuple(replace(joint, tilt_axes=None) for joint in robot.joints)
-            robot = replace(robot, joints=joints)
-    except MukcaError as error:
-        raise misfit(source, "model", str(error)) from None
-    values = {value.name: value for value in document.parameters}
-    parameters = tuple(p for p in all_parameters(robot) if p.name in values)
-    if not len(parameters) == len(values) == len(document.parameters):
-        raise misfit(
-            source, "parameters", "not those of the joints of model.nominal_urdf"
-        )
-    for key, words in _conflicts(document, robot):
-        raise misfit(source, key, words)
-    calibrated = np.array([values[p.name].calibrated for p in parameters], dtype=float)
-    exported = np.array([values[p.name].exported for p in parameters], dtype=float)
-    deflection = Deflection(
-        tuple(document.deflection), tuple(map(np.array, document.deflection.values()))
-    )
-    return CalibratedRobot(
-        robot,
-        parameters,
-        calibrated,
-        deflection,
-        document.load,
-        exported if document.deflection else None,
-        document.rotation_numbers,
-    )
+def read_calibration(file: Path) -> CalibrationDocument:
+    """Read a ``calibration.json``.
 
-
-def _conflicts(
-    document: CalibrationDocument, robot: Robot
-) -> Iterator[tuple[str, str]]:
-    """Yield the keys of a document that do not fit its robot or its other keys, and why.
-
-    Args:
-        document: All of ``calibration.json``.
-        robot: The robot of its model.
+    Raises:
+        DocumentError: A key is wrong or does not fit the others, or a file beside it is edited or
+            of another calibration.
     """
-    names = robot.joint_names
-    if document.model.joint_names != names:
-        yield "model.joint_names", f"the URDF has {', '.join(names)}"
+    document = read(file, CalibrationDocument, FORMAT)
+    require_beside(file, document.provenance.output_sha256)
+    calibrated_robot(document, str(file))  # the model's joints are those of its URDF
+    for key, words in _conflicts(document):
+        raise misfit(str(file), key, words)
+    return document
+
+
+def _conflicts(document: CalibrationDocument) -> Iterator[tuple[str, str]]:
+    """Yield the keys of a document that do not fit its other keys, and why."""
+    names = document.model.joint_names
     for extension, coefficients in document.deflection.items():
         effect = EFFECTS.get(extension)
         expected = len(effect.coefficient_names(names)) if effect else 0
