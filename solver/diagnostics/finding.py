@@ -10,6 +10,7 @@ from .configurations import row_of, where_of
 from .consequence import consequence_of, level_of, nominal_errors
 from .corrections import PLAY_HINT
 from .hypotheses import KINDS, Candidate
+from .outliers import HIDDEN
 from .scene_fit import MENDER, Given
 
 SEATED = 0.03
@@ -50,7 +51,16 @@ HELD_OUT = "; it is held out: the model has none of it, the errors measured ther
 """Added to the advice on what is weighed by the model in a placement to train on."""
 UNKNOWNS = ("base_moved", "drift", "zero_lost", "ball_bent")
 """Differences between places, for which the fit has unknowns."""
-NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
+NOT_PLAY = (
+    "socket",
+    "sign",
+    "swap",
+    "order",
+    "ratio",
+    "coupled",
+    "ball_sample",
+    "one_socket",
+)
 """Causes that cannot be confused with play."""
 ELSEWHERE = "it was recorded elsewhere, by another base or arm; solve leaves it out"
 POINT_ELSEWHERE = "it is of another target, or of another pose; solve leaves it out"
@@ -114,7 +124,7 @@ class Finding:
         cause, hypothesis = self.cause, self.hypothesis
         code, advice = cause.kind.code, hypothesis.advice
         level = self._level()
-        if hypothesis.name == "ball_sample" and cause.parameters["size"] > SEATED:
+        if hypothesis.name == "ball_sample" and self._is_elsewhere():
             code = "elsewhere"
             advice = POINT_ELSEWHERE if cause.of_points else ELSEWHERE
         advice = by_mender(advice, self.given)
@@ -134,6 +144,12 @@ class Finding:
             level = "warning"
         where = self._where()
         return Diagnostic(level, code, where, hypothesis.text, advice, self.consequence)
+
+    def _is_elsewhere(self) -> bool:
+        """Tell whether a sample is left out: it is far off, or hides others that are."""
+        parameters = self.cause.parameters
+        seated = GARBAGE if self.cause.of_points else SEATED
+        return parameters["size"] > seated or HIDDEN in parameters
 
     def _level(self) -> str:
         """Return how much it matters, by its consequence where there is one."""

@@ -13,7 +13,7 @@ from .configurations import of_placement, where_of
 from .corrections import Correction, correction_of
 from .explain import explain
 from .finding import GARBAGE, UNKNOWNS, Finding, by_mender
-from .hypotheses import Scene
+from .hypotheses import Scene, samples_of
 from .robust_fit import RigidModel
 from .scene_fit import Given, scene_of
 
@@ -21,6 +21,10 @@ UNCLEAR = {"ball_loose", "pushed", "unexplained", "other_arm", "drift"}
 """Causes that several faults look like, which each placement may tell by itself."""
 VAGUE = ("ball_loose", "pushed", "model")
 """Codes of such causes of all placements."""
+EXACT = 1e-5
+"""Largest error of points that the nominal model computed [m]; tables round to so much."""
+ENOUGH = 8
+"""Fewest points that tell that."""
 MANY = 5.0
 """A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
 though nothing explains it."""
@@ -146,6 +150,8 @@ def _inspections(
             errors = np.linalg.norm(scene.remaining[rows], axis=1)
             worst = int(np.argmax(errors))
             diagnostics.append(_unexplained(m, floor, scene.noise, worst))
+        if m.kind == "points" and floor < EXACT and _are_computed(model, m):
+            diagnostics.append(_computed(m))
         corrections: list[Correction] = []
         for finding in here:
             correction = correction_of(finding.cause, finding.diagnostic, m)
@@ -156,6 +162,19 @@ def _inspections(
             Inspection(m, floor, tuple(corrections), tuple(diagnostics), centre)
         )
     return inspections
+
+
+def _are_computed(model: RigidModel, measured: Measurement) -> bool:
+    """Tell whether the nominal model leaves nothing of points, which no instrument can do."""
+    (error,) = model.nominal.errors([samples_of([measured])])
+    return error < EXACT and len(measured.positions) >= ENOUGH
+
+
+def _computed(measured: Measurement) -> Diagnostic:
+    """Return the diagnostic of points that were computed from the joints."""
+    text = f"the nominal model leaves less than {1e3 * EXACT:g} mm of its points"
+    advice = "no instrument is so exact. A controller computed them from the joints: measure them"
+    return Diagnostic("warning", "computed", where_of([measured]), text, advice)
 
 
 def _unexplained(

@@ -105,6 +105,33 @@ def test_an_instrument_that_moved_is_an_unknown_of_the_fit(panda, points):
     assert 3 * errors[0] < errors[1]
 
 
+@pytest.mark.parametrize("digits", [5, 7, 16])
+def test_points_that_a_controller_computed_are_told(look, panda, points, digits):
+    (measured,) = points()
+    balls = BallModel(panda, ()).points(np.zeros(0), measured.positions) + 1.0
+    rows = zip(measured.samples, np.round(balls, digits).tolist(), strict=True)
+    computed = [replace(sample, point=tuple(ball)) for sample, ball in rows]
+    seen = look([replace(measured, samples=tuple(computed))]).placements[0]
+    assert "computed" in [d.code for d in seen.diagnostics]
+    assert "computed" not in [d.code for d in look([measured]).placements[0].diagnostics]
+
+
+@pytest.mark.parametrize("size", [0.017, 0.03, 0.08])
+@pytest.mark.parametrize("rows", [[8, 30], [5, 6, 40], [2, 17, 29, 35, 48]])
+def test_points_that_hide_each_other_are_named_each_once(look, points, size, rows):
+    def off(q, y):
+        shifts = np.random.default_rng(len(rows)).normal(size=(len(rows), 3))
+        y[rows] += size * shifts / np.linalg.norm(shifts, axis=1, keepdims=True)
+        return q, y
+
+    survey = look(points(off))
+    told = [d for one in survey.placements for d in one.diagnostics if d.code == "elsewhere"]
+    assert sorted(d.text.split(" is ")[0] for d in told) == sorted(f"point {i + 1}" for i in rows)
+    sizes = [float(d.text.split(" is ")[1].split(" mm")[0]) for d in told]
+    assert sizes == pytest.approx([1e3 * size] * len(rows), abs=0.6)
+    assert survey.hypotheses[0].name == "ball_sample" and not survey.shared
+
+
 def test_points_and_sockets_are_explained_together(look, points, placements):
     both = [placements[0], *points(zero_lost, ["tracker"]), placements[1]]
     assert (
