@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..identification.data import Load
 from ..identification.robot import Robot
-from ..results import CalibratedRobot, Payload
+from ..results import CalibratedRobot, Payload, PosedRobot
 from .poses import checked
 
 
@@ -21,7 +21,7 @@ class SampleModel:
     """
 
     def __init__(self, calibrated: CalibratedRobot) -> None:
-        self.calibrated = calibrated
+        self.calibrated = PosedRobot.of(calibrated)
         """The calibrated robot: predictions and URDFs."""
 
     def __getstate__(self) -> dict[str, Any]:

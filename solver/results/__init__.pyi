@@ -70,6 +70,7 @@ from .placements import RecordedSample as RecordedSample
 from .placements import Role as Role
 from .placements import Summaries as Summaries
 from .placements import Summary as Summary
+from .posed_robot import PosedRobot as PosedRobot
 from .study import Study as Study
 from .study import studied as studied
 from .worth import Apart as Apart

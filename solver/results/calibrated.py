@@ -1,13 +1,12 @@
 """A calibrated robot: where its ball truly is, and the URDF that says so."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property
 from itertools import compress
 from pathlib import Path
 from typing import Any
 
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -19,16 +18,13 @@ from ..identification.robot import (
     Parameter,
     Robot,
     RotationNumbers,
-    RowFunction,
     choose_parameters,
     relocate_meshes,
     scan,
     set_origins,
 )
-from ..poses import LAST, Goal, PoseModel, PoseSolver, Solutions
 from .by_model import ModelName
 from .joint_rows import effort_rows, position_rows, rows_for_poses
-from .symbolic import symbolic_positions
 
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
@@ -72,15 +68,6 @@ class CalibratedRobot:
             self.robot, [p.index for p in self.parameters], self.rotation_numbers
         )
 
-    @cached_property
-    def pose_model(self) -> PoseModel:
-        """The full model as expressions of the joint positions, all its corrections included."""
-        origins = self.model.origins(self.values)
-        if not self.deflection.extensions:
-            return PoseModel.of(self.robot, origins, None)
-        correct = partial(symbolic_positions, self.robot, self.deflection, self.load)
-        return PoseModel.of(self.robot, origins, correct)
-
     def carrying(self, payload: Payload | None) -> "CalibratedRobot":
         """Return the robot that carries a payload; None for the load of the recordings."""
         if payload is None:
@@ -92,63 +79,6 @@ class CalibratedRobot:
     def flange(self) -> int:
         """Index of the chain's joint whose child link carries the ball."""
         return len(self.robot.joints) - 2
-
-    @cached_property
-    def last_step(self) -> float:
-        """Largest step of inverse kinematics whose result is not measured [rad].
-
-        Play changes steeply where a joint's load changes sign, so that steps foretell nothing.
-        """
-        return 0.0 if self.deflection.plays else LAST
-
-    @cached_property
-    def solver(self) -> Callable[[Goal], PoseSolver]:
-        """Inverse kinematics of the flange for a goal."""
-        limits = self.robot.lower, self.robot.upper
-        solver = partial(
-            PoseSolver, self.pose_model, self.flange, limits, last=self.last_step
-        )
-        return lru_cache(maxsize=2)(solver)
-
-    @cached_property
-    def of_urdf(self) -> PoseSolver:
-        """Inverse kinematics of ``calibrated.urdf``; encoders err at its limits, too."""
-        endless = np.full(len(self.robot.actuated), np.inf)
-        model = PoseModel.of(self.robot, self.origins)
-        return PoseSolver(model, self.flange, (-endless, endless))
-
-    @cached_property
-    def poses(self) -> RowFunction:
-        """Pose of the flange, 16 numbers."""
-        model = self.pose_model
-        return RowFunction("flange", [model.q], [model.pose(self.flange)])
-
-    @cached_property
-    def jacobians(self) -> RowFunction:
-        """Jacobian of a point of the flange, 6 m numbers."""
-        model = self.pose_model
-        point = ca.SX.sym("point", 3)
-        R, p = model.frames[self.flange]
-        J = model.jacobian(self.flange, p + R @ point)
-        return RowFunction("jacobian", [point, model.q], [J])
-
-    def search(
-        self,
-        goal: Goal,
-        targets: np.ndarray,
-        near: ArrayLike | None,
-        prefer: ArrayLike | None,
-        tool: np.ndarray,
-    ) -> Solutions:
-        """Return joint positions for poses of a tool, shape (N, 12), reached or not.
-
-        ``near`` and ``prefer`` are those of :meth:`.FullModel.command`.
-        """
-        count = len(targets)
-        start = self.starts(near, count, "near")
-        posture = None if prefer is None else self.starts(prefer, count, "prefer")
-        frame = tool[:3].ravel()
-        return self.solver(goal).search(targets, start, posture, frame)
 
     def starts(self, q: ArrayLike | None, count: int, what: str) -> np.ndarray:
         """Return one row of joint positions for each pose; the middle of the ranges for none."""

@@ -13,7 +13,7 @@ import casadi as ca
 from ...solver import poses
 from ...solver.identification.robot import Robot, moments_function
 from ...solver.poses import PoseModel, limited_step, newton_step
-from ...solver.results import CalibratedRobot
+from ...solver.results import PosedRobot
 from .request import Exported, ExportError, Request, filled, plain
 
 _BODY = re.compile(
@@ -67,7 +67,7 @@ def write(request: Request) -> Exported:
     return Exported({f"{name}.c": source, f"{name}.h": header}, (), (usage,))
 
 
-def _source(request: Request, calibrated: CalibratedRobot) -> bytes:
+def _source(request: Request, calibrated: PosedRobot) -> bytes:
     """Return the C file."""
     robot, load = calibrated.robot, calibrated.load
     model, d, dd = _with_curves(calibrated)
@@ -106,7 +106,7 @@ def _source(request: Request, calibrated: CalibratedRobot) -> bytes:
     )
 
 
-def _header(request: Request, calibrated: CalibratedRobot) -> bytes:
+def _header(request: Request, calibrated: PosedRobot) -> bytes:
     """Return the header."""
     robot = calibrated.robot
     carried = robot.bodies[len(request.calibration.robot.bodies) :]
@@ -126,7 +126,7 @@ def _header(request: Request, calibrated: CalibratedRobot) -> bytes:
     )
 
 
-def _with_curves(calibrated: CalibratedRobot) -> tuple[PoseModel, Any, Any]:
+def _with_curves(calibrated: PosedRobot) -> tuple[PoseModel, Any, Any]:
     """Return the model with symbols for its error curves' values and slopes at q, and these."""
     m = len(calibrated.robot.actuated)
     deflection = calibrated.deflection
