@@ -83,6 +83,8 @@ LARGEST_FILE = 200_000_000
 """Size that no table, log or image exceeds [bytes]."""
 LARGEST_DOCUMENT = 20_000_000
 """Size that no model and no JSON file exceeds, which take far more memory [bytes]."""
+LFS = b"version https://git-lfs"
+"""Begin of a file that stands for another one, which git did not bring."""
 _KINDS = {
     stat.S_IFDIR: (errno.EISDIR, "a folder"),
     stat.S_IFIFO: (errno.ESPIPE, "a pipe"),
@@ -115,6 +117,10 @@ def require_file(file: Path, largest: int | None = LARGEST_FILE) -> None:
             stat.S_IFMT(status.st_mode), (errno.EINVAL, "no file")
         )
         raise RefusedFileError(number, f"is {kind}", str(file))
+    with file.open("rb") as stream:
+        if stream.read(len(LFS)) == LFS:
+            words = "is a Git LFS pointer, not the data: git lfs pull brings that"
+            raise RefusedFileError(errno.ENODATA, words, str(file))
     if largest is not None and status.st_size > largest:
         words = f"holds {status.st_size / 1e6:,.1f} MB; at most {largest / 1e6:,.0f} MB are read"
         raise RefusedFileError(errno.EFBIG, words, str(file))
@@ -127,6 +133,15 @@ def read_bytes(file: str | os.PathLike[str], largest: int = LARGEST_FILE) -> byt
     return path.read_bytes()
 
 
+LARGEST_NUMBER = 1e20
+"""Absolute value that no number in a file exceeds, nanoseconds since 1970 among them."""
+
+
+def is_number(value: float) -> bool:
+    """Return whether a number can have been measured: finite, its powers too."""
+    return abs(value) <= LARGEST_NUMBER
+
+
 def reason_of(error: Exception) -> str:
     """Return why a file cannot be read, without the number and the path of an OSError."""
     return getattr(error, "strerror", None) or str(error)
@@ -137,12 +152,27 @@ def read_json(file: str | os.PathLike[str], **options: Any) -> Any:
 
     Raises:
         OSError: As by :func:`require_file`.
-        ValueError: The file is no JSON, or nested too deeply.
+        ValueError: The file is no JSON, nested too deeply, or holds a number beyond all bounds.
     """
+    options |= {"parse_int": _integer, "parse_float": _number}
     try:
         return json.loads(read_bytes(file, LARGEST_DOCUMENT), **options)
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
+
+
+def _number(text: str) -> float:
+    """Return the number that a text is; refuse one that nobody can measure."""
+    value = float(text)
+    if not is_number(value):
+        raise ValueError(f"it holds {text:.20}, and numbers end at {LARGEST_NUMBER:g}")
+    return value
+
+
+def _integer(text: str) -> int:
+    """Return the integer that a text is, as :func:`_number` does."""
+    _number(text)
+    return int(text)
 
 
 @dataclass(frozen=True)

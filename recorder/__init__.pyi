@@ -7,9 +7,6 @@ from .columns import DEGREES as DEGREES
 from .columns import LENGTHS as LENGTHS
 from .columns import Column as Column
 from .coordinates import match_coordinates as match_coordinates
-from .dataset import find_placements as find_placements
-from .dataset import is_placement as is_placement
-from .dataset import placements_in as placements_in
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
 from .files import APPEND as APPEND
@@ -18,6 +15,10 @@ from .files import lock_file as lock_file
 from .files import make_folder as make_folder
 from .files import replace_files as replace_files
 from .files import sync_folder as sync_folder
+from .folders import find_placements as find_placements
+from .folders import is_placement as is_placement
+from .folders import placements_in as placements_in
+from .folders import unread as unread
 from .joint_columns import ColumnError as ColumnError
 from .joint_columns import match_joints as match_joints
 from .layout import POSE_FORMS as POSE_FORMS
@@ -51,6 +52,7 @@ from .points import read_points as read_points
 from .points import unit_quaternion as unit_quaternion
 from .recording_error import EmptyRecordingError as EmptyRecordingError
 from .recording_error import RecordingError as RecordingError
+from .sample import LAST_SOCKET as LAST_SOCKET
 from .sample import Sample as Sample
 from .sample import sample_name as sample_name
 from .samples import REDO as REDO

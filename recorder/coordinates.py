@@ -11,8 +11,11 @@ QUATERNION = ("qx", "qy", "qz", "qw")
 VECTOR = ("rx", "ry", "rz")
 RPY = ("roll", "pitch", "yaw")
 MATRIX = tuple(f"r{i}{j}" for i, j in product((1, 2, 3), (1, 2, 3)))
-TURNS = (QUATERNION, VECTOR, RPY, MATRIX)
-"""Ways to write a rotation: unit quaternion, rotation vector [rad], R = Rz Ry Rx, and rows of R."""
+KUKA, FANUC = ("a", "b", "c"), ("w", "p", "r")
+MAKERS = {*KUKA, *FANUC}
+TURNS = (QUATERNION, VECTOR, RPY, MATRIX, KUKA, FANUC)
+"""Ways to write a rotation: unit quaternion, rotation vector [rad], R = Rz Ry Rx, rows of R, and
+that of two makers: R = Rz(a) Ry(b) Rx(c) = Rz(r) Ry(p) Rx(w)."""
 _TURNED = {"orientation", "quaternion", "quat", "q", "rotation", "rot"}
 _PLACED = {"position", "translation", "pos", "t", "p"}
 _ROTVEC = {"rotvec", "r", "rv"}

@@ -7,118 +7,26 @@ A *placement* is one position of the socket base, and the folder with the sample
 """
 
 import os
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
-from ..errors import reason_of
 from .cells import table_bytes
 from .columns import UNITS, Column
+from .folders import FILES, find_placements, holes_in, unread
 from .metadata import METADATA, read_keys
 from .placement import SOCKETS, Placement
 from .placement_names import distinctly_named, placement_name
-from .points import POINTS, POSES, read_points
+from .points import read_points
 from .recording_error import EmptyRecordingError, RecordingError
 from .samples import LAST_SOCKET, SAMPLES, Sample, read_samples
 from .tables import Table, read_table
 
-_FILES = (SAMPLES, POINTS, POSES)
-_NAMES = f"{SAMPLES}, or hole_0.csv and hole_1.csv, or {POINTS}, or {POSES}"
 MOST_SAMPLES = 100_000
 """Number of samples that no file exceeds."""
 MOST_OTHERS = 100
 """Number of its other lines, which are header and notes."""
-_HOLE = re.compile(r"hole_(\d+)\.csv")
-
-
-def find_placements(paths: Iterable[Path]) -> list[Path]:
-    """Return the folders of all placements that some paths stand for; refuse other paths.
-
-    A folder of placements stands for all of them, by name.
-
-    Raises:
-        RecordingError: A path that does not exist, is no folder, cannot be read, or holds no
-            placement.
-    """
-    folders: list[Path] = []
-    for path in paths:
-        try:
-            folders += _placements_at(path)
-        except OSError as error:
-            raise RecordingError(
-                f"{path}: cannot be read: {reason_of(error)}"
-            ) from None
-    return folders
-
-
-def _placements_at(path: Path) -> list[Path]:
-    """Return the folders of the placements that a path stands for."""
-    if path.name in _FILES and path.is_file():
-        return [path.parent]
-    if not path.is_dir():
-        raise RecordingError(f"{path}: {_no_folder(path)}")
-    folders = [path] if is_placement(path) else placements_in(path)
-    if not folders:
-        raise RecordingError(f"{path}: {_no_recording(path)}")
-    return folders
-
-
-def _no_recording(folder: Path) -> str:
-    """Return what to do about a folder without a recording."""
-    expected = (
-        f"no recording in this folder; expected {_NAMES}, or folders that hold them"
-    )
-    tables = sorted(folder.glob("*.csv"))
-    if not tables:
-        return expected
-    return f"{expected}; make one of {tables[0].name} by mukca convert"
-
-
-def _no_folder(path: Path) -> str:
-    """Return what to do about a path that is no folder."""
-    if path.exists():
-        folder = path.absolute().parent
-        if is_placement(folder):
-            return f"not a folder; name the placement's folder, {folder}"
-        return (
-            "not a folder; make a recording of it by mukca convert, and name its folder"
-        )
-    if path.suffix == ".csv":
-        return "no such file"
-    _, _, path_after_name = str(path).partition(":")
-    if path_after_name and Path(path_after_name).exists():
-        return f"no such folder; of one robot write {path_after_name}"
-    return "no such folder; a placement is a folder of recordings"
-
-
-def placements_in(folder: Path) -> list[Path]:
-    """Return the placements' folders inside a folder, by name."""
-    return sorted(
-        child for child in folder.iterdir() if child.is_dir() and is_placement(child)
-    )
-
-
-def empty_folders(paths: Iterable[Path]) -> list[Path]:
-    """Return the folders in folders of placements that hold no recording, nor anything else.
-
-    A folder with nothing but ``placement.json`` is empty: its recording is missing.
-    """
-    parents = [path for path in paths if path.is_dir() and not is_placement(path)]
-    children = [child for parent in parents for child in sorted(parent.iterdir())]
-    return [
-        child
-        for child in children
-        if child.is_dir()
-        and not child.name.startswith(".")
-        and all(file.name == METADATA for file in child.iterdir())
-    ]
-
-
-def is_placement(folder: Path) -> bool:
-    """Return whether a folder holds a recording."""
-    return any((folder / name).exists() for name in _FILES) or bool(_holes(folder))
 
 
 def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Placement]:
@@ -161,8 +69,7 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
     if not placements:
         raise skipped[0]
     remarks = [f"{error}; the placement is left out" for error in skipped]
-    for folder in empty_folders(map(Path, paths)):
-        remarks.append(f"{folder}: an empty folder among the placements is left out")
+    remarks += unread(map(Path, paths))
     first, *others = distinctly_named(placements)
     return [replace(first, remarks=(*first.remarks, *remarks)), *others]
 
@@ -173,8 +80,8 @@ def read_placement(folder: Path) -> Placement:
     Raises:
         RecordingError: A missing, empty or malformed file; the message names file and line.
     """
-    holes = _holes(folder)
-    files = [folder / name for name in _FILES if (folder / name).exists()]
+    holes = holes_in(folder)
+    files = [folder / name for name in FILES if (folder / name).exists()]
     files += [file for _, file in holes[:1]]
     if not files:
         raise RecordingError(f"{folder}: no recording in this folder")
@@ -193,12 +100,6 @@ def read_placement(folder: Path) -> Placement:
     if placement.kind == "points":
         stated.pop("distance", None)
     return replace(placement, **stated)
-
-
-def _holes(folder: Path) -> list[tuple[int, Path]]:
-    """Return the files ``hole_K.csv`` in a folder, each with its socket K."""
-    files = [(_HOLE.fullmatch(child.name), child) for child in folder.iterdir()]
-    return sorted((int(match[1]), file) for match, file in files if match)
 
 
 def _read_recorded(file: Path) -> Placement:

@@ -6,18 +6,16 @@ from itertools import chain
 from pathlib import Path
 
 from .columns import ANGLES, LENGTHS, Column
-from .coordinates import AXES, MATRIX, QUATERNION, RPY, TURNS, VECTOR
+from .coordinates import AXES, MAKERS, MATRIX, QUATERNION, RPY, TURNS, VECTOR
 from .joint_columns import ColumnError, match_joints, require_samples
-from .points import coordinates, require_unit
+from .points import coordinates, require_unit, require_vectors, vector_note
 from .recording_error import RecordingError
 from .samples import read_samples
 from .tables import Table, read_table
 
 POSE_FORMS = (*((*AXES, *turn) for turn in TURNS), AXES)
 """Columns of a pose; a place alone comes last, since it leaves the others out."""
-_TURNED = {*QUATERNION, *VECTOR, *RPY, *MATRIX}
-_OTHER_TURNS = ({"a", "b", "c"}, {"w", "p", "r"})
-"""Angles of makers' own conventions, which are not read, but are not passed over either."""
+_TURNED = {*QUATERNION, *VECTOR, *RPY, *MATRIX, *MAKERS}
 _EVENTS = ("event", "sample", "socket")
 
 
@@ -68,7 +66,11 @@ def rows_of(
     if blank := len(table.rows) - len(filled):
         notes.append(f"{table.file}: {blank} lines without values are left out")
     numbers = table.at(filled).numbers(columns)
-    return Rows(numbers, [table.where(i) for i in filled], tuple(form), tuple(notes))
+    wheres = [table.where(i) for i in filled]
+    if vectors := vector_note(table, columns, form):
+        require_vectors(numbers, wheres)
+        notes.append(vectors)
+    return Rows(numbers, wheres, tuple(form), tuple(notes))
 
 
 def _captured(table: Table, joint_names: Sequence[str], note: str) -> Rows:
@@ -114,11 +116,9 @@ class _Search:
 
     def _has_more(self, form: Sequence[str]) -> bool:
         """Return whether columns belong to a richer form that is not complete."""
-        richer = set(chain.from_iterable(self.forms)).difference(form)
+        richer = set(chain.from_iterable(self.forms)).difference(form, MAKERS)
         names = {(column.words or ("",))[-1] for column in self.table.columns}
-        return not names.isdisjoint(richer) or any(
-            turn <= names for turn in _OTHER_TURNS
-        )
+        return not names.isdisjoint(richer)
 
     def _in_order(self) -> tuple[list[Column], Sequence[str], str]:
         """Return the columns of a table without a header, as many as one form has."""
@@ -141,7 +141,9 @@ class _Search:
     def _wanted(self) -> str:
         """Return the headers that would do."""
         headers = (
-            ",".join((*self.joint_names, *form)) for form in reversed(self.forms)
+            ",".join((*self.joint_names, *form))
+            for form in reversed(self.forms)
+            if MAKERS.isdisjoint(form)
         )
         return "; or ".join(headers)
 

@@ -15,8 +15,18 @@ from pathlib import Path
 import numpy as np
 
 from .cells import comment_line
-from .columns import ANGLES, LENGTHS, UNITS, Column
-from .coordinates import AXES, QUATERNION, RPY, TURNS, VECTOR, match_coordinates
+from .columns import ANGLES, DEGREES, LENGTHS, UNITS, Column
+from .coordinates import (
+    AXES,
+    FANUC,
+    KUKA,
+    MAKERS,
+    QUATERNION,
+    RPY,
+    TURNS,
+    VECTOR,
+    match_coordinates,
+)
 from .joint_columns import ColumnError
 from .placement import Placement
 from .recording_error import RecordingError
@@ -33,6 +43,8 @@ _MEANINGS = (
     ("commands", "command"),
 )
 """Meaning of poses, and a word of the first line that tells of it."""
+HALF_TURN = 180.1
+"""Length that no rotation vector exceeds, but for rounding [deg]."""
 _ROUNDED = 0.01
 """Largest deviation from 1 of the length of a quaternion that was written with few digits."""
 
@@ -65,12 +77,13 @@ def read_points(file: Path, name: str) -> Placement:
     comment = comment_line(file).lower()
     meanings = [meaning for meaning, word in _MEANINGS if word in comment]
     joint_names = tuple(column.name for column in joints)
+    note = vector_note(table, measured, form)
     return Placement(
         name=name,
         samples=tuple(samples),
         joint_names=None if headless else joint_names,
         files=(file,),
-        remarks=table.notes,
+        remarks=(*table.notes, *filter(None, [note])),
         poses_of=meanings[0] if meanings else None,
     )
 
@@ -111,8 +124,12 @@ def coordinates(
         units: Container[str] = ()
         if name in AXES:
             units = LENGTHS
-        elif name in (*VECTOR, *RPY):
+        elif name in (*VECTOR, *RPY, *MAKERS):
             units = ANGLES
+        if name in MAKERS and not column.unit:
+            raise RecordingError(
+                f"{table.file}:1: column {column.name} has no unit: is it {column.name} [deg]?"
+            )
         require_unit(table, column, units)
     return columns
 
@@ -131,6 +148,31 @@ def require_unit(table: Table, column: Column, units: Container[str]) -> None:
         )
 
 
+def vector_note(table: Table, columns: Sequence[Column], form: Sequence[str]) -> str:
+    """Return how a rotation vector among columns is taken, in words; empty without one."""
+    if not {*VECTOR} <= {*form}:
+        return ""
+    unit = "degrees" if columns[-1].unit in DEGREES else "radians"
+    words = f"rx,ry,rz are taken as a rotation vector in {unit}"
+    return f"{table.file}: {words}, as a UR's pendant has it"
+
+
+def require_vectors(rows: Sequence[Sequence[float]], wheres: Sequence[str]) -> None:
+    """Refuse rows that end in a rotation vector longer than half a turn.
+
+    Raises:
+        RecordingError: Euler angles, most likely; the message names file and line.
+    """
+    for row, where in zip(rows, wheres, strict=True):
+        length = math.degrees(math.hypot(*row[-3:]))
+        if length > HALF_TURN:
+            raise RecordingError(
+                f"{where}: rx,ry,rz are {length:.1f} degrees long, and no rotation vector is "
+                "longer than half a turn; are they Euler angles? name them roll,pitch,yaw "
+                "(R = Rz Ry Rx)"
+            )
+
+
 def unit_quaternion(
     turn: Sequence[float], form: Sequence[str], where: str
 ) -> tuple[float, float, float, float]:
@@ -142,8 +184,10 @@ def unit_quaternion(
         RecordingError: The quaternion's length is not 1, or the matrix is no rotation.
     """
     quaternion = list(turn)
-    if tuple(form) == RPY:
+    if tuple(form) in (RPY, FANUC):
         quaternion = _of_rpy(*turn)
+    elif tuple(form) == KUKA:
+        quaternion = _of_rpy(*turn[::-1])
     elif len(turn) == 3:
         quaternion = _of_vector(turn)
     elif len(turn) == 9:

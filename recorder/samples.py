@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 
+from ..errors import is_number
 from .cells import require_columns, table_bytes
 from .recording_error import RecordingError
 from .sample import LAST_SOCKET as LAST_SOCKET
@@ -15,6 +16,8 @@ from .sample import Sample
 
 SAMPLES = "samples.csv"
 CAPTURE, UNDO, REDO, RELABEL = "capture", "undo", "redo", "relabel"
+MOST = 10**9
+"""Count that nothing exceeds."""
 _LEADING = ("event", "sample", "socket", "time", "stamp", "states")
 _PER_JOINT = ("position", "spread", "effort")
 
@@ -173,7 +176,7 @@ class _Row:
             value = float(text)
         except ValueError:
             value = math.nan
-        if not math.isfinite(value):
+        if not is_number(value):
             raise RecordingError(
                 f"{self.where}: {column} is {text!r}, not a finite number"
             )
@@ -181,7 +184,8 @@ class _Row:
 
     def integer(self, column: str) -> int:
         value = self.number(column)
-        if value < 0 or value != int(value):
+        most = LAST_SOCKET if column == "socket" else MOST
+        if not 0 <= value <= most or value != int(value):
             raise RecordingError(
                 f"{self.where}: {column} is {self.cells[column]!r}, not a count"
             )

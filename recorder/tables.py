@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
+from ..errors import is_number
 from .cells import (
     number_of,
     read_text,
@@ -90,7 +91,7 @@ class Table:
             row: list[float] = []
             for i, scale in scales:
                 value = number_of(cells[i])
-                if value is not None and math.isfinite(value):
+                if value is not None and is_number(value):
                     row.append(value * scale)
                 elif gaps:
                     row.append(math.nan)
@@ -191,6 +192,6 @@ def _no_number(cell: str, index: int) -> str:
             "write 0.1 and separate by commas"
         )
     return (
-        f"column {index + 1} is {cell.strip()}, not a finite number; delete the line if the "
-        "capture failed"
+        f"column {index + 1} is {cell.strip():.40}, not a finite number that can be measured; "
+        "delete the line if the capture failed"
     )

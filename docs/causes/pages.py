@@ -66,6 +66,10 @@ LOOKS = {
     "sign": "One joint counts the other way round than the model.",
     "swap": "The columns of two joints are exchanged.",
     "order": "The columns come in another order than the chain's joints: turned round, shifted.",
+    "ratio": "One joint reads a whole multiple of its angle, or a part of it: a gear that its "
+    "driver leaves out.",
+    "coupled": "One joint's column holds a sum of two angles: a parallel rod, or a pendant that "
+    "counts from the horizontal, as a Fanuc's does.",
 }
 """How each looks in recordings."""
 OF_COLUMNS = {
@@ -74,6 +78,9 @@ OF_COLUMNS = {
     "error falls from 63 to 0.11 mm",
     "order": "the columns look out of order: 7, 6, 5, 4, 3, 2, 1: with their columns put right the "
     "error falls from 410 to 0.11 mm",
+    "ratio": "joint 3 (joint_3) looks wrongly geared: with 6 q the error falls from 290 to 0.11 mm",
+    "coupled": "joints 3 and 2 (joint_3, joint_2) look coupled: with joint_3 + joint_2 for joint_3 "
+    "the error falls from 290 to 0.11 mm",
 }
 TITLES = {"known": "Known distance wrong", "order": "Columns out of order"}
 

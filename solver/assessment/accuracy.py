@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..diagnostics import predicted_limit
-from ..identification.data import whole_name
 from ..poses import InverseKinematics
 from ..results import Better, DistanceDeviation, Improvement, Scale, Uncertainty
 from .formatting import joined, mm
@@ -134,7 +133,7 @@ def _next_placement(coverage: Coverage) -> str:
     trained = [
         socket.placement for socket in coverage.sockets if socket.role == "train"
     ]
-    if len(set(map(whole_name, trained))) > 1:
+    if len(set(trained)) > 1:
         return "another placement far from the others"
     return "a second placement far from the first"
 

@@ -1,11 +1,10 @@
 """Rows on the recordings: diagnostics, distances, size of the arm, numbers of samples."""
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-from ..identification.data import SAMPLES_ADVISED, Measurement, whole_name
+from ..identification.data import SAMPLES_ADVISED, Measurement
 from ..results import (
     Better,
     Diagnostic,
@@ -183,14 +182,10 @@ def _most_samples(
 ) -> int:
     """Return how many samples each of two sockets has, at the best placement, or all points.
 
-    Parts of a recorded placement count together; if ``tied``, sockets of all do.
+    If ``tied``, the sockets of all placements count together.
     """
-    counts: dict[str, Counter[int]] = {}
-    for m in placements:
-        of_sockets = dict(zip(m.sockets, m.counts, strict=True))
-        counts.setdefault(whole_name(m.name), Counter()).update(of_sockets)
-    by_placement = [list(of_placement.values()) for of_placement in counts.values()]
-    of_all = list(chain.from_iterable(by_placement))
+    by_placement = [m.counts for m in placements]
+    of_all = tuple(chain.from_iterable(by_placement))
     if not by_socket:
         return sum(of_all)
     groups = [of_all] if tied else by_placement

@@ -110,7 +110,7 @@ class Predictions:
 def predict(document: CalibrationDocument, source: str) -> Predictions:
     """Return what the models of a calibration predict for its samples; raises DocumentError."""
     calibration = calibrated_robot(document, source)
-    measured = measurements_of(document, calibration.robot, source)
+    measured = measurements_of(document, calibration.robot)
     models = calibration.models.items()
     points = [
         ByModel(**{name: model.predict(m) for name, model in models}) for m in measured
@@ -127,30 +127,14 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     return Predictions(document, source, calibration, tuple(placements))
 
 
-def measurements_of(
-    document: CalibrationDocument, robot: Robot, source: str
-) -> list[Measurement]:
+def measurements_of(document: CalibrationDocument, robot: Robot) -> list[Measurement]:
     """Return the placements whose samples a calibration holds.
 
     Raises:
-        DocumentError: A sample has not one number a joint; the line names the key.
         MeasurementError: A placement cannot be used.
     """
-    joints = len(robot.joint_names)
     measurements: list[Measurement] = []
-    for i, row in enumerate(document.data):
-        if not row.samples:
-            raise misfit(source, f"data[{i}].samples", "none; calibrate again")
-        for k, sample in enumerate(row.samples):
-            for key, values in (
-                ("position", sample.position),
-                ("effort", sample.effort),
-            ):
-                if values is not None and len(values) != joints:
-                    path = f"data[{i}].samples[{k}].{key}"
-                    raise misfit(
-                        source, path, f"{len(values)} numbers for {joints} joints"
-                    )
+    for row in document.data:
         measured = measure(
             row.placement(robot.joint_names), robot, sockets=1, whole=True
         )

@@ -38,7 +38,9 @@ from .preparation import as_list as as_list
 from .problem import CalibrationProblem as CalibrationProblem
 from .robot_calibration import calibrate_robot as calibrate_robot
 from .several_problems import problems_of as problems_of
+from .tables import CHECKS as CHECKS
 from .tables import METHODS as METHODS
+from .tables import STUDIES as STUDIES
 from .tool_to_tool import Spread as Spread
 from .tool_to_tool import ToolToTool as ToolToTool
 from .tool_to_tool import tool_distances as tool_distances

@@ -45,6 +45,5 @@ def placements_set_right(
     problem = CalibrationProblem(
         robot, (), options.load, options=options, test=measured
     )
-    # a placement alone does not say what has unknowns of its own in it
-    mending, done = mended(problem, barred=["set apart", "follow"])
+    mending, done = mended(problem)
     return [m.placement for m in mending.test], done

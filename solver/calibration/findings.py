@@ -5,12 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...errors import fixed
 from ..diagnostics import SIZE_BY_DISTANCE, by_fit, where_of
-from ..identification.data import Measurement
-from ..identification.model import FoundMovement
+from ..identification.data import Observations
+from ..identification.inference import FitPosterior
+from ..identification.model import BALL, BASE, Difference
 from ..results import Diagnostic, Fit, Hypothesis, Scale, Study
 from .problem import CalibrationProblem
 
+WORDS = {
+    "step": "its place moved by {}, {}",
+    "drift": "its place drifted steadily by {}",
+    "slow": "its place drifted to and fro by {}{}",
+}
+DIFFERENCE = "movement"
+"""Code of what differs between places, for which the fit has an unknown."""
+MENDED = "mend it, or calibrate by recordings from one side of it"
 STEADY = "screw the base down, let the arm warm up, and record it again"
 
 
@@ -19,13 +29,10 @@ def findings(
 ) -> tuple[Diagnostic, ...]:
     """Return the findings from before the fit, and the movements of places that it found."""
     diagnostics = list(problem.checks)
-    by_name = {m.name: m for m in problem.measurements}
-    for movement in fit.full.movements if fit.full else ():
-        measured = by_name[movement.placement]
-        code = "movement" if movement.kept else "moved"
-        text = _movement_text(measured, movement)
-        where = where_of([measured])
-        diagnostics.append(Diagnostic("warning", code, where, text, STEADY))
+    full = fit.full
+    if full is not None:
+        count = len(full.objective.differences)
+        diagnostics += [_told(problem, full, k) for k in range(count)]
     sized = hypotheses(fit, problem, scale, distorted)
     return reworded(diagnostics, problem.hypotheses, sized)
 
@@ -64,13 +71,64 @@ def sized_hypotheses(
     return tuple(by_fit(h, scale.value) for h in problem.hypotheses)
 
 
-def _movement_text(measured: Measurement, movement: FoundMovement) -> str:
-    """Return a movement in words, a step with the first sample after it."""
-    if movement.rank is None:
-        return movement.text
-    in_time = measured.order[np.argsort(measured.clock("time"), kind="stable")]
-    first = measured.placement.samples[int(in_time[movement.rank])]
-    return movement.text.format(first=first.named)
+def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic:
+    """Return the k-th difference of a fit as a diagnostic."""
+    difference = fit.objective.differences[k]
+    name = difference.placements[0]
+    measured = next(m for m in problem.measurements if m.name == name)
+    text = _in_words(fit, k)
+    if difference.at:
+        first = measured.placement.samples[int(difference.at)]
+        text = text.format(first=first.named)
+    advice = STEADY if difference.part == BASE else MENDED
+    return Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
+
+
+def _in_words(posterior: FitPosterior, k: int) -> str:
+    """Return the k-th difference of a fit in words."""
+    objective, data = posterior.objective, posterior.data
+    difference = objective.differences[k]
+    begin = sum(objective.sizes[:k])
+    of_difference = slice(begin, begin + objective.sizes[k])
+    shifts = objective.by_differences[:, :, of_difference]
+    size = objective.model.size
+    members = slice(size + begin, size + of_difference.stop)
+    unknowns = posterior.state.x[members]
+    variances = np.diag(posterior.whole[members, members])
+    deviation = float(variances.max()) ** 0.5
+    since = _since(difference, data)
+    if difference.part == BASE:
+        course = (shifts @ unknowns)[data.rows_of(difference.placements[0])]
+        moved = float(np.linalg.norm(np.ptp(course, axis=0)))
+        words = WORDS[difference.course].format(_millimetres(moved, deviation), since)
+    elif difference.part == BALL:
+        sizes = np.linalg.norm(unknowns.reshape(-1, 3), axis=1)
+        amount = _millimetres(float(sizes.max()), deviation)
+        words = f"the ball sits {amount} elsewhere on its flange {since}"
+    else:
+        zero, error = np.rad2deg([unknowns[0], deviation]).tolist()
+        amount = f"{fixed(zero, 2, '+')} +- {fixed(error, 2)} deg"
+        words = f"{difference.part} reads {amount} more {since}"
+    return f"{words}; the fit has an unknown for that"
+
+
+def _millimetres(size: float, deviation: float) -> str:
+    """Return a size [m] in words."""
+    return f"{fixed(1e3 * size, 2)} +- {fixed(1e3 * deviation, 2)} mm"
+
+
+def _since(difference: Difference, data: Observations) -> str:
+    """Return in words where a step is; {{first}} stands for a sample."""
+    first, last = difference.placements[0], difference.placements[-1]
+    if difference.course == "slow":
+        return ", with temperature" * (difference.clock == "temperature")
+    if difference.course == "each":
+        return "from placement to placement"
+    if difference.at:
+        return "from {first} on"
+    if last == data.placements[-1]:
+        return f"from {first} on"
+    return f"in {first}" if first == last else f"from {first} to {last}"
 
 
 READS = ("scale", "distorted")

@@ -78,6 +78,7 @@ def posterior_at(
         effects=arm.effects,
         without=options.without,
         zeros=bool(options.zeros),
+        alike=options.as_recorded,
         prior=prior,
         curves=methods.curves,
         progress=progress,

@@ -3,10 +3,20 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from ..diagnostics import Survey
-from ..results import Scale
+from ..identification.data import Measurement
+from ..identification.effects import GAIN
+from ..results import CalibratedRobot, Scale
 from .findings import reworded, sized_hypotheses
+from .inspector import Inspector
 from .problem import CalibrationProblem
+
+WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
+"""Added to the advice on a joint's gain."""
+NEWTON = 2
+"""Steps of joint positions to where they take a difference out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,3 +41,54 @@ class InspectedProblem(CalibrationProblem):
             hypotheses=hypotheses,
             survey=replace(self.survey, hypotheses=hypotheses),
         )
+
+    def at_rest(
+        self, shifts: np.ndarray | None, calibrated: CalibratedRobot
+    ) -> "InspectedProblem":
+        """Return the recordings with what differs, and what is still seen without that.
+
+        A joint position then has the ball where it would be, had nothing differed.
+        """
+        if shifts is None:
+            return self
+        moved = replace(
+            self, measurements=super().at_rest(shifts, calibrated).measurements
+        )
+        inspector = Inspector(self.robot, self.options, self.options.distances, {})
+        training = [_at_rest(m, calibrated) for m in moved.measurements]
+        survey = inspector.look(training, self.test)
+        if self.effects:
+            survey = with_gain(survey)
+        before = self.survey.diagnostics
+        checks = [check for check in self.checks if check not in before]
+        return replace(
+            moved,
+            checks=(*checks, *survey.diagnostics),
+            hypotheses=survey.hypotheses,
+            survey=survey,
+        )
+
+
+def _at_rest(measured: Measurement, calibrated: CalibratedRobot) -> Measurement:
+    """Return a placement at joint positions that take its differences out of its balls."""
+    if measured.moved is None or not measured.moved.any():
+        return measured
+    ball, values = calibrated.model, calibrated.values
+    q = measured.positions
+    places = ball.points(values, q) - measured.moved
+    for _ in range(NEWTON):
+        balls = ball.linearise(values, q)
+        errors = places - balls.points
+        inverse = np.linalg.pinv(balls.by_joints)
+        q = q + (inverse @ errors[:, :, None])[:, :, 0]
+    return measured.shifted(measured.as_recorded(q - measured.positions))
+
+
+def with_gain(survey: Survey) -> Survey:
+    """Return what was seen of joints whose gain the fit has: how well, the errors say."""
+    shared = list(survey.shared)
+    for i, diagnostic in enumerate(shared):
+        if (diagnostic.code, diagnostic.level) == (GAIN.name, "error"):
+            advice = f"{diagnostic.advice}{WITH_GAIN}"
+            shared[i] = replace(diagnostic, level="warning", advice=advice)
+    return replace(survey, shared=tuple(shared))

@@ -1,22 +1,21 @@
 """An inspector of recordings: what explains them, and what sets them right."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import chain
 
-from ..assessment import repeatability_of
+from ..assessment import LEAST_HELD_OUT, repeatability_of
 from ..diagnostics import (
-    ALL_ACTIONS,
     LEAST,
     MENDER,
-    Action,
+    Correction,
     Given,
     Inspection,
     Survey,
     corrected,
     inspect_all,
 )
-from ..identification.data import KnownDistance, Measurement, whole_name
+from ..identification.data import KnownDistance, Measurement
 from ..identification.robot import Robot
 from ..results import Diagnostic
 from .options import SolveOptions
@@ -32,7 +31,7 @@ class Inspector:
     robot: Robot
     options: SolveOptions
     lengths: Sequence[KnownDistance]
-    """Known distances, as they were named before anything was split."""
+    """Known distances."""
     surveys: dict[tuple[int, ...], tuple[list[Measurement], Survey]]
     """Inspections of placements, which are kept, so that no other takes an id."""
 
@@ -44,7 +43,12 @@ class Inspector:
         measurements = [*training, *held_out]
         key = (len(names), *map(id, measurements))
         if key not in self.surveys:
-            self.surveys[key] = measurements, self._survey(measurements, names)
+            survey = self._survey(measurements, names)
+            if survey.unclear and len(measurements) > 1:
+                survey = survey.told_by(
+                    [self._survey([m], names) for m in measurements]
+                )
+            self.surveys[key] = measurements, survey
         return self.surveys[key][1]
 
     def _survey(
@@ -52,10 +56,21 @@ class Inspector:
     ) -> Survey:
         """Return what explains placements; ``trained`` names some, where others are held out."""
         options = self.options
-        followed = self.followed(measurements)
-        lengths = [length for length in followed if is_between(length, measurements)]
-        mender = _mender(options)
-        given = Given(lengths, options.deviation, options.load, mender, trained)
+        lengths = [
+            length for length in self.lengths if is_between(length, measurements)
+        ]
+        mender = MENDER
+        if not self.sets_right:
+            by = "--method auto" if options.method == "paper" else "by default"
+            mender = f"{MENDER} {by}"
+        given = Given(
+            lengths,
+            options.deviation,
+            options.load,
+            mender,
+            trained,
+            weighs=self.sets_right,
+        )
         return inspect_all(
             self.robot,
             measurements,
@@ -64,50 +79,36 @@ class Inspector:
             repeatability=repeatability_of(self.robot, options.repeatability_mm),
         )
 
-    def followed(
-        self, measurements: Sequence[Measurement]
-    ) -> tuple[KnownDistance, ...]:
-        """Return known distances by the first parts that hold their sockets, of what was split."""
-        part: dict[tuple[str, int], tuple[str, int]] = {}
-        for name, socket in chain.from_iterable(m.labels for m in measurements):
-            part.setdefault((whole_name(name), socket), (name, socket))
-        lengths: list[KnownDistance] = []
-        for length in self.lengths:
-            first = part.get(length.first, length.first)
-            second = part.get(length.second, length.second)
-            lengths.append(replace(length, first=first, second=second))
-        return tuple(lengths)
+    @property
+    def sets_right(self) -> bool:
+        """True unless recordings stay as they are; by Eq. (5) they do, as in the paper."""
+        return not self.options.as_recorded and self.options.method != "paper"
 
     def set_right(
         self,
         measurements: Sequence[Measurement],
         reference: Sequence[Measurement] = (),
-        minimum: int = LEAST,
-        actions: Collection[Action] = ALL_ACTIONS,
+        *,
+        held_out: bool = False,
     ) -> tuple[list[Measurement], list[Diagnostic]]:
         """Return recordings with all set right that can be, and what was done.
 
         Args:
-            measurements: The placements; those held out are never looked at with those to train on
-                before the latter are set right.
+            measurements: The placements.
             reference: Placements that are set right already.
-            minimum: Fewest samples in a socket of a part that is kept.
-            actions: What may be done.
+            held_out: Few samples of a socket do not count in errors.
         """
         placements = list(measurements)
+        minimum = LEAST_HELD_OUT if held_out else LEAST
         done = list[Diagnostic]()
-        for _ in range(ROUNDS if placements else 0):
+        for _ in range(ROUNDS if placements and self.sets_right else 0):
             groups = (reference, placements) if reference else (placements,)
             survey = self.look(*groups)
             inspections = survey.placements[len(reference) :]
             alone = [self.look([m]).placements[0] for m in placements if survey.unclear]
             if any(inspection.corrections for inspection in alone):
                 inspections = alone
-            elif len(reference) == 1:
-                inspections = _beside_one(survey.placements[0], inspections)
-            placements, diagnostics = by_findings(
-                placements, inspections, minimum, actions
-            )
+            placements, diagnostics = _by_findings(placements, inspections, minimum)
             if not diagnostics:
                 break
             done += diagnostics
@@ -120,34 +121,10 @@ def is_between(length: KnownDistance, measurements: Sequence[Measurement]) -> bo
     return {length.first, length.second} <= set(labels)
 
 
-def _mender(options: SolveOptions) -> str:
-    """Return what would set recordings right, in the words of advice."""
-    if actions_of(options) == ALL_ACTIONS:
-        return MENDER
-    if options.method == "paper":
-        return f"{MENDER} --method auto"
-    return f"{MENDER} by default"
-
-
-def _beside_one(
-    reference: Inspection, held_out: Sequence[Inspection]
-) -> list[Inspection]:
-    """Return what was seen of placements held out, with what sets apart the one trained on.
-
-    Which of two differs cannot be told: the model has the ball and the zeros of the latter.
-    """
-    differences = [c for c in reference.corrections if c.apart is not None]
-    return [
-        replace(inspection, corrections=(*inspection.corrections, *differences))
-        for inspection in held_out
-    ]
-
-
-def by_findings(
+def _by_findings(
     placements: Sequence[Measurement],
     inspections: Sequence[Inspection],
     least: int,
-    actions: Collection[Action],
 ) -> tuple[list[Measurement], list[Diagnostic]]:
     """Return placements set right by what was seen of each, and what was done.
 
@@ -157,19 +134,10 @@ def by_findings(
         len(m.sockets) > 1 and all(c.action != "merge" for c in inspection.corrections)
         for m, inspection in zip(placements, inspections, strict=True)
     ]
-    if not any(sound):
-        actions = {action for action in actions if action != "merge"}
-    corrections = [list(inspection.corrections) for inspection in inspections]
-    for corrections_here in corrections:
-        allowed = [c for c in corrections_here if c.action in actions]
-        steps = [c for c in allowed if c.action != "follow"]
-        # A drift of what remains is looked for afterwards.
-        corrections_here[:] = steps or allowed
+    corrections: list[list[Correction]] = []
+    for inspection in inspections:
+        allowed = [
+            c for c in inspection.corrections if any(sound) or c.action != "merge"
+        ]
+        corrections.append(allowed)
     return corrected(placements, corrections, least)
-
-
-def actions_of(options: SolveOptions) -> tuple[Action, ...]:
-    """Return what may be done to set recordings right; by Eq. (5) nothing, as in the paper."""
-    if options.as_recorded or options.method == "paper":
-        return ("split",) if options.split_moved else ()
-    return ALL_ACTIONS

@@ -30,7 +30,6 @@ class CalibrateOptions(TypedDict, total=False):
     fix: Sequence[str]
     as_recorded: bool
     leave_out: Sequence[str]
-    split_moved: bool
     flange_poses: bool
     repeatability_mm: float | None
     accept_distorted: bool
@@ -87,8 +86,8 @@ class SolveOptions:
     )
     fix: Sequence[str] = _option("fixed parameters, likewise", "P", unset=())
     as_recorded: bool = _option(
-        "set nothing right: no base that moved, zero that slipped or ball that bent, no samples of "
-        "another socket, no placements that are empty; method paper sets nothing right",
+        "take all as it is: nothing differs between places, no samples are of another socket, no "
+        "placements are empty; method paper sets nothing right",
         unset=False,
     )
     leave_out: Sequence[str] = _option(
@@ -96,10 +95,6 @@ class SolveOptions:
         "`check` name, as in left:1:3,5-7",
         "PLACEMENT[:SOCKET[:SAMPLES]]",
         unset=(),
-    )
-    split_moved: bool = _option(
-        "with --as-recorded: where a base moved, take what follows for a placement of its own",
-        unset=False,
     )
     flange_poses: bool = _option(
         "each poses.csv holds measured flange poses, whatever its first line lacks",

@@ -1,16 +1,15 @@
 """From recordings to a calibration: check, fit, measure the errors."""
 
 from collections.abc import Callable, Mapping, Sequence
-from inspect import getdoc, signature
-from textwrap import fill
-from typing import TYPE_CHECKING, Any, overload
+from inspect import signature
+from typing import TYPE_CHECKING, overload
 
 from ...recorder import Placement
 from ..identification.data import one_blas_thread
 from ..identification.robot import Robot
 from .calibration import Calibration
 from .earlier import prior_of
-from .options import CalibrateOptions, SolveOptions, check_keywords, option_table
+from .options import CalibrateOptions, SolveOptions, check_keywords
 from .preparation import Recordings
 from .robot_calibration import calibrate_robot
 from .several_robots import MultiRobotCalibration, calibrate_robots
@@ -68,7 +67,7 @@ def calibrate(
         test: Placements that the fit does not see. One that is trained on is left out of them.
         progress: Called with a word for each model that is fitted.
         options: Fields of :class:`.SolveOptions`, which ``mukca solve --help-all`` explains. Of
-            both methods: method, distance, free, fix, as_recorded, leave_out, split_moved,
+            both methods: method, distance, free, fix, as_recorded, leave_out,
             flange_poses, repeatability_mm, accept_distorted. Of ``auto`` alone: known, sockets_at,
             distance_deviation, without, zeros, prior, remounted, payload, gravity. Of ``paper``
             alone: optimizer, regularization, max_iterations.
@@ -99,20 +98,3 @@ def calibrate(
         progress=progress,
     )
     return Calibration(document, calibrated)
-
-
-def _show_options(function: Callable[..., Any]) -> None:
-    """Let ``help`` and notebooks show each option of a function that takes them by keyword."""
-    *arguments, _ = signature(function).parameters.values()
-    parameters = [*arguments, *signature(SolveOptions).parameters.values()]
-    function.__signature__ = signature(function).replace(parameters=parameters)  # pyright: ignore
-    texts = (f"{name}: {option.described}." for name, option in option_table().items())
-    rows = [
-        fill(text, 92, initial_indent="    ", subsequent_indent="        ")
-        for text in texts
-    ]
-    # The compiler of Python 3.13 takes the indentation off, -OO the whole docstring.
-    function.__doc__ = "\n".join([getdoc(function) or "", "", "Options:", *rows])
-
-
-_show_options(calibrate)

@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import results
-from ..identification.data import Measurement
-from ..identification.model import set_apart
 from .options import SolveOptions
 
 
@@ -26,24 +24,11 @@ class CalibrationProblem(results.Measurements):
     def at_rest(
         self, shifts: np.ndarray | None, calibrated: results.CalibratedRobot
     ) -> "CalibrationProblem":
-        """Return the recordings with the movements of their places, row by row.
-
-        Where a placement that is held out differs throughout follows from its own samples.
-        """
-        train = self.measurements
-        if shifts is not None:  # orientations come last
-            ends = np.cumsum([len(m.positions) for m in train])
-            parts = zip(train, np.split(shifts, ends), strict=False)
-            train = [replace(m, moved=shift) for m, shift in parts]
-        test = [_set_apart(m, calibrated) for m in self.test]
-        return replace(self, measurements=tuple(train), test=tuple(test))
-
-
-def _set_apart(
-    measured: Measurement, calibrated: results.CalibratedRobot
-) -> Measurement:
-    """Return a held-out placement with what is otherwise in it."""
-    if not measured.apart:
-        return measured
-    balls = calibrated.predict(measured)
-    return replace(measured, moved=set_apart(calibrated.robot, measured, balls))
+        """Return the recordings with what differs between their places, row by row."""
+        if shifts is None:
+            return self
+        ends = np.cumsum([len(m.positions) for m in self.measurements])
+        # orientations come last
+        parts = zip(self.measurements, np.split(shifts, ends), strict=False)
+        train = tuple(replace(m, moved=shift) for m, shift in parts)
+        return replace(self, measurements=train)

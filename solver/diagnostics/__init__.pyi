@@ -7,10 +7,9 @@ from .configurations import where_of as where_of
 from .consequence import LARGEST_PREDICTED as LARGEST_PREDICTED
 from .consequence import SEVERE as SEVERE
 from .consequence import predicted_limit as predicted_limit
-from .corrections import ALL_ACTIONS as ALL_ACTIONS
 from .corrections import LEAST as LEAST
 from .corrections import SET_RIGHT as SET_RIGHT
-from .corrections import Action as Action
+from .corrections import Correction as Correction
 from .corrections import corrected as corrected
 from .explain import OF_JOINTS as OF_JOINTS
 from .fault import Fault as Fault

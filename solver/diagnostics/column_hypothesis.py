@@ -1,8 +1,9 @@
-"""Hypotheses on columns of joint positions: signs, orders and offsets."""
+"""Hypotheses on columns of joint positions: signs, ratios, orders, couplings and offsets."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, permutations, product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,23 +14,45 @@ from .hypotheses import SeatSamples
 STATES = {
     "sign": "sign-flipped",
     "swap": "swapped",
+    "ratio": "wrongly geared",
+    "coupled": "coupled",
     "zero": "off",
 }
 """How joints look, by the kind of the mistake."""
+RATIOS = (2.0, 3.0, 4.0, 5.0, 6.0, 10.0)
+"""Factors by which a joint may read too little, or too much."""
+SHARES = (1.0, -1.0, 0.5, -0.5)
+"""Shares of another joint's reading that one may lack."""
+
+
+class Coupling(NamedTuple):
+    """A joint that reads less than its angle by a share of what another joint reads."""
+
+    joint: int
+    other: int
+    share: float
 
 
 @dataclass(frozen=True)
 class ColumnHypothesis:
-    """Hypothesis that the true joint positions are q[order] * signs - offsets."""
+    """Hypothesis that the true joint positions are q[order] * factors - offsets.
+
+    To one of them a share of another's is added, where they are coupled.
+    """
 
     robot: Robot
     order: np.ndarray
-    signs: np.ndarray
+    factors: np.ndarray
+    """-1 for another sign, and the ratio of a wrong gear."""
     offsets: np.ndarray
+    coupling: Coupling | None = None
 
     def apply(self, samples: SeatSamples) -> SeatSamples:
         """Return samples as they would be."""
-        q = samples.q[:, self.order] * self.signs - self.offsets
+        q = samples.q[:, self.order] * self.factors - self.offsets
+        if self.coupling is not None:
+            joint, other, share = self.coupling
+            q[:, joint] += share * q[:, other]
         return replace(samples, q=q)
 
     @property
@@ -37,8 +60,10 @@ class ColumnHypothesis:
         """Joints that it blames, by ``sign``, ``swap`` and ``zero``; no kind without any."""
         in_order = np.arange(len(self.order))
         joints = {
-            "sign": np.flatnonzero(self.signs < 0).tolist(),
+            "sign": np.flatnonzero(self.factors < 0).tolist(),
+            "ratio": np.flatnonzero(np.abs(self.factors) != 1).tolist(),
             "swap": np.flatnonzero(self.order != in_order).tolist(),
+            "coupled": [] if self.coupling is None else list(self.coupling[:2]),
             "zero": np.flatnonzero(self.offsets).tolist(),
         }
         return {kind: indices for kind, indices in joints.items() if indices}
@@ -56,17 +81,30 @@ class ColumnHypothesis:
     def text(self) -> str:
         """The mistakes, and what mends them."""
         mistakes = self.mistakes
+        geared = self.factors[mistakes.get("ratio", [])]
         joints = mistakes.get("zero", ())
         degrees = [fixed(np.rad2deg(-self.offsets[joint]), 1, "+") for joint in joints]
         readings = "it reads" if len(joints) == 1 else "they read"
         mends = {
             "sign": "-q",
+            "ratio": " and ".join(f"{abs(factor):.3g} q" for factor in geared),
+            "coupled": self._sum,
             "swap": "their columns put right",
             "zero": f"{' and '.join(degrees)} deg added to what {readings}",
         }
         blames = [self._blame(kind, indices) for kind, indices in mistakes.items()]
         mending = [mends[kind] for kind in mistakes]
         return f"{' and '.join(blames)}: with {' and '.join(mending)}"
+
+    @property
+    def _sum(self) -> str:
+        """What mends a coupling."""
+        if self.coupling is None:
+            return ""
+        names = self.robot.joint_names
+        joint, other, share = self.coupling
+        part = f"{abs(share):g} {names[other]}".removeprefix("1 ")
+        return f"{names[joint]} {'+' if share > 0 else '-'} {part} for {names[joint]}"
 
     def _blame(self, kind: str, joints: Sequence[int]) -> str:
         if kind == "swap" and len(joints) > 2:
@@ -96,7 +134,7 @@ def signs(robot: Robot, count: int) -> Iterator[ColumnHypothesis]:
     as_recorded = unchanged(robot)
     for joints in combinations(as_recorded.order, count):
         is_flipped = np.isin(as_recorded.order, joints)
-        yield replace(as_recorded, signs=np.where(is_flipped, -1.0, 1.0))
+        yield replace(as_recorded, factors=np.where(is_flipped, -1.0, 1.0))
 
 
 def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
@@ -115,3 +153,21 @@ def other_orders(robot: Robot) -> Iterator[ColumnHypothesis]:
     yield replace(as_recorded, order=order[::-1])
     for k in range(1, len(order)):
         yield replace(as_recorded, order=np.roll(order, k))
+
+
+def ratios(robot: Robot) -> Iterator[ColumnHypothesis]:
+    """Yield the hypotheses that a joint reads its angle times a ratio, or divided by it."""
+    as_recorded = unchanged(robot)
+    factors = [*RATIOS, *(1 / ratio for ratio in RATIOS)]
+    for joint, factor in product(as_recorded.order.tolist(), factors):
+        others = as_recorded.factors.copy()
+        others[joint] = factor
+        yield replace(as_recorded, factors=others)
+
+
+def couplings(robot: Robot) -> Iterator[ColumnHypothesis]:
+    """Yield the hypotheses that a joint reads a sum of its angle and another's, or a half of it."""
+    as_recorded = unchanged(robot)
+    pairs = permutations(as_recorded.order.tolist(), 2)
+    for (joint, other), share in product(pairs, SHARES):
+        yield replace(as_recorded, coupling=Coupling(joint, other, share))

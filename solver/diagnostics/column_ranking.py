@@ -6,7 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .column_hypothesis import ColumnHypothesis, other_orders, signs, swaps, unchanged
+from .column_hypothesis import (
+    ColumnHypothesis,
+    couplings,
+    other_orders,
+    ratios,
+    signs,
+    swaps,
+    unchanged,
+)
 from .hypotheses import SeatSamples
 from .robust_fit import RigidModel
 
@@ -143,6 +151,8 @@ def promising(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]
     ranking = trials.ranked(signs(robot, 1))[:2]
     ranking += trials.ranked(swaps(robot))[:2]
     ranking += trials.ranked(other_orders(robot))[:1]
+    ranking += trials.ranked(ratios(robot))[:1]
+    ranking += trials.ranked(couplings(robot))[:1]
     if not model.zeros:
         single = trials.single_offsets()[:2]
         ranking += single
@@ -154,8 +164,7 @@ def promising(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]
             ranking += trials.ranked(trials.several_offsets(starts))
     joints = len(robot.actuated)
     for count in range(2, joints if joints <= MOST_SIGNS else 0):
-        if min(map(_error, ranking)) > TOLERANCE:
-            ranking += trials.ranked(signs(robot, count))[:1]
+        ranking += trials.ranked(signs(robot, count))[:1]
     ranking.sort(key=_error)
     likely = [ranked for ranked in ranking if ranked.error < PROMISING * now]
     return [ranked.hypothesis for ranked in likely[:MOST]]

@@ -1,4 +1,4 @@
-"""Columns that do not match the model's joints: signs, orders and offsets.
+"""Columns that do not match the model's joints: signs, ratios, orders, couplings and offsets.
 
 Hypotheses are ranked by the nominal model; the best are fitted, and their evidence is compared with
 that of all other explanations.
@@ -28,7 +28,9 @@ MUCH = 3.0
 """Multiple of the expected noise from which any placement may have wrong columns."""
 LOWER = 0.9
 """Share of an error below which it has fallen."""
-OF_COLUMNS = {name: kind_of(name) for name in ("sign", "swap", "order")}
+OF_COLUMNS = {
+    name: kind_of(name) for name in ("sign", "ratio", "swap", "order", "coupled")
+}
 OF_COLUMNS["zero"] = kind_of("zero_column")
 CAUSES = (
     *(kind for kind in KINDS if kind.name != "sound"),
@@ -151,7 +153,7 @@ def _kind(
     """Return the explanation in the words of a hypothesis, with the errors [m]."""
     gain = "needs no other cause"
     if after < LOWER * before:
-        gain = f"falls from {1e3 * before:.2g} to {1e3 * after:.2g} mm"
+        gain = f"falls from {_digits(1e3 * before)} to {_digits(1e3 * after)} mm"
     form = f"{hypothesis.text} the error {gain}"
     _, *others = hypothesis.mistakes
     advice = [OF_COLUMNS[name].advice for name in (hypothesis.name, *others)]
@@ -160,3 +162,8 @@ def _kind(
         form=form.replace("{", "{{").replace("}", "}}"),
         advice="; ".join(advice),
     )
+
+
+def _digits(value: float) -> str:
+    """Return a number with two digits that count, as people write it."""
+    return f"{float(f'{value:.2g}'):g}"

@@ -1,7 +1,6 @@
 """Checks that need no fit: few or like samples, joints that stood still, and known distances."""
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, islice, product
@@ -15,7 +14,6 @@ from ..identification.data import (
     KnownDistance,
     Measurement,
     find_socket,
-    whole_name,
 )
 from ..identification.robot import Robot
 from ..results import Diagnostic
@@ -178,15 +176,13 @@ def single_socket_diagnostics(
 ) -> list[Diagnostic]:
     """Return placements with one socket, which no known distance ties to a length.
 
-    Beside one with two sockets they tell of the arm's shape alone. Of those that were divided, what
-    was done says so.
+    Beside one with two sockets they tell of the arm's shape alone.
     """
     ends = chain.from_iterable(
         (k.first, k.second) for k in named(measurements, lengths)
     )
     tied = {name for name, _ in ends}
     sized = {m.name for m in measurements if m.has_distance or m.name in tied}
-    parts = Counter(whole_name(m.name) for m in measurements if sized)
     lone = [m for m in measurements if m.kind == "sockets" and m.name not in sized]
     level, code, use = "warning", "few", "it tells of the arm's shape, not of its size"
     if not sized:
@@ -200,7 +196,6 @@ def single_socket_diagnostics(
             "record the other socket too, or tie it by a known distance, solve --known",
         )
         for m in lone
-        if parts[whole_name(m.name)] < 2
     ]
 
 

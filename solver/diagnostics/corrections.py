@@ -1,34 +1,27 @@
-"""Recordings set right: a base that moved, samples of another socket, a ball that was elsewhere.
+"""Decisions on recordings: samples of another socket, and of a ball that was elsewhere.
 
-What follows a move stands apart, as a placement of its own: its sockets are as far apart as before.
+All else that differs is an unknown of the fit; nothing is cut.
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
 
 from ...recorder import Sample
-from ..identification.data import BALL, DRIFT, PART, Apart, Measurement, whole_name
+from ..identification.data import Measurement
 from ..results import Diagnostic
 from .hypotheses import Candidate, Seat
 
-Action = Literal["split", "relabel", "merge", "leave out", "set apart", "follow"]
+Action = Literal["relabel", "merge", "leave out"]
 ALL_ACTIONS: tuple[Action, ...] = get_args(Action)
 ACTIONS: dict[str, Action] = {
-    "base_moved": "split",
-    "zero_lost": "split",
     "socket": "relabel",
     "one_socket": "merge",
     "ball_sample": "leave out",
-    "ball_bent": "leave out",
-    "drift": "follow",
 }
-OF_SAMPLES: tuple[Action, ...] = ("relabel", "merge", "leave out")
-"""Those that change samples one by one."""
 SET_RIGHT = "set_right"
 """Code of what was set right."""
 AS_RECORDED = "--as-recorded does not"
@@ -49,8 +42,6 @@ class Correction:
     """The samples that the cause concerns, by their rank in the recording."""
     seat: Seat
     """Socket in which the ball lay, for samples to relabel."""
-    apart: Apart | None = None
-    """What has unknowns of its own in the placement from now on."""
 
 
 def correction_of(
@@ -58,12 +49,7 @@ def correction_of(
     diagnostic: Diagnostic,
     measured: Measurement,
 ) -> Correction | None:
-    """Return what sets a placement's cause right; None where nothing does, or it hardly counts.
-
-    A zero of the first joint that slipped is a base that turned about its axis. Before and after
-    another zero slipped, or the ball bent, the arm is not the same: the smaller part is left out,
-    unless the other one lacks a socket, without which nothing says how large the arm is.
-    """
+    """Return what sets a placement's cause right; None where nothing does."""
     name, p = cause.kind.name, cause.parameters
     if name not in ACTIONS or (
         name == "ball_sample" and diagnostic.code != "elsewhere"
@@ -76,34 +62,7 @@ def correction_of(
         )
         return Correction(diagnostic, "merge", ranks, (measured.name, socket))
     seat = (p.get("of") or measured.name, p.get("other", 0))
-    correction = Correction(diagnostic, ACTIONS[name], _ranks(cause, measured), seat)
-    turned_base = (
-        name == "zero_lost" and p["joint"] == cause.scene.robot.actuated[0].name
-    )
-    if name not in ("drift", "ball_bent", "zero_lost") or turned_base:
-        return correction
-    if diagnostic.level == "note":
-        return None
-    if name == "drift":
-        return replace(correction, apart=Apart(DRIFT, p["size"], tuple(p["shift"])))
-    if p.get("throughout"):
-        apart = (
-            Apart(BALL, p["size"])
-            if name == "ball_bent"
-            else Apart(p["joint"], -p["offset"])
-        )
-        return replace(correction, action="set apart", apart=apart)
-    first, count = correction.ranks[0], len(measured.placement.samples)
-    smaller = range(first) if first < count / 2 else range(first, count)
-    if measured.kind == "sockets" and not _keeps_sockets(measured, smaller):
-        return None
-    return replace(correction, action="leave out", ranks=tuple(smaller))
-
-
-def _keeps_sockets(measured: Measurement, ranks: Sequence[int]) -> bool:
-    """Tell whether each socket keeps samples where those of some ranks are left out."""
-    counts = Counter(np.delete(measured.placement.sockets, ranks).tolist())
-    return all(counts[socket] >= LEAST for socket in measured.sockets)
+    return Correction(diagnostic, ACTIONS[name], _ranks(cause, measured), seat)
 
 
 def _ranks(cause: Candidate, measured: Measurement) -> tuple[int, ...]:
@@ -130,31 +89,31 @@ def corrected(
     Args:
         measurements: The placements.
         corrections: Those of each placement.
-        minimum: Fewest samples in a socket of a part that is kept.
+        minimum: Fewest samples in a socket of a placement that is kept.
     """
     if not any(corrections):
         return list(measurements), []
     names = {m.name for m in measurements}
     moving = defaultdict[str, list[Sample]](list)
-    parts: list[Measurement] = []
+    samples_of: list[list[Sample | None]] = []
     remarks: list[Diagnostic] = []
     for measured, corrections_here in zip(measurements, corrections, strict=True):
         samples: list[Sample | None] = list(measured.placement.samples)
-        cuts, differences = set[int](), list(measured.apart)
         for correction in corrections_here:
-            if correction.action in OF_SAMPLES:
-                moved = _taken_out(samples, correction, measured.name)
-                moving[correction.seat[0]] += moved
-            if correction.action == "split":
-                cuts.add(correction.ranks[0])
-            if correction.apart is not None:
-                differences.append(correction.apart)
+            moved = _taken_out(samples, correction, measured.name)
+            moving[correction.seat[0]] += moved
             remarks.append(_remark(correction, measured, names))
-        ends = pairwise([0, *sorted(cuts), len(samples)])
-        pieces = [[*filter(None, samples[a:b])] for a, b in ends]
-        parts += _parts(replace(measured, apart=tuple(differences)), pieces)
-    kept = [_kept(part, moving.pop(part.name, ()), minimum) for part in parts]
-    return _named([part for part in kept if part is not None]), remarks
+        samples_of.append(samples)
+    kept: list[Measurement] = []
+    for measured, samples in zip(measurements, samples_of, strict=True):
+        others = [*filter(None, samples), *moving[measured.name]]
+        counts = Counter(sample.socket for sample in others)
+        if max(counts.values(), default=0) < minimum:
+            continue
+        telling = tuple(s for s in others if counts[s.socket] >= LEAST)
+        placement = replace(measured.placement, samples=telling)
+        kept.append(replace(measured, placement=placement))
+    return kept, remarks
 
 
 def _taken_out(
@@ -177,55 +136,6 @@ def _taken_out(
     return elsewhere
 
 
-def _parts(
-    measured: Measurement,
-    pieces: Sequence[Sequence[Sample]],
-) -> Iterator[Measurement]:
-    """Yield a placement's parts, each a placement; the first has its name for now, and alarms.
-
-    Parts after the first of an instrument's points have a frame of their own.
-    """
-    before = 0
-    for number, samples in enumerate(pieces):
-        placement = replace(measured.placement, samples=tuple(samples))
-        if number:
-            placement = replace(placement, name=measured.name + PART, kept_alarms=())
-        if number and measured.kind == "points":  # the instrument stands elsewhere
-            frame = f"{measured.frame} from point {before + 1} of {measured.name}"
-            placement = replace(placement, frame=frame)
-        before += len(samples)
-        yield replace(measured, placement=placement)
-
-
-def _kept(
-    part: Measurement,
-    more: Sequence[Sample],
-    minimum: int,
-) -> Measurement | None:
-    """Return a part with more samples, recorded last, and the sockets that tell something.
-
-    None where no socket does.
-    """
-    samples = (*part.placement.samples, *more)
-    counts = Counter(sample.socket for sample in samples)
-    if max(counts.values(), default=0) < minimum:
-        return None
-    telling = tuple(sample for sample in samples if counts[sample.socket] >= LEAST)
-    return replace(part, placement=replace(part.placement, samples=telling))
-
-
-def _named(parts: Sequence[Measurement]) -> list[Measurement]:
-    """Return parts with names of their own: the first of a placement has that of the placement."""
-    numbers, unique = Counter[str](), list[Measurement]()
-    for part in parts:
-        name, place = whole_name(part.name), whole_name(part.placement.place)
-        numbers[name] += 1
-        number = f"{PART}{numbers[name]}" * (numbers[name] > 1)
-        placement = replace(part.placement, name=name + number, place=place + number)
-        unique.append(replace(part, placement=placement))
-    return unique
-
-
 def _remark(
     correction: Correction,
     measured: Measurement,
@@ -233,18 +143,13 @@ def _remark(
 ) -> Diagnostic:
     """Return what was done, in place of the advice."""
     count = len(correction.ranks)
-    samples = f"{count} samples {'before' if correction.ranks[0] == 0 else 'from there on'} are"
-    of_frame = ", in a frame of its own" * (measured.kind == "points")
-    samples = "the sample is" if count == 1 else samples
+    samples = "the sample is" if count == 1 else f"{count} samples are"
     done = {
-        "split": "what follows is taken for a placement of its own" + of_frame,
         "relabel": "counted for that socket"
         if correction.seat[0] in names
         else "left out",
         "merge": f"all samples count for socket {correction.seat[1]}",
         "leave out": f"{samples} left out",
-        "set apart": "fitted by itself in that placement",
-        "follow": "the fit and the errors are without it",
     }[correction.action]
     diagnostic, name = correction.diagnostic, measured.name
     prefix = f"{name}: " * (name not in diagnostic.where)

@@ -15,11 +15,12 @@ from ..identification.data import Measurement
 from ..results import Hypothesis
 from .columns import of_columns
 from .hypotheses import KINDS, Candidate, Comparison, Scene, likeliest_of
+from .outliers import outliers
 from .ranking import Ranking, ranking_of
 from .robust_fit import RigidModel
 from .stuck import of_stuck
 
-OF_JOINTS = ("sign", "swap", "zero", "model")
+OF_JOINTS = ("sign", "ratio", "swap", "coupled", "zero", "model")
 """Codes of mistakes in the meaning of columns, which make the arm's size wrong, too."""
 LEAST = 8
 """Fewest samples for any explanation."""
@@ -108,7 +109,9 @@ def rounds(
     causes: list[Candidate] = []
     for _ in range(acceptance.rounds):
         ranking = rank(scene, causes)
-        accepted = acceptance.accepted(ranking, causes)
+        accepted = [] if causes else outliers(scene, ranking)
+        ranking = ranking.beside(accepted)
+        accepted = accepted or acceptance.accepted(ranking, causes)
         yield ranking, accepted
         if not accepted:
             break

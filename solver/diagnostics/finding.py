@@ -10,6 +10,7 @@ from .configurations import row_of, where_of
 from .consequence import consequence_of, level_of, nominal_errors
 from .corrections import PLAY_HINT
 from .hypotheses import KINDS, Candidate
+from .outliers import HIDDEN
 from .scene_fit import MENDER, Given
 
 SEATED = 0.03
@@ -48,7 +49,18 @@ LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 HELD_OUT = "; it is held out: the model has none of it, the errors measured there have"
 """Added to the advice on what is weighed by the model in a placement to train on."""
-NOT_PLAY = ("socket", "sign", "swap", "order", "ball_sample", "one_socket")
+UNKNOWNS = ("base_moved", "drift", "zero_lost", "ball_bent")
+"""Differences between places, for which the fit has unknowns."""
+NOT_PLAY = (
+    "socket",
+    "sign",
+    "swap",
+    "order",
+    "ratio",
+    "coupled",
+    "ball_sample",
+    "one_socket",
+)
 """Causes that cannot be confused with play."""
 ELSEWHERE = "it was recorded elsewhere, by another base or arm; solve leaves it out"
 POINT_ELSEWHERE = "it is of another target, or of another pose; solve leaves it out"
@@ -78,7 +90,10 @@ class Finding:
     def is_held_out(self) -> bool:
         """True where no placement to train on has it."""
         trained = self.given.trained
-        return bool(trained) and (self.placement or trained[0]) not in trained
+        names = (
+            [self.placement] if self.placement else [m.name for m in self.measurements]
+        )
+        return bool(trained) and set(trained).isdisjoint(names)
 
     @property
     def is_weighed(self) -> bool:
@@ -89,6 +104,12 @@ class Finding:
     def is_scattered(self) -> bool:
         """True where samples scatter so much that nothing can be trusted, however fitted."""
         return self.cause.parameters.get("noise_here", 0.0) >= MOST_NOISE
+
+    @property
+    def is_unknown(self) -> bool:
+        """True where the fit has an unknown for it."""
+        is_fitted = self.given.weighs and not self.is_held_out
+        return is_fitted and self.hypothesis.name in UNKNOWNS
 
     @cached_property
     def consequence(self) -> Consequence | None:
@@ -103,7 +124,7 @@ class Finding:
         cause, hypothesis = self.cause, self.hypothesis
         code, advice = cause.kind.code, hypothesis.advice
         level = self._level()
-        if hypothesis.name == "ball_sample" and cause.parameters["size"] > SEATED:
+        if hypothesis.name == "ball_sample" and self._is_elsewhere():
             code = "elsewhere"
             advice = POINT_ELSEWHERE if cause.of_points else ELSEWHERE
         advice = by_mender(advice, self.given)
@@ -119,8 +140,16 @@ class Finding:
         if self.is_held_out and (self.is_weighed or is_error) and sound_enough:
             level = "warning"
             advice += HELD_OUT
+        if self.is_unknown and is_error and sound_enough:
+            level = "warning"
         where = self._where()
         return Diagnostic(level, code, where, hypothesis.text, advice, self.consequence)
+
+    def _is_elsewhere(self) -> bool:
+        """Tell whether a sample is left out: it is far off, or hides others that are."""
+        parameters = self.cause.parameters
+        seated = GARBAGE if self.cause.of_points else SEATED
+        return parameters["size"] > seated or HIDDEN in parameters
 
     def _level(self) -> str:
         """Return how much it matters, by its consequence where there is one."""
@@ -181,6 +210,7 @@ class Finding:
         """True where it may be why placements fitted alone leave much."""
         diagnostic = self.diagnostic
         is_serious = diagnostic.level == "error" or diagnostic.advice.endswith(HELD_OUT)
+        is_serious |= self.is_unknown
         of_frame = "frame" in self.cause.parameters
         return is_serious or of_frame or self.cause.kind.name in FITTED
 

@@ -12,13 +12,19 @@ from ..results import Diagnostic, Hypothesis
 from .configurations import of_placement, where_of
 from .corrections import Correction, correction_of
 from .explain import explain
-from .finding import GARBAGE, Finding, by_mender
-from .hypotheses import Scene
+from .finding import GARBAGE, UNKNOWNS, Finding, by_mender
+from .hypotheses import Scene, samples_of
 from .robust_fit import RigidModel
 from .scene_fit import Given, scene_of
 
 UNCLEAR = {"ball_loose", "pushed", "unexplained", "other_arm", "drift"}
 """Causes that several faults look like, which each placement may tell by itself."""
+VAGUE = ("ball_loose", "pushed", "model")
+"""Codes of such causes of all placements."""
+EXACT = 1e-5
+"""Largest error of points that the nominal model computed [m]; tables round to so much."""
+ENOUGH = 8
+"""Fewest points that tell that."""
 MANY = 5.0
 """A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
 though nothing explains it."""
@@ -61,8 +67,20 @@ class Survey:
     def unclear(self) -> bool:
         """True where samples scatter, maybe since several placements have faults of their own."""
         corrections = chain.from_iterable(one.corrections for one in self.placements)
-        corrected = any(one.action != "follow" for one in corrections)
-        return not corrected and not UNCLEAR.isdisjoint(self.causes)
+        return not any(corrections) and not UNCLEAR.isdisjoint(self.causes)
+
+    def told_by(self, surveys: Sequence["Survey"]) -> "Survey":
+        """Return what surveys of each placement alone tell, if differences are among it."""
+        telling = [one for one in surveys if not set(UNKNOWNS).isdisjoint(one.causes)]
+        if not telling:
+            return self
+        return replace(
+            self,
+            placements=tuple(one.placements[0] for one in surveys),
+            shared=tuple(d for d in self.shared if d.code not in VAGUE),
+            hypotheses=telling[0].hypotheses,
+            causes=telling[0].causes,
+        )
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -132,6 +150,8 @@ def _inspections(
             errors = np.linalg.norm(scene.remaining[rows], axis=1)
             worst = int(np.argmax(errors))
             diagnostics.append(_unexplained(m, floor, scene.noise, worst))
+        if m.kind == "points" and floor < EXACT and _are_computed(model, m):
+            diagnostics.append(_computed(m))
         corrections: list[Correction] = []
         for finding in here:
             correction = correction_of(finding.cause, finding.diagnostic, m)
@@ -142,6 +162,19 @@ def _inspections(
             Inspection(m, floor, tuple(corrections), tuple(diagnostics), centre)
         )
     return inspections
+
+
+def _are_computed(model: RigidModel, measured: Measurement) -> bool:
+    """Tell whether the nominal model leaves nothing of points, which no instrument can do."""
+    (error,) = model.nominal.errors([samples_of([measured])])
+    return error < EXACT and len(measured.positions) >= ENOUGH
+
+
+def _computed(measured: Measurement) -> Diagnostic:
+    """Return the diagnostic of points that were computed from the joints."""
+    text = f"the nominal model leaves less than {1e3 * EXACT:g} mm of its points"
+    advice = "no instrument is so exact. A controller computed them from the joints: measure them"
+    return Diagnostic("warning", "computed", where_of([measured]), text, advice)
 
 
 def _unexplained(

@@ -175,7 +175,7 @@ class RigidModel:
         covariance = np.linalg.inv(H)
         gradient = A.T @ e.ravel() + P[:, :n] @ state.x
         step = -covariance @ gradient
-        step *= min(1.0, LARGEST_STEP / float(np.abs(step).max()))
+        step *= LARGEST_STEP / max(float(np.abs(step).max()), LARGEST_STEP)
         squares: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
         fitted = 3 * samples.count + unknowns - float(np.sum(covariance * P))
         variance = float(weights @ squares) / max(3 * len(e) - fitted, 1.0)

@@ -55,6 +55,8 @@ class Given:
     trained: Sequence[str] = ()
     """Names of the placements to train on; none where all may be. What is wrong in others does
     nothing to the model."""
+    weighs: bool = False
+    """True where the fit has unknowns for what differs between places."""
 
 
 class _Thinned(NamedTuple):

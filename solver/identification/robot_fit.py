@@ -16,20 +16,17 @@ from .effects import CURVE, EFFECTS, EXTENSIONS, effects_of
 from .inference import FitPosterior, estimate, refit
 from .model import (
     ExtendedModel,
-    FoundMovement,
     GivenPrior,
-    differences_of,
     extend,
 )
 from .robot import Parameter, Robot, choose_parameters
 from .selection import (
     ModelChoice,
-    SearchedModels,
     beside_curves,
     choose_models,
     joint_offsets_in_words,
-    movements_by_evidence,
     search,
+    with_differences,
 )
 
 JOINT_NOISE = "joint-noise"
@@ -65,6 +62,8 @@ class FitOptions:
     """Extensions that are not tried; without ``joint-noise`` joints' angles are exact."""
     zeros: bool = False
     """True if joint offsets may be degrees, as in arms made of servos."""
+    alike: bool = False
+    """True if nothing may differ between places."""
     prior: Prior = None
     """What an earlier calibration of the robot left known."""
     curves: CurveFit | None = None
@@ -104,12 +103,16 @@ def fit(
         _geometric_model(recordings, first, options),
         data,
         joint_noise=JOINT_NOISE not in options.without,
-        movements=differences_of(recordings),
         average_widths=False,
     )
     stages = _stages(first, options.without)
     scalar = [name for name in stages if name != CURVE.extension]
-    searched, movements = _search_beside_movements(geometric, scalar, options.progress)
+    searched = search(geometric, scalar, options.progress)
+    if not options.alike:
+        differences = with_differences(searched.best).objective.differences
+        if differences:
+            geometric = refit(geometric, differences=differences, average_widths=False)
+            searched = search(geometric, scalar, options.progress)
     choice = choose_models(searched.models)
     mean = result = choice.mean
     curves_note = ""
@@ -123,7 +126,7 @@ def fit(
         notes.append(f"{CURVE.extension}: {curves_note}")
     if options.zeros:
         notes.append(joint_offsets_in_words(result.arm))
-    return replace(result, notes=tuple(notes), movements=movements)
+    return replace(result, notes=tuple(notes))
 
 
 def _geometric_model(
@@ -156,17 +159,3 @@ def _stages(first: Sequence[str], without: Collection[str]) -> list[str]:
         if name not in without and required <= {"", *first}:
             stages.append(name)
     return stages
-
-
-def _search_beside_movements(
-    geometric: FitPosterior,
-    stages: Sequence[str],
-    progress: Progress,
-) -> tuple[SearchedModels, tuple[FoundMovement, ...]]:
-    """Return the models, beside movements of places if the data support any, and these."""
-    searched = search(geometric, stages, progress)
-    movements, reported = movements_by_evidence(searched.best)
-    if any(movement.kept for movement in reported):
-        geometric = refit(geometric, movements=movements, average_widths=False)
-        searched = search(geometric, stages, progress)
-    return searched, reported

@@ -153,7 +153,9 @@ def handeye(
         pose, target = system.place, system.tool
         mount, parent = task.places[0, :3], prior.robot.base
     zeros = changed_zeros(system, mount)
-    doubts = wrong_size or _inconsistent(system) or zeros.rival(system)
+    inconsistent = _inconsistent(system)
+    scatter = zeros.rival(system) if zeros.alike and not inconsistent else ()
+    doubts = scatter or wrong_size or inconsistent or zeros.rival(system)
     if not doubts:
         remedy = "turn the flange about two axes, by 0.5 rad and more, between views"
         subject = f"views cannot tell {name} in {parent}"

@@ -13,7 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..identification.model import probabilities
-from .evidence import TYPICAL, Explanation, changes_of, linear_about, log_evidences
+from .evidence import (
+    TYPICAL,
+    Explanation,
+    changes_of,
+    linear_about,
+    log_evidence_of_scatter,
+    log_evidences,
+)
 from .fit import fit
 from .system import System
 from .zeros import (
@@ -28,6 +35,12 @@ WRONG_SIZE, PRIOR_WRONG = 0.1, 0.05
 """Relative deviation of a size that is wrong, and the prior probability that it is."""
 SCATTER = 2e-2
 """Scatter of views beyond which no size explains them [m]."""
+SCATTERS = (1e-3, 3e-3, 1e-2)
+"""Scatter of joints that are commanded, rounded, or have play [rad]."""
+MORE = 3.0
+"""Multiple of the calibration's own noise of joints from which it counts as scatter."""
+PRIOR_SCATTER = 0.05
+"""Prior probability of such a scatter."""
 CHANGED, MENTIONED = 0.7, 0.2
 """Probabilities of a changed zero from which it is told, and mentioned."""
 
@@ -58,6 +71,10 @@ class ChangedZeros:
     """Probability that each joint's zero changed."""
     covariance: np.ndarray
     """Of the place, whether or not a zero changed, shape (3, 3) [m^2]."""
+    scattered: float = 0.0
+    """Probability that no zero changed, and all joints scatter alike."""
+    scatter: float = 0.0
+    """Most probable scatter of that kind [rad]."""
 
     @property
     def probability(self) -> float:
@@ -70,6 +87,11 @@ class ChangedZeros:
         return self.probability > CHANGED
 
     @property
+    def alike(self) -> bool:
+        """True where the samples tell that all joints scatter."""
+        return self.scattered > CHANGED
+
+    @property
     def likeliest(self) -> str:
         """The joint whose zero changed most probably."""
         return max(self.changed, key=self.changed.__getitem__)
@@ -77,6 +99,12 @@ class ChangedZeros:
     @property
     def text(self) -> tuple[str, ...]:
         """A sentence on it."""
+        if self.alike:
+            return (
+                f"All joints scatter alike, by some {1e3 * self.scatter:g} mrad "
+                f"({100 * self.scattered:.0f} %): are they read, not commanded, and written with "
+                "all digits? Or is it another arm's calibration?",
+            )
         if self.probability < MENTIONED:
             return ()
         may = "changed" if self.told else "may have changed"
@@ -89,6 +117,8 @@ class ChangedZeros:
 
     def rival(self, system: System) -> tuple[str, ...]:
         """Return a warning where another arm, or else a changed zero, explains the samples."""
+        if self.alike:
+            return another_arm(system) or self.text
         if not self.told:
             return another_arm(system)
         joint = system.task.prior.robot.joint_names.index(self.likeliest)
@@ -108,7 +138,13 @@ def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
         joint = prior.robot.joint_names[j]
         candidates += changes_of(joint, ZERO_CHANGED, [prior.zeros[j]])
     logs = log_evidences(about, candidates)
-    shares = probabilities(logs).tolist()
+    scatters = [s for s in SCATTERS if s > MORE * task.noise.joint]
+    of_scatters = [
+        log_evidence_of_scatter(about, s) + math.log(PRIOR_SCATTER / len(SCATTERS))
+        for s in scatters
+    ]
+    all_shares = probabilities(np.append(logs, of_scatters)).tolist()
+    shares, by_scatter = all_shares[: len(logs)], all_shares[len(logs) :]
     certain = about.covariance_on_flange(place)
     covariance = system.covariance_on_flange(place)
     changed: dict[str, float] = {}
@@ -118,4 +154,5 @@ def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
         widened = freed.covariance_on_flange(place) - certain
         covariance += p * (widened + np.outer(shift, shift))
         changed[explanation.name] = changed.get(explanation.name, 0.0) + p
-    return ChangedZeros(changed, covariance)
+    scatter = max(zip(by_scatter, scatters, strict=True), default=(0.0, 0.0))[1]
+    return ChangedZeros(changed, covariance, sum(by_scatter), scatter)

@@ -93,6 +93,18 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
     return np.log(priors) + np.logaddexp.reduce(logs)
 
 
+def log_evidence_of_scatter(system: System, joint: float) -> float:
+    """Return ln Z of all joints that scatter alike [rad], to compare with :func:`log_evidences`."""
+    task = system.task
+    free = {**dict.fromkeys(task.prior.zeros, UNCHANGED), **task.free}
+    alike = replace(system.state, weights=np.ones_like(system.state.weights))
+    wandering = replace(system, task=replace(task, free=free), state=alike)
+    noise = replace(task.noise, joint=joint)
+    places = task.noise.place * LEVELS
+    logs = [wandering.log_evidence(replace(noise, place=s)) for s in places.tolist()]
+    return float(np.logaddexp.reduce(logs))
+
+
 def _widths(task: Task, candidates: Sequence[Explanation], unknowns: int) -> np.ndarray:
     """Return S_k, the deviations of what each explanation frees, shape (E, unknowns)."""
     widths = np.zeros((len(candidates), unknowns))

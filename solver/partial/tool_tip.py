@@ -149,7 +149,10 @@ def _warnings_of_training(
 ) -> tuple[str, ...]:
     """Return a warning where touches are samples of the calibration itself, else nothing."""
     measured = [
-        measure(placement, calibration.robot, sockets=1, load=calibration.load)
+        # touches repeat the places of their points
+        measure(
+            _by_point(placement, _points_of(placement)), calibration.robot, sockets=1
+        )
         for placement in touches
     ]
     names = ", ".join(m.name for m in measured if calibration.was_trained_on(m))

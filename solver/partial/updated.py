@@ -112,7 +112,7 @@ def found(
         rpy=origin.rpy,
         covariance=zeros.covariance.tolist(),
     )
-    doubts = () if zeros.told else zeros.text
+    doubts = () if zeros.told or zeros.alike else zeros.text
     notes = (*system.task.rows.warnings, *doubts)
     with_link = updated(calibration, system, tool=frame)
     return Found(frame, with_link, notes, untold)

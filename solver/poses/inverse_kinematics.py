@@ -5,20 +5,17 @@ once, so that the solutions are spread over all that the arm can do.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import casadi as ca
 import numpy as np
 
 from ...errors import MukcaError
 from ..identification.robot import (
-    Joint,
     Robot,
-    RowFunction,
-    frames_and_motions,
+    SegmentLayout,
+    cross,
+    frames_of,
     one_turn,
-    written_frames,
 )
 
 BATCH = 256
@@ -65,7 +62,8 @@ class InverseKinematics:
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self._pose = _pose(robot.joints)
+        layout = SegmentLayout(robot.joints, len(robot.actuated))
+        self._chain = layout.chain(frames_of(robot.joints))
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
         self.lower, self.upper = one_turn(robot)
@@ -227,22 +225,11 @@ class InverseKinematics:
 
     def ball_and_neck(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return ball and neck, shape (N, 6), and their derivatives, shape (N, 6, m)."""
-        N, m = q.shape
-        pose, by_q = self._pose(q)
-        return pose, by_q.reshape(N, 6, m)
-
-
-@lru_cache(maxsize=16)
-def _pose(joints: tuple[Joint, ...]) -> RowFunction:
-    """Return ball, neck and their derivatives as a function of joint positions."""
-    m = sum(joint.actuated for joint in joints)
-    q = ca.SX.sym("q", m)
-    links, _, motions = frames_and_motions(joints, written_frames(joints), q)
-    R, ball = map(ca.SX, links[-1])
-    neck = R[:, 2]
-    columns: list[Any] = []
-    for motion in motions:
-        of_ball = motion.shift(ball)
-        of_neck = ca.cross(motion.turn, neck)
-        columns.append(ca.vertcat(of_ball, of_neck))
-    return RowFunction("pose", [q], [ca.vertcat(ball, neck), ca.horzcat(*columns)])
+        chain = self._chain
+        segments = chain.at(q)
+        neck = chain.rotation(segments)[:, :, 2]
+        motions = chain.layout.by_q
+        shifts = segments.by_rows(motions, motions.shifts(chain.ball_seen(segments)))
+        turns = segments.by_rows(motions, motions.turns[:, :, None])
+        of_neck = cross(turns, neck[:, :, None])
+        return np.hstack([chain.ball(segments).T, neck]), np.hstack([shifts, of_neck])

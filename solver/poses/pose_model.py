@@ -61,7 +61,7 @@ class PoseModel:
         corrected = q if correct is None else correct(q)
         arm = robot if origins is None else robot.with_origins(origins)
         frames = written_frames(arm.joints)
-        links, _, motions = frames_and_motions(arm.joints, frames, corrected)
+        links, motions = frames_and_motions(arm.joints, frames, corrected)
         return cls(q, corrected, links, motions)
 
     @property

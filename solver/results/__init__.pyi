@@ -22,7 +22,7 @@ from .calibration import Result as Result
 from .calibration import VisitedSocket as VisitedSocket
 from .calibration import calibrated_robot as calibrated_robot
 from .calibration import misfit as misfit
-from .calibration import read_calibration as read_calibration
+from .consistency import read_calibration as read_calibration
 from .curves import CurveAgreement as CurveAgreement
 from .curves import agreement as agreement
 from .curves import agreement_words as agreement_words

@@ -1,19 +1,17 @@
 """Content of ``calibration.json``, all that is needed to use it: metres, radians, kilograms."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...errors import MukcaError
 from ..identification.data import Load
-from ..identification.effects import EFFECTS
 from ..identification.model import Deflection
 from ..identification.robot import RotationNumbers, all_parameters, parse_robot, scan
 from . import estimates, worth
 from .calibrated import CalibratedRobot
-from .files import Document, DocumentError, read, require_beside
+from .files import Document, DocumentError
 from .patterns import ErrorPatterns
 from .placements import (
     Diagnostic,
@@ -228,17 +226,6 @@ class CalibrationDocument(Result):
     """None by the paper's method, of several robots, and in older files."""
 
 
-def read_calibration(file: Path) -> CalibrationDocument:
-    """Read a ``calibration.json``.
-
-    Raises:
-        DocumentError: A key is wrong, or a file beside it is edited or of another calibration.
-    """
-    document = read(file, CalibrationDocument, FORMAT)
-    require_beside(file, document.provenance.output_sha256)
-    return document
-
-
 def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
     """Return the robot that a calibration describes, which messages name by its source."""
     model = document.model
@@ -252,21 +239,15 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
             robot = replace(robot, joints=joints)
     except MukcaError as error:
         raise misfit(source, "model", str(error)) from None
+    if robot.joint_names != model.joint_names:
+        words = f"the URDF has {', '.join(robot.joint_names)}"
+        raise misfit(source, "model.joint_names", words)
     values = {value.name: value for value in document.parameters}
     parameters = tuple(p for p in all_parameters(robot) if p.name in values)
     if not len(parameters) == len(values) == len(document.parameters):
         raise misfit(
             source, "parameters", "not those of the joints of model.nominal_urdf"
         )
-    for extension, coefficients in document.deflection.items():
-        if extension not in EFFECTS:
-            raise misfit(
-                source, f"deflection.{extension}", "no extension of this version"
-            )
-        expected = len(EFFECTS[extension].coefficient_names(robot.joint_names))
-        if len(coefficients) != expected:
-            words = f"{len(coefficients)} coefficients, but the joints need {expected}"
-            raise misfit(source, f"deflection.{extension}", words)
     calibrated = np.array([values[p.name].calibrated for p in parameters], dtype=float)
     exported = np.array([values[p.name].exported for p in parameters], dtype=float)
     deflection = Deflection(

@@ -6,7 +6,6 @@ keys can still be read. A value that is left at its default is not written.
 
 import hashlib
 import json
-import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -86,7 +85,7 @@ def read(
     name = format_.split("-")[1] + ".json"
     try:
         # Python's own reader: names of files that are not UTF-8 are kept, as they were written.
-        value = read_json(file, parse_constant=_refuse, parse_float=_finite)
+        value = read_json(file, parse_constant=_refuse)
         is_current = older is not None and older in value
         head = _Head(format_) if is_current else msgspec.convert(value, _Head)
     except OSError as error:
@@ -120,11 +119,6 @@ def format_of(file: Path) -> str:
 
 def _refuse(word: str) -> float:
     raise ValueError(f"it holds {word}, which is no number")
-
-
-def _finite(text: str) -> float:
-    number = float(text)
-    return number if math.isfinite(number) else _refuse(text)
 
 
 class OutputError(MukcaError):

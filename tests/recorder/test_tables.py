@@ -10,7 +10,8 @@ from foreign_tables import BYTES, LOOKS, MORE, UR, Q, beside, named, page, text_
 from project import ROOT
 
 import mukca
-from mukca.recorder import POSE_FORMS, match_joints, read_rows, seconds_of
+from mukca.recorder import POSE_FORMS, match_joints, read_rows, seconds_of, unit_quaternion
+from mukca.solver.identification.robot import matrix_rpy, rotation_matrices, rotation_vectors
 
 BEGIN, END = "<!-- tables: by tests/foreign_tables.py -->\n", "<!-- end of tables -->\n"
 
@@ -182,6 +183,27 @@ def test_half_a_pose_is_none(tmp_path, header):
     file.write_text(f"{header}\n{','.join('0' * len(header.split(',')))}\n")
     with pytest.raises(mukca.MukcaError, match=r"poses\.csv:?.*(needed: x,y,z|may be any of|unit)"):
         read_rows(file, (), POSE_FORMS)
+
+
+@pytest.mark.parametrize("names", ["C,B,A", "W,P,R", "roll,pitch,yaw", "rx,ry,rz"])
+def test_angles_have_the_meaning_of_their_maker(tmp_path, names):
+    """KUKA's A is about z, Fanuc's W about x; a UR's vector is none of these."""
+    header = ",".join(f"{name} [deg]" for name in (*names.split(","),))
+    file = tmp_path / "poses.csv"
+    file.write_text(f"X [mm],Y [mm],Z [mm],{header}\n400,0,300,10,20,30\n")
+    rows = read_rows(file, (), POSE_FORMS)
+    found = unit_quaternion(rows.numbers[0][3:], rows.form[3:], "")
+    vector = [np.deg2rad([10, 20, 30])]
+    expected = rotation_vectors(matrix_rpy(np.array(vector)))
+    if names == "rx,ry,rz":
+        expected = np.array(vector)
+        assert rows.notes == (
+            f"{file}: rx,ry,rz are taken as a rotation vector in degrees, as a UR's pendant has it",
+        )
+    else:
+        assert not rows.notes
+    assert rotation_vectors(rotation_matrices(np.array([found]))) == pytest.approx(expected)
+    assert rows.numbers[0][:3] == pytest.approx((0.4, 0.0, 0.3))
 
 
 def test_six_columns_without_a_header_are_no_pose(tmp_path):

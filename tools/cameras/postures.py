@@ -211,8 +211,11 @@ def joints_of(
             f"joints ({', '.join(robot.joint_names)}) in place of {COLUMNS[0]}, .."
         )
     poses = flange_poses(views)
+    flange_link = robot.ball_joint.parent
     remarks = [
-        f"{where}: joints recovered from the flange's poses by the nominal model"
+        f"{where}: joints recovered from the flange's poses by the nominal model",
+        f"{where}: taken as poses of {flange_link}; if a tool is set in the controller, they are "
+        "the tool's: take its offset off first",
     ]
     sessions = flange.sessions(poses)
     nearest = min(session.nearest for session in sessions)

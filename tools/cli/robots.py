@@ -169,7 +169,9 @@ def split_by_robot(
     tested: dict[str, list[Path]] = {name: [] for name in sources}
     held_out: list[str] = []
     trained: list[str] = []
+    unread: list[str] = []
     for name, paths in test_folders.items():
+        unread += recorder.unread(paths)
         tests = _placements(paths)
         named = {test.folder for test in tests if test.is_named}
         placements = _placements(training[name])
@@ -177,6 +179,7 @@ def split_by_robot(
         if placements and not remaining:
             raise UsageError(f"{paths[0]}: held out, so nothing is left to train on")
         if len(remaining) < len(placements):
+            unread += recorder.unread(training[name])
             training[name] = [placement.path for placement in remaining]
             held_out += [p.path.name for p in placements if p not in remaining]
         folders_trained = {placement.folder for placement in remaining}
@@ -194,7 +197,7 @@ def split_by_robot(
         "trained on, so left out of the test": trained,
     }
     remarks = [f"{', '.join(names)}: {why}" for why, names in lines.items() if names]
-    return training, tested, remarks
+    return training, tested, [*remarks, *dict.fromkeys(unread)]
 
 
 def paths_by_robot(

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...drivers.arms.servos import read_lerobot
 from ...errors import read_json, reason_of, require_file
-from .joint_messages import JointMessages
+from .joint_messages import JointMessages, JointStates
 from .log import (
     ExtractError,
     Log,
@@ -25,9 +25,14 @@ from .log import (
     columns_of,
     in_parts,
     needed_columns,
+    require_rate,
     unknown_joints,
 )
+from .topics import chosen_topic
 from .unpacking import bound_chunks, require_bounded, require_few_numbers
+
+SINGLE = 1.0
+"""Typical step of states from which a bag holds single poses [s]."""
 
 
 def read_bag(question: Question) -> Log:
@@ -90,37 +95,47 @@ def _topics(
 
 
 def _log(topics: dict[str, JointMessages], question: Question) -> Log:
-    """Return the states of the topic that has most.
+    """Return the states of the topic that says what was measured.
 
     All names of a topic tell which are the model's joints: one message alone does not show that
     another has a second arm.
     """
-    joints: dict[str, list[str]] = {}
+    states_of_topics: dict[str, JointStates] = {}
     for name, topic in topics.items():
         columns = columns_of(topic.names, question)
-        joints[name] = [topic.names[i] for i in columns or ()]
-    counts = {
-        name: topics[name].count(columns) for name, columns in joints.items() if columns
-    }
-    best = max(counts, key=counts.__getitem__, default="")
-    if not counts.get(best):
+        states = topic.states([topic.names[i] for i in columns or ()])
+        if columns and len(states.stamps):
+            states_of_topics[name] = states
+    if not states_of_topics:
         names = chain.from_iterable(topic.names for topic in topics.values())
         raise unknown_joints(list(dict.fromkeys(names)), question)
-    topic = topics.pop(best)
-    states = topic.states(joints[best])
-    remarks = [f"read {best}, {len(states)} states", *topic.left_out(joints[best])]
-    others = [f"{name} ({counts[name]})" for name in topics if counts.get(name)]
-    if others:
-        remarks.append(
-            f"the same joints are on {', '.join(others)} too; --topic chooses"
-        )
-    stamps, positions, efforts = np.split(states, [1, 1 + len(joints[best])], axis=1)
-    if not question.efforts:
-        return in_parts(stamps[:, 0], positions, None, remarks)
-    if not np.isfinite(efforts).all():
+    best, choice = chosen_topic(states_of_topics, question)
+    states = states_of_topics[best]
+    remarks = [f"read {best}, {len(states.stamps)} states", *states.remarks, *choice]
+    positions = _in_radians(states.positions, question)
+    efforts = states.efforts if question.efforts else None
+    if efforts is not None and not np.isfinite(efforts).all():
         efforts = None
         remarks.append("its messages have no efforts, or not always")
-    return in_parts(stamps[:, 0], positions, efforts, remarks)
+    log = in_parts(states.stamps, positions, efforts, remarks)
+    single = "of single poses make a table, and of that a recording by mukca convert"
+    require_rate(log, question, single, SINGLE)
+    return log
+
+
+def _in_radians(positions: np.ndarray, question: Question) -> np.ndarray:
+    """Return positions in radians; in ROS they are, but for drivers that publish degrees.
+
+    Raises:
+        ExtractError: They are of another unit than what is said of them.
+    """
+    if question.units not in (None, "radians", "degrees"):
+        raise ExtractError(f"--units {question.units}: for a bag, radians or degrees")
+    turning = ~np.array(question.prismatic)
+    degrees = question.units == "degrees"
+    scales = np.where(turning & degrees, np.radians(1.0), 1.0)
+    check_angles(positions[:, turning] * scales[turning], degrees, question)
+    return positions * scales
 
 
 INFO = Path("meta") / "info.json"
@@ -145,9 +160,10 @@ def read_lerobot_log(question: Question) -> Log:
     positions, usable = _radians(values[:, columns], motors, info, question)
     order = np.lexsort((stamps, episodes))
     order = order[usable[order]]
-    fps = float(info.get("fps") or 30)
+    fps = info.get("fps")
+    rate = f" at {fps:g} a second" if isinstance(fps, int | float) else ""
     count = len(np.unique(episodes))
-    notes = [f"read {count} episodes, {len(stamps)} frames at {fps:g} a second"]
+    notes = [f"read {count} episodes, {len(stamps)} frames{rate}"]
     if clipped := len(stamps) - len(order):
         notes.append(
             f"{clipped} frames have a joint at the end of its range, and are left out"
@@ -159,6 +175,7 @@ def read_lerobot_log(question: Question) -> Log:
         episodes[order].astype(int),
         tuple(notes),
         resolution=TICK if SERVO_ARMS.search(str(info.get("robot_type"))) else 0.0,
+        episodes=True,
     )
 
 

@@ -24,18 +24,20 @@ from .log import (
     Question,
     check_angles,
     in_parts,
+    require_rate,
     unknown_joints,
     which_arm,
 )
 
 _TIME = re.compile(
-    r"_*%?(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp|date_?time)", re.I
+    r"_*%?(?:.*header[./_]stamp[./_])?(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp|date_?time)",
+    re.I,
 )
+_NANOSECONDS = re.compile(r"(.*[\W_])?(nsecs?|nanosecs?|nanoseconds?)", re.I)
+"""Names of the column that holds what a column of whole seconds lacks."""
 _SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
 _SINCE_1970 = {1e17: 1e-9, 1e14: 1e-6, 1e11: 1e-3}
 """Times larger than this are counted from 1970 in nanoseconds, and so on."""
-SLOWEST = 0.15
-"""Logs with longer steps hold no rest of a third of a second [s]."""
 
 
 def read_csv_log(question: Question) -> Log:
@@ -58,15 +60,8 @@ def read_csv_log(question: Question) -> Log:
     numbers = np.array(table.numbers(columns))
     positions = _in_radians(numbers, columns, question)
     log = in_parts(_stamps(table, times[0]), positions, None, notes)
-    within = np.diff(log.parts) == 0
-    steps = np.diff(log.stamps)[within]
-    step = float(np.median(steps)) if len(steps) else np.inf
-    if not 1e-5 < step < SLOWEST:
-        raise ExtractError(
-            f"{question.path}: {len(log.stamps)} moments, typically {step:.3g} s apart; 10 a "
-            "second and more are needed; if time is not in seconds, name its column time[ms], [us] "
-            "or [ns]"
-        )
+    unit = "if time is not in seconds, name its column time[ms], [us] or [ns]"
+    require_rate(log, question, unit)
     return log
 
 
@@ -102,6 +97,9 @@ def _stamps(table: Table, column: Column) -> np.ndarray:
         return np.array(dates, dtype=float)
     without_unit = replace(column, unit="")
     stamps = np.array(table.numbers([without_unit]))[:, 0]
+    fractions = [c for c in table.columns if _NANOSECONDS.fullmatch(c.name)]
+    if fractions and not column.unit and not (stamps % 1).any():
+        return stamps + 1e-9 * np.array(table.numbers(fractions[:1]))[:, 0]
     if column.unit:
         return stamps * _SECONDS.get(column.unit, 1.0)
     largest = float(np.abs(stamps).max(initial=0.0))

@@ -3,10 +3,28 @@
 from array import array
 from collections import Counter, defaultdict
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
 import numpy as np
+
+_LEADING = 3
+"""Numbers of a message before its positions."""
+
+
+@dataclass(frozen=True)
+class JointStates:
+    """The states of one topic, which have all the joints, as they came."""
+
+    stamps: np.ndarray
+    """Shape (N,) [s]."""
+    positions: np.ndarray
+    """In the order of the joints, shape (N, m) [rad], [m] for a prismatic joint."""
+    efforts: np.ndarray
+    """Shape (N, m) [N m], NaN where a message lacks them; (N, 0) if they were not asked for."""
+    remarks: tuple[str, ...]
+    """On stamps, and on messages that are no state, for people."""
 
 
 class JointMessages:
@@ -16,7 +34,7 @@ class JointMessages:
         self._efforts = efforts
         self._count = 0
         self._rows: defaultdict[tuple[str, ...], array[float]]
-        """By the names: a message's number, its stamp [s], positions, and efforts if asked for."""
+        """By the names: a message's number, stamp, time [s], positions, efforts if asked for."""
         self._rows = defaultdict(lambda: array("d"))
         self._unsound = Counter[tuple[str, ...]]()
 
@@ -38,7 +56,7 @@ class JointMessages:
             return
         stamp = message.header.stamp
         nanoseconds = stamp.sec * 1_000_000_000 + stamp.nanosec
-        rows.extend((self._count, 1e-9 * (nanoseconds or time)))
+        rows.extend((self._count, nanoseconds / 1e9, time / 1e9))
         rows.frombytes(position.tobytes())
         if self._efforts:
             effort = np.asarray(message.effort, dtype=float)
@@ -47,35 +65,38 @@ class JointMessages:
             rows.frombytes(effort.tobytes())
         self._count += 1
 
-    def count(self, joints: Sequence[str]) -> int:
-        """Return the number of states, which have all the joints."""
-        return sum(
-            len(rows) // self._width(names)
-            for names, rows in self._rows.items()
-            if set(joints) <= set(names)
-        )
+    def states(self, joints: Sequence[str]) -> JointStates:
+        """Return the states that have all the joints.
 
-    def states(self, joints: Sequence[str]) -> np.ndarray:
-        """Return stamp, positions and efforts of each state as it came, shape (N, 1 + m or 1 + 2m).
-
-        Positions [rad] and efforts [N m] are in the order of the joints.
+        The time when a message was logged stands for a stamp of 0, and for stamps that are all of
+        whole seconds.
         """
-        parts: list[np.ndarray] = []
+        m = len(joints)
+        parts = [np.empty((0, _LEADING + m * (1 + self._efforts)))]
         for names, rows in self._rows.items():
-            if set(joints) <= set(names):
+            if set(joints) <= set(names) and rows:
                 table = np.frombuffer(rows).reshape(-1, self._width(names))
-                columns = [2 + names.index(joint) for joint in joints]
+                columns = [_LEADING + names.index(joint) for joint in joints]
                 if self._efforts:
                     columns += [column + len(names) for column in columns]
-                parts.append(table[:, [0, 1, *columns]])
-        states = np.concatenate(parts) if len(parts) > 1 else parts[0]
-        order = states[:, 0].argsort()
-        return states[order, 1:]
+                parts.append(table[:, [*range(_LEADING), *columns]])
+        states = np.concatenate(parts)
+        states = states[states[:, 0].argsort()]
+        stamps, times = states[:, 1], states[:, 2]
+        remarks = self._left_out(joints)
+        if not (stamps % 1).any():
+            if stamps.any():
+                whole = "its stamps are whole seconds; the bag's times are taken"
+                remarks.insert(0, whole)
+            stamps = times
+        positions, efforts = np.split(states[:, _LEADING:], [m], axis=1)
+        seconds = np.where(stamps == 0, times, stamps)
+        return JointStates(seconds, positions, efforts, tuple(remarks))
 
     def _width(self, names: Sequence[str]) -> int:
-        return 2 + len(names) * (1 + self._efforts)
+        return _LEADING + len(names) * (1 + self._efforts)
 
-    def left_out(self, joints: Sequence[str]) -> list[str]:
+    def _left_out(self, joints: Sequence[str]) -> list[str]:
         """Return remarks on the messages that are no state."""
         kinds = Counter({"lack a joint": 0})
         for names, rows in self._rows.items():

@@ -13,6 +13,8 @@ from ...solver.calibration import joints_named
 
 FULL_TURN = 2 * np.pi + 0.1
 """No joint's angle in radians is larger."""
+SLOWEST = 0.15
+"""Logs with longer steps hold no rest of a third of a second [s]."""
 STATES = 10
 """A window holds as many states at least."""
 
@@ -58,6 +60,8 @@ class Log:
     """Remarks for people, a line each."""
     resolution: float = 0.0
     """The step of the joints' encoders, where they are coarse [rad]."""
+    episodes: bool = False
+    """True where each part has a clock of its own, as episodes do: no rest goes on in another."""
 
     @property
     def least_window(self) -> float:
@@ -109,6 +113,30 @@ def in_parts(
     if efforts is not None:
         torques = np.asarray(efforts, dtype=float)[rows]
     return Log(times[rows], q, torques, parts[rows], (*notes, *remarks))
+
+
+def require_rate(
+    log: Log, question: Question, advice: str, slowest: float = SLOWEST
+) -> None:
+    """Refuse a log whose states are too seldom for a rest, or whose stamps are no seconds.
+
+    Args:
+        log: The log.
+        question: Its path.
+        advice: End of the message.
+        slowest: Typical step from which it is refused [s].
+
+    Raises:
+        ExtractError: The states are too seldom.
+    """
+    within = np.diff(log.parts) == 0
+    steps = np.diff(log.stamps)[within]
+    step = float(np.median(steps)) if len(steps) else np.inf
+    if not 1e-5 < step < slowest:
+        raise ExtractError(
+            f"{question.path}: {len(log.stamps)} moments, typically {step:.3g} s apart; 10 a "
+            f"second and more are needed; {advice}"
+        )
 
 
 def columns_of(names: Sequence[str], question: Question) -> list[int] | None:

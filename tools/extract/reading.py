@@ -21,8 +21,8 @@ def read_log(question: Question) -> Log:
     read = _reader(question.path)
     if question.topic is not None and read is not read_bag:
         raise ExtractError("--topic is for bags")
-    if question.units is not None and read not in (read_lerobot_log, read_csv_log):
-        raise ExtractError("--units is for lerobot data sets and CSV logs")
+    if question.units is not None and read is read_kept_stream:
+        raise ExtractError("--units is for lerobot data sets, CSV logs and bags")
     log = read(question)
     if not len(log.stamps):
         raise ExtractError(f"{question.path}: no state in it can be used")

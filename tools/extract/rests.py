@@ -30,6 +30,8 @@ class Rest:
     """Index of the log's state at the end."""
     pose: StationaryPose
     """The average over the stillest window."""
+    part: int = 0
+    """The log's part, or episode, that it is in."""
     ball: tuple[float, ...] = ()
     """The ball's centre by the nominal model [m]."""
     placement: str | None = None
@@ -47,6 +49,8 @@ class Stretch:
     """[s], by the log's stamps."""
     end: float
     why: str
+    part: int = 0
+    """The log's part, or episode, that it is in."""
 
     @property
     def lasts(self) -> bool:
@@ -81,11 +85,11 @@ def find_rests(
     stretches = [] if unsound is None else unsound
     for i in _slow_enough(log, joints):
         state = log.state(i)
-        stamp = state.stamp
-        looked = watch.feed(state, stamp, int(log.parts[i]))
+        stamp, part = state.stamp, int(log.parts[i])
+        looked = watch.feed(state, stamp, part)
         if why := watch.unsound(stamp):
             cause, *_ = why.split(";")
-            _note(cause, stamp, stretches)
+            _note(Stretch(stamp, stamp, cause, part), stretches)
         pose = watch.rest
         if (
             not looked
@@ -94,22 +98,28 @@ def find_rests(
             or pose is None
         ):
             continue
-        pause = Rest(stamp - window, stamp, i, pose)
-        if rests and same(rests[-1].pose.position, pose.position, STOOD_STILL):
+        pause = Rest(stamp - window, stamp, i, pose, part)
+        goes_on = rests and _goes_on(rests[-1], pause, log)
+        if goes_on and same(rests[-1].pose.position, pose.position, STOOD_STILL):
             pause = _joined(rests.pop(), pause)
         rests.append(pause)
     return rests
 
 
-def _note(why: str, stamp: float, stretches: list[Stretch]) -> None:
+def _goes_on(first: Rest, second: Rest, log: Log) -> bool:
+    """Tell whether a rest may be the one before: not in another episode, nor at an earlier time."""
+    same_part = first.part == second.part
+    return same_part or (not log.episodes and first.end <= second.end)
+
+
+def _note(moment: Stretch, stretches: list[Stretch]) -> None:
     """Lengthen the last stretch that is unsound for the same reason, or begin another."""
-    last = Stretch(0.0, -math.inf, "")
-    if stretches:
-        last = stretches[-1]
-    if last.why == why and 0 <= stamp - last.end < LASTS:
-        last.end = stamp
+    last = stretches[-1] if stretches else Stretch(0.0, -math.inf, "")
+    same = (last.why, last.part) == (moment.why, moment.part)
+    if same and 0 <= moment.begin - last.end < LASTS:
+        last.end = moment.end
     else:
-        stretches.append(Stretch(stamp, stamp, why))
+        stretches.append(moment)
 
 
 def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:

@@ -1,4 +1,5 @@
 from .arm import of_zero as of_zero
+from .ball import nearest_sockets as nearest_sockets
 from .base import sockets_by_share as sockets_by_share
 from .compare import Candidate as Candidate
 from .compare import Comparison as Comparison

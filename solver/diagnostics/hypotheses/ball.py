@@ -12,8 +12,8 @@ from .base import changes
 from .kinds import Block, Parameters, of_samples, sample_named
 from .scene import Scene
 
-SEATING = (3e-3, 0.1)
-"""Typical errors of a ball that is not seated [m]."""
+SEATING = (3e-3, 0.1, 1.0)
+"""Typical errors of a ball that is not seated, or was elsewhere [m]."""
 BENDS = (1e-3, 1e-2)
 """Typical errors of a ball that is bent [m]."""
 LOOSE = 1.2e-3
@@ -92,7 +92,7 @@ def loose_here(
 
 def mixed_up(scene: Scene) -> Iterable[Block]:
     """Return blocks of samples that may lie in other sockets, each alone and all together."""
-    nearest, doubtful = _nearest_sockets(scene)
+    nearest, doubtful = nearest_sockets(scene)
     shifts = scene.centres[nearest] - scene.centres[scene.sockets]
     for place, rows in enumerate(scene.places):
         doubts = np.flatnonzero(doubtful[rows])
@@ -111,7 +111,7 @@ def mixed_up(scene: Scene) -> Iterable[Block]:
         yield of_samples(rows, columns[..., None], names, fixed=True)
 
 
-def _nearest_sockets(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+def nearest_sockets(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Return the other socket nearest to each sample, shape (N,), and where it is much nearer."""
     every = np.arange(len(scene.q))
     arms = scene.seats[:, None] - scene.centres

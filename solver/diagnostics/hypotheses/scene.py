@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from ...identification.effects import BACKLASH
-from ...identification.model import shifts_by, width_of
 from . import nuisances
 from .loaded_arm import LoadedArm
 from .nuisances import DISTANCE_WEIGHT
@@ -94,25 +93,12 @@ class Scene(LoadedArm):
             (samples, self.of_effects(self.loaded_samples)),
             (lengths, nuisances.of_calipers(self.known)),
             (samples, turns.reshape(samples.stop, -1)),
-            *self._differences(),
         ]
         if self.zeros or self.noise > COARSE:
             play = nuisances.of_play(self.by_joints, self.sockets, self.noise)
             parts.append((samples, play))
         parts += [(rows, columns) for rows, columns, _ in self.explained]
         return self.stacked(parts)
-
-    def _differences(self) -> list[tuple[slice, np.ndarray]]:
-        """Return rows and derivatives of what is otherwise throughout some placement."""
-        parts: list[tuple[slice, np.ndarray]] = []
-        for m, place in zip(self.measurements, self.places, strict=True):
-            for difference in m.apart:
-                shifts = shifts_by(self.robot, self.q[place], m.order, difference)
-                width = width_of(difference)
-                columns = width * shifts.reshape(-1, shifts.shape[2])
-                rows = self.rows(place)
-                parts.append((rows, columns))
-        return parts
 
     @cached_property
     def usual(self) -> np.ndarray:

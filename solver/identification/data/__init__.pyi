@@ -36,15 +36,10 @@ from .lengths import agreed_length as agreed_length
 from .lengths import metres as metres
 from .lengths import millimetres as millimetres
 from .lengths import readings_of as readings_of
-from .measurements import BALL as BALL
-from .measurements import DRIFT as DRIFT
-from .measurements import PART as PART
 from .measurements import STANDARD_LOAD as STANDARD_LOAD
-from .measurements import Apart as Apart
 from .measurements import Load as Load
 from .measurements import Measurement as Measurement
 from .measurements import TooFewError as TooFewError
-from .measurements import whole_name as whole_name
 from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION
 from .metrics import Metrics as Metrics
 from .metrics import cost_terms as cost_terms

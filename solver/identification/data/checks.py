@@ -15,7 +15,7 @@ from .efforts import with_plausible_efforts
 from .instrument import check_orientations, other_columns
 from .lengths import Readings
 from .measurements import Load, Measurement, MeasurementError, TooFewError
-from .sample_choice import counted_once, unwound, without_single
+from .sample_choice import counting, without_single
 from .socket_distance import stated_length
 
 LEAST_POINTS = 4
@@ -58,9 +58,7 @@ def measure(
     ordered = placement.for_joints(robot.joint_names)
     numbers_of(ordered.positions, f"placement {placement.name!r}: positions")
     _check_names(placement, robot)
-    ordered = unwound(ordered, robot)
-    if not whole:
-        ordered = counted_once(ordered)
+    ordered = counting(ordered, robot, whole=whole)
     if load is not None:
         ordered = with_plausible_efforts(ordered, robot, load)
     warnings = list(ordered.remarks)

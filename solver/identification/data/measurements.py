@@ -15,10 +15,6 @@ from ....recorder import Placement
 from ..robot import STANDARD_GRAVITY, Robot, gravity_moments, rotation_matrices
 from .samples import Samples, joined
 
-PART = ", part "
-"""Between the name of a placement and the number of its part, where it was split."""
-BALL, DRIFT = "ball", "drift"
-"""Part of an arm that may sit elsewhere throughout a placement."""
 INSTRUMENT = "instrument"
 """Name of an instrument's frame where its recording gives none."""
 
@@ -29,23 +25,6 @@ class MeasurementError(MukcaError):
 
 class TooFewError(MeasurementError):
     """A placement has too few samples to tell anything."""
-
-
-def whole_name(name: str) -> str:
-    """Return the name of the recorded placement of which one is all or a part."""
-    return name.partition(PART)[0]
-
-
-@dataclass(frozen=True)
-class Apart:
-    """What is otherwise throughout a placement, unlike elsewhere, or drifts while it lasts."""
-
-    part: str
-    """:data:`BALL`, the name of a joint whose zero is off, or :data:`DRIFT` of its place."""
-    size: float
-    """As large as it was seen to be [m], [rad]."""
-    shift: tuple[float, ...] = ()
-    """Of a drift, from the first sample to the last, in the axes of the robot's base [m]."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +46,6 @@ class Measurement:
     moved: np.ndarray | None = None
     """Movement of the place of each row of :attr:`positions` until then, as a fit found it,
     shape (N, 3) [m]; None for a place that stood still."""
-    apart: tuple[Apart, ...] = ()
-    """What has unknowns of its own in this placement."""
 
     def at_rest(self, balls: np.ndarray) -> np.ndarray:
         """Return predicted balls as if the place had stood still, shape (N, 3) [m]."""

@@ -1,4 +1,4 @@
-"""Samples that count: without whole turns, each once, none alone in its socket."""
+"""Samples that count: read, without whole turns, each once, none alone in its socket."""
 
 from dataclasses import replace
 
@@ -7,6 +7,18 @@ import numpy as np
 from ....errors import JOINT_POSITION
 from ....recorder import Placement, without_turns
 from ..robot import Robot
+from .plausibility import require_near, without_lost_rows
+
+
+def counting(placement: Placement, robot: Robot, *, whole: bool) -> Placement:
+    """Return the samples of a placement that count; all of them if it is ``whole``.
+
+    Raises:
+        MeasurementError: A place is too far away for any arm.
+    """
+    require_near(placement)
+    same_turns = unwound(placement, robot)
+    return same_turns if whole else counted_once(without_lost_rows(same_turns, robot))
 
 
 def unwound(placement: Placement, robot: Robot) -> Placement:

@@ -9,7 +9,6 @@ import numpy as np
 from ..model import (
     TYPICAL_SPREAD,
     Gaussian,
-    Movement,
     Noise,
     fitted_squares,
     log_constant,
@@ -23,7 +22,6 @@ from .normal_equations import (
     NormalEquations,
     curvature,
     data_equations,
-    inverse_of_free,
     prior_equations,
 )
 from .posterior import FitPosterior
@@ -149,32 +147,3 @@ def log_evidence_of_scales(state: State, sources: np.ndarray) -> float:
             spreads = log(group.width / group.typical) / TYPICAL_SPREAD
             log_evidence -= 0.5 * spreads**2
     return log_evidence
-
-
-def movement_gain(result: FitPosterior, movement: Movement) -> float:
-    """Return the rise of the logarithm of the evidence by a further movement, to first order.
-
-    With g the slope of L by its unknowns u, P their prior's precision and S their covariance beside
-    all other unknowns, it is (g^T S g + log |S| + log |P|) / 2.
-    """
-    before = result.state
-    size = len(before.x)
-    prior = movement.prior(size)
-    movements = (*result.objective.movements, movement)
-    objective = replace(result.objective, movements=movements)
-    state = replace(
-        before,
-        objective=objective,
-        x=np.pad(before.x, (0, movement.size)),
-        at_zero=np.pad(before.at_zero, (0, movement.size)),
-        groups=(*before.groups, prior),
-    )
-    state = state.linearised()
-    data = data_equations(state)
-    H = data.H + state.prior_precision()
-    covariance = inverse_of_free(H, state.free)
-    u = slice(size, size + movement.size)
-    S, g = covariance[u, u], data.g[u]
-    P = prior.precision(prior.width)
-    log_determinants = log_determinant(S) + log_determinant(P)
-    return 0.5 * (float(g @ S @ g) + log_determinants)

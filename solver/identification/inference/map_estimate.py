@@ -8,7 +8,7 @@ import numpy as np
 
 from ....errors import NotConverged
 from ..data import Observations
-from ..model import NEGLIGIBLE, SMALLEST, ExtendedModel, Movement
+from ..model import NEGLIGIBLE, SMALLEST, Difference, ExtendedModel
 from .laplace import posterior
 from .normal_equations import (
     BoundedProblem,
@@ -62,7 +62,7 @@ def estimate(
     *,
     joint_noise: bool = True,
     start_from: FitPosterior | None = None,
-    movements: Sequence[Movement] = (),
+    differences: Sequence[Difference] = (),
     average_widths: bool = True,
 ) -> FitPosterior:
     """Find the most probable unknowns of a robot.
@@ -75,7 +75,7 @@ def estimate(
         NotConverged: The widths and the noise did not settle.
         FrameError: Nothing ties a frame to the robot, or its coordinates cannot be.
     """
-    objective = _objective(model, data, movements)
+    objective = _objective(model, data, differences)
     state = start(objective, start_from, joint_noise=joint_noise)
     try:
         result = _iterated(state)
@@ -113,7 +113,7 @@ def _iterated(state: State) -> FitPosterior | None:
 def refit(
     result: FitPosterior,
     model: ExtendedModel | None = None,
-    movements: Sequence[Movement] | None = None,
+    differences: Sequence[Difference] | None = None,
     *,
     average_widths: bool = True,
 ) -> FitPosterior:
@@ -121,12 +121,13 @@ def refit(
 
     Raises as :func:`estimate`.
     """
-    movements = result.objective.movements if movements is None else movements
+    if differences is None:
+        differences = result.objective.differences
     return estimate(
         model or result.model,
         result.data,
         start_from=result,
-        movements=movements,
+        differences=differences,
         average_widths=average_widths,
     )
 
@@ -140,7 +141,7 @@ def stepped(result: FitPosterior, data: Observations) -> State:
     Raises:
         FrameError: Nothing ties a frame to the robot any more.
     """
-    objective = _objective(result.model, data, result.objective.movements)
+    objective = _objective(result.model, data, result.objective.differences)
     state = start(objective, result)
     none = np.zeros(len(state.x), dtype=bool)
     step = gauss_newton(state, may_leave=none)
@@ -150,11 +151,11 @@ def stepped(result: FitPosterior, data: Observations) -> State:
 def _objective(
     model: ExtendedModel,
     data: Observations,
-    movements: Sequence[Movement],
+    differences: Sequence[Difference],
 ) -> Objective:
-    """Return the objective, with the movements of placements that are among the data."""
-    of_data = [m for m in movements if m.placement in data.placements]
-    return Objective(model, tuple(of_data), data)
+    """Return the objective, with the differences of placements that are among the data."""
+    of_data = (d for d in differences if {*d.placements} <= {*data.placements})
+    return Objective(model, (*of_data,), data)
 
 
 def gauss_newton(state: State, may_leave: np.ndarray) -> Step:

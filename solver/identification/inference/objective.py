@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..data import Observations, Pose, distance_covariance
-from ..model import ExtendedModel, Movement, Prediction
+from ..model import Difference, ExtendedModel, Prediction
 from ..robot import rotation_vectors
 
 
@@ -16,15 +16,14 @@ class Objective:
     """Constants of all iterations: the model and the data."""
 
     model: ExtendedModel
-    movements: tuple[Movement, ...]
-    """Of placements."""
+    differences: tuple[Difference, ...]
+    """Between places."""
     data: Observations
 
     @cached_property
     def x_size(self) -> int:
-        """Number of unknowns x, of the model and then of movements."""
-        of_movements = [movement.size for movement in self.movements]
-        return self.model.size + sum(of_movements)
+        """Number of unknowns x, of the model and then of differences."""
+        return self.model.size + sum(self.sizes)
 
     @cached_property
     def dense(self) -> int:
@@ -47,18 +46,25 @@ class Objective:
         return slice(begin, begin + 3)
 
     @cached_property
-    def by_movements(self) -> np.ndarray:
-        """Derivatives of the samples' places by the movements' unknowns, shape (N, 3, U)."""
+    def _slopes(self) -> list[np.ndarray]:
+        """Derivatives of the samples' places by the unknowns of each difference, (N, 3, size)."""
+        return [d.slopes(self.model, self.data) for d in self.differences]
+
+    @cached_property
+    def sizes(self) -> list[int]:
+        """Number of each difference's unknowns."""
+        return [slopes.shape[2] for slopes in self._slopes]
+
+    @cached_property
+    def by_differences(self) -> np.ndarray:
+        """Derivatives of the samples' places by all differences' unknowns, shape (N, 3, U)."""
         N = len(self.data.sockets)
-        slopes = [np.zeros((N, 3, 0))]
-        for movement in self.movements:
-            slopes.append(movement.slopes(self.data))
-        return np.concatenate(slopes, axis=2)
+        return np.concatenate([np.zeros((N, 3, 0)), *self._slopes], axis=2)
 
     def moved_places(self, x: np.ndarray) -> np.ndarray:
         """Return how far the place of each sample has moved, shape (N, 3) [m]."""
         u = x[self.model.size :]
-        return self.by_movements @ u
+        return self.by_differences @ u
 
     @cached_property
     def whiten(self) -> np.ndarray:
@@ -123,7 +129,7 @@ def linearise(
     """Return the samples and their derivatives at some unknowns.
 
     The error Phi(x, q_i) - m_s(i) has the derivatives [dPhi/dx, -dm/du, 0, -I] by the model's
-    unknowns x, those of movements u, frames and sockets. A measured ball has -F y in place of the
+    unknowns x, those of differences u, frames and sockets. A measured ball has -F y in place of the
     socket, a measured orientation the rotation vector from F R_y to that of its link.
     """
     model, data = objective.model, objective.data
@@ -146,9 +152,9 @@ def linearise(
             J[turned, :, :size] = turns.by_unknowns
             J[turned, :, of_frame] = -np.eye(3, 6)
             by_joints[turned] = turns.by_joints
-    if objective.movements:
+    if objective.differences:
         places -= objective.moved_places(x)
-        J[:, :, size : objective.x_size] = -objective.by_movements
+        J[:, :, size : objective.x_size] = -objective.by_differences
     for k in range(data.socket_count):
         in_socket, of_socket = data.sockets == k, objective.of_socket(k)
         J[in_socket, :, of_socket] = -np.eye(3)

@@ -10,7 +10,6 @@ from ..data import Observations, Pose, Samples, SourceKind
 from ..model import (
     Deflection,
     ExtendedModel,
-    FoundMovement,
     Gaussian,
     Noise,
     Prediction,
@@ -111,24 +110,22 @@ class Posterior:
 
 @dataclass(frozen=True, eq=False)
 class FitPosterior:
-    """The posterior of all unknowns of a fit: a robot, frames, sockets, and movements."""
+    """The posterior of all unknowns of a fit: a robot, frames, sockets, and differences."""
 
     state: State
     """The most probable unknowns, or their mean, with the widths and noises that were found."""
     around: Gaussian
-    """All unknowns but error curves, movements included, as changes from the state."""
+    """All unknowns but error curves, differences included, as changes from the state."""
     weights: np.ndarray
     """See :attr:`Posterior.weights`."""
     log_evidence: float
     """See :attr:`Posterior.log_evidence`."""
     iterates: Sequence[np.ndarray]
-    """x of the robot and of movements after each iteration."""
+    """x of the robot and of differences after each iteration."""
     with_curves: np.ndarray | None = None
     """Covariance of all unknowns where there are error curves: they are too many for a root."""
     notes: tuple[str, ...] = ()
     """One line for each extension that was tried: kept or not, and the evidence."""
-    movements: tuple[FoundMovement, ...] = ()
-    """Movements of placements while they were recorded, also those too unsure for the model."""
     at_usual_widths: tuple[np.ndarray, Gaussian] | None = None
     """The estimate, and the changes from it, that are still to be averaged over widths."""
 
@@ -146,7 +143,7 @@ class FitPosterior:
 
     @property
     def whole(self) -> np.ndarray:
-        """Covariance of all unknowns, movements and error curves included."""
+        """Covariance of all unknowns, differences and error curves included."""
         return self.around.covariance if self.with_curves is None else self.with_curves
 
     @property
@@ -189,7 +186,7 @@ class FitPosterior:
 
         Of a frame there is a turn about the base's axes [rad], then a shift [m].
         """
-        if not self.objective.movements:
+        if not self.objective.differences:
             return self.whole
         size, x_size = self.model.size, self.objective.x_size
         indices = np.r_[:size, x_size : len(self.whole)]
@@ -230,5 +227,5 @@ class FitPosterior:
             weights=self.weights,
             log_evidence=self.log_evidence,
             iterates=tuple(x[:size] for x in self.iterates),
-            moved=objective.moved_places(state.x) if objective.movements else None,
+            moved=objective.moved_places(state.x) if objective.differences else None,
         )

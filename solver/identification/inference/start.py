@@ -36,9 +36,9 @@ def start(
     if previous is not None:
         groups = _carry_over(objective, previous, groups, x, at_zero)
     begin = model.size
-    for movement in objective.movements:
-        groups.append(movement.prior(begin))
-        begin += movement.size
+    for difference, size in zip(objective.differences, objective.sizes, strict=True):
+        groups.append(difference.prior(begin, size))
+        begin += size
     points = model.predict(x, data)
     frames = first_frames(data, points)
     linear = linearise(objective, x, frames)

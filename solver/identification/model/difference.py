@@ -1,130 +1,146 @@
-"""What is otherwise throughout one placement: where its ball sits, a joint's zero, or a drift.
+"""What differs between places: a base that moved, a drift, a ball or a joint's zero.
 
-It has unknowns of its own beside the arm's, as a place that moves has; see :mod:`.movement`.
+It is an unknown like all others. With u its unknowns, a difference shifts the place of sample i by
+
+    m_i = sum over k of c_ik D_i u_k
+
+where c_ik is its course over the samples, and D_i says by how much a unit of it shifts the place.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
-from ..data import BALL, DRIFT, Apart, Measurement, Observations, RobotRecordings
-from ..robot import BallModel, Robot
-from .movement import SIZE, Movement
+from ..data import Clock, Observations
+from ..robot import cross_matrices
+from .extended_model import ExtendedModel
 from .prior_group import PriorGroup
 
-WIDTHS = {BALL: 5e-3, DRIFT: SIZE}
-"""Usual sizes of a difference of the ball's place, and of a drift [m]."""
-ZERO = 0.03
-"""The same of a joint's zero [rad]."""
+BASE, BALL = PLACES = "base", "ball"
+"""Parts that may differ, beside the joints, which are called by their names."""
+SIZE, ZERO = 1e-3, 5e-3
+"""Usual size of a difference of a place [m], and of a joint's zero [rad]."""
+CREEP = 2e-4
+"""The same of a ball's place on its flange from placement to placement [m]."""
+
+Course = Literal["step", "drift", "slow", "each"]
 
 
-def width_of(difference: Apart) -> float:
-    """Return the usual size of a difference [m], [rad]."""
-    return WIDTHS.get(difference.part, ZERO)
+@dataclass(frozen=True)
+class Difference:
+    """A part that differs in some of the samples."""
 
-
-def shifts_by(
-    robot: Robot,
-    q: np.ndarray,
-    order: np.ndarray,
-    difference: Apart,
-) -> np.ndarray:
-    """Return by how much balls are predicted off for each unknown of a difference, (N, 3, k).
-
-    Of the ball it is -R, the rotation of its link. Of a zero that reads o too much it is
-    (Phi(q) - Phi(q - o)) / o, exact at the size ``o`` that was seen. A drift goes by the ``order``
-    of recording, shape (N,), since files of sockets have no times.
-    """
-    if difference.part == DRIFT:
-        course = order / max(order.max(), 1) - 0.5
-        return course[:, None, None] * np.eye(3)
-    model = BallModel(robot, [])
-    nominal = np.zeros(0)
-    if difference.part == BALL:
-        return -model.rotations(nominal, q).points
-    joint = robot.joint_names.index(difference.part)
-    size = difference.size or 1e-6
-    true = q.copy()
-    true[:, joint] -= size
-    balls = model.points(nominal, q)
-    shift = balls - model.points(nominal, true)
-    return shift[:, :, None] / size
-
-
-@dataclass(frozen=True, kw_only=True)
-class Difference(Movement):
-    """A difference as the objective has it: a place that is elsewhere in every sample."""
-
-    robot: Robot
-    apart: Apart
+    course: Course
+    placements: tuple[str, ...]
+    """Those that it concerns."""
+    part: str = BASE
+    clock: Clock = "index"
+    """Clock that a drift or a slow process follows."""
+    at: float = 0.0
+    """Of a step, the number of samples before it in the first of its placements."""
+    waves: int = 1
+    zero: float = 0.0
+    """Of a joint's zero, about how large it is [rad]: D is its derivative half way there."""
+    values: np.ndarray | None = field(default=None, compare=False)
+    """The geometry by which D is worked out; None for the nominal one."""
 
     @property
-    def size(self) -> int:
-        """Number of its unknowns."""
-        return 3 if self.apart.part in WIDTHS else 1
+    def weights(self) -> np.ndarray:
+        """How large each u_k usually is, beside the first, shape (K,)."""
+        if self.course == "each":
+            return np.ones(len(self.placements))
+        return 1 / np.arange(1, self.waves + 1) ** 2
 
-    def slopes(self, data: Observations) -> np.ndarray:
-        """Return the derivatives of places by the unknowns for all samples, shape (N, 3, size)."""
-        rows = data.rows_of(self.placement)
-        slopes = np.zeros((len(rows), 3, self.size))
-        if rows.any():
-            order = data.index[rows, 0]
-            slopes[rows] = shifts_by(self.robot, data.q[rows], order, self.apart)
-        return slopes
+    @property
+    def width(self) -> float:
+        """Its usual size [m], [rad]."""
+        if self.course == "each":
+            return CREEP
+        return SIZE if self.part in PLACES else ZERO
 
-    def prior(self, begin: int) -> PriorGroup:
-        """Return the prior of its unknowns, from some index on."""
-        unit = "m" if self.apart.part in WIDTHS else "rad"
-        name = f"{self.apart.part} of {self.placement}"
-        members = np.arange(begin, begin + self.size)
-        width = width_of(self.apart)
+    def courses(self, data: Observations) -> np.ndarray:
+        """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
+        in_each = np.array([data.rows_of(name) for name in self.placements])
+        if self.course == "each":
+            return in_each.T.astype(float)
+        first = in_each[0]
+        if self.course == "step":
+            before = first & (data.index[:, 0] < self.at)
+            course = (in_each.any(axis=0) & ~before).astype(float)
+            # The model has what is in most placements; of two, in the last.
+            if self.part != BASE and 2 * len(self.placements) >= len(data.placements):
+                course[~data.turned] -= 1
+            return course[:, None]
+        courses = np.zeros((len(data.q), self.waves))
+        t = data.clock(self.clock)[first, 0]
+        s = (t - t.min()) / (np.ptp(t) or 1.0)
+        if self.course == "drift":
+            courses[first, 0] = s - 0.5
+        else:
+            k = np.arange(1, self.waves + 1)
+            courses[first] = np.cos(np.pi * k * s[:, None])
+        return courses
+
+    def slopes(self, model: ExtendedModel, data: Observations) -> np.ndarray:
+        """Return the derivatives of m by all unknowns for all samples, shape (N, 3, size)."""
+        courses = self.courses(data)
+        if self.zero:
+            joint = model.robot.joint_names.index(self.part)
+            q = data.q.copy()
+            q[:, joint] -= self.zero / 2 * courses[:, 0]
+            data = replace(data, q=q)
+        values = model.ball.nominal if self.values is None else self.values
+        D = directions(self.part, model, data, values)
+        slopes = courses[:, None, :, None] * D[:, :, None]
+        return slopes.reshape(len(courses), 3, -1)
+
+    def prior(self, begin: int, size: int) -> PriorGroup:
+        """Return the prior of its unknowns, so many from some index on."""
+        variances = np.repeat(self.weights**2, size // len(self.weights))
         return PriorGroup(
-            name,
-            unit,
-            members,
-            width,
-            learned=False,
+            f"{self.course} of {self.part} in {self.placements[0]}",
+            "m" if self.part in PLACES else "rad",
+            np.arange(begin, begin + size),
+            self.width,
+            typical=self.width,
+            shape=np.diag(variances),
         )
 
 
-def differences_of(recordings: RobotRecordings) -> list[Movement]:
-    """Return all that is otherwise in single placements of a robot."""
-    differences: list[Movement] = []
-    for measured in recordings.measurements:
-        for apart in measured.apart:
-            difference = Difference(
-                placement=measured.name,
-                kind="difference",
-                robot=recordings.robot,
-                apart=apart,
-            )
-            differences.append(difference)
-    return differences
+def directions(
+    part: str,
+    model: ExtendedModel,
+    data: Observations,
+    values: np.ndarray,
+) -> np.ndarray:
+    """Return D of all samples, shape (N, 3, d), by the values of a geometry's parameters.
 
-
-def set_apart(robot: Robot, measured: Measurement, balls: np.ndarray) -> np.ndarray:
-    """Return by how much a placement's balls are predicted off, shape (N, 3) [m].
-
-    A drift is as large as it was seen to be. What else is otherwise in a placement in sockets
-    follows from its own samples, about the places of these.
+    A base is elsewhere by three numbers; an instrument may be turned about the middle of what it
+    measured, too. A ball on the flange differs in the axes of its link, by -R; a joint that reads
+    too much by J_q.
     """
-    moved = np.zeros_like(balls)
-    shifts: list[np.ndarray] = []
-    for difference in measured.apart:
-        slopes = shifts_by(robot, measured.positions, measured.order, difference)
-        if difference.part == DRIFT:
-            moved += slopes @ difference.shift
-        elif measured.kind == "sockets":
-            shifts.append(slopes)
-    if not shifts:
-        return moved
-    slopes = np.concatenate(shifts, axis=2)
-    offsets = balls - moved
-    centred = slopes.copy()
-    for rows in measured.slices:
-        centred[rows] -= slopes[rows].mean(axis=0)
-        offsets[rows] -= offsets[rows].mean(axis=0)
-    flat = centred.reshape(-1, slopes.shape[2])
-    flat_offsets = offsets.ravel()
-    sizes = np.linalg.lstsq(flat, flat_offsets, rcond=1e-6)[0]
-    return moved + slopes @ sizes
+    ball = model.ball
+    if part == BALL:
+        return -ball.rotations(values, data.q).points
+    if part != BASE:
+        joint = model.robot.joint_names.index(part)
+        return ball.linearise(values, data.q).by_joints[:, :, [joint]]
+    shifts = np.tile(np.eye(3), (len(data.q), 1, 1))
+    if data.seated.all():
+        return shifts
+    return np.concatenate([shifts, _turns(ball.points(values, data.q), data)], axis=2)
+
+
+def _turns(balls: np.ndarray, data: Observations) -> np.ndarray:
+    """Return the shifts of measured points by turns of their frame, shape (N, 3, 3).
+
+    A turn by 1 shifts the points of a placement by 1 m on average; sockets do not turn.
+    """
+    turns: np.ndarray = np.zeros((len(balls), 3, 3))
+    for placement in data.placements:
+        rows = data.rows_of(placement) & ~data.seated
+        if rows.any():
+            arms = balls[rows] - balls[rows].mean(axis=0)
+            turns[rows] = cross_matrices(arms) / max(float(arms.std()), 1e-6)
+    return turns

@@ -16,7 +16,7 @@ from .joint_ranges import one_turn as one_turn
 from .joint_ranges import workspace as workspace
 from .kinematics import Motion as Motion
 from .kinematics import frames_and_motions as frames_and_motions
-from .kinematics import link_poses as link_poses
+from .kinematics import frames_of as frames_of
 from .kinematics import rotation as rotation
 from .kinematics import rotation_rpy as rotation_rpy
 from .kinematics import written_frames as written_frames
@@ -33,6 +33,9 @@ from .rotations import rpy_axes as rpy_axes
 from .rotations import rpy_of as rpy_of
 from .rotations import turn as turn
 from .row_function import RowFunction as RowFunction
+from .segments import SegmentLayout as SegmentLayout
+from .segments import cross as cross
+from .segments import link_poses as link_poses
 from .urdf import BALL_LINK as BALL_LINK
 from .urdf import Robot as Robot
 from .urdf import load_robot as load_robot

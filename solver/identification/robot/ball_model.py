@@ -1,23 +1,22 @@
 """The ball's position by the numbers of the joints' frames, with its derivatives."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, lru_cache, partial
 from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
 
-from .ball_functions import ball_function
 from .kinematics import (
     JointFrame,
-    ball_position,
-    columns_of,
+    frames_and_motions,
     frames_of_origins,
-    kind_of_joint,
     rotation_rpy,
 )
 from .rotations import angles_near, rotation_vectors, turns_and_rates
+from .segments import SegmentChain, SegmentLayout, Segments
+from .swept_volume import log_volume
 from .urdf import Robot
 
 RotationNumbers = Literal["vector", "rpy"]
@@ -71,13 +70,10 @@ class BallModel:
         self.nominal: np.ndarray = numbers[self.free]
         angles = self.free[self.free % 6 >= 3]
         self._turned = np.unique(angles // 6)
-        # functions are looked up by their kind alone: hashing a chain takes as long as many a call
-        kinds = tuple(map(kind_of_joint, robot.joints))
-        indices = tuple(self.free.tolist())
-        self._function = cache(partial(ball_function, kinds, indices))
-        self._points = cache(partial(ball_function, kinds, (), "points"))
-        # several values are computed of the same frames in turn
-        self._columns = lru_cache(maxsize=1)(self._columns_of)
+        self._layout = cache(partial(SegmentLayout, robot.joints, free=self.free))
+        # several values are computed of the same segments in turn
+        self._chain = lru_cache(maxsize=2)(self._chain_of)
+        self._segments = lru_cache(maxsize=2)(self._segments_at)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Go to other processes without what was compiled here."""
@@ -98,10 +94,9 @@ class BallModel:
         frames: list[JointFrame] = []
         for i in range(len(self._given)):
             row = numbers[6 * i : 6 * i + 6]
-            R = rotation_rpy(row[3:])
-            frames.append(JointFrame(row[:3], R, axes=None))
-        p = ball_position(self.robot.joints, frames, q)
-        outputs = [ca.densify(p)]
+            frames.append(JointFrame(row[:3], rotation_rpy(row[3:])))
+        links, _ = frames_and_motions(self.robot.joints, frames, q)
+        outputs = [ca.densify(links[-1].p)]
         return ca.Function("ball", [x, q], outputs, ["x", "q"], ["p"])
 
     def frames(self, parameters: np.ndarray) -> np.ndarray:
@@ -193,8 +188,8 @@ class BallModel:
         The free numbers have values of shape (n,) [m, rad]; joint positions have shape (N, m)
         [rad], or with tilts (N, 3 m).
         """
-        [points] = self._values("points", parameters, positions)
-        return points
+        chain, segments = self._at(parameters, positions)
+        return np.ascontiguousarray(chain.ball(segments).T)
 
     def linearise(
         self,
@@ -202,7 +197,13 @@ class BallModel:
         positions: np.ndarray,
     ) -> Linearisation:
         """Return the ball's centres and their derivatives; arguments as for :meth:`points`."""
-        return self._linearised("linear", parameters, positions)
+        chain, segments = self._at(parameters, positions)
+        ball = chain.ball_seen(segments)
+        by_parameters, by_joints = (
+            segments.by_rows(motions, motions.shifts(ball))
+            for motions in (chain.by_frames, chain.layout.by_q)
+        )
+        return Linearisation(chain.ball(segments).T, by_parameters, by_joints)
 
     def rotations(
         self,
@@ -213,25 +214,12 @@ class BallModel:
 
         Derivatives are turns about the base's axes, shapes (N, 3, n) and (N, 3, m) [rad/rad].
         """
-        linear = self._linearised("rotations", parameters, positions)
-        rotations = linear.points.reshape(-1, 3, 3)
-        return replace(linear, points=rotations)
-
-    def _linearised(
-        self,
-        kind: str,
-        parameters: np.ndarray,
-        positions: np.ndarray,
-    ) -> Linearisation:
-        """Return values, and slopes of three numbers, shape (N, 3 k), as (N, 3, k)."""
-        values, *slopes = self._values(kind, parameters, positions)
-        N = len(values)
-        by_parameters, by_joints = slopes
-        return Linearisation(
-            points=values,
-            by_parameters=by_parameters.reshape(N, 3, len(self.free)),
-            by_joints=by_joints.reshape(N, 3, positions.shape[1]),
+        chain, segments = self._at(parameters, positions)
+        by_parameters, by_joints = (
+            segments.by_rows(motions, motions.turns[:, :, None])
+            for motions in (chain.by_frames, chain.layout.by_q)
         )
+        return Linearisation(chain.rotation(segments), by_parameters, by_joints)
 
     def log_volume(
         self,
@@ -245,26 +233,32 @@ class BallModel:
         free numbers, shape (n,), and by a turn of each joint in all positions, shape (m,).
         """
         if positions.shape[1] < 3:
-            none = np.zeros(len(self.free))
-            return 0.0, none, 0 * positions[0]
-        values = self._values("volume", parameters, positions)
-        value, slope, by_joints = (column.mean(axis=0) for column in values)
-        return float(value[0]), slope, by_joints
+            return 0.0, np.zeros(len(self.free)), 0 * positions[0]
+        chain, segments = self._at(parameters, positions)
+        return log_volume(chain, segments)
 
-    def _values(
+    def _at(
         self,
-        kind: str,
         parameters: np.ndarray,
         positions: np.ndarray,
-    ) -> list[np.ndarray]:
-        """Return each output of a function at joint positions, shape (N, k)."""
-        m = positions.shape[1]
-        # points are the same function whatever is free
-        function = self._points(m) if kind == "points" else self._function(kind, m)
-        columns = self._columns(parameters.astype(float).tobytes())
-        return function(positions, columns)
+    ) -> tuple[SegmentChain, Segments]:
+        """Return the chain, and its segments at joint positions."""
+        rows = np.ascontiguousarray(positions, dtype=float)
+        numbers = parameters.astype(float)
+        return self._segments(numbers.tobytes(), rows.shape, rows.tobytes())
 
-    def _columns_of(self, parameters: bytes) -> np.ndarray:
-        """Return the numbers of all frames."""
+    def _segments_at(
+        self,
+        parameters: bytes,
+        shape: tuple[int, int],
+        positions: bytes,
+    ) -> tuple[SegmentChain, Segments]:
+        """Return the same of numbers as bytes."""
+        chain = self._chain(parameters, shape[1])
+        q = np.frombuffer(positions).reshape(shape)
+        return chain, chain.at(q)
+
+    def _chain_of(self, parameters: bytes, columns: int) -> SegmentChain:
+        """Return the chain for values of the free numbers."""
         frames = self.frames(np.frombuffer(parameters))
-        return columns_of(frames)
+        return self._layout(columns).chain(frames)

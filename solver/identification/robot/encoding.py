@@ -21,7 +21,6 @@ _MARKS = {
 _LIKE_UTF8 = ("utf", "ucs", "us-ascii", "ascii")
 """Beginnings of declared encodings under which a declaration in ASCII is followed by UTF-8."""
 _OTHERS = {
-    rb"version https://git-lfs": "Git LFS keeps this file, here is its address: run git lfs pull",
     rb"\s*(?i:<!doctype html|<html)": "a web page, not a URDF; download the raw file",
     rb"404: Not Found": "what a server says of a file that it lacks; look at the address",
     rb"\x1f\x8b|PK\x03\x04": "an archive; unpack it, and give the URDF in it",
@@ -40,7 +39,7 @@ def in_utf8(data: bytes, source: str) -> bytes:
 
     Raises:
         ModelError: The text is not in the encoding that it declares, or in UTF-8; or the file
-            is a web page, an archive, or stands for one that Git LFS keeps.
+            is a web page or an archive.
     """
     for beginning, words in _OTHERS.items():
         if re.match(beginning, data):

@@ -16,7 +16,7 @@ import numpy as np
 
 from ....errors import LARGEST_DOCUMENT, read_bytes, reason_of
 from .chain import Joint
-from .kinematics import link_poses
+from .segments import link_poses
 from .urdf import Robot
 from .urdf_text import ModelError, Origin
 

@@ -1,6 +1,7 @@
 """The moments by which joints hold an arm's masses against gravity."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -9,8 +10,8 @@ import numpy as np
 
 from .bodies import Body
 from .chain import Joint
-from .kinematics import frames_and_motions, written_frames
-from .row_function import RowFunction
+from .kinematics import frames_and_motions, frames_of, written_frames
+from .segments import SegmentChain, SegmentLayout, Segments, cross
 from .urdf import Robot
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
@@ -50,8 +51,44 @@ def _moments_at(
 ) -> np.ndarray:
     """Return the moments at joint positions, which are asked for of the same samples in turn."""
     rows = np.frombuffer(positions).reshape(shape)
-    [moments] = _moments(joints, bodies, payload)(rows, np.array(gravity))
-    return moments
+    m = rows.shape[1]
+    layout = SegmentLayout(joints, m)
+    chain = layout.chain(frames_of(joints))
+    segments = chain.at(rows)
+    upright = SegmentLayout(joints, 3 * m).by_q
+    # what does not tilt turns about all three axes in one segment
+    motions = replace(upright, segments=np.tile(layout.by_q.segments, 3))
+    forces, moments = _felt(chain, segments, bodies, payload, gravity)
+    return motions.work(forces, moments).T
+
+
+def _felt(
+    chain: SegmentChain,
+    segments: Segments,
+    bodies: Sequence[Body],
+    payload: float,
+    gravity: Sequence[float],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return forces and moments that hold all masses from each segment on, seen by the segments.
+
+    Their shapes are (segments, 3, N); moments are about the segments' origins.
+    """
+    links = [*(body.joint + 1 for body in bodies), -1]
+    masses = [*(body.mass for body in bodies), payload]
+    centres = [*(body.centre for body in bodies), (0.0, 0.0, 0.0)]
+    frames = chain.links[links]
+    carriers = chain.layout.segments[links]
+    points = np.einsum("bij,bj->bi", frames[:, :, :3], centres) + frames[:, :, 3]
+    places = np.einsum("bijn,bj->bin", segments.R[carriers], points)
+    places += segments.p[carriers]
+    weights = -np.outer(masses, gravity)
+    S = len(segments.p)
+    beyond = carriers >= np.arange(S)[:, None]
+    forces = (beyond @ weights)[:, :, None]
+    about_base = np.tensordot(beyond, cross(places, weights[:, :, None]), 1)
+    moments = about_base - cross(segments.p, forces)
+    forces = np.broadcast_to(forces, moments.shape)
+    return segments.turned_back(forces), segments.turned_back(moments)
 
 
 def moments_function(
@@ -60,32 +97,20 @@ def moments_function(
     payload: float,
 ) -> Any:
     """Return :func:`gravity_moments` as a CasADi function of one configuration."""
-    of_both = _moments(robot.joints, robot.bodies, payload).function
-    q = ca.SX.sym("q", of_both.numel_in(1))
-    moments = of_both(ca.DM(list(gravity)), q).T
-    return ca.Function("moments", [q], [moments], {"cse": True})
-
-
-@lru_cache(maxsize=16)
-def _moments(
-    joints: tuple[Joint, ...],
-    bodies: tuple[Body, ...],
-    payload: float,
-) -> RowFunction:
-    """Return the moments as a function of gravity and joint positions."""
-    m = sum(joint.actuated for joint in joints)
+    m = len(robot.actuated)
     q = ca.SX.sym("q", m)
     tilts = ca.SX.sym("tilts", 2 * m)
     numbers = ca.vertcat(q, tilts)
-    gravity = ca.SX.sym("gravity", 3)
-    links, _, _ = frames_and_motions(joints, written_frames(joints), numbers)
+    frames = written_frames(robot.joints)
+    links, _ = frames_and_motions(robot.joints, frames, numbers)
     _, ball = links[-1]
-    energy: Any = -payload * ca.dot(gravity, ball)
-    for body in bodies:
+    down = ca.DM(list(gravity))
+    energy: Any = -payload * ca.dot(down, ball)
+    for body in robot.bodies:
         R, p = links[body.joint]
         centre = p + R @ ca.DM(body.centre)
-        energy -= body.mass * ca.dot(gravity, centre)
+        energy -= body.mass * ca.dot(down, centre)
     # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
     slopes = ca.gradient(ca.SX(energy), numbers)
     upright = ca.substitute(ca.densify(slopes), tilts, ca.DM.zeros(2 * m))
-    return RowFunction("moments", [gravity, q], [upright])
+    return ca.Function("moments", [q], [upright], {"cse": True})

@@ -209,6 +209,10 @@ def scan(data: bytes, source: str) -> UrdfText:
     return UrdfText(data, source, root)
 
 
+PROPERTY = "xacro:property"
+"""Tag of a value by name."""
+
+
 class _TreeBuilder:
     """Puts the tags that a parser meets into a tree, and refuses those of other files."""
 
@@ -233,7 +237,9 @@ class _TreeBuilder:
             self.refuse(f"the outermost element is <{tag}>, a URDF's is <robot>")
         values = attributes.values()
         templated = any("${" in value or "$(" in value for value in values)
-        if tag.startswith("xacro:") or tag == "macro" or templated:
+        # A property that nothing uses changes nothing; what uses one is templated.
+        is_macro = tag == "macro" or tag.startswith("xacro:") or templated
+        if is_macro and tag != PROPERTY:
             self.refuse(
                 "this is a xacro file; expand it first: xacro FILE > robot.urdf"
             )

@@ -3,13 +3,17 @@
 import numpy as np
 import pytest
 
-from mukca.solver.identification.data import DRIFT, Apart
-from mukca.solver.identification.model import shifts_by, width_of
+import mukca
+from mukca.solver.identification.data import RobotRecordings, measure, observe
+from mukca.solver.identification.model import Difference
 
 
-@pytest.mark.parametrize(("order", "course"), [([0], [-0.5]), ([0, 1, 2], [-0.5, 0.0, 0.5])])
-def test_a_drift_goes_from_half_back_to_half_ahead_even_of_a_single_sample(panda, order, course):
-    drift = Apart(DRIFT, 1e-3)
-    shifts = shifts_by(panda, np.zeros((len(order), 7)), np.array(order), drift)
-    assert shifts == pytest.approx(np.array(course)[:, None, None] * np.eye(3))
-    assert 0 < width_of(drift) < 0.1
+@pytest.mark.parametrize(("count", "course"), [(2, [-0.5, 0.5]), (3, [-0.5, 0.0, 0.5])])
+def test_a_drift_goes_from_half_back_to_half_ahead(panda, count, course):
+    q = np.outer(np.arange(count), np.full(7, 0.1))
+    placement = mukca.Placement.of_arrays("front", q, np.zeros(count))
+    measured = measure(placement, panda, sockets=1)
+    data = observe(RobotRecordings(panda, [measured]), require_scale=False)
+    drift = Difference("drift", data.placements)
+    assert drift.courses(data)[:, 0] == pytest.approx(course)
+    assert 0 < drift.width < 0.1

@@ -26,6 +26,23 @@ def test_duplicates_and_stuck_joints_are_told(look, change, placements):
     assert "panda_joint7" in found.text and "did not move at all" in found.text
 
 
+def test_a_bad_row_in_each_of_several_files_is_named_once_and_left_out(look, change, placements):
+    spoilt = []
+    for k, placement in enumerate(placements):
+        for row in (4 + k, 30 - k):
+            turn = 0.05 * np.eye(7)[1 + k]
+            placement = change(placement, lambda q, turn=turn: q + turn, slice(row, row + 1))
+        spoilt.append(placement)
+    seen = look(spoilt)
+    told = [d for one in seen.placements for d in one.diagnostics]
+    assert [d.code for d in told] == ["elsewhere"] * 6 and not seen.shared
+    rows = {(d.where, d.text.partition(" in ")[2].partition(":")[0]) for d in told}
+    assert len(rows) == 6 and {d.action for one in seen.placements for d in one.corrections} == {
+        "leave out"
+    }
+    assert max(one.floor for one in seen.placements) < 2e-4
+
+
 def test_the_next_placement_is_away_from_those_there_are(panda, look, placements):
     seen = look(placements[:2])
     assert "to its right" in next_placement(panda, seen)

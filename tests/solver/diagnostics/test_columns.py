@@ -36,6 +36,33 @@ def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code
     assert words in finding.text, finding.text
 
 
+def lacking(joint, other, share):
+    return lambda q: q - share * q[other] * np.eye(len(q))[joint]
+
+
+@pytest.mark.parametrize(
+    ("mistake", "code", "words"),
+    [
+        (lacking(2, 1, 1.0), "coupled", "with elbow_joint + shoulder_lift_joint for elbow_joint"),
+        (lacking(2, 1, -1.0), "coupled", "with elbow_joint - shoulder_lift_joint for elbow_joint"),
+        (lacking(2, 1, 0.5), "coupled", "with elbow_joint + 0.5 shoulder_lift_joint for elbow_"),
+        (lacking(3, 4, 1.0), "coupled", "wrist_1_joint + wrist_2_joint for wrist_1_joint"),
+        (lambda q: q / [1, 1, 6, 1, 1, 1], "ratio", "joint 3 (elbow_joint) looks wrongly geared"),
+        (lambda q: q * [1, -1, -1, -1, 1, 1], "sign", "joints 2 and 3 and 4 (shoulder_lift_joint"),
+    ],
+)
+def test_what_several_joints_read_together_is_found(change, mistake, code, words):
+    robot = load_robot("ur5e")
+    generator = np.random.default_rng(4)
+    arm = perturb(robot, generator, 1e-3, 3e-3)
+    bases = reachable_bases(robot, generator, 2)
+    data = [record(arm, base, generator, samples=20, noise=5e-5) for base in bases]
+    measured = [measure(change(p, mistake), robot) for p in data]
+    found = inspect_all(robot, measured)
+    assert [f.code for f in found.shared] == [code] and words in found.shared[0].text
+    assert found.shared[0].level == "error" and found.hypotheses[0].probability > 0.9
+
+
 def test_a_mistake_in_one_placement_is_found_there(look, change, placements):
     """Also of the last joint: the ball hardly moves, and the model's own errors hide the sign."""
     seen = look([placements[0], change(placements[1], flipped(4)), placements[2]])

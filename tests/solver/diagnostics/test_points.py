@@ -95,12 +95,41 @@ def test_sound_points_are_sound_and_an_instrument_moved_between_placements_is_to
     assert first.name == "base_moved" and first.text.endswith("before point 1")
 
 
-def test_an_instrument_that_moved_has_another_frame_after(panda, points):
+def test_an_instrument_that_moved_is_an_unknown_of_the_fit(panda, points):
     calibration = calibrate(panda, points(moved), **RIGID)
-    frames = [row.frame for row in calibration.document.data]
-    assert frames == [None, "instrument from point 26 of front"]
-    (split,) = [d for d in calibration.document.checks if d.code == "set_right"]
-    assert "in a frame of its own" in split.advice
+    assert len(calibration.document.data) == 1
+    (told,) = [d for d in calibration.document.checks if d.code == "movement"]
+    assert "moved by" in told.text and "sample 26" in told.text
+    kept = calibrate(panda, points(moved), as_recorded=True, **RIGID)
+    errors = [c.document.summary.train.calibrated.mean_absolute_error for c in (calibration, kept)]
+    assert 3 * errors[0] < errors[1]
+
+
+@pytest.mark.parametrize("digits", [5, 7, 16])
+def test_points_that_a_controller_computed_are_told(look, panda, points, digits):
+    (measured,) = points()
+    balls = BallModel(panda, ()).points(np.zeros(0), measured.positions) + 1.0
+    rows = zip(measured.samples, np.round(balls, digits).tolist(), strict=True)
+    computed = [replace(sample, point=tuple(ball)) for sample, ball in rows]
+    seen = look([replace(measured, samples=tuple(computed))]).placements[0]
+    assert "computed" in [d.code for d in seen.diagnostics]
+    assert "computed" not in [d.code for d in look([measured]).placements[0].diagnostics]
+
+
+@pytest.mark.parametrize("size", [0.017, 0.03, 0.08])
+@pytest.mark.parametrize("rows", [[8, 30], [5, 6, 40], [2, 17, 29, 35, 48]])
+def test_points_that_hide_each_other_are_named_each_once(look, points, size, rows):
+    def off(q, y):
+        shifts = np.random.default_rng(len(rows)).normal(size=(len(rows), 3))
+        y[rows] += size * shifts / np.linalg.norm(shifts, axis=1, keepdims=True)
+        return q, y
+
+    survey = look(points(off))
+    told = [d for one in survey.placements for d in one.diagnostics if d.code == "elsewhere"]
+    assert sorted(d.text.split(" is ")[0] for d in told) == sorted(f"point {i + 1}" for i in rows)
+    sizes = [float(d.text.split(" is ")[1].split(" mm")[0]) for d in told]
+    assert sizes == pytest.approx([1e3 * size] * len(rows), abs=0.6)
+    assert survey.hypotheses[0].name == "ball_sample" and not survey.shared
 
 
 def test_points_and_sockets_are_explained_together(look, points, placements):

@@ -1,6 +1,7 @@
 """A camera on the arm or beside it, found with the calibrated chain held."""
 
 import json
+import re
 from functools import cache
 
 import numpy as np
@@ -63,6 +64,28 @@ def test_a_board_seen_elsewhere_stays_where_it_is(simulated, sound, camera):
     assert off < 1e-3
     assert off == pytest.approx(found.held_out[0], rel=0.5)
     assert 1e-4 < found.noise[0] < 4e-4
+
+
+def scattered(q, seed):
+    return q + np.random.default_rng(seed).normal(0, 3e-3, q.shape)
+
+
+def two_decimals(q, seed):
+    return np.round(q, 2)
+
+
+def whole_degrees(q, seed):
+    return np.radians(np.round(np.degrees(q)))
+
+
+@pytest.mark.parametrize("reading", [scattered, two_decimals, whole_degrees])
+def test_joints_that_scatter_alike_are_no_zero_that_changed(simulated, found_by, camera, reading):
+    rows = views(simulated, camera, seed=2)
+    rows[:, :7] = reading(rows[:, :7], 2)
+    found = found_by(camera, rows)
+    assert re.match("All joints scatter alike, by some (3|10) mrad", found.untold[0])
+    assert not any("zero" in line or "panda_joint" in line for line in found.untold)
+    assert sum("scatter alike" in line for line in found.text) == 1
 
 
 def test_exact_views_leave_little_noise(simulated, found_by):

@@ -41,6 +41,13 @@ def test_a_bad_touch_weighs_little(simulated):
     assert np.array(found.frame.xyz) == pytest.approx(np.array(sound.frame.xyz), abs=1e-3)
 
 
+def test_joints_that_scatter_alike_are_no_zero_that_changed(simulated):
+    q = simulated.touched(TIP, 16).positions
+    q = q + np.random.default_rng(1).normal(0, 3e-3, q.shape)
+    found = mukca.tool(simulated.calibration, mukca.Placement.of_arrays("t", q, [0] * len(q)))
+    assert "All joints scatter alike, by some 3 mrad" in found.untold[0]
+
+
 @pytest.mark.parametrize("joint", [1, 3, 5])
 def test_a_zero_that_changed_since_is_told(simulated, joint):
     touched = simulated.touched(TIP)

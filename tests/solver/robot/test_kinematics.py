@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pinocchio
 import pytest
@@ -12,11 +13,13 @@ from scipy.optimize import minimize
 
 from mukca.solver.identification.robot import (
     BallModel,
+    RowFunction,
     all_parameters,
     choose_parameters,
     gravity_moments,
     link_poses,
     load_robot,
+    moments_function,
     parse_robot,
     rotation_vectors,
     scan,
@@ -31,16 +34,49 @@ def crane():
     return parse_robot(scan(Path(__file__).with_name("crane.urdf").read_bytes(), "crane"))
 
 
-def test_many_rows_are_computed_as_few_are(panda):
-    model = BallModel(panda, [p.index for p in choose_parameters(panda)])
+def test_many_rows_are_computed_as_few_are_and_as_numpy_does(panda):
+    model = BallModel(panda, [p.index for p in choose_parameters(panda)], "rpy")
+    parameters = model.nominal + np.random.default_rng(1).normal(0, 0.01, len(model.nominal))
+    x, symbols = ca.SX.sym("x", len(parameters)), ca.SX.sym("q", 7)
+    balls = RowFunction("balls", [x, symbols], [model.function(x, symbols)])
     q = np.random.default_rng(0).uniform(-1, 1, (600, 7))
+    [together] = balls(q, parameters)
     halves = np.split(q, 6)  # few enough for the other way
-    together = model.log_volume(model.nominal, q)
-    alone = [model.log_volume(model.nominal, half) for half in halves]
-    for whole, *parts in zip(together, *alone, strict=True):
-        assert whole == pytest.approx(np.mean(parts, axis=0), abs=1e-12)
-    points = [model.points(model.nominal, half) for half in halves]
-    assert model.points(model.nominal, q) == pytest.approx(np.concatenate(points), abs=1e-14)
+    alone = [balls(half, parameters)[0] for half in halves]
+    assert together == pytest.approx(np.concatenate(alone), abs=1e-14)
+    assert together == pytest.approx(model.points(parameters, q), abs=1e-14)
+
+
+def test_the_ball_stays_exactly_where_it_is_as_its_frame_turns(panda):
+    """The paper's fit leaves alone what has no effect at all."""
+    turns = [p.index for p in all_parameters(panda) if p.of_ball and p.unit == "rad"]
+    model = BallModel(panda, turns)
+    q = np.random.default_rng(0).uniform(-1, 1, (9, 7))
+    assert not model.linearise(model.nominal + 0.1, q).by_parameters.any()
+
+
+@pytest.mark.parametrize("name", ["panda", "gen3_lite", "crane"])
+def test_the_volume_changes_as_finite_differences_do(name):
+    robot = crane() if name == "crane" else load_robot(name)
+    model = BallModel(robot, [p.index for p in all_parameters(robot)])
+    q = np.random.default_rng(0).uniform(-1, 1, (4, len(robot.actuated)))
+    x = model.nominal + np.random.default_rng(1).normal(0, 0.01, len(model.nominal))
+    _, by_parameters, by_joints = model.log_volume(x, q)
+    volume = lambda x, turn: np.array([model.log_volume(x, q + turn)[0]])  # noqa: E731
+    still = np.zeros(q.shape[1])
+    assert by_parameters == pytest.approx(slopes(lambda x: volume(x, still), x).ravel(), abs=1e-6)
+    if len(still) >= 3:
+        expected = slopes(lambda turn: volume(x, turn), still).ravel()
+        assert by_joints == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["panda", "crane"])
+def test_gravity_moments_are_those_that_controllers_compute(name):
+    robot = crane() if name == "crane" else load_robot(name)
+    q = np.random.default_rng(0).uniform(-1, 1, len(robot.actuated))
+    arguments = (1.0, 2.0, -9.0), 1.5
+    by_controller = moments_function(robot, *arguments)(q).full().ravel()
+    assert gravity_moments(robot, q[None], *arguments)[0] == pytest.approx(by_controller, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", ["panda", "gen3_lite", "crane"])

@@ -94,6 +94,21 @@ def test_masses_beside_the_chain_are_carried_along(odd):
     assert body.centre == pytest.approx(expected[:3], abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        '<xacro:property name="reach" value="0.85"/>',
+        '<xacro:property name="twice" value="${2 * reach}"/>',
+        '<xacro:property name="at"><origin xyz="1 2 3"/></xacro:property>',
+    ],
+)
+def test_properties_that_nothing_uses_change_nothing(odd, line):
+    q = np.random.default_rng(0).uniform(-1, 1, (5, 4))
+    before = BallModel(load_robot(str(odd)), []).points(np.empty(0), q)
+    odd.write_text(ODD_ARM.replace('<link name="world"/>', f'{line}<link name="world"/>'))
+    assert np.array_equal(BallModel(load_robot(str(odd)), []).points(np.empty(0), q), before)
+
+
 def test_edits_touch_nothing_else(odd):
     text = scan(odd.read_bytes(), "odd")
     new = set_origins(

@@ -165,7 +165,7 @@ def test_numbers_are_kept_and_not_messages(tmp_path):
     path, count = tmp_path / "session", 4000
     with Bag(path, "mcap") as bag:
         for i in range(count):
-            bag.write("/joint_states", 0.01 * i, NAMES, np.arange(7.0) + i)
+            bag.write("/joint_states", 0.01 * i, NAMES, 1e-3 * (np.arange(7.0) + i))
     read_log(question_of(path))  # modules and types are loaded
     tracemalloc.start()
     read_log(question_of(path))
@@ -297,3 +297,93 @@ def test_two_publishers_of_the_same_joints_are_told_and_their_time_is_left_out(t
     begin, end = (moment - log.stamps[0] for moment in (lost.begin, lost.end))
     assert 3 < begin < 3.5 and 8 < end < 11.1
     assert len(rests) == 1 and rests[0].pose.position == pytest.approx([0.3] * 7, abs=1e-4)
+
+
+def sagging(path, topics):
+    """A bag of an arm whose topics say different things of it: their offsets, and states a step."""
+    with Bag(path, "mcap") as bag:
+        for t, q in moving():
+            for topic, (offset, count) in topics.items():
+                for k in range(count):
+                    bag.write(topic, t + 1e-3 * k, NAMES, q + offset)
+    return read_log(Question(path, NAMES, (False,) * 7))
+
+
+MEASURED = [q for _, q in moving()]
+
+
+@pytest.mark.parametrize(
+    "measured, commanded",
+    [
+        ("/joint_states", "/joint_command"),
+        ("/arm/joint_states", "/arm/desired_joint_states"),
+        ("/joints", "/joint_states/goal"),
+        ("/measured_jp", "/joint_states"),
+        ("/slave/measured_js", "/slave/setpoint_js"),
+    ],
+)
+def test_what_was_measured_is_read_however_many_commands_there_are(tmp_path, measured, commanded):
+    log = sagging(tmp_path / "bag", {commanded: (0.02, 3), measured: (0.0, 1)})
+    assert np.array_equal(log.positions, MEASURED)
+    assert f"read {measured}, 80 states" in log.notes[0] and commanded in log.notes[1]
+
+
+def test_what_never_moved_is_no_measurement(tmp_path):
+    with Bag(tmp_path / "bag", "mcap") as bag:
+        for t, q in moving():
+            bag.write("/joint_states", t, NAMES, 0 * q)
+            bag.write("/joint_states", t + 1e-3, NAMES, 0 * q)
+            bag.write("/driver/joint_states", t, NAMES, q)
+    log = read_log(Question(tmp_path / "bag", NAMES, (False,) * 7))
+    assert np.array_equal(log.positions, MEASURED)
+
+
+def test_a_choice_that_is_not_plain_is_asked_for(tmp_path):
+    with pytest.raises(mukca.MukcaError, match=r"/a and /b have .* 0.02 rad apart: .*--topic"):
+        sagging(tmp_path / "bag", {"/a": (0.02, 1), "/b": (0.0, 1)})
+    assert len(sagging(tmp_path / "same", {"/a": (0.0, 1), "/b": (0.0, 1)}).stamps) == 80
+
+
+def test_commands_alone_are_said_to_be_commands(tmp_path):
+    log = sagging(tmp_path / "bag", {"/joint_command": (0.0, 1)})
+    assert "/joint_command is called like commands" in log.notes[1]
+
+
+def test_degrees_in_a_bag_are_told_and_read(tmp_path):
+    def written(**units):
+        return read_log(Question(tmp_path / "bag", NAMES, (False,) * 7, **units))
+
+    with pytest.raises(mukca.MukcaError, match=r"an angle of .* rad; .* say --units degrees"):
+        read(tmp_path / "bag", [(t, NAMES, np.degrees(q)) for t, q in moving()])
+    assert np.allclose(written(units="degrees").positions, MEASURED)
+    with pytest.raises(mukca.MukcaError, match="for a bag, radians or degrees"):
+        written(units="arm.json")
+
+
+def test_stamps_of_whole_seconds_give_way_to_the_bags_times(tmp_path):
+    with Bag(tmp_path / "bag", "mcap") as bag:
+        for t, q in moving():
+            bag.write("/joint_states", np.floor(t), NAMES, q, later=t - np.floor(t))
+    log = read_log(Question(tmp_path / "bag", NAMES, (False,) * 7))
+    assert np.allclose(np.diff(log.stamps), 0.05, atol=1e-6)
+    assert any("stamps are whole seconds" in note for note in log.notes)
+
+
+def test_single_poses_are_no_log(tmp_path):
+    with pytest.raises(
+        mukca.MukcaError, match=r"typically 4 s apart; .* of single poses make a ta"
+    ):
+        read(tmp_path / "bag", [(80 * t, NAMES, q) for t, q in moving()])
+
+
+@pytest.mark.parametrize("name", ["a.mcap", "a.csv", "data/a.parquet"])
+def test_a_file_that_git_did_not_bring_is_named(refused, tmp_path, name):
+    file = tmp_path / "set" / name
+    file.parent.mkdir(parents=True)
+    file.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n")
+    info = {"codebase_version": "v3.0", "features": {"observation.state": {"names": NAMES}}}
+    (tmp_path / "set" / "meta").mkdir()
+    (tmp_path / "set" / "meta" / "info.json").write_text(json.dumps(info))
+    path = tmp_path / "set" if name.startswith("data") else file
+    words = ["--units", "degrees"] * name.startswith("data")
+    refused("is a Git LFS pointer, not the data", "extract", path, "--robot", "panda", *words)

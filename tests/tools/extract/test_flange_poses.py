@@ -40,6 +40,7 @@ def test_joints_are_recovered_where_they_are_told(ur5e):
     found = mukca.handeye(ur5e, joints_of(ur5e, placement, POSTURE.tolist()), "beside")
     assert np.array(found.frame.xyz) == pytest.approx(STANDING[:3, 3], abs=2e-4)
     assert any("recovered" in note for note in found.text)
+    assert sum("taken as poses of tool0; if a tool is set in" in note for note in found.text) == 1
     with pytest.raises(MukcaError, match=r"postures bring the flange there, .* give one near"):
         joints_of(ur5e, placement, None)
 

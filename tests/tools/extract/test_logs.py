@@ -8,6 +8,7 @@ from cases import by_table
 
 import mukca
 from mukca.tools.cli import main
+from mukca.tools.extract import Question, read_log
 
 pytestmark = pytest.mark.slow
 
@@ -55,6 +56,19 @@ def test_a_csv_log_that_cannot_be_used(refused, moves, tmp_path, given, words, s
     file = plain(tmp_path / "log.csv", moves, **given)
     refused(said, "extract", file, "--robot", "panda", *words, "--out", tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("heads", ["sec,nanosec", "header.stamp.secs,header.stamp.nsecs"])
+def test_stamps_in_two_columns_are_read_as_one(moves, tmp_path, heads):
+    lines = [",".join([heads, *NAMES])]
+    states = finite(moves)[:100]
+    for state in states:
+        whole = int(state.stamp // 1)
+        nanoseconds = round((state.stamp - whole) * 1e9)
+        lines.append(",".join(map(repr, (whole, nanoseconds, *state.position))))
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    log = read_log(Question(tmp_path / "log.csv", NAMES, (False,) * 7))
+    assert log.stamps == pytest.approx([state.stamp for state in states], abs=1e-6)
 
 
 # -- lerobot ---------------------------------------------------------------------------------------
@@ -128,8 +142,10 @@ def test_lerobot_in_degrees(extract, refused, moves, tmp_path, version):
     assert not (tmp_path / "out").exists()
     refused("say --units degrees", "extract", tmp_path / "set", *words, "--units", "radians")
     assert not (tmp_path / "out").exists()
+    info = tmp_path / "set" / "meta" / "info.json"
+    info.write_text(info.read_text().replace('"fps": 40', '"fps": "40 Hz"'))  # not needed
     status, shown, _ = extract(tmp_path / "set", *words, "--units", "degrees")
-    assert status == 0 and "2 episodes" in shown
+    assert status == 0 and "2 episodes" in shown and "episode" in shown.splitlines()[3]
     moves.read_back(tmp_path / "out" / "placement_1")
 
 

@@ -33,10 +33,10 @@ def still(position, begin, end):
     return [(t, position + rng.normal(0, 1e-5)) for t in np.arange(begin, end, 0.02).tolist()]
 
 
-def rests_of(states, parts=None):
+def rests_of(states, parts=None, **kind):
     stamps, values = (np.array(column) for column in zip(*states, strict=True))
     numbers = np.array(parts) if parts else np.zeros(len(stamps), dtype=int)
-    log = Log(stamps, np.stack([values, np.sin(values)], axis=1), None, numbers)
+    log = Log(stamps, np.stack([values, np.sin(values)], axis=1), None, numbers, **kind)
     joints = (JointLimits("a"), JointLimits("b"))
     return find_rests(log, joints, window=0.3, still=5e-4)
 
@@ -44,6 +44,19 @@ def rests_of(states, parts=None):
 def test_a_rest_torn_by_a_drop_out_is_one(moves):
     (one,) = rests_of(still(0.4, 0, 1.0) + still(0.4, 1.4, 2.4))
     assert one.end - one.begin > 2
+
+
+def test_no_rest_goes_on_in_the_next_episode_or_before_it_began():
+    """An episode begins where the last one ended, and its time at 0."""
+    states = [*still(0.4, 0, 1.0), *still(0.4, 0, 1.4)]
+    episodes = [0] * 50 + [1] * 70
+    for own_clocks in (True, False):
+        first, second = rests_of(states, episodes, episodes=own_clocks)
+        assert (first.part, second.part) == (0, 1)
+        assert 0 < first.end - first.begin < 1 < 1.3 < second.end - second.begin + 0.35
+    later = [*still(0.4, 0, 1.0), *still(0.4, 1.1, 2.4)]  # of a connection that was lost
+    assert len(rests_of(later, [0] * 50 + [1] * 65)) == 1
+    assert len(rests_of(later, [0] * 50 + [1] * 65, episodes=True)) == 2
 
 
 def test_a_short_stop_and_a_slow_move_are_no_rests():

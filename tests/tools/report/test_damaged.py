@@ -111,6 +111,12 @@ def test_parts_that_do_not_fit_each_other_are_named(document, message, path, val
     assert said in message(document)
 
 
+def test_a_posterior_without_the_noise_of_its_samples_is_named(cal, message):
+    document = json.loads((cal / "calibration.json").read_text())
+    document["posterior"]["noises"] = {"points": [1e-4, 1e-4, 10.0]}
+    assert "`posterior.noises`: none of sockets" in message(document)
+
+
 @pytest.mark.parametrize("verb", ["report", "compare"])
 @by_table("old", "new", "times", "said")
 def test_a_file_that_cannot_be_read_gets_one_line(

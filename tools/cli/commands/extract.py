@@ -43,7 +43,9 @@ class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
         repeated=True,
     )
     topic: str | None = cli.option(
-        None, "(bags) topic of the joint states (default: that with most states)", "T"
+        None,
+        "(bags) topic of the joint states (default: what was measured, by its name)",
+        "T",
     )
     joints: str | None = cli.option(
         None,
@@ -53,8 +55,8 @@ class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
     )
     units: str | None = cli.option(
         None,
-        "(lerobot, CSV) radians, degrees, or lerobot's calibration file of the arm, for values"
-        " from -100 to 100",
+        "(lerobot, CSV, bags) radians, degrees, or lerobot's calibration file of the arm, for "
+        "values from -100 to 100",
         "U",
     )
     efforts: bool = cli.option(False, "(bags) also read efforts, which must be in N m")
@@ -78,14 +80,13 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     robot = options.load_robot()
     log, search = _find_rests(options, robot, terminal)
     terminal.say(*log.notes)
-    start = float(log.stamps[0])
-    terminal.warn(*(_left_out(stretch, start) for stretch in search.lost))
+    terminal.warn(*(_left_out(stretch, log) for stretch in search.lost))
     joints = joints_of(robot)
     rests = extract.propose_samples(robot, search.rests, joints, options.distance)
     if options.assign:
         rests = extract.assign(rests, options.assign)
     if rests:
-        _show(rests, terminal)
+        _show(rests, log, terminal)
     folders = extract.placements_of(rests, robot.joint_names, options.distance)
     outputs: dict[str, str] = {}
     if options.out is not None and folders:
@@ -110,7 +111,7 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     terminal.emit(
         {
             "robot": options.robot,
-            "rests": [_row(pause) for pause in rests],
+            "rests": [_row(pause, log) for pause in rests],
             "outputs": outputs,
             "left_out": left_out,
         }
@@ -190,16 +191,27 @@ def _write(
     return {**paths, "picture": str(out / "rests.svg")}
 
 
-def _left_out(stretch: "extract.Stretch", start: float) -> str:
+def _left_out(stretch: "extract.Stretch", log: "extract.Log") -> str:
+    of_episode = f" of episode {stretch.part}" * log.episodes
+    start = _start(log, stretch.part)
     return (
-        f"{stretch.begin - start:.1f} to {stretch.end - start:.1f} s after the first state are "
-        f"left out: {stretch.why}"
+        f"{stretch.begin - start:.1f} to {stretch.end - start:.1f} s after the first state"
+        f"{of_episode} are left out: {stretch.why}"
     )
 
 
-def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:
+def _start(log: "extract.Log", part: int) -> float:
+    """Return the stamp of a log's first state, or where they have clocks of their own a part's."""
+    first = (log.parts == part).argmax() if log.episodes else 0
+    return float(log.stamps[first])
+
+
+def _show(
+    rests: "Sequence[extract.Rest]", log: "extract.Log", terminal: cli.Terminal
+) -> None:
     heads = (
         "rest",
+        *(["episode"] * log.episodes),
         "from s",
         "for s",
         "ball by the nominal model, mm",
@@ -207,6 +219,7 @@ def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:
         "sample of",
     )
     rows: list[list[str]] = []
+    start = min(pause.begin for pause in rests)
     for number, pause in enumerate(rests, start=1):
         ball = " ".join(f"{fixed(1e3 * value, 0):>7}" for value in pause.ball)
         sample = f"none: {pause.why}"
@@ -214,18 +227,20 @@ def _show(rests: "Sequence[extract.Rest]", terminal: cli.Terminal) -> None:
             sample = f"{pause.placement}, socket {pause.socket}"
         row = [
             str(number),
-            f"{pause.begin - rests[0].begin:.1f}",
+            *([str(pause.part)] * log.episodes),
+            f"{pause.begin - start:.1f}",
             f"{pause.end - pause.begin:.1f}",
             ball,
             f"{1e3 * max(pause.pose.spread):.3f}",
             sample,
         ]
         rows.append(row)
-    terminal.tabulate("rests", heads, rows, left_columns=(5,))
+    terminal.tabulate("rests", heads, rows, left_columns=(len(heads) - 1,))
 
 
-def _row(pause: "extract.Rest") -> dict[str, Any]:
+def _row(pause: "extract.Rest", log: "extract.Log") -> dict[str, Any]:
     return {
+        "episode": pause.part if log.episodes else None,
         "begin": pause.begin,
         "end": pause.end,
         "position": list(pause.pose.position),

@@ -34,6 +34,7 @@ def run_info(options: _InfoOptions, terminal: Terminal) -> int:
             if not options.json:
                 change = _change(before, options.set_distance, "changed from")
                 terminal.say(f"distance {change} in {folder / recorder.METADATA}")
+    terminal.warn(*recorder.unread(options.paths))
     placements = [_describe(folder) for folder in folders]
     terminal.emit({"placements": placements})
     for placement in placements if not options.json else []:

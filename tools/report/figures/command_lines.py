@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from ....recorder import METADATA, RecordingError, read_keys, read_sessions
 from ....solver.calibration import SolveOptions
-from ....solver.identification.data import agreed_length, readings_of, whole_name
+from ....solver.identification.data import agreed_length, readings_of
 from ....solver.identification.robot import BALL_LINK
 from ....solver.results import CalibrationDocument, GivenArm, Role
 
@@ -76,15 +76,12 @@ def solve_command(
         settings_given: Settings that replace its own.
         added: Roles of folders that it did not use.
     """
-    roles = {whole_name(name): now for name, now in (moves or {}).items()}
+    roles = moves or {}
     settings = {**document.settings, **(settings_given or {})}
     arms = () if document.arms is None else document.arms.arms
 
     def folders(role: Role) -> list[str]:
-        rows = [
-            (row.folder, roles.get(whole_name(row.name), row.role))
-            for row in document.data
-        ]
+        rows = [(row.folder, roles.get(row.name, row.role)) for row in document.data]
         rows += (added or {}).items()
         own = list(dict.fromkeys(folder for folder, now in rows if now == role))
         if not arms:

@@ -67,7 +67,7 @@ def shared_data(contenders: Iterable[Calibration]) -> list[Measurement]:
     """Return all placements that the calibrations' files hold, each once."""
     shared: dict[tuple[float, ...], Measurement] = {}
     for contender in contenders:
-        for m in measurements_of(contender.document, contender.robot, contender.source):
+        for m in measurements_of(contender.document, contender.robot):
             shared.setdefault(tuple(m.placement.positions.ravel().tolist()), m)
     return list(shared.values())
 

@@ -26,7 +26,6 @@ from ....solver.identification.data import (
     Measurement,
     as_point,
     evaluate,
-    whole_name,
 )
 from ....solver.identification.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
@@ -121,7 +120,7 @@ def _train_on_held_out(result: Assessment) -> Iterator[Step]:
         return
     index, gap = farthest
     name = result.placements[index].name
-    short = whole_name(result.predictions.names[index])
+    short = result.predictions.names[index]
     text = f"Train on {short} too: recorded already, {gap:.2f} m from the nearest trained on"
     command = solve_command(document, moves={name: "train"})
     yield _forecast(document, name, text, command)
@@ -146,7 +145,7 @@ def _hold_out(result: Assessment, unused: Sequence[UnusedPlacement]) -> Iterator
         yield Step(text, solve_command(document, added=added), words)
     name = placement_to_hold_out(result)
     if name is not None:
-        short = whole_name(name).rpartition("/")[2]
+        short = name.rpartition("/")[2]
         text = f"Hold out {short}, to try: nothing is to be recorded for it"
         yield Step(text, solve_command(document, moves={name: "test"}), words)
 

@@ -10,7 +10,7 @@ import numpy as np
 from ....errors import MukcaError
 from ....recorder import RecordingError, find_placements, read_placement
 from ....solver.assessment import LEAST_HELD_OUT, NEAREST, Assessment
-from ....solver.identification.data import measure, whole_name
+from ....solver.identification.data import measure
 from ....solver.tables import parse_left_out
 
 
@@ -88,14 +88,12 @@ def placement_to_hold_out(result: Assessment) -> str | None:
     if result.predictions.document.arms is not None:
         return None
     training = result.predictions.of_role("train")
-    whole = {whole_name(placement.name) for placement in training}
     paired = [placement for placement in training if placement.measured.has_distance]
     paired.sort(key=lambda placement: len(placement.measured.positions))
-    if len(whole) < 2 or len(paired) < 2:
+    if len(paired) < 2:
         return None
     for candidate in paired:
-        name = whole_name(candidate.name)
-        others = [p for p in training if whole_name(p.name) != name]
+        others = [p for p in training if p is not candidate]
         gaps = [np.linalg.norm(candidate.position - p.position) for p in others]
         is_fit_left = any(p.measured.has_distance for p in others)
         if is_fit_left and min(gaps) >= NEAREST:

@@ -1,0 +1,161 @@
+"""Folders of recordings: which are placements, and what in them is not read."""
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from ..errors import reason_of
+from .metadata import METADATA
+from .points import POINTS, POSES
+from .recording_error import RecordingError
+from .samples import SAMPLES
+
+FILES = (SAMPLES, POINTS, POSES)
+_NAMES = f"{SAMPLES}, or hole_0.csv and hole_1.csv, or {POINTS}, or {POSES}"
+_HOLE = re.compile(r"hole_(\d+)\.csv")
+_MEANT = re.compile(r"(hole)[ _-]?(\d+)\b.*|(samples|points|poses)\b.*", re.IGNORECASE)
+"""Names of files that are probably meant for those that are read."""
+_SPREADSHEETS = (".xlsx", ".xls", ".ods")
+_TABLES = (".csv", ".tsv", ".txt", *_SPREADSHEETS)
+"""Endings of tables."""
+
+MOST_LINES = 3
+"""What is not read, of a folder without a placement, is told in so many lines at most."""
+
+
+def find_placements(paths: Iterable[Path]) -> list[Path]:
+    """Return the folders of all placements that some paths stand for; refuse other paths.
+
+    A folder of placements stands for all of them, by name.
+
+    Raises:
+        RecordingError: A path that does not exist, is no folder, cannot be read, or holds no
+            placement.
+    """
+    folders: list[Path] = []
+    for path in paths:
+        try:
+            folders += _placements_at(path)
+        except OSError as error:
+            raise RecordingError(
+                f"{path}: cannot be read: {reason_of(error)}"
+            ) from None
+    return folders
+
+
+def _placements_at(path: Path) -> list[Path]:
+    """Return the folders of the placements that a path stands for."""
+    if path.name in FILES and path.is_file():
+        return [path.parent]
+    if not path.is_dir():
+        raise RecordingError(f"{path}: {_no_folder(path)}")
+    folders = [path] if is_placement(path) else placements_in(path)
+    if not folders:
+        raise RecordingError(f"{path}: {_no_recording(path)}")
+    return folders
+
+
+def _no_recording(folder: Path) -> str:
+    """Return what to do about a folder without a recording."""
+    expected = (
+        f"no recording in this folder; expected {_NAMES}, or folders that hold them"
+    )
+    lines = [*_unread_files(folder), *unread([folder])]
+    return "; ".join([expected, *lines[:MOST_LINES]])
+
+
+def _no_folder(path: Path) -> str:
+    """Return what to do about a path that is no folder."""
+    if path.exists():
+        folder = path.absolute().parent
+        if is_placement(folder):
+            return f"not a folder; name the placement's folder, {folder}"
+        return (
+            "not a folder; make a recording of it by mukca convert, and name its folder"
+        )
+    if path.suffix == ".csv":
+        return "no such file"
+    _, _, path_after_name = str(path).partition(":")
+    if path_after_name and Path(path_after_name).exists():
+        return f"no such folder; of one robot write {path_after_name}"
+    return "no such folder; a placement is a folder of recordings"
+
+
+def placements_in(folder: Path) -> list[Path]:
+    """Return the placements' folders inside a folder, by name."""
+    return sorted(
+        child for child in folder.iterdir() if child.is_dir() and is_placement(child)
+    )
+
+
+def is_placement(folder: Path) -> bool:
+    """Return whether a folder holds a recording."""
+    return any((folder / name).exists() for name in FILES) or bool(holes_in(folder))
+
+
+def holes_in(folder: Path) -> list[tuple[int, Path]]:
+    """Return the files ``hole_K.csv`` in a folder, each with its socket K."""
+    files = [(_HOLE.fullmatch(child.name), child) for child in folder.iterdir()]
+    return sorted((int(match[1]), file) for match, file in files if match)
+
+
+def unread(paths: Iterable[Path]) -> list[str]:
+    """Return what is not read of some paths, and what would be, a line each.
+
+    That is folders beside placements that hold tables, other placements, or nothing; folders in a
+    placement that are placements; and files whose names are nearly those that are read.
+    """
+    lines: list[str] = []
+    for path in paths:
+        if path.is_dir() and is_placement(path):
+            lines += _unread_of_placement(path)
+        elif path.is_dir():
+            for child in filter(Path.is_dir, sorted(path.iterdir())):
+                lines += _unread_beside(child)
+    return lines
+
+
+def _unread_of_placement(folder: Path) -> Iterator[str]:
+    """Yield what is not read of a placement."""
+    inside = [child.name for child in placements_in(folder)]
+    if inside:
+        names = ", ".join(inside)
+        yield f"{folder}: {names} in it hold recordings, too, and are not read; name them"
+    for words in _unread_files(folder, only_meant=True):
+        yield f"{folder}: {words}"
+
+
+def _unread_beside(folder: Path) -> Iterator[str]:
+    """Yield what is not read of a folder in a folder of placements."""
+    if folder.name.startswith("."):
+        return
+    if is_placement(folder):
+        yield from _unread_of_placement(folder)
+    elif all(file.name == METADATA for file in folder.iterdir()):
+        yield f"{folder}: an empty folder among the placements is left out"
+    elif placements_in(folder):
+        yield f"{folder}: its placements lie one folder deeper and are not read; name {folder}"
+    else:
+        yield from (f"{folder}: {words}" for words in _unread_files(folder))
+
+
+def _unread_files(folder: Path, *, only_meant: bool = False) -> Iterator[str]:
+    """Yield which tables of a folder are not read, and what would be.
+
+    ``only_meant`` passes over those whose names are far from what is read.
+    """
+    other: list[str] = []
+    for file in sorted(folder.iterdir()):
+        is_read = file.name in FILES or _HOLE.fullmatch(file.name)
+        if is_read or file.suffix.lower() not in _TABLES:
+            continue
+        match = _MEANT.fullmatch(file.name)
+        if match is None:
+            other += [file.name] * (file.suffix != ".txt")
+            continue
+        meant = f"hole_{int(match[2])}" if match[2] else match[3].lower()
+        save = "save it as CSV and " * (file.suffix.lower() in _SPREADSHEETS)
+        yield f"{file.name} is not read; {save}call it {meant}.csv"
+    if other and not only_meant:
+        words = f"make one of {other[0]} by mukca convert"
+        yield f"{other[0]} is not read as a recording; {words}"

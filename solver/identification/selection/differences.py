@@ -1,0 +1,122 @@
+"""The choice of what differs between places, by the evidence of the whole fit."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from heapq import nlargest
+from itertools import chain, groupby
+from math import log
+
+import numpy as np
+
+from ....errors import NotConverged
+from ..data import Observations
+from ..inference import FitPosterior, refit
+from ..model import BALL, BASE, PLACES, Difference
+from .candidates import Rises, courses_of, differing_balls, steps_of, steps_of_base
+
+INDEPENDENT = 0.5
+"""Share of the evidence that counts but of steps of a base: poses in a row are alike, and so are
+their errors, which look like a drift, or like a joint or a ball that differs."""
+KEPT = 3.0
+"""Rise of the logarithm of the evidence from which a difference is in the model."""
+CLOSELY = 3
+"""How many families are looked at closely, the best of each by a fit of its own."""
+SECANTS = 2
+"""Fits by which a zero comes to its size, since large turns are not linear."""
+
+
+def with_differences(posterior: FitPosterior) -> FitPosterior:
+    """Return the fit with all differences that the data support."""
+    families = _families(posterior.data, posterior.model.robot.joint_names)
+    while families:
+        best, gain = _best_of(posterior, families)
+        if gain < KEPT:
+            break
+        new = best.objective.differences[-1]
+        families = [family for family in families if new not in family]
+        posterior = _without_idle(_at_its_size(best))
+    return posterior
+
+
+def _without_idle(posterior: FitPosterior) -> FitPosterior:
+    """Return the fit without differences that the last one explains as well."""
+    for difference in posterior.objective.differences[:-1]:
+        with suppress(NotConverged):
+            fewer = [d for d in posterior.objective.differences if d is not difference]
+            without = refit(posterior, differences=fewer, average_widths=False)
+            if posterior.log_evidence - without.log_evidence < KEPT:
+                posterior = without
+    return posterior
+
+
+def _at_its_size(posterior: FitPosterior) -> FitPosterior:
+    """Return the fit with the last difference, if it is a joint's zero, about its size."""
+    *others, new = posterior.objective.differences
+    if new.part in PLACES:
+        return posterior
+    for _ in range(SECANTS):
+        zero = float(posterior.state.x[-1])
+        sized = replace(new, zero=zero, values=posterior.arm.values)
+        differences = (*others, sized)
+        posterior = refit(posterior, differences=differences, average_widths=False)
+    return posterior
+
+
+def _families(data: Observations, joints: Sequence[str]) -> list[list[Difference]]:
+    """Return what may differ, of which one in each family may hold."""
+    placements = data.placements
+    families: list[list[Difference]] = []
+    for placement in placements:
+        families.append(steps_of_base(data, placement))
+        families += [[course] for course in courses_of(data, placement)]
+    families.append(steps_of(data, BALL))
+    families.append([*chain(*(steps_of(data, joint) for joint in joints))])
+    if len(placements) > 1:
+        families.append([differing_balls(placements)])
+    return [family for family in families if family]
+
+
+def _best_of(
+    posterior: FitPosterior,
+    families: Sequence[Sequence[Difference]],
+) -> tuple[FitPosterior, float]:
+    """Return the fit with the best further difference, and the rise of the evidence by it."""
+    hints: list[tuple[float, int, int]] = []
+    linear = Rises(posterior)
+    for number, family in enumerate(families):
+        try:
+            rises = _by_parts(linear, family)
+        except np.linalg.LinAlgError:  # of exact data, say, which leave no noise
+            continue
+        k = int(np.argmax(rises))
+        hints.append((_worth(rises[k], family), number, k))
+    best, gain = posterior, -np.inf
+    for hint, number, k in nlargest(CLOSELY, hints):
+        if hint < 0:
+            break
+        with suppress(NotConverged):
+            differences = (*posterior.objective.differences, families[number][k])
+            candidate = refit(posterior, differences=differences, average_widths=False)
+            rise = candidate.log_evidence - posterior.log_evidence
+            worth = _worth(rise, families[number])
+            if worth > gain:
+                best, gain = candidate, worth
+    return best, gain
+
+
+def _by_parts(linear: Rises, family: Sequence[Difference]) -> np.ndarray:
+    """Return the rise of the evidence by each of a family, to first order, shape (K,)."""
+    by_part = groupby(family, lambda difference: difference.part)
+    return np.concatenate([linear.by([*of_part]) for _, of_part in by_part])
+
+
+def _worth(rise: float, family: Sequence[Difference]) -> float:
+    """Return how much of a rise of the evidence by one of a family counts.
+
+    A step at one of many samples has to gain more, since it could be at any.
+    """
+    first = family[0]
+    moved = first.part == BASE and first.course == "step"
+    share = 1.0 if moved else INDEPENDENT
+    return share * rise - log(len(family))
