@@ -10,12 +10,12 @@ from .formatting import joined, percent
 from .limits import LIMITS, NEAR, WORKSPACE, LimitResult
 from .verdict import (
     INSTRUMENT,
-    NEEDED,
     Kind,
     Outcome,
     Premise,
     Scope,
     Verdict,
+    gaps_of,
     sentence,
     verdict_of,
 )
@@ -106,10 +106,7 @@ def _held_back(rows: Sequence[LimitResult]) -> list[LimitResult]:
     near_is_kept = _is_kept(rows, NEAR)
     missed = [row for row in rows if row.status in ("fail", "not enough")]
     missed = [row for row in missed if not (near_is_kept and row.name == WORKSPACE)]
-    unknown = [
-        row for row in rows if row.status == "not evaluated" and row.name in NEEDED
-    ]
-    return [*missed, *(row for row in unknown if row.reason != INSTRUMENT)]
+    return [*missed, *(row for row in gaps_of(rows) if row.reason != INSTRUMENT)]
 
 
 def _is_kept(rows: Iterable[LimitResult], name: str) -> bool:

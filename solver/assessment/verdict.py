@@ -111,6 +111,11 @@ def worst(statuses: Iterable[int]) -> int:
     return next((status for status in (1, 3) if status in present), 0)
 
 
+def gaps_of(rows: Iterable[LimitResult]) -> list[LimitResult]:
+    """Return the rows without which there is no PASS, and that nothing evaluated."""
+    return [row for row in rows if row.status == "not evaluated" and row.name in NEEDED]
+
+
 def judge(
     rows: Sequence[LimitResult],
     causes: Sequence[Hypothesis] = (),
@@ -123,13 +128,12 @@ def judge(
     """
     failed = [row.name for row in rows if row.status == "fail"]
     statuses = {row.status for row in rows}
-    open_ = any(row.status == "not evaluated" and row.name in NEEDED for row in rows)
     if failed:
         kind = "better" if better and set(failed) <= set(LIMITS) else None
         return verdict_of(rows, causes, "fail", kind)
     if "not enough" in statuses:
         return verdict_of(rows, causes, "incomplete", "not_enough")
-    if open_:
+    if gaps_of(rows):
         return verdict_of(rows, causes, "incomplete", "not_validated")
     return verdict_of(rows, causes, "pass", scope="workspace")
 
@@ -188,7 +192,7 @@ def reasons_in_words(rows: Sequence[LimitResult], status: Outcome) -> str:
     if limits_met and status == "pass":
         words.append(f"Within its limit: {joined(limits_met)}.")
     broken = texts("fail") or texts("not enough")
-    gaps = [row for row in rows if row.status == "not evaluated" and row.name in NEEDED]
+    gaps = gaps_of(rows)
     if status != "pass" and not broken:
         words += [sentence(row.text) for row in gaps[:1]]
     words += [*broken, *texts("warning")]

@@ -189,13 +189,12 @@ def _updated_document(
     tool: ToolFrame | None,
 ) -> CalibrationDocument:
     """Return the document of a calibration whose arm was updated."""
-    deflection = calibrated.deflection
     urdfs = structs.replace(
         document.model,
         nominal_urdf=calibrated.robot.text.data.decode(),
         calibrated_urdf=calibrated.urdf().decode(),
     )
-    coefficients = zip(deflection.extensions, deflection.coefficients, strict=True)
+    coefficients = calibrated.deflection.by_name
     values, exported = calibrated.values.tolist(), calibrated.geometry.tolist()
     numbers = zip(document.parameters, values, exported, strict=True)
     document = structs.replace(
@@ -206,7 +205,9 @@ def _updated_document(
             )
             for row, value, number in numbers
         ),
-        deflection={name: tuple(array.tolist()) for name, array in coefficients},
+        deflection={
+            name: tuple(array.tolist()) for name, array in coefficients.items()
+        },
         model=urdfs,
         tools=(*document.tools, *([tool] if tool else [])),
     )

@@ -36,6 +36,16 @@ def test_each_ball_of_scattered_samples_is_more_probable_than_none():
     assert told == []
 
 
+def test_samples_lie_in_a_socket_that_no_sample_was_said_to_be_in():
+    """Nobody has told yet that the ball is in the next socket."""
+    here = Setting("panda", 2)
+    sound = here.samples("none")
+    samples = sound[:6] + sound[12:18] + sound[6:12]
+    samples = tuple(replace(s, socket=0, number=i) for i, s in enumerate(samples, 1))
+    (fault,) = here.check.faults([here.placement(samples)])
+    assert fault.hypothesis.text == "samples 13 to 18 lie in socket 1, not 0"
+
+
 def test_moments_hold_the_joints_where_their_zeros_were_fitted():
     """Zeros are off by up to 5 degrees; moments tell on which side of its play a joint rests."""
     here = Setting("so101", 0)

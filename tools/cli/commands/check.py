@@ -11,7 +11,7 @@ from .... import recorder
 from ....solver import assessment, calibration, design, diagnostics, results
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
-from .prediction import predicted_accuracy
+from .prediction import in_words, predicted_accuracy
 from .report import emit_with_page
 from .validate import ValidateOptions, run_validate
 
@@ -128,13 +128,7 @@ class _Checked:
         count = assessment.plural(len(placements), "placement")
         text = f"In all {total} samples in {count}"
         if accuracy is not None:
-            repeatability = assessment.repeatability_of(
-                problem.robot, problem.options.repeatability_mm
-            )
-            words = assessment.predicted_in_words(
-                accuracy.distance_deviation, accuracy.length, repeatability
-            )
-            return f"{text}: calibrated on them, {words}."
+            return f"{text}: calibrated on them, {in_words(accuracy, problem)}."
         why = "a fit to them does not settle"
         if _are_broken(self.findings):
             why = "mend the errors first"

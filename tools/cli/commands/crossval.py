@@ -12,7 +12,7 @@ from ....solver.assessment import millimetres
 from ....solver.calibration import SolveOptions, UsageError
 from ....solver.identification import data
 from ... import cli
-from .prediction import predicted_accuracy
+from .prediction import in_words, predicted_accuracy
 
 WORTH = 0.05
 """Part of the error that must be gained for more placements to be worth it."""
@@ -182,13 +182,7 @@ def accuracy_in_words(problem: "calibration.CalibrationProblem") -> str:
     accuracy = predicted_accuracy(problem)
     if accuracy is None:
         return ""
-    repeatability = assessment.repeatability_of(
-        problem.robot, problem.options.repeatability_mm
-    )
-    words = assessment.predicted_in_words(
-        accuracy.distance_deviation, accuracy.length, repeatability
-    )
-    return f"Calibrated on all, {words}."
+    return f"Calibrated on all, {in_words(accuracy, problem)}."
 
 
 def show(result: Mapping[str, Any], terminal: cli.Terminal) -> None:

@@ -1,6 +1,6 @@
 """Accuracy that a calibration on some recordings would have, before it is made."""
 
-from ....solver import calibration, design
+from ....solver import assessment, calibration, design
 
 
 def predicted_accuracy(
@@ -15,4 +15,17 @@ def predicted_accuracy(
         settings.distances,
         settings.deviation,
         zeros=bool(settings.zeros),
+    )
+
+
+def in_words(
+    accuracy: "design.Accuracy",
+    problem: "calibration.CalibrationProblem",
+) -> str:
+    """Return that accuracy in words, beside the robot's repeatability."""
+    repeatability = assessment.repeatability_of(
+        problem.robot, problem.options.repeatability_mm
+    )
+    return assessment.predicted_in_words(
+        accuracy.distance_deviation, accuracy.length, repeatability
     )
