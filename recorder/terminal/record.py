@@ -113,8 +113,7 @@ class Recorder:
                 self._actions.session,
                 signals.received or received,
                 self._actions.refused,
-                self._handler.new_placement,
-                self._handler.readings_changed,
+                self._actions.successor,
                 self._actions.moved,
                 self._client.advice,
             )
