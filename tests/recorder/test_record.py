@@ -227,6 +227,22 @@ class Typist:
         os.write(self._writer, self._typed.pop(0)[1].encode())
 
 
+def test_a_key_that_waited_is_dropped_and_never_carried_out_at_another_pose(arm, by_hand):
+    """The screen holds the recorder up for three seconds, in which the arm moves on."""
+
+    class Held(Seen):
+        def show(self, view):
+            self.sleep = 3.0 if len(self.views) == 15 else 0.0
+            super().show(view)
+
+    typed = (1.2, "a"), (7.2, "a"), (9.0, "q")
+    outcome, seen = by_hand(arm(speed=1.0), *typed, seen=Held())
+    assert [round(sample.stamp) for sample in outcome.session.live] == [7]
+    assert any(
+        alarm.startswith("dropped a: the recorder was held up for 3") for alarm in seen.alarms
+    ), seen.alarms
+
+
 def words_of(seen):
     """The banner's words, each time that they changed."""
     words = [view.prompt.words for view in seen.views]
