@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import signal
 import threading
 import time
@@ -15,6 +16,7 @@ from altered import write_rows
 from cases import by_table
 from terminal_session import PATIENCE
 
+from mukca import MukcaError
 from mukca.drivers import Reconnecting, clock, open_driver
 from mukca.recorder import Metadata
 from mukca.recorder.session import Advice, Alarm, Recording, Session, View
@@ -327,6 +329,32 @@ def test_other_keys_can_capture_and_numbers_are_typed(arm, by_hand):
         view.prompt.words == "WHICH?" and "delete sample: 1_" in view.prompt.reason
         for view in seen.views
     )
+
+
+@pytest.mark.parametrize(
+    ("settings", "expected"),
+    [
+        (["capture=Enter,PageDown"], {"Enter": "capture", "PageDown": "capture"}),
+        (["capture=Enter,keep=PageDown,PageUp"], {"Enter": "capture", "PageUp": "keep"}),
+        (["yes=PageUp", "new=+,capture=="], {"PageUp": "yes", "+": "new", "=": "capture"}),
+    ],
+)
+def test_a_pedal_can_answer_and_one_setting_can_be_a_list(settings, expected):
+    keys = keys_with(settings)
+    assert {key: keys[key] for key in expected} == expected
+
+
+@pytest.mark.parametrize("setting", ["capture=Enter,shoot=+", "keep=Enter,", "keep", "=Enter"])
+def test_a_list_with_an_unknown_part_is_refused(setting):
+    with pytest.raises(MukcaError, match=re.escape(f"--key {setting}: ")):
+        keys_with([setting])
+
+
+def test_a_pedal_keeps_what_an_alarm_says(arm, by_hand):
+    adviser = Guidance({}, {}, {"alarms": (BASE,)})
+    typed = (0.5, "a"), (2.2, "a"), (3.5, "+"), (5.6, "q")
+    by_hand(arm(speed=1.0), *typed, guidance=adviser, keys=keys_with(["capture=a,keep=+"]))
+    assert adviser.asked[-1].answers.kept == (BASE,)
 
 
 class Guidance:
