@@ -12,6 +12,7 @@ _NUMBERED = re.compile(r"(.+)-([2-9]|[1-9]\d{1,2})")
 
 def next_folder(folder: Path) -> Path:
     """Return the folder after all of a series."""
+    folder = folder if folder.name.strip(".") else folder.resolve()
     first = _first(folder)
     count = max((1, *_later_folders(first))) + 1
     return folder.with_name(f"{first.name}-{count}")

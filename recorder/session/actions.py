@@ -215,7 +215,7 @@ class SessionActions:
         except RecordingError as error:
             self.alarm(f"not done: {error}")
             return False
-        if not self._mark(UNDO, *leaving):
+        if leaving and not self._mark(UNDO, *leaving):
             self.successor.discard()
             self.successor = None
             return False

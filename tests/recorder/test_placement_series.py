@@ -1,6 +1,7 @@
 """One base after the other: folders in series, and samples that move on and are never lost."""
 
 import json
+from pathlib import Path
 
 import pytest
 from full_disk import full_disk
@@ -42,6 +43,13 @@ def test_the_newest_of_a_series_goes_on_and_the_next_is_after_all(
         make(tmp_path / name, second)
     assert newest_folder(tmp_path / folder) == tmp_path / newest
     assert next_folder(tmp_path / folder) == tmp_path / after
+
+
+def test_the_current_folder_has_a_next_one(tmp_path, monkeypatch):
+    make(tmp_path / "front", 0)
+    monkeypatch.chdir(tmp_path / "front")
+    assert newest_folder(Path()) == Path()
+    assert next_folder(Path()) == tmp_path / "front-2"
 
 
 class Watched(Recording):

@@ -20,8 +20,8 @@ from ..cli import RobotOptions
 from .guidance_process import WorkerProcess
 from .page_address import PageAddress, keep_address, kept_address
 
-LINGER = 2.5
-"""Longest time in which a browser is still told that the session ended [s]."""
+LINGER = 1.5
+"""Time in which browsers are still told that the session ended [s]."""
 MOST_CONNECTIONS = 30
 DIGITS = 3
 """Of positions [rad], [m]: an arm at rest is not drawn again and again for its noise."""
@@ -104,13 +104,12 @@ class _Server(ThreadingHTTPServer):
         self.state = b"{}"
         self.asked = -LINGER
         """When a browser asked for the state."""
-        self.ended, self.told = False, threading.Event()
         self.trusted: dict[socket.socket, bool] = {}
         """Open connections, the oldest first: whether the address was known there."""
         port = self.server_address[1]
         reachable = _reachable(host)
         this = socket.gethostname().lower()
-        self.names = {"localhost", host, reachable, this, f"{this}.local"}
+        self.names = {"localhost", host.lower(), reachable, this, f"{this}.local"}
         self.url = f"http://{reachable}:{port}/{self.token}/"
 
     def process_request(self, request: Any, client_address: Any) -> None:
@@ -133,11 +132,10 @@ class _Server(ThreadingHTTPServer):
         super().shutdown_request(request)
 
     def end(self, state: Mapping[str, Any]) -> None:
-        """Tell browsers that the session ended, if any asks, for a moment."""
-        self.state, self.ended = json.dumps({**state, "ended": True}).encode(), True
+        """Tell browsers that the session ended, if any asked a moment ago."""
+        self.state = json.dumps({**state, "ended": True}).encode()
         if clock.now() - self.asked < LINGER:
-            self.told.wait(LINGER)
-            clock.sleep(0.2)  # for other browsers
+            clock.sleep(LINGER)
 
 
 def _server(host: str) -> _Server:
@@ -196,8 +194,6 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
         if name:
             self.server.asked = clock.now()
-            if self.server.ended:
-                self.server.told.set()
 
     def _is_own(self) -> bool:
         """Return whether the address names this computer: another site's name may lead here."""

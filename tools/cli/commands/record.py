@@ -123,9 +123,7 @@ def _recorded(
             start = replace(
                 start,
                 options=replace(options, out=outcome.successor.folder),
-                metadata=replace(
-                    start.metadata, readings_changed=outcome.readings_changed
-                ),
+                metadata=outcome.successor.metadata,
                 recording=outcome.successor,
             )
 
