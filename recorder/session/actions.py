@@ -56,10 +56,8 @@ class SessionActions:
     plausible: Check | None = None
     refused: int = 0
     """Number of refused captures."""
-    moved: tuple[Sample, ...] = ()
-    """Samples that belong to the next placement."""
     successor: Recording | None = None
-    """The next placement, open, once it is begun."""
+    """The next placement, open, with the samples that moved there, once it is begun."""
 
     def notify(self, text: str) -> None:
         """Show a message to the operator."""
@@ -221,7 +219,6 @@ class SessionActions:
             return False
         for sample in leaving:
             self.session = self.session.without(sample.number)
-        self.moved = tuple(part)
         return True
 
     def switch(self, socket: int) -> None:

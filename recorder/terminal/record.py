@@ -117,7 +117,6 @@ class Recorder:
                 signals.received or received,
                 self._actions.refused,
                 self._actions.successor,
-                self._actions.moved,
                 self._client.advice,
             )
 

@@ -118,7 +118,7 @@ def _recorded(
                 outcome.successor.close()
                 return outcome, start
             parts += [placement] if live else []
-            if outcome.readings_changed:
+            if outcome.successor.metadata.readings_changed:
                 parts = []
             start = replace(
                 start,
