@@ -195,27 +195,35 @@ class Operator:
 
     def __init__(self, world: World, folder: Path) -> None:
         self.world, self.folder = world, folder
-        self.captured, self.count = 0, 0
+        self.captured = 0
         self.alarms: list[tuple[int, str]] = []
         self.cures: list[str] = []
         self.words = ""
         self._parts: list[Placement] = []
-        self._begin_part(())
+        self._begin_part(self._first_recording())
 
-    def _begin_part(self, moved: Sequence[Sample]) -> None:
-        """Go on in a new folder, with the samples since the base moved."""
+    def _first_recording(self) -> Recording:
+        """Open the folder in which the session begins."""
         world = self.world
-        robot, name = world.robot, f"part_{self.count}"
+        robot = world.robot
         units = tuple(joint.unit for joint in joints_of(robot))
         about = Metadata(
             robot.name, robot.joint_names, units, world.given, measured=True
         )
-        self.recording = Recording(self.folder / name, about)
-        samples = [replace(sample, number=i) for i, sample in enumerate(moved, 1)]
-        for sample in samples:
-            self.recording.capture(sample)
-        session = Session(joints_of(robot), samples=tuple(samples), block=BLOCK)
-        session = session.switched(samples[-1].socket) if samples else session
+        return Recording(self.folder / "part", about)
+
+    def _begin_part(self, recording: Recording) -> None:
+        """Go on in a folder, with the samples since the base moved."""
+        world = self.world
+        robot = world.robot
+        self.recording = recording
+        session = Session(
+            joints_of(robot),
+            samples=recording.content.samples,
+            socket=recording.socket,
+            distance=world.given,
+            block=BLOCK,
+        )
         sound = Sound(lambda: None, on=False)
         self.actions = SessionActions(session, self.recording, sound)
         selector = PoseSelector(robot, world.given, parts=self._parts)
@@ -251,14 +259,14 @@ class Operator:
         if key == "m":  # a caliper reads what is true
             for letter in (*f"{1e3 * DISTANCE:g}", "Enter"):
                 self.handler.press(letter)
-        if self.handler.new_placement:
+        successor = self.actions.successor
+        if successor:
             self.recording.close()
             live = self.actions.session.live
-            self.count += 1
             self._parts += [self._placement(live)] if live else []
-            if self.handler.readings_changed:
+            if successor.metadata.readings_changed:
                 self._parts = []
-            self._begin_part(self.actions.moved)
+            self._begin_part(successor)
 
     def _capture(self) -> None:
         session, advice = self.actions.session, self.guidance.advice

@@ -48,6 +48,8 @@ from .placement_files import sample_files as sample_files
 from .placement_files import write_holes as write_holes
 from .placement_names import distinctly_named as distinctly_named
 from .placement_names import placement_name as placement_name
+from .placement_series import newest_folder as newest_folder
+from .placement_series import next_folder as next_folder
 from .points import read_points as read_points
 from .points import unit_quaternion as unit_quaternion
 from .recording_error import EmptyRecordingError as EmptyRecordingError

@@ -56,8 +56,8 @@ class SessionActions:
     plausible: Check | None = None
     refused: int = 0
     """Number of refused captures."""
-    moved: tuple[Sample, ...] = ()
-    """Samples that belong to the next placement."""
+    successor: Recording | None = None
+    """The next placement, open, with the samples that moved there, once it is begun."""
 
     def notify(self, text: str) -> None:
         """Show a message to the operator."""
@@ -190,22 +190,35 @@ class SessionActions:
                 f"sample {number} is now of socket {socket}, before of {sample.socket}"
             )
 
-    def move_on(self, numbers: Sequence[int]) -> bool:
-        """Take samples since the first of some on to the next placement; False if that failed.
+    def begin_next(
+        self, numbers: Sequence[int] = (), *, readings_changed: bool = False
+    ) -> bool:
+        """Begin the next placement, with the samples since the first of some; False if that failed.
 
-        Of those that were taken back, the ones that an alarm took back and that are among them.
+        Of those that were taken back, the ones that an alarm took back and that are among them. The
+        samples are on the disk there before they are taken back here.
         """
         session = self.session
+        metadata = replace(
+            self.recording.metadata,
+            distance=session.distance,
+            measured=session.measured,
+            readings_changed=readings_changed,
+        )
         doubts = set(numbers) & set(session.doubted) & set(session.withdrawn)
-        successors = {s.number for s in session.live if s.number >= min(numbers)}
-        part = [s for s in session.samples if s.number in doubts | successors]
-        for sample in part:
-            if sample.number in doubts:
-                continue
-            if not self._mark(UNDO, sample):
-                return False
+        leaving = [s for s in session.live if numbers and s.number >= min(numbers)]
+        part = [s for s in session.samples if s in leaving or s.number in doubts]
+        try:
+            self.successor = self.recording.begin_next(metadata, part)
+        except RecordingError as error:
+            self.alarm(f"not done: {error}")
+            return False
+        if leaving and not self._mark(UNDO, *leaving):
+            self.successor.discard()
+            self.successor = None
+            return False
+        for sample in leaving:
             self.session = self.session.without(sample.number)
-        self.moved = tuple(part)
         return True
 
     def switch(self, socket: int) -> None:
@@ -241,9 +254,9 @@ class SessionActions:
             self.session = self.session.without(sample.number)
             self.notify(f"took back sample {sample.number} of socket {sample.socket}")
 
-    def _mark(self, event: str, sample: Sample) -> bool:
+    def _mark(self, event: str, *samples: Sample) -> bool:
         try:
-            self.recording.mark(event, sample, time.time())
+            self.recording.mark(event, samples, time.time())
         except RecordingError as error:
             self.alarm(f"not done: {error}")
             return False

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,6 +23,7 @@ from .. import (
     lock_file,
     make_folder,
     mark_line,
+    next_folder,
     placements_in,
     read_metadata,
     read_samples,
@@ -45,6 +47,8 @@ class Recording:
 
     def __init__(self, folder: Path, metadata: Metadata) -> None:
         self.folder = folder
+        self.metadata = metadata
+        """Metadata that this start gave."""
         self.file = folder / SAMPLES
         self.remarks: list[str] = []
         """Remarks to the operator on files that were there already."""
@@ -91,9 +95,30 @@ class Recording:
         """Append a capture; it is on the disk when this returns."""
         self._append(capture_line(sample))
 
-    def mark(self, event: str, sample: Sample, time: float) -> None:
-        """Append a mark on an earlier sample; its line stays in the file."""
-        self._append(mark_line(event, sample, time))
+    def mark(self, event: str, samples: Sequence[Sample], time: float) -> None:
+        """Append a mark on each of some earlier samples, or on none; their lines stay."""
+        self._append(b"".join(mark_line(event, sample, time) for sample in samples))
+
+    def begin_next(self, metadata: Metadata, samples: Sequence[Sample]) -> "Recording":
+        """Begin the next placement of the series, with samples from here.
+
+        Raises:
+            RecordingError: Its files cannot be written; then none of them stays.
+        """
+        successor = Recording(next_folder(self.folder), metadata)
+        try:
+            for number, sample in enumerate(samples, 1):
+                successor.capture(replace(sample, number=number))
+            successor.content = read_samples(successor.file)
+        except RecordingError:
+            successor.discard()
+            raise
+        return successor
+
+    def discard(self) -> None:
+        """Release and remove the files, whose samples are elsewhere."""
+        self.close()
+        self._remove()
 
     def set_socket(self, socket: int) -> None:
         """Remember in which socket the ball is, so that a later start goes on there."""

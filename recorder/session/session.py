@@ -15,6 +15,8 @@ from ..stream import JointLimits, StationaryPose
 
 TARGET = 30
 """Default number of samples for each socket."""
+USUAL = "12-20"
+"""Samples of each socket with which a guided session usually ends."""
 BLOCK = 6
 """Samples after which it is the next socket's turn: in the order 0 1 0 1 a base that moved, or a
 ball in the wrong socket, is told from a wrong distance of the sockets."""
@@ -110,6 +112,11 @@ class Session:
         sockets = [(self.socket + i) % self.sockets for i in range(1, self.sockets)]
         lacking = [k for k in sockets if self.counts[k] < self.target]
         return (lacking or sockets or [self.socket])[0]
+
+    @property
+    def asked(self) -> str:
+        """Samples that each socket is to have, in words."""
+        return USUAL if self.block else str(self.target)
 
     @property
     def complete(self) -> bool:

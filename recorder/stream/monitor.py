@@ -70,6 +70,16 @@ class StreamMonitor(StationarityDetector):
         if connection != self._connection:
             self._connection = connection
             self._reset()
+        if state.stamp == self._stamp:
+            self._stood_since = min(self._stood_since, arrival)
+        else:
+            # The robot's clock stood, and goes on from there: the arm may have moved meanwhile.
+            if (
+                state.stamp > self._stamp
+                and arrival - self._stood_since > self.patience
+            ):
+                self._reset()
+            self._stood_since = math.inf
         self._count(arrival, state.stamp)
         self._sources.feed(state)
         fault = self._fault_of(state)
@@ -141,6 +151,7 @@ class StreamMonitor(StationarityDetector):
         self._frozen_stream = FrozenStreamDetector(self._resolution)
         self._sources = SourceDetector()
         self._stamp = -math.inf
+        self._stood_since = math.inf
         self._least_delay = math.inf
         self.restart()
 

@@ -1,6 +1,7 @@
 """Display of views on a terminal: only changed lines are written, so SSH has little to carry."""
 
 import os
+import sys
 from contextlib import suppress
 
 from rich.console import Console, ConsoleDimensions, Group
@@ -15,7 +16,10 @@ _LEAVE = "\x1b[?25h\x1b[?1049l"
 
 
 class Screen:
-    """A full terminal screen; what was on it before is restored at the end."""
+    """A full terminal screen; what was on it before is restored at the end.
+
+    It waits for no slow line: a frame is drawn once the one before is written.
+    """
 
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -23,14 +27,19 @@ class Screen:
         self._plain = not console.encoding.lower().startswith("utf")
         self._lines: list[Text] = []
         self._size = ConsoleDimensions(0, 0)
+        self._output = -1
+        self._unwritten = b""
 
     def __enter__(self) -> "Screen":
+        self._output = _opened_again(self._descriptor)
         self._write(_ENTER)
         return self
 
     def __exit__(self, *_: object) -> None:
         with suppress(HangUp):
+            os.set_blocking(self._output, True)
             self._write(_LEAVE)
+        os.close(self._output)
 
     def restore(self) -> None:
         """Draw all lines again, since a shell had the terminal meanwhile."""
@@ -38,7 +47,10 @@ class Screen:
         self._size = ConsoleDimensions(0, 0)
 
     def show(self, view: View) -> None:
-        """Draw a view."""
+        """Draw a view, unless the terminal has yet to take in the last one."""
+        self._write("")
+        if self._unwritten:
+            return
         width, height = size = self._terminal_size()
         text = ""
         if size != self._size:
@@ -58,8 +70,9 @@ class Screen:
         self._write(text)
 
     def bell(self) -> None:
-        """Ring the terminal's bell."""
-        self._write("\a")
+        """Ring the terminal's bell, once for all that a slow line has not carried yet."""
+        if not self._unwritten.endswith(b"\a"):
+            self._write("\a")
 
     def _terminal_size(self) -> ConsoleDimensions:
         """Ask the terminal itself: what the shell exported in COLUMNS may be out of date."""
@@ -71,12 +84,28 @@ class Screen:
         return ConsoleDimensions(columns or 80, rows or 24)
 
     def _write(self, text: str) -> None:
-        data = text.encode(self._console.encoding, errors="replace")
+        """Write what the terminal takes in now, and keep what it does not."""
+        self._unwritten += text.encode(self._console.encoding, errors="replace")
         try:
-            while data:
-                data = data[os.write(self._descriptor, data) :]
+            while self._unwritten:
+                count = os.write(self._output, self._unwritten)
+                self._unwritten = self._unwritten[count:]
+        except BlockingIOError:
+            return
         except OSError:
             raise HangUp from None
+
+
+def _opened_again(descriptor: int) -> int:
+    """Return a descriptor of a terminal on which writes need not wait, if the system has one.
+
+    The shell shares the terminal's own descriptor, and expects its writes to wait.
+    """
+    if sys.platform != "win32":
+        flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY
+        with suppress(OSError):
+            return os.open(os.ttyname(descriptor), flags)
+    return os.dup(descriptor)
 
 
 def _content(line: Text) -> object:
@@ -91,7 +120,7 @@ class Lines:
         self._brief = brief
         self._last: object = None
         self._words = ""
-        self._advice: object = None
+        self._advice: list[str] = []
         self._helped = False
 
     def __enter__(self) -> "Lines":
@@ -114,9 +143,11 @@ class Lines:
                 self._console.print(
                     ("! " if message.alarm else "") + message.text, markup=False
                 )
-            if view.advice and view.advice is not self._advice:
-                for line in advice_lines(view, 200):
+            advice = advice_lines(view, 200)
+            for line in advice:
+                if line not in self._advice:
                     self._console.print(line, markup=False)
+            self._advice = advice or self._advice
             if not view.scripted:
                 self._show_prompt(view)
             if view.help and not self._helped:
@@ -124,13 +155,13 @@ class Lines:
         except OSError:
             raise HangUp from None
         self._last = messages[-1] if messages else None
-        self._helped, self._advice = view.help, view.advice
+        self._helped = view.help
 
     def _show_prompt(self, view: View) -> None:
         """Print the keys once, and the prompt each time that it, or the typed line, changes."""
         prompt = view.prompt
         words = prompt.text if prompt.words == "WHICH?" else prompt.words
-        if words == self._words:
+        if words == self._words or view.captured is not None:  # a message says that
             return
         if not self._words:
             self._console.print(KEYS, markup=False)

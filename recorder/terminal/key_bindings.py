@@ -11,18 +11,6 @@ from dataclasses import dataclass, replace
 from ...errors import MukcaError
 from .keyboard import NAMES
 
-ACTIONS = [
-    "capture",
-    "undo",
-    "redo",
-    "delete",
-    "relabel",
-    "measure",
-    "next",
-    "finish",
-    "help",
-]
-"""Actions that a key can be given."""
 KEYS: Mapping[str, str] = {
     "space": "capture",
     "a": "capture",
@@ -40,6 +28,8 @@ KEYS: Mapping[str, str] = {
     "k": "keep",
 }
 """Default action of each key; digits choose a socket."""
+ACTIONS = [*dict.fromkeys(KEYS.values())]
+"""Actions that a key can be given."""
 
 
 class KeyMapError(MukcaError):
@@ -47,19 +37,24 @@ class KeyMapError(MukcaError):
 
 
 def keys_with(settings: Iterable[str]) -> dict[str, str]:
-    """Return each key's action, some given by the operator, as in ``capture=Enter,PageDown``.
+    """Return each key's action, some given by the operator, as in ``capture=Enter,Tab,keep=Up``.
 
     Raises:
         KeyMapError: No such action, or no such key.
     """
     keys = dict(KEYS)
     for setting in settings:
-        action, _, names = setting.partition("=")
-        if action not in ACTIONS:
-            raise KeyMapError(
-                f"--key {setting}: {action!r} is none of {', '.join(ACTIONS)}"
-            )
-        for name in names.split(","):
+        action = ""
+        for i, part in enumerate(setting.split(",")):
+            before, _, name = part.partition("=")
+            if i == 0 or (before and name):
+                action = before
+            else:
+                name = part
+            if action not in ACTIONS:
+                raise KeyMapError(
+                    f"--key {setting}: {action!r} is none of {', '.join(ACTIONS)}"
+                )
             keys[_known(name, setting)] = action
     return keys
 

@@ -36,10 +36,6 @@ class KeyHandler:
     help: bool = False
     line: TypedLine | None = None
     """Line that is being typed."""
-    new_placement: bool = False
-    """True if the operator goes on at a new placement."""
-    readings_changed: bool = False
-    """True if joints read otherwise since: earlier placements tell nothing of the new one."""
 
     def press(self, key: str) -> None:
         """Carry out a key; ``delete=12``, ``relabel=12:1``, ``measure=98.6`` are a script's."""
@@ -96,8 +92,9 @@ class KeyHandler:
         if action == "keep":
             self.actions.keep(alarm.text)
         elif action == "new" and alarm.samples:
-            self.readings_changed = alarm.cause == "joints"
-            self._start_new_placement(alarm.samples)
+            changed = alarm.cause == "joints"
+            if not self._start_new_placement(alarm.samples, readings_changed=changed):
+                return True
         elif action == "delete" and alarm.cause == "ball":
             self.actions.doubt(alarm.samples)
         elif action == "measure" and alarm.cause == "distance":
@@ -128,11 +125,14 @@ class KeyHandler:
         self.paused = False
         self.actions.switch(socket)
 
-    def _start_new_placement(self, numbers: Sequence[int] = ()) -> None:
-        """Go on at a new placement, with the samples since the first of some, if any."""
-        if not numbers or self.actions.move_on(numbers):
-            self.new_placement = True
+    def _start_new_placement(
+        self, numbers: Sequence[int] = (), *, readings_changed: bool = False
+    ) -> bool:
+        """Go on at a new placement, with the samples since the first of some; False if refused."""
+        begun = self.actions.begin_next(numbers, readings_changed=readings_changed)
+        if begun:
             self.finish()
+        return begun
 
     def _type_on(self, line: TypedLine, key: str) -> None:
         self.line = line.with_key(key)

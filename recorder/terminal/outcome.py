@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from .. import Sample
-from ..session import Advice, Session
+from ..session import Advice, Recording, Session
 
 
 @dataclass(frozen=True)
@@ -15,11 +14,7 @@ class Outcome:
     """The signal that ended it; None where the operator did."""
     refused: int
     """Number of refused captures."""
-    new_placement: bool = False
-    """True if the operator goes on at a new placement."""
-    readings_changed: bool = False
-    """True if joints read otherwise since: earlier placements tell nothing of the new one."""
-    moved: tuple[Sample, ...] = ()
-    """Samples that belong to it."""
+    successor: Recording | None = None
+    """The next placement, open, if the operator goes on there."""
     advice: Advice | None = None
     """The last that was given."""

@@ -30,6 +30,8 @@ MOST_STATES = 500
 """States taken in at once, at most, so that keys and the screen need not wait for more."""
 MARGIN = 0.1
 """Time beyond a window of which a recorder that is behind still looks at states [s]."""
+OLDEST_KEY = 1.0
+"""Age beyond which a key is dropped: the arm may stand elsewhere by now [s]."""
 SHOWN = 1.0
 """Duration of the banner of a capture [s]."""
 
@@ -92,6 +94,7 @@ class Recorder:
         self._alerts = StreamAlerts(self.stream, self.monitor, self._actions)
         self._trouble = self._alerts.trouble
         self._next_frame = 0.0
+        self._looked = clock.now()
 
     def run(self) -> Outcome:
         """Record until the operator finishes, a signal comes, or the terminal is gone."""
@@ -113,9 +116,7 @@ class Recorder:
                 self._actions.session,
                 signals.received or received,
                 self._actions.refused,
-                self._handler.new_placement,
-                self._handler.readings_changed,
-                self._actions.moved,
+                self._actions.successor,
                 self._client.advice,
             )
 
@@ -129,6 +130,8 @@ class Recorder:
         behind = self.stream.waiting > MOST_STATES
         pause = 0.0 if behind else max(0.0, self._next_frame - clock.now())
         ready = clock.wait(sources, pause)
+        held_up = clock.now() - self._looked
+        self._looked += held_up
         if signals in ready:
             signals.read()
         if signals.continued:
@@ -141,6 +144,10 @@ class Recorder:
         if self.keyboard and self.keyboard in ready:
             keys = self.keyboard.read()
             self._take_states()  # those that came before the key was pressed
+            if held_up > OLDEST_KEY:
+                why = f"the recorder was held up for {held_up:.1f} s; press again"
+                self._actions.alarm(f"dropped {' '.join(keys)}: {why}")
+                keys = []
             for key in keys:
                 self._press(key, clock.now())
             self._next_frame = 0.0

@@ -22,7 +22,6 @@ _TEXTS = Path(__file__).parent
 HELP = (_TEXTS / "help.txt").read_text(encoding="utf-8").rstrip("\n")
 _PLAIN = str.maketrans(dict(zip("█▀▄▮╷─├┤┃◆▸°·…→", "##=i'-[]|<>d.~>", strict=True)))
 _WIDTH, _USUAL = 60, 80
-USUAL = "12-20"
 """Samples in each of two sockets that ENOUGH usually takes."""
 
 
@@ -139,7 +138,7 @@ def _counts(session: Session, width: int) -> Text:
     """Captures of every socket against the target."""
     column = max(16, width // session.sockets)
     line = Text()
-    asked = USUAL if session.block else f"{session.target}"
+    asked = session.asked
     target = int(asked.rpartition("-")[2])
     length = max(4, column - 16 - len(asked))
     for socket, count in enumerate(session.counts):

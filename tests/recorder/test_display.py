@@ -3,8 +3,11 @@
 import io
 import os
 import re
+import select
+import time
 from dataclasses import replace
 
+import pyte
 import pytest
 from rich.console import Console
 
@@ -65,6 +68,26 @@ def test_only_changed_lines_are_written_again(terminal):
         assert rows(terminal.written()) == [7]
 
 
+def test_a_terminal_that_takes_nothing_in_holds_nobody_up(terminal):
+    """What was begun is written whole before a new frame; what the frames between showed is not."""
+    with terminal.screen as screen:
+        begun = time.monotonic()
+        for missed in range(2000):  # a thousand times more than a terminal takes in
+            screen.show(replace(VIEW, missed=missed, title="x" * (missed % 70)))
+        screen.bell()
+        assert time.monotonic() - begun < 20
+        text = b""
+        while select.select([terminal.master], [], [], 0.2)[0]:
+            text += os.read(terminal.master, 65536)
+            screen.show(replace(VIEW, missed=7777))
+        terminal.screen.show(replace(VIEW, missed=7777))
+        text = text.decode()
+    assert "missed 1999" not in text and text.count("\a") == 1
+    shown = pyte.Screen(80, 24)
+    pyte.Stream(shown).feed(text)
+    assert any("missed 7777" in line for line in shown.display)
+
+
 def test_a_terminal_without_unicode_gets_ascii():
     terminal = Terminal("ascii")
     with terminal.screen as screen:
@@ -102,6 +125,25 @@ def test_without_a_terminal_what_to_do_is_a_line_each_time_it_changes():
         "socket 0  WHICH?: delete: _",
         "socket 0  WHICH?: delete: 2_",
     ]
+
+
+def test_a_simple_terminal_gets_one_line_for_each_change():
+    """The same advice comes anew with each sample, and a capture is a message already."""
+    text = io.StringIO()
+    by_hand = replace(VIEW, scripted=False, advice=Advice(3, 0, 4e-4, 3e-4, target=(0.9,)))
+    with Lines(Console(file=text, width=200)) as lines:
+        lines.show(by_hand)
+        before = len(text.getvalue().splitlines())
+        session = SESSION.with_message("captured sample 1")
+        lines.show(replace(by_hand, session=session, captured=1))
+        lines.show(
+            replace(by_hand, session=session, advice=Advice(3, 0, 4e-4, 3e-4, target=(0.9,)))
+        )
+        assert text.getvalue().splitlines()[before:] == ["captured sample 1"]
+        lines.show(
+            replace(by_hand, session=session, advice=Advice(4, 0, 3e-4, 3e-4, target=(0.9,)))
+        )
+    assert len(text.getvalue().splitlines()) == before + 2
 
 
 def test_each_joint_that_must_move_is_named_in_the_order_of_the_chain():

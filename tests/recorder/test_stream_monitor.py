@@ -217,3 +217,29 @@ def test_an_arm_that_was_moved_while_the_stream_was_away_did_not_jump():
         monitor.feed(still(0.5 + k / 1000, PLACES[2]), 4.0 + k / 1000, connection=1)
     assert monitor.trouble(4.5) is None and monitor.rest is not None
     assert monitor.rest.position == pytest.approx(PLACES[2], abs=1e-5)
+
+
+def test_a_clock_of_the_robot_that_stood_and_moves_again_is_followed():
+    """The arm was moved meanwhile; the robot's clock goes on where it stood."""
+    monitor = StreamMonitor(JOINTS)
+    for k in range(500):
+        monitor.feed(still(k / 1000), k / 1000)
+    for k in range(500, 4000):
+        monitor.feed(still(0.499, PLACES[2]), k / 1000)
+    assert "does not advance" in str(monitor.trouble(4.0))
+    for k in range(4000, 4250):
+        monitor.feed(still(0.5 + k / 1000 - 4.0, PLACES[2]), k / 1000)
+        assert monitor.rest is None
+    for k in range(4250, 4500):
+        monitor.feed(still(0.5 + k / 1000 - 4.0, PLACES[2]), k / 1000)
+    assert monitor.trouble(4.5) is None
+    assert monitor.rest.position == pytest.approx(PLACES[2], abs=1e-5)
+
+
+def test_a_state_that_came_twice_is_no_clock_that_stood():
+    """Else it would hide a jump."""
+    monitor = StreamMonitor(JOINTS)
+    for k in range(1000):
+        position = PLACES[2] if k > 500 else REST
+        monitor.feed(still(k / 1000 - 0.001 * (k == 500), position), k / 1000)
+    assert "jumped" in str(monitor.trouble(1.0))

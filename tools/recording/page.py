@@ -5,19 +5,24 @@ import secrets
 import socket
 import threading
 from collections.abc import Mapping
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
+from ...drivers import clock
 from ...recorder.session import View
 from ...solver.calibration import UsageError
 from ...solver.identification.robot import load_robot
 from ..cli import RobotOptions
 from .guidance_process import WorkerProcess
+from .page_address import PageAddress, keep_address, kept_address
 
-LETTERS, LENGTH = "abcdefghijkmnpqrstuvwxyz23456789", 12
-"""Of an address that nobody can guess, and that can be typed into a tablet: 60 bits."""
+LINGER = 1.5
+"""Time in which browsers are still told that the session ended [s]."""
+MOST_CONNECTIONS = 30
 DIGITS = 3
 """Of positions [rad], [m]: an arm at rest is not drawn again and again for its noise."""
 EVERYWHERE = ("0.0.0.0", "")  # noqa: S104 - only where the operator asks for it
@@ -44,6 +49,12 @@ class PageProcess(WorkerProcess):
             raise UsageError(f"--page-host {host}: no page can be served there")
         self.url = url
 
+    def close(self) -> None:
+        """Let browsers know of the end, and end it; safe to call twice."""
+        self._pipe.close()
+        self._process.join(LINGER + 1.0)
+        super().close()
+
     def __call__(self, view: View) -> None:
         """Send a view that shows something new, unless one is still being taken in; never waits."""
         self.answer()
@@ -65,7 +76,7 @@ def state_of(view: View) -> dict[str, Any]:
         "reason": view.prompt.reason,
         "socket": session.socket,
         "counts": session.counts,
-        "target": session.target,
+        "target": session.asked,
         "joints": [
             (j.name, max(j.lower, -3.2), min(j.upper, 3.2), j.prismatic)
             for j in session.joints
@@ -84,14 +95,59 @@ def state_of(view: View) -> dict[str, Any]:
 
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
+    request_queue_size = MOST_CONNECTIONS
 
-    def __init__(self, host: str) -> None:
-        super().__init__((host, 0), _Handler)
-        self.token = "".join(secrets.choice(LETTERS) for _ in range(LENGTH))
+    def __init__(self, host: str, address: PageAddress) -> None:
+        super().__init__((host, address.port), _Handler)
+        self.token = address.secret
         self.page = (Path(__file__).parent / "page.html").read_bytes()
         self.state = b"{}"
+        self.asked = -LINGER
+        """When a browser asked for the state."""
+        self.trusted: dict[socket.socket, bool] = {}
+        """Open connections, the oldest first: whether the address was known there."""
         port = self.server_address[1]
-        self.url = f"http://{_reachable(host)}:{port}/{self.token}/"
+        reachable = _reachable(host)
+        this = socket.gethostname().lower()
+        self.names = {"localhost", host.lower(), reachable, this, f"{this}.local"}
+        self.url = f"http://{reachable}:{port}/{self.token}/"
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Serve a connection; beyond the bound, close a stranger's for it, or refuse it."""
+        if len(self.trusted) >= MOST_CONNECTIONS:
+            strangers = (c for c, trusted in [*self.trusted.items()] if not trusted)
+            stranger = next(strangers, None)
+            if stranger is None:
+                self.shutdown_request(request)
+                return
+            self.trusted.pop(stranger, None)
+            with suppress(OSError):
+                stranger.shutdown(socket.SHUT_RDWR)
+        self.trusted[request] = False
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        """Close a connection."""
+        self.trusted.pop(request, None)
+        super().shutdown_request(request)
+
+    def end(self, state: Mapping[str, Any]) -> None:
+        """Tell browsers that the session ended, if any asked a moment ago."""
+        self.state = json.dumps({**state, "ended": True}).encode()
+        if clock.now() - self.asked < LINGER:
+            clock.sleep(LINGER)
+
+
+def _server(host: str) -> _Server:
+    """Return a server at the address of the start before, if that is free."""
+    address = kept_address()
+    if address.port:
+        with suppress(OSError):
+            return _Server(host, address)
+    server = _Server(host, address._replace(port=0))
+    if not address.port:
+        keep_address(address._replace(port=server.server_address[1]))
+    return server
 
 
 def _reachable(host: str) -> str:
@@ -115,11 +171,15 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send the page, or the state that it asks for again and again."""
+        if not self._is_own():
+            self.send_error(421)
+            return
         root, _, name = self.path.removeprefix("/").partition("/")
         authorised = secrets.compare_digest(root.encode(), self.server.token.encode())
         if not authorised or name not in ("", "state"):
             self.send_error(404)
             return
+        self.server.trusted[self.connection] = True
         body = self.server.state if name else self.server.page
         self.send_response(200)
         kind = "application/json" if name else "text/html; charset=utf-8"
@@ -132,6 +192,16 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_header(header, value)
         self.end_headers()
         self.wfile.write(body)
+        if name:
+            self.server.asked = clock.now()
+
+    def _is_own(self) -> bool:
+        """Return whether the address names this computer: another site's name may lead here."""
+        try:
+            name = urlsplit(f"//{self.headers.get('Host', '')}").hostname
+        except ValueError:
+            return False
+        return name in {*self.server.names, self.connection.getsockname()[0]}
 
     def log_message(self, format: str, *args: object) -> None:  # noqa: A002
         """Say nothing: the terminal is the recorder's."""
@@ -143,14 +213,17 @@ def _serve(pipe: Connection, robot: Mapping[str, Any], host: str) -> None:
     from ...solver.identification.robot import link_poses
 
     joints = load_robot(**robot).joints
-    server = _Server(host)
+    server = _server(host)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     pipe.send(server.url)
-    while True:
-        state = pipe.recv()
-        for name in ("position", "next"):
-            if state[name] is not None:
-                drawn = link_poses(joints, np.array([state[name]]))[0, :, :, 3]
-                state[f"{name}_drawn"] = drawn.round(4).tolist()
-        server.state = json.dumps(state).encode()
-        pipe.send({})
+    state: dict[str, Any] = {}
+    with suppress(EOFError, OSError):  # the recorder ended, or crashed
+        while True:
+            state = pipe.recv()
+            for name in ("position", "next"):
+                if state[name] is not None:
+                    drawn = link_poses(joints, np.array([state[name]]))[0, :, :, 3]
+                    state[f"{name}_drawn"] = drawn.round(4).tolist()
+            server.state = json.dumps(state).encode()
+            pipe.send({})
+    server.end(state)

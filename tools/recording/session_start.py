@@ -1,7 +1,7 @@
 """Start of a session: its keys, driver and files; anew, or as an earlier one left it."""
 
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -47,8 +47,8 @@ class SessionStart:
     """The page, which goes on at its address at the next placement."""
     hand: FollowingHand | None = None
     """The hand of a simulated arm, which leads on at the next placement."""
-    samples: Sequence[recorder.Sample] | None = None
-    """The samples since the base moved here; None at the first placement of a run."""
+    recording: Recording | None = None
+    """The placement, open, with the samples since the base moved; None at the first of a run."""
 
     def connect(self) -> Reconnecting:
         """Open the driver, or the hand's arm, as a driver that connects again by itself."""
@@ -63,7 +63,9 @@ class SessionStart:
         return Reconnecting(connection, joint_names=joint_names)
 
     def open_recording(self, still: float) -> Recording:
-        """Open the placement's files, with the notes on this session."""
+        """Open the placement's files, with the notes on this session, if they are not yet."""
+        if self.recording:
+            return self.recording
         options = self.options
         notes = {name: getattr(options, name) for name in NOTES}
         session = {"driver": options.driver, "window": options.window, "still": still}
@@ -71,40 +73,33 @@ class SessionStart:
         return Recording(options.out, replace(self.metadata, session=session))
 
     def first_session(self, recording: Recording, remark: str) -> Session:
-        """Return the session as an earlier start left it, with the samples since the base moved.
+        """Return the session as an earlier start left it, or as it moved here.
 
         Its messages tell what the driver remarked, and where the page is.
         """
         metadata = self.metadata
         content = recording.content
-        first = len(content.samples) + 1
-        samples = [
-            replace(sample, number=i)
-            for i, sample in enumerate(self.samples or (), first)
-        ]
-        for sample in samples:
-            recording.capture(sample)
-        socket = samples[-1].socket if samples else recording.socket
         session = Session(
             joints_of(self.robot),
             sockets=metadata.sockets,
             distance=metadata.distance,
             measured=metadata.measured,
             target=self.options.samples,
-            socket=min(socket, metadata.sockets - 1),
-            samples=(*content.samples, *samples),
+            socket=min(recording.socket, metadata.sockets - 1),
+            samples=content.samples,
             withdrawn=content.withdrawn,
             similar_models=partial(similar_models, self.robot),
         )
         messages = [Message(text, alarm=True) for text in recording.remarks]
-        messages += self._origin(session, len(samples))
+        messages += self._origin(session)
         messages += [Message(remark, alarm=True)] if remark else []
         messages += self._page_messages()
         return replace(session, messages=tuple(messages))
 
-    def _origin(self, session: Session, moved: int) -> list[Message]:
+    def _origin(self, session: Session) -> list[Message]:
         """Return where the samples of a session come from: from before, or since the base moved."""
-        if moved:
+        moved = len(session.samples)
+        if self.recording and moved:
             since = "the base moved"
             if self.metadata.readings_changed:
                 since = "joints read otherwise"
@@ -126,7 +121,7 @@ class SessionStart:
 
     def summary(self, recording: Recording, session: Session) -> tuple[str, ...]:
         """Return the recording that is continued, in lines; none at a new placement."""
-        if not recording.content.samples:
+        if self.recording or not recording.content.samples:
             return ()
         counts = ", ".join(
             f"{count} in socket {k}" for k, count in enumerate(session.counts)

@@ -27,9 +27,11 @@ def record_session(start: SessionStart) -> Outcome:
     metadata = start.metadata
     hand = start.hand
     keys = keys_with(options.key)
-    base_moved = start.samples is not None and not start.samples
+    base_moved = bool(start.recording and not start.recording.content.samples)
     gravity = gravity_of(start.robot, options.load.validated().load)
     with ExitStack() as stack:
+        if start.recording:
+            stack.enter_context(start.recording)
         keyboard, script = options.open_keys(stack)
         stack.enter_context(_undisturbed())
         start.terminal.say_at_once(f"connecting to {options.driver} ...")

@@ -8,6 +8,12 @@ from terminal_session import MUKCA
 from mukca.tools.cli import main
 
 
+@pytest.fixture(autouse=True)
+def state_folder(tmp_path, monkeypatch):
+    """The page keeps its address there."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+
 @pytest.fixture
 def hand(tmp_path):
     """Where a hand leads the arm: 40 configurations."""

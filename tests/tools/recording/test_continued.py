@@ -150,3 +150,13 @@ def test_two_recorders_cannot_share_a_folder(hand, tmp_path, scripted):
         done = scripted(out, "a q")
         assert done.status == 2
         assert "another mukca record is writing there" in done.errors
+
+
+def test_the_same_command_goes_on_where_the_base_was_last(tmp_path, scripted):
+    out = tmp_path / "front"
+    for folder in (out, tmp_path / "front-2"):
+        assert scripted(folder, "a q").status == 0
+    done = scripted(out, "q")
+    assert "front was followed by front-2, which goes on" in done.output
+    assert "continues a recording of 1 sample" in done.output
+    assert str(tmp_path / "front-2/samples.csv") in done.output

@@ -166,7 +166,7 @@ def test_a_session_goes_on_hands_free_with_the_page_in_a_browser(hands, tmp_path
         terminal.press("q")
         assert terminal.wait() == 0
         terminal.wait_for("mukca check", "mukca solve")
-        tab.wait_for_selector("text=NO LINK")
+        tab.wait_for_selector("text=ENDED")
     taken = read(out)
     astray = np.loadtxt(hands / "rest.csv", delimiter=",")[ASTRAY - BEGUN, 0]
     assert np.abs(taken.positions[:, 0] - astray).min() > 0.01

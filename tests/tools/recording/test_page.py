@@ -3,8 +3,9 @@
 import http.client
 import json
 import re
+import socket
 import time
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -51,15 +52,65 @@ def test_the_page_is_live_read_only_and_behind_a_token(hand, tmp_path):
             assert ask(url, path, method)[0] == 501
         capture(terminal, "a", "captured sample 1")
         view = awaited(url, lambda view: view.get("counts") == [1, 0])
-        assert view["words"] in ("GOT 1", "MOVE") and (view["socket"], view["target"]) == (0, 30)
+        assert view["words"] in ("GOT 1", "MOVE") and (view["socket"], view["target"]) == (0, "30")
         assert view["messages"][-1] == ["captured sample 1: 1 in socket 0", False]
         assert view["predicted"] is None and view["next"] is None
         name, lower, upper, prismatic = view["joints"][0]
         assert (name, prismatic) == ("panda_joint1", False) and -3 < lower < 0 < upper < 3
         assert len(view["position_drawn"]) > 7
         terminal.press("q")
+        assert awaited(url, lambda view: view.get("ended"))["counts"] == [1, 0]
         assert terminal.wait() == 0
     assert len(mukca.read_placements(tmp_path / "front")[0].samples) == 1
+
+
+def served(hand, out):
+    """A session with a page, and the address of that."""
+    terminal = TerminalSession(command(hand, out, "--page"), columns=120)
+    found = re.search(r"http://\S+/", terminal.wait_for("page: http"))
+    return terminal, found[0]
+
+
+def test_a_crash_is_told_and_a_restart_has_the_same_address(hand, tmp_path):
+    terminal, address = served(hand, tmp_path / "front")
+    url = urlsplit(address)
+    with terminal:
+        awaited(url, lambda view: view.get("words"))
+        terminal.process.kill()
+        assert awaited(url, lambda view: view.get("ended"))["words"]
+    (file,) = (tmp_path / "state").rglob("page.json")
+    assert file.stat().st_mode & 0o077 == 0
+    deadline = time.monotonic() + PATIENCE
+    with pytest.raises(ConnectionRefusedError):
+        while time.monotonic() < deadline:
+            socket.create_connection((url.hostname, url.port)).close()
+    terminal, again = served(hand, tmp_path / "front")
+    with terminal:
+        assert again == address
+        beside, other = served(hand, tmp_path / "left")
+        with beside:
+            assert urlsplit(other).port != url.port and awaited(urlsplit(other), lambda view: view)
+
+
+def test_a_name_that_is_not_its_own_and_connections_beyond_a_bound_are_refused(hand, tmp_path):
+    terminal, address = served(hand, tmp_path / "front")
+    url = urlsplit(address)
+    with terminal, ExitStack() as stack:
+        for name, status in (("evil.test", 421), ("[", 421), ("", 421), ("localhost", 200)):
+            with closing(http.client.HTTPConnection(url.hostname, url.port)) as asked:
+                asked.request("GET", url.path, headers={"Host": name})
+                assert asked.getresponse().status == status
+        tablet = stack.enter_context(closing(http.client.HTTPConnection(url.hostname, url.port)))
+        sockets = []
+        for _ in range(300):
+            tablet.request("GET", url.path + "state")
+            assert tablet.getresponse().read()
+            sockets.append(socket.create_connection((url.hostname, url.port), timeout=PATIENCE))
+            stack.callback(sockets[-1].close)
+        assert ask(url, url.path + "state")[0] == 200  # another tablet
+        for closed in sockets[-60:-30]:
+            closed.settimeout(3.0)  # an idle one is closed after ten
+            assert closed.recv(1) == b""
 
 
 def test_the_page_shows_the_arm_large_and_the_joint_to_move(tab):
@@ -74,8 +125,9 @@ def test_the_page_shows_the_arm_large_and_the_joint_to_move(tab):
         tab.wait_for_selector("canvas[data-drawn='arm and ghost']")
         assert tab.evaluate("document.documentElement.scrollWidth") <= width
         assert max(tab.evaluate(span)) > 0.7
-        assert tab.locator(".joint.move span").first.inner_text() == "panda_joint1"
+        assert tab.locator(".joint.move span").first.inner_text() == "J1 panda_joint1"
         assert tab.locator(".joint.move").count() == 1
+        assert tab.locator("#joints").bounding_box()["y"] < height - 220  # for seven joints
         assert "the best next pose" in tab.locator("#legend").inner_text()
         tab.locator("summary").click()
         assert "MOVE the arm" in tab.locator("details").inner_text()

@@ -8,7 +8,6 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
-from pathlib import Path
 from types import FrameType
 
 from .... import recorder
@@ -32,6 +31,11 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
     with _interruptible():
         terminal.say_at_once("loading ...")
         robot = options.load_robot()
+        newest = recorder.newest_folder(options.out)
+        if newest != options.out:
+            name = options.out.name
+            terminal.say(f"{name} was followed by {newest.name}, which goes on")
+        options = replace(options, out=newest)
         metadata = options.metadata(robot)
         asked = (
             metadata.distance is None and metadata.sockets > 1 and not options.scripted
@@ -108,27 +112,20 @@ def _recorded(
             if options.scripted and not (options.no_guide or options.quick):
                 for alarm in recording.SessionAlarms(robot)([*parts, placement]):
                     start.terminal.say(f"! {alarm.words}: {alarm.text}")
-            if not outcome.new_placement or outcome.signal is not None:
+            if outcome.successor is None:
+                return outcome, start
+            if outcome.signal is not None:
+                outcome.successor.close()
                 return outcome, start
             parts += [placement] if live else []
-            if outcome.readings_changed:
+            if outcome.successor.metadata.readings_changed:
                 parts = []
             start = replace(
                 start,
-                options=replace(options, out=next_folder(options.out)),
-                metadata=replace(
-                    start.metadata, readings_changed=outcome.readings_changed
-                ),
-                samples=outcome.moved,
+                options=replace(options, out=outcome.successor.folder),
+                metadata=outcome.successor.metadata,
+                recording=outcome.successor,
             )
-
-
-def next_folder(folder: Path) -> Path:
-    """Return the first of ``front-2``, ``front-3``, ... that does not exist."""
-    count = 2
-    while (sibling := folder.with_name(f"{folder.name}-{count}")).exists():
-        count += 1
-    return sibling
 
 
 @contextmanager
@@ -194,7 +191,7 @@ def _next_steps(
     calibrated = f"{options.out}-calibrated"
     words_again = given("driver", "distance", "robot_name", "auto", "page")
     words_again += list(chain.from_iterable(("--key", keys) for keys in options.key))
-    words_again += ["--out", str(next_folder(options.out))]
+    words_again += ["--out", str(recorder.next_folder(options.out))]
     advised = outcome.advice.closing if outcome.advice else ()
     zeros = ["--zeros"] if recording.SessionAlarms(start.robot).coarse else []
     record_again = ["mukca", "record", *robot, *words_again]
