@@ -72,7 +72,7 @@ class JointMessages:
         whole seconds.
         """
         m = len(joints)
-        parts = [np.empty((0, _LEADING + m * (1 + self._efforts)))]
+        parts: list[np.ndarray] = []
         for names, rows in self._rows.items():
             if set(joints) <= set(names) and rows:
                 table = np.frombuffer(rows).reshape(-1, self._width(names))
@@ -80,8 +80,12 @@ class JointMessages:
                 if self._efforts:
                     columns += [column + len(names) for column in columns]
                 parts.append(table[:, [*range(_LEADING), *columns]])
-        states = np.concatenate(parts)
-        states = states[states[:, 0].argsort()]
+        if len(parts) == 1:  # in order, as mostly: a copy would take as much again
+            states = parts[0]
+        else:
+            none = np.empty((0, _LEADING + m * (1 + self._efforts)))
+            states = np.concatenate([none, *parts])
+            states = states[states[:, 0].argsort()]
         stamps, times = states[:, 1], states[:, 2]
         remarks = self._left_out(joints)
         if not (stamps % 1).any():

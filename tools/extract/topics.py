@@ -73,7 +73,7 @@ def _difference(first: JointStates, second: JointStates) -> float:
     differences: list[float] = []
     for joint in range(first.positions.shape[1]):
         readings = first.positions[order, joint]
-        at_moments = np.interp(second.stamps, times, readings)
+        at_moments: np.ndarray = np.interp(second.stamps, times, readings)
         offsets = second.positions[:, joint] - at_moments
         differences.append(float(np.median(np.abs(offsets))))
     return max(differences)
