@@ -7,7 +7,6 @@ import numpy as np
 
 from ..identification.data import Samples
 from ..identification.inference import Posterior
-from .uncertainty import covariance_of
 
 CORRELATED = 3
 """Variance of the mean of samples in a socket, relative to that of independent ones: the errors of
@@ -56,19 +55,8 @@ class BaseLength(NamedTuple):
         noise = u @ (first.noise + second.noise) @ u
         return cls(value, slope, float(noise))
 
-
-def length_deviation(
-    posterior: Posterior,
-    by_socket: Sequence[Samples],
-    measured: float,
-) -> float:
-    """Return the standard deviation of a placement's distance error by the full model [m].
-
-    The first two sockets of ``by_socket`` count, and their distance is measured to ``measured``
-    [m].
-    """
-    means = [SocketMean.of(posterior, samples) for samples in by_socket[:2]]
-    length = BaseLength.of(*means)
-    Sigma = covariance_of(posterior)
-    variance = length.slope @ Sigma @ length.slope
-    return float(variance + length.noise + measured**2) ** 0.5
+    @classmethod
+    def at(cls, posterior: Posterior, by_socket: Sequence[Samples]) -> "BaseLength":
+        """Return that between the first two sockets of some samples."""
+        means = [SocketMean.of(posterior, samples) for samples in by_socket[:2]]
+        return cls.of(*means)

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 from msgspec import structs
 
-from ..identification.data import CALIPER_DEVIATION, Measurement, found_deviation
+from ..identification.data import Measurement, found_deviation
 from ..identification.inference import Posterior
 from ..results import CalibratedRobot, Fit, Measurements, PlacementErrors, Study
-from .base_length import length_deviation
+from .base_errors import BaseErrors, length_deviation
+from .base_length import BaseLength
 from .uncertainty import predicted_deviation
 
 
@@ -44,10 +45,9 @@ def _deviations(
         "found_deviation": found_deviation(points, measured),
     }
     if held_out and measured.has_distance:
-        deviation = measured.distance_deviation or CALIPER_DEVIATION
-        deviations["distance_deviation"] = length_deviation(
-            posterior, by_socket, deviation
-        )
+        bases = BaseErrors.of(posterior, [measured])
+        length = BaseLength.at(posterior, by_socket)
+        deviations["distance_deviation"] = length_deviation(bases, length, measured)
     return deviations
 
 

@@ -1,0 +1,137 @@
+"""Errors of the readings of bases' lengths, which all placements of a base share."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..identification.data import (
+    CALIPER_DEVIATION,
+    SEAT_DEVIATION,
+    Measurement,
+    distance_covariance,
+)
+from ..identification.inference import Posterior
+from .base_length import BaseLength
+from .projections import unit
+from .uncertainty import covariance_of
+
+ROUNDING = 1e-12
+"""Share of the largest eigenvalue of a correlation matrix below which one is rounding."""
+
+
+@dataclass(frozen=True)
+class BaseErrors:
+    """What a fit tells of the errors z of h bases' readings, in their standard deviations.
+
+    Where the model's unknowns change by d, z is m + B d + v^1/2 n with n standard normal.
+    Placements whose stated distances are equal stand on one base. With l - d = F z + .. the errors
+    of the fit's K distances and C their covariance, W = F^T C^-1 is what they tell of z.
+    """
+
+    posterior: Posterior
+    distances: tuple[float, ...]
+    """Stated distance of each base [m]."""
+
+    @staticmethod
+    def of(posterior: Posterior, placements: Sequence[Measurement]) -> "BaseErrors":
+        """Return those of the bases of some placements."""
+        distances = {m.distance for m in placements if m.has_distance}
+        return BaseErrors(posterior, tuple(sorted(distances)))
+
+    @cached_property
+    def mean(self) -> np.ndarray:
+        """M = W (l - d), shape (h,)."""
+        distances = [length.distance for length in self.posterior.data.known]
+        lengths = np.linalg.norm(self._offsets, axis=1)
+        return self._W @ (lengths - distances)
+
+    @cached_property
+    def slopes(self) -> np.ndarray:
+        """B = W S_lx S_xx^-1, shape (h, size), of the distances l and the unknowns x."""
+        S = self.posterior.of_unknowns
+        deviations = np.sqrt(np.diag(S))
+        scale = np.divide(1, deviations, out=np.zeros(len(S)), where=deviations > 0)
+        correlations = scale[:, None] * S * scale
+        inverse = np.linalg.pinv(correlations, rcond=ROUNDING, hermitian=True)
+        across = self._W @ self._of_lengths[:, : len(S)]
+        return ((across * scale) @ inverse) * scale
+
+    @cached_property
+    def variances(self) -> np.ndarray:
+        """V = diag(1 - W F + W S_ll W^T - B S_xx B^T), shape (h,)."""
+        W, size = self._W, self.posterior.model.size
+        of_lengths = self._along(self._of_lengths[:, size:].T)
+        by_lengths = np.sum((W @ of_lengths) * W, axis=1)
+        before = 1 - np.sum(W * self._F.T, axis=1)
+        B, S = self.slopes, self.posterior.of_unknowns
+        by_unknowns = np.sum((B @ S) * B, axis=1)
+        return before + (by_lengths - by_unknowns).clip(min=0)
+
+    def error_of(self, measured: Measurement) -> np.ndarray:
+        """Return by how much each z makes the stated distance of a placement too small, (h,) [m].
+
+        That is its caliper's deviation for its own base, and zero for the others.
+        """
+        is_same = np.equal(self.distances, measured.distance)
+        return is_same * (measured.distance_deviation or CALIPER_DEVIATION)
+
+    @cached_property
+    def _F(self) -> np.ndarray:
+        """F, shape (K, h) [m]."""
+        known = self.posterior.data.known
+        F = np.zeros((len(known), len(self.distances)))
+        for row, length in zip(F, known, strict=True):
+            if length.on_base:
+                is_same = np.equal(self.distances, length.distance)
+                row[is_same] = length.deviation
+        return F
+
+    @cached_property
+    def _W(self) -> np.ndarray:
+        """W, shape (h, K) [1/m]."""
+        C = distance_covariance(self.posterior.data.known)
+        return np.linalg.solve(C, self._F).T
+
+    @cached_property
+    def _offsets(self) -> np.ndarray:
+        """Vectors between the sockets of the fit's distances, shape (K, 3) [m]."""
+        known, centres = self.posterior.data.known, self.posterior.centres
+        first = [length.first for length in known]
+        second = [length.second for length in known]
+        return np.reshape(centres[second] - centres[first], (-1, 3))
+
+    @cached_property
+    def _of_lengths(self) -> np.ndarray:
+        """Covariance of the fit's distances with the unknowns and the centres, (K, n)."""
+        size = self.posterior.model.size
+        return self._along(self.posterior.covariance[size:])
+
+    def _along(self, of_centres: np.ndarray) -> np.ndarray:
+        """Return columns by the centres, (3 S, n), as those by the distances, (K, n)."""
+        known = self.posterior.data.known
+        first = [length.first for length in known]
+        second = [length.second for length in known]
+        columns = of_centres.reshape(-1, 3, of_centres.shape[1])
+        between = columns[second] - columns[first]
+        return np.einsum("ki,kin->kn", unit(self._offsets), between)
+
+
+def length_deviation(
+    bases: BaseErrors,
+    length: BaseLength,
+    measured: Measurement,
+) -> float:
+    """Return the standard deviation of a placement's distance error by the full model [m].
+
+    The error, length less stated distance, is - s d + f z, with s the length's slope and f of
+    :meth:`BaseErrors.error_of`, beside the noise of both. Before any data z has a variance of 1.
+    """
+    S = covariance_of(bases.posterior)
+    f, B = bases.error_of(measured), bases.slopes
+    s = length.slope - f @ B
+    by_unknowns = np.sum((B @ S) * B, axis=1).clip(max=1.0)
+    seat = min(SEAT_DEVIATION, float(f.max()))
+    variance = s @ S @ s + f**2 @ (1 - by_unknowns) + length.noise + seat**2
+    return float(variance) ** 0.5
