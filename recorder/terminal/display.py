@@ -37,7 +37,8 @@ class Screen:
 
     def __exit__(self, *_: object) -> None:
         with suppress(HangUp):
-            os.set_blocking(self._output, True)
+            if sys.platform != "win32":
+                os.set_blocking(self._output, True)
             self._write(_LEAVE)
         os.close(self._output)
 

@@ -45,12 +45,12 @@ def error_parts(
     Their expected squares are n^2 tr Q^T C Q, tr Q^T J Sigma J^T Q, and m^2 times the sum of both
     for n = 1. They are scaled to sum to the square of the error that was found.
     """
-    parts = _thinned(sockets)
-    if not parts:
+    seats = _thinned(sockets)
+    if not seats:
         return None
-    samples = joined(parts)
+    samples = joined(seats)
     points, J, by_joints = posterior.linearise(samples)
-    counts = [len(part.q) for part in parts]
+    counts = [len(part.q) for part in seats]
     across = _contrasts(counts).T
     A = across @ rows_of(J)
     want = A @ covariance_of(posterior) @ A.T

@@ -58,10 +58,10 @@ def error_patterns(
                 best[over] = pattern
     if not best:
         return None
-    patterns = tuple(best.values())
-    first = max(patterns, key=lambda pattern: pattern.log_odds)
+    by_quantity = tuple(best.values())
+    first = max(by_quantity, key=lambda pattern: pattern.log_odds)
     strongest = first.over if first.log_odds > CLEAR else None
-    return ErrorPatterns(patterns=patterns, strongest=strongest)
+    return ErrorPatterns(patterns=by_quantity, strongest=strongest)
 
 
 def _rows(
