@@ -20,7 +20,7 @@ import numpy as np
 from worlds import TRANSLATION, TURN, realistic_flaws
 
 from mukca.recorder import find_placements, read_placement
-from mukca.solver.calibration import SolveOptions, fit_robots
+from mukca.solver.calibration import METHODS, SolveOptions, fit_robot
 from mukca.solver.identification.data import (
     Measurement,
     evaluate,
@@ -70,8 +70,9 @@ def means_held(robot: Robot, train: Measurement) -> Predict:
 def errors(robot: Robot, data: Sequence[Measurement]) -> dict[str, float]:
     """Return each model's mean absolute error at all placements but the first [mm]."""
     train, *test = data
-    recordings = [Measurements(robot, [train])]
-    paper = fit_robots(recordings, SolveOptions(method="paper"))[0].calibrated
+    recordings = Measurements(robot, [train])
+    by_paper = SolveOptions(method="paper")
+    paper = fit_robot(recordings, by_paper, METHODS).calibrated
     models: dict[str, Predict] = {
         "nominal": lambda m: paper.nominal_ball(m.positions),
         "means held": means_held(robot, train),
@@ -80,7 +81,7 @@ def errors(robot: Robot, data: Sequence[Measurement]) -> dict[str, float]:
     for name, kept in ROWS.items():
         without = [extension for extension in EXTENSIONS if extension not in kept]
         options = SolveOptions(without=without)
-        found = fit_robots(recordings, options)[0].calibrated
+        found = fit_robot(recordings, options, METHODS).calibrated
         models[name] = lambda m, found=found: found.ball(m.positions, m.efforts)
         models["URDF alone"] = lambda m, found=found: found.geometric_ball(m.positions)
     return {

@@ -109,7 +109,7 @@ def sync_folder(folder: Path) -> None:
     if sys.platform == "win32":
         return  # folders cannot be opened there; NTFS keeps a journal of names
     try:
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        descriptor = os.open(folder, os.O_RDONLY)
     except PermissionError:
         return  # a folder to write to, not to list
     try:

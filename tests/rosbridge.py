@@ -60,7 +60,7 @@ class Rosbridge:
 
     def publish(self, client):
         waiting = list(self.first_messages)
-        injector = FaultInjector(self.faults)
+        injector = FaultInjector(self.faults, seed=0)
         with suppress(ConnectionClosed):
             for number in itertools.count():
                 state = joint_state(number)

@@ -135,6 +135,8 @@ class Rises:
             slopes *= np.repeat(first.weights, slopes.shape[2] // len(first.weights))
             courses = np.ones((len(slopes), 1))
         rows = np.flatnonzero(courses.any(axis=1) & slopes.any(axis=(1, 2)))
+        if not len(rows):  # a ball on the last axis, say, which its joint does not move
+            return np.full(courses.shape[1], -np.inf)
         return self._of(-slopes[rows], courses[rows], rows, first.width)
 
     def _of(
