@@ -56,7 +56,7 @@ if __name__ == "__main__":
     warnings.filterwarnings("error", module="mukca")
     begin = time.perf_counter()
     require(
-        "repeatability_mm: rep" in pydoc.render_doc(mukca.calibrate),
+        "repeatability_mm" in pydoc.render_doc(mukca.calibrate),
         "help lacks the options",
     )
     recordings = Path(sys.argv[1])
