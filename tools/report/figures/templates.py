@@ -27,7 +27,6 @@ def environment() -> "Environment":
     """Return the templates; what they insert is escaped in pages, and left as it is in texts."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
-    from .template_cache import TemplateCache
 
     templates = Environment(
         loader=FileSystemLoader(FOLDER),
@@ -36,7 +35,6 @@ def environment() -> "Environment":
         extensions=["jinja2.ext.do"],
         trim_blocks=True,
         lstrip_blocks=True,
-        bytecode_cache=TemplateCache(FOLDER),
     )
     filters: dict[str, Any] = {function.__name__: function for function in _FILTERS}
     templates.filters.update(filters, short="{:g}".format)
