@@ -27,7 +27,6 @@ def environment() -> "Environment":
     """Return the templates; what they insert is escaped in pages, and left as it is in texts."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
-
     templates = Environment(
         loader=FileSystemLoader(FOLDER),
         autoescape=select_autoescape(["html.j2"]),
