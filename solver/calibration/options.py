@@ -33,6 +33,7 @@ class CalibrateOptions(TypedDict, total=False):
     flange_poses: bool
     repeatability_mm: float | None
     accept_distorted: bool
+    no_proof: bool
     known: Sequence[str | Path | KnownDistance]
     sockets_at: str | Path | Sequence[str | Path | SocketAt]
     distance_deviation: float | None
@@ -109,6 +110,9 @@ class SolveOptions:
     )
     accept_distorted: bool = _option(
         "export even a model that does not reproduce the sockets' distance", unset=False
+    )
+    no_proof: bool = _option(
+        "leave nothing out: without --test nothing then proves the fit", unset=False
     )
     known: Sequence[str | Path | KnownDistance] = _auto(
         "further measured distances between sockets, to which the fit keeps as closely as their "

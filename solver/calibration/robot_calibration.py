@@ -9,6 +9,7 @@ from ..results import CalibratedRobot, CalibrationDocument, Fit, Study
 from ..tables import in_placements
 from .convergence import converged_fits
 from .fit import NO_METHODS, Methods, fit_robot
+from .folds import with_folds
 from .options import SolveOptions
 from .preparation import Check, Recordings, problem_of
 from .problem import CalibrationProblem
@@ -53,4 +54,5 @@ def calibrate_robot(
         return [fit_robot(problem, settings, methods, prior=known, progress=progress)]
 
     (fit,) = converged_fits([problem], fitted)
+    problem = with_folds(problem, fit, methods, prior(problem), progress)
     return document_of(problem, fit, studies), fit.calibrated

@@ -6,12 +6,13 @@ from dataclasses import replace
 from ..identification import Progress
 from ..identification.robot import Robot
 from .calibration import Calibration
+from .folds import with_folds
 from .multi_robot_calibration import MultiRobotCalibration, common_document
 from .options import SolveOptions
 from .preparation import Recordings
 from .results import document_of
 from .several_problems import located_in_training, problems_of_robots
-from .tables import STUDIES
+from .tables import METHODS, STUDIES
 from .tied_fits import tied_fits
 
 
@@ -27,8 +28,9 @@ def calibrate_robots(
     located = located_in_training(problems, options)
     settings = replace(options, sockets_at=located)
     fits, world = tied_fits([*problems.values()], settings, progress)
-    calibrations = {
-        name: Calibration(document_of(problem, fit, STUDIES), fit.calibrated)
-        for (name, problem), fit in zip(problems.items(), fits, strict=True)
-    }
+    calibrations: dict[str, Calibration] = {}
+    for (name, problem), fit in zip(problems.items(), fits, strict=True):
+        proven = with_folds(problem, fit, METHODS, progress=progress)
+        document = document_of(proven, fit, STUDIES)
+        calibrations[name] = Calibration(document, fit.calibrated)
     return MultiRobotCalibration(calibrations, common_document(calibrations, world))

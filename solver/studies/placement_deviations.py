@@ -27,6 +27,20 @@ def placements(
     return tuple(expected)
 
 
+def left_out(
+    _: Fit, measurements: Measurements, rows: Sequence[PlacementErrors]
+) -> tuple[PlacementErrors, ...]:
+    """Return the errors of what folds leave out, and how large they should be by the fold."""
+    parts = [(fold.fit, m) for fold in measurements.folds for m in fold.left_out]
+    expected: list[PlacementErrors] = []
+    for (fit, m), row in zip(parts, rows, strict=True):
+        if fit.posterior is not None:
+            deviations = _deviations(fit.calibrated, fit.posterior, m, held_out=True)
+            row = structs.replace(row, **deviations)
+        expected.append(row)
+    return tuple(expected)
+
+
 def _deviations(
     calibrated: CalibratedRobot,
     posterior: Posterior,
@@ -52,3 +66,4 @@ def _deviations(
 
 
 PLACEMENTS = Study("placements", placements, ("placements",))
+LEFT_OUT = Study("left_out", left_out, ("left_out",))

@@ -31,11 +31,7 @@ from ....solver.identification.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
 from .answers import farthest_held_out, placements_with_errors
 from .command_lines import as_options, one_robot, record_command, solve_command
-from .recorded_already import (
-    UnusedPlacement,
-    placement_to_hold_out,
-    unused_placements,
-)
+from .recorded_already import UnusedPlacement, unused_placements
 from .types import Step
 
 _SPAN = 0.5
@@ -61,13 +57,13 @@ def _steps(result: Assessment) -> Iterator[Step]:
         yield from _mend(result)
     if {status("scale"), status("distance_given")} != {"pass"}:
         yield from _measure(document, placements)
-    is_proved = any(row.role == "test" for row in placements)
+    is_proved = any(row.role != "train" for row in placements)
     unused = unused_placements(result)
     rows = (*verdict.limits, *verdict.reasons)
     missed = any(row.status in ("fail", "not enough") for row in rows)
     is_lacking = is_proved and (missed or not verdict.use)
     if not is_proved:
-        yield from _hold_out(result, unused)
+        yield from _leave_each_out(document, unused)
     if is_lacking:
         yield from _train_on_held_out(result)
     yield from _corrected_joints(result)
@@ -78,14 +74,15 @@ def _steps(result: Assessment) -> Iterator[Step]:
     if result.limits.repeatability is None and is_usable:
         yield _repeatability(document)
     if by_instrument:
-        yield _measure_points(document, is_proved=is_proved)
+        text = "Measure more points, in poses as varied as can be"
+        yield Step(text, solve_command(document), "")
         return
     text = f"Record another placement {_place_in_words(result)}, all varied, {SAMPLES_ADVISED}"
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
-    text += (
-        ", and train on it too" if is_proved else ", and hold it out by solve --test"
-    )
+    text += ", and train on it too"
+    if not is_proved:
+        text += ": each place is then left out once, which proves the fit"
     yield _forecast(document, None, text, record_command(document))
 
 
@@ -99,16 +96,6 @@ def _mend(result: Assessment) -> Iterator[Step]:
     same = as_options({key: document.settings.get(key) for key in keys})
     command = shlex.join(["mukca", "check", *folders, *one_robot(document), *same])
     yield Step(text, command, "figures that can be believed")
-
-
-def _measure_points(document: CalibrationDocument, *, is_proved: bool) -> Step:
-    """Return the step to measure more points by an instrument."""
-    text = "Measure more points, in poses as varied as can be"
-    words = ""
-    if not is_proved:
-        text += ", and hold some of them out by solve --test"
-        words = "an error that nothing was fitted to"
-    return Step(text, solve_command(document), words)
 
 
 def _train_on_held_out(result: Assessment) -> Iterator[Step]:
@@ -134,20 +121,19 @@ def _train_on_unused(document: CalibrationDocument, unused: UnusedPlacement) -> 
     return Step(text, command, "a smaller error, since more places are known")
 
 
-def _hold_out(result: Assessment, unused: Sequence[UnusedPlacement]) -> Iterator[Step]:
-    """Yield the steps that hold out what is recorded already, where nothing was held out."""
-    document = result.predictions.document
-    words = "an error that nothing was fitted to, and a verdict"
-    if unused:
+def _leave_each_out(
+    document: CalibrationDocument, unused: Sequence[UnusedPlacement]
+) -> Iterator[Step]:
+    """Yield the steps that prove a fit by what is recorded already, where nothing was left out."""
+    words = "each place is left out once, which proves the fit: errors, and a verdict"
+    if document.settings.get("no_proof"):
+        command = solve_command(document, settings_given={"no_proof": False})
+        yield Step("Leave each place out once: drop --no-proof", command, words)
+    elif unused:
         names = joined([placement.name for placement in unused])
-        text = f"Hold out {names}, recorded already beside the others"
-        added: dict[str, Role] = {placement.folder: "test" for placement in unused}
+        text = f"Train on {names} too, recorded already beside the others"
+        added: dict[str, Role] = {placement.folder: "train" for placement in unused}
         yield Step(text, solve_command(document, added=added), words)
-    name = placement_to_hold_out(result)
-    if name is not None:
-        short = name.rpartition("/")[2]
-        text = f"Hold out {short}, to try: nothing is to be recorded for it"
-        yield Step(text, solve_command(document, moves={name: "test"}), words)
 
 
 def _place_in_words(result: Assessment) -> str:
