@@ -52,7 +52,7 @@ class Improvement(Document):
     """Errors of distances before a calibration and after it: medians over pairs of poses."""
 
     before: Interval
-    """By the nominal model with its ball refitted."""
+    """By the nominal model with its ball refitted, or with the calibrated ball: the smaller."""
     now: Interval
     """By ``calibrated.urdf``."""
     corrected: Interval | None = None
