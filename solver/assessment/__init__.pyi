@@ -26,8 +26,6 @@ from .formatting import percent as percent
 from .formatting import plural as plural
 from .formatting import short_names as short_names
 from .formatting import short_where as short_where
-from .held_out import NEAREST as NEAREST
-from .held_out import is_copy as is_copy
 from .limits import BAND as BAND
 from .limits import LIMITS as LIMITS
 from .limits import LimitResult as LimitResult

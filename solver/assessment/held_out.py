@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import structs
 
 from ..diagnostics import SEVERE, predicted_limit
-from ..identification.data import Measurement, Metrics, mean_metrics
+from ..identification.data import NEAREST, Metrics, is_copy, mean_metrics
 from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
@@ -22,11 +22,6 @@ from .verdict import INSTRUMENT
 NOTHING_LEFT_OUT = "nothing was left out, and errors on what was fitted prove nothing"
 """The next step says where to record a second place."""
 ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
-NEAREST = 0.1
-"""A held-out placement nearer than this to one that was trained on proves nothing [m]."""
-SAME_CONFIGURATION, COPIED_SHARE, COMPARED = 1e-3, 0.5, 200
-"""Configurations that differ by less on every joint are the same [rad], [m]; a larger share of them
-is a copy; and so many configurations of a placement are looked at."""
 SIGNIFICANCE = 0.05
 """Probability that the distance errors of a sound calibration are called implausible."""
 USUAL_DRIFT = 1e-3
@@ -63,15 +58,6 @@ def _trained_already(
         f"{prediction.name} is at the place of {training.name}, "
         f"or a part of it ({mm(distance, 0)} away)"
     )
-
-
-def is_copy(measured: Measurement, original: Measurement) -> bool:
-    """Tell whether most configurations of a placement are those of another."""
-    rows = measured.positions
-    rows = rows[:: -(-len(rows) // COMPARED)]
-    gaps = np.max(abs(rows[:, None] - original.positions), axis=2)
-    is_same: np.ndarray = np.min(gaps, axis=1) < SAME_CONFIGURATION
-    return float(is_same.mean()) > COPIED_SHARE
 
 
 def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:

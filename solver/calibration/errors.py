@@ -200,7 +200,7 @@ def errors_of(
     ``before`` is the nominal robot with its ball refitted, if that is identified.
     """
     models = compared_models(fit.calibrated, before)
-    frames = frames_by(models, problem.measurements)
+    frames = _frames_by(models, problem.measurements)
     rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:
         row = placement_errors(models, role, m, frames)
@@ -208,7 +208,18 @@ def errors_of(
     return Errors(rows)
 
 
-def frames_by(
+def left_out_errors(folds: Sequence[results.Fold]) -> list[results.PlacementErrors]:
+    """Return the errors of what each fold leaves out, by its models."""
+    rows: list[results.PlacementErrors] = []
+    for fold in folds:
+        models = compared_models(fold.fit.calibrated, fold.ball)
+        frames = _frames_by(models, fold.trained)
+        for measured in fold.left_out:
+            rows.append(placement_errors(models, "left_out", measured, frames))
+    return rows
+
+
+def _frames_by(
     models: Mapping[str, results.CalibratedRobot], trained: Sequence[Measurement]
 ) -> dict[str, Mapping[str, Pose]]:
     """Return the poses of instruments' frames by each model, as the samples trained on say."""

@@ -8,8 +8,7 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from ..assessment import NEAREST, is_copy
-from ..identification.data import Measurement
+from ..identification.data import NEAREST, Measurement, is_copy
 
 MOST = 10
 """Folds at most: where there are more places, those side by side are left out together."""

@@ -6,8 +6,7 @@ from .. import results
 from ..identification.data import as_point, is_distorted
 from ..identification.robot import Robot
 from . import estimates
-from .errors import Errors, errors_of, history
-from .folds import left_out_errors
+from .errors import Errors, errors_of, history, left_out_errors
 from .problem import CalibrationProblem
 from .refitted_ball import ball_refitted
 from .sources import provenance_of, samples_of

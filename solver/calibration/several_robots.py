@@ -6,13 +6,12 @@ from dataclasses import replace
 from ..identification import Progress
 from ..identification.robot import Robot
 from .calibration import Calibration
-from .folds import with_folds
 from .multi_robot_calibration import MultiRobotCalibration, common_document
 from .options import SolveOptions
 from .preparation import Recordings
 from .results import document_of
 from .several_problems import located_in_training, problems_of_robots
-from .tables import METHODS, STUDIES
+from .tables import PROOF, STUDIES
 from .tied_fits import tied_fits
 
 
@@ -30,7 +29,7 @@ def calibrate_robots(
     fits, world = tied_fits([*problems.values()], settings, progress)
     calibrations: dict[str, Calibration] = {}
     for (name, problem), fit in zip(problems.items(), fits, strict=True):
-        proven = with_folds(problem, fit, METHODS, progress=progress)
+        proven = PROOF(problem, fit, progress=progress)
         document = document_of(proven, fit, STUDIES)
         calibrations[name] = Calibration(document, fit.calibrated)
     return MultiRobotCalibration(calibrations, common_document(calibrations, world))

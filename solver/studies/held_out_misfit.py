@@ -18,7 +18,6 @@ import numpy as np
 from ..identification.data import IDENTITY, Load, Measurement, Samples, fit_pose
 from ..identification.inference import Posterior
 from ..identification.robot import Robot
-from ..results import Fit, Measurements, Study
 from .projections import basis_of, bisected, outside, rows_of, shifts_of
 from .uncertainty import covariance_of
 from .whitening import whitened
@@ -58,22 +57,6 @@ def misfit(places: Iterable[tuple[Posterior, HeldOut]]) -> float:
     rank = int(np.ceil(LEVEL * (count + 1)))
     by_size = sorted(squares)
     return by_size[min(rank, count) - 1] ** 0.5
-
-
-def misfit_of_folds(fit: Fit, measurements: Measurements) -> float | None:
-    """Return f by what folds leave out; None without folds."""
-    if not measurements.folds:
-        return None
-    robot, load = measurements.robot, fit.calibrated.load
-    places: list[tuple[Posterior, HeldOut]] = []
-    for posterior, placements in measurements.unseen(fit):
-        for measured in placements:
-            held_out = HeldOut.of(robot, load, measured)
-            places += [(posterior, place) for place in held_out]
-    return misfit(places)
-
-
-MISFIT = Study("misfit", misfit_of_folds)
 
 
 def within(

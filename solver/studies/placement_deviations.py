@@ -10,6 +10,7 @@ from ..identification.inference import Posterior
 from ..results import CalibratedRobot, Fit, Measurements, PlacementErrors, Study
 from .base_errors import BaseErrors, length_deviation
 from .base_length import BaseLength
+from .held_out_misfit import HeldOut, misfit
 from .uncertainty import predicted_deviation
 
 
@@ -41,6 +42,19 @@ def left_out(
     return tuple(expected)
 
 
+def misfit_of_folds(fit: Fit, measurements: Measurements) -> float | None:
+    """Return f by what folds leave out; None without folds."""
+    if not measurements.folds:
+        return None
+    robot, load = measurements.robot, fit.calibrated.load
+    places: list[tuple[Posterior, HeldOut]] = []
+    for posterior, placements in measurements.unseen(fit):
+        for measured in placements:
+            held_out = HeldOut.of(robot, load, measured)
+            places += [(posterior, place) for place in held_out]
+    return misfit(places)
+
+
 def _deviations(
     calibrated: CalibratedRobot,
     posterior: Posterior,
@@ -67,3 +81,4 @@ def _deviations(
 
 PLACEMENTS = Study("placements", placements, ("placements",))
 LEFT_OUT = Study("left_out", left_out, ("left_out",))
+MISFIT = Study("misfit", misfit_of_folds)

@@ -5,10 +5,9 @@ from .better import BETTER
 from .error_curves import CURVES, WARNINGS
 from .frames import FRAMES
 from .held_out_error import ERROR_PARTS
-from .held_out_misfit import MISFIT
 from .knowledge import UNCERTAINTY
 from .patterns import ERROR_PATTERNS
-from .placement_deviations import LEFT_OUT, PLACEMENTS
+from .placement_deviations import LEFT_OUT, MISFIT, PLACEMENTS
 from .size import SCALE
 from .standard_deviations import COEFFICIENTS, GROUPS, PARAMETERS
 

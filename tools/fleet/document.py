@@ -33,8 +33,8 @@ class FleetSession(Document):
     """Of the folder; empty where the placements lie in the arm's own folder."""
     placements: int
     samples: int
-    held_out: bool
-    """True if a placement was held out; else the errors are those of the fit itself."""
+    left_out: bool
+    """True if each placement was left out once; else the errors are those of the fit itself."""
     nominal: float
     """Mean absolute error of the nominal model, its ball refitted [m]."""
     calibrated: float

@@ -9,8 +9,8 @@ import numpy as np
 
 from ....errors import MukcaError
 from ....recorder import RecordingError, find_placements, read_placement
-from ....solver.assessment import LEAST_HELD_OUT, NEAREST, Assessment
-from ....solver.identification.data import measure
+from ....solver.assessment import LEAST_HELD_OUT, Assessment
+from ....solver.identification.data import NEAREST, measure
 from ....solver.tables import parse_left_out
 
 
