@@ -53,9 +53,9 @@ def test_calibrate_from_csv(run, tmp_path):
     placements = mukca.read_placements(tmp_path / "recordings")
     assert [len(p.samples) for p in placements] == [24, 24, 24]
     calibration = mukca.load_calibration(tmp_path / "calibrated" / "calibration.json")
-    assert [e.role for e in calibration.errors] == ["train", "test", "test"]
-    assert calibration.errors.summary.test.removed_error > 0.9
-    assert "held out" in shown and "report.html" in shown
+    assert [e.role for e in calibration.errors] == 3 * ["train"] + 3 * ["left_out"]
+    assert calibration.errors.summary.left_out.removed_error > 0.9
+    assert "left out" in shown and "report.html" in shown
 
 
 def test_own_urdf(run, tmp_path):

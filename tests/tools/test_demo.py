@@ -55,7 +55,7 @@ def test_the_demo_sums_its_recordings_up_and_leads_to_a_real_arm(demo):
     assert said.count("mock:") == 4  # in what was typed, and to lead a session oneself
     assert "mukca print-parts" in said.partition("Report: ")[2]
     was, now, file = said.splitlines()[-3:]
-    summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]["test"]
+    summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]["left_out"]
     before = summary.get("ball_refitted") or summary["nominal"]
     after = summary.get("geometric") or summary["calibrated"]
     assert was.startswith(f"It was: {1e3 * before['mean_absolute_error']:.2f} mm")

@@ -153,7 +153,7 @@ def _session(
         name=name,
         placements=len(document.placements),
         samples=sum(sum(row.samples) for row in document.placements),
-        left_out=proof is not None,
+        held_out=proof is not None,
         nominal=summary.before.mean_absolute_error,
         calibrated=summary.loaded.mean_absolute_error,
         distance_error=summary.loaded.distance_error,

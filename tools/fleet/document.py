@@ -33,7 +33,7 @@ class FleetSession(Document):
     """Of the folder; empty where the placements lie in the arm's own folder."""
     placements: int
     samples: int
-    left_out: bool
+    held_out: bool
     """True if each placement was left out once; else the errors are those of the fit itself."""
     nominal: float
     """Mean absolute error of the nominal model, its ball refitted [m]."""
