@@ -2,13 +2,16 @@ from .accuracy import predicted_in_words as predicted_in_words
 from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .assessment import rows_since as rows_since
-from .conclusion import figures_in_words as figures_in_words
+from .conclusion import SURE as SURE
 from .conclusion import is_better as is_better
 from .data_sufficiency import LEAST_HELD_OUT as LEAST_HELD_OUT
 from .data_sufficiency import LEAST_SAMPLES as LEAST_SAMPLES
 from .data_sufficiency import Recordings as Recordings
 from .data_sufficiency import checks_row as checks_row
 from .data_sufficiency import recording_rows as recording_rows
+from .error_words import in_100 as in_100
+from .error_words import intervals_in_words as intervals_in_words
+from .error_words import short_mm as short_mm
 from .errors import KnownDistanceErrors as KnownDistanceErrors
 from .errors import PlacementReport as PlacementReport
 from .errors import Quantiles as Quantiles
@@ -48,6 +51,7 @@ from .scale_check import distance_row as distance_row
 from .scale_check import distance_text as distance_text
 from .scale_check import distortion_row as distortion_row
 from .scale_check import joints_wrong as joints_wrong
+from .scale_check import most_readings as most_readings
 from .scale_check import scale_text as scale_text
 from .verdict import Kind as Kind
 from .verdict import Outcome as Outcome

@@ -128,7 +128,7 @@ def _use_answer(result: assessment.Assessment) -> types.UseAnswer:
         _TEXTS,
         "between",
         found=limits.get("between_placements"),
-        uncertainty=uncertainty,
+        better=result.predictions.document.better,
     )
     return types.UseAnswer(
         rows=tuple(rows),
