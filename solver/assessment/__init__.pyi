@@ -46,6 +46,7 @@ from .repeatability import ARMS as ARMS
 from .repeatability import RESOLUTION as RESOLUTION
 from .repeatability import known_arm as known_arm
 from .repeatability import repeatability_of as repeatability_of
+from .scale_check import MOVEMENTS as MOVEMENTS
 from .scale_check import assumed_distances as assumed_distances
 from .scale_check import distance_row as distance_row
 from .scale_check import distance_text as distance_text

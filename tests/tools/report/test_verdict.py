@@ -503,6 +503,19 @@ def test_no_step_is_to_train_on_what_is_wrong(document, report, monkeypatch):
     assert "the held-out error by Eq. (5) goes from" in out["expected"]
 
 
+@pytest.mark.parametrize(("error", "again"), [(1.0, True), (0.5e-3, False)])
+def test_a_placement_that_moved_is_recorded_again_unless_the_file_is_better(
+    document, report, error, again
+):
+    """Before anything is trained on beside it; one that is held out made the file no worse."""
+    for where in ("session/front", "session/left"):
+        moved = {"level": "warning", "code": "movement", "text": "a", "advice": "b", "where": where}
+        document["checks"] = [moved]
+        (step,) = report(with_geometric(document, error))["todo"]
+        is_trained = where == "session/front"
+        assert step["text"].startswith("Record front again") == (again and is_trained)
+
+
 def test_a_held_out_distance_is_held_to_what_is_known_of_it(panda, session):
     """An arm that repeats to 1 mm knows the distance of two means far better."""
     train, left = (mukca.read_placements(session / name)[0] for name in ("front", "left"))

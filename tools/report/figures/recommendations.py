@@ -11,6 +11,7 @@ import numpy as np
 
 from ....errors import MukcaError
 from ....solver.assessment import (
+    MOVEMENTS,
     Assessment,
     PlacementReport,
     Verdict,
@@ -33,7 +34,7 @@ from ....solver.identification.data import (
 )
 from ....solver.identification.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
-from .answers import farthest_held_out, placements_with_errors
+from .answers import farthest_held_out, placements_named, placements_with_errors
 from .command_lines import as_options, one_robot, record_command, solve_command
 from .recorded_already import (
     UnusedPlacement,
@@ -47,6 +48,7 @@ DOUBTED_SIZE = 3e-3
 that of eight real arms in ten is smaller."""
 _SPAN = 0.5
 """A distance in the workspace [m]."""
+BELIEVED = "figures that can be believed"
 BESIDE = 0.2
 """A place is no new one if it is nearer to a placement than this [m]."""
 
@@ -78,6 +80,8 @@ def _steps(result: Assessment) -> Iterator[Step]:
         yield from _measure(document, placements)
     if passes:
         return
+    if not verdict.use:
+        yield from _record_again(result, _moved(result))
     is_proved = _is_proved(verdict)
     unused = unused_placements(result)
     rows = (*verdict.limits, *verdict.reasons)
@@ -129,11 +133,8 @@ def _mend(result: Assessment) -> Iterator[Step]:
     document = result.predictions.document
     yield from _leave_out(result)
     bad = placements_with_errors(result)
-    names = joined([result.predictions.names[i] for i in bad])
-    words = "figures that can be believed"
-    if 0 < len(bad) < len(result.placements) or len(bad) == 1:
-        text = f"Record {names} again, and solve with it in place of the first"
-        yield Step(text, record_command(document), words)
+    if len(bad) < len(result.placements) or len(bad) == 1:
+        yield from _record_again(result, bad)
     errors = [check for check in document.checks or () if check.level == "error"]
     text = "See what is wrong in the recordings"
     text += f": {errors[0].advice}" if errors and errors[0].advice else ""
@@ -141,7 +142,23 @@ def _mend(result: Assessment) -> Iterator[Step]:
     keys = ("distance", "known", "zeros")
     same = as_options({key: document.settings.get(key) for key in keys})
     command = shlex.join(["mukca", "check", *folders, *one_robot(document), *same])
-    yield Step(text, command, words)
+    yield Step(text, command, BELIEVED)
+
+
+def _moved(result: Assessment) -> list[int]:
+    """Return the placements trained on at which something moved."""
+    checks = result.predictions.document.checks or ()
+    moved = [check for check in checks if check.code in MOVEMENTS]
+    named = placements_named(result, moved)
+    return [i for i in named if result.placements[i].role != "test"]
+
+
+def _record_again(result: Assessment, bad: Sequence[int]) -> Iterator[Step]:
+    """Yield the step to record placements again that are contradicted, if any."""
+    if bad:
+        names = joined([result.predictions.names[i] for i in bad])
+        text = f"Record {names} again, and solve with it in place of the first"
+        yield Step(text, record_command(result.predictions.document), BELIEVED)
 
 
 def _measure_points(document: CalibrationDocument, *, is_proved: bool) -> Step:
