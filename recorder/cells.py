@@ -21,6 +21,10 @@ MOST_COLUMNS = 10_000
 LONGEST_LINE = 1_000_000
 """Size that no line of a table exceeds [bytes]."""
 _LIST = re.compile(r"[ \t]*p?[\[(]+[ \t]*([+-]?[\d.][^\[\]()]*)[\])]+[,;]?[ \t]*")
+_LOOKED_AT = 8
+"""Lines by which the separator is told."""
+_NOTE = re.compile(r"(?m)(?:^|[ \t;,]+)//.*$")
+"""A note behind two strokes; those of an address follow a colon."""
 _TIME = re.compile(
     r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d\d:\d\d:\d\d)(?:[.,](\d+))?\s*(Z|[+-]\d\d:?\d\d)?",
     re.IGNORECASE,
@@ -86,7 +90,11 @@ def require_columns(text: str, file: Path) -> None:
 
 
 def uncommented(text: str) -> str:
-    """Return a text whose comment lines are blank; ``# a,b`` before two numbers is a header."""
+    """Return a text without comments; ``# a,b`` before two numbers is a header.
+
+    Comments are lines that begin with ``#``, and what follows ``//``.
+    """
+    text = _NOTE.sub("", text)
     lines = text.splitlines()
     lists = _of_lists(lines)
     if lists:
@@ -119,11 +127,8 @@ def _of_lists(lines: Sequence[str]) -> bool:
 
 def records_of(text: str) -> list[tuple[int, list[str]]]:
     """Return the cells of each line that has some, with the line's number."""
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    first = re.sub('"[^"]*"', '""', first)
-    delimiter = next((d for d in ";\t" if d in first), None)
-    has_decimal_commas = _DECIMAL_COMMAS.fullmatch(first.strip())
-    if delimiter is None and (has_decimal_commas or "," not in first):
+    delimiter = _delimiter(text)
+    if delimiter is None:
         rows: list[tuple[int, list[str]]] = []
         for number, line in enumerate(text.splitlines(), start=1):
             if line.strip():
@@ -131,14 +136,25 @@ def records_of(text: str) -> list[tuple[int, list[str]]]:
         return rows
     reader = csv.reader(
         io.StringIO(text, newline=""),
-        delimiter=delimiter or ",",
+        delimiter=delimiter,
         skipinitialspace=delimiter != "\t",
     )
     records = [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
-    quoted = delimiter is None and '"' in text
-    if delimiter is None and not (quoted and _have_decimal_commas(records)):
+    if delimiter == "," and not ('"' in text and _have_decimal_commas(records)):
         return records
     return [(i, _with_points(row)) for i, row in records]
+
+
+def _delimiter(text: str) -> str | None:
+    """Return what parts the cells of at least half of the first lines; None for blanks."""
+    unquoted = re.sub(r'"[^"\n]*"', '""', text)
+    stripped = [line.strip() for line in unquoted.splitlines()]
+    lines = [line for line in stripped if line][:_LOOKED_AT]
+    for mark in ";\t,":
+        if 2 * sum(mark in line for line in lines) >= max(len(lines), 1):
+            blanks = mark == "," and any(map(_DECIMAL_COMMAS.fullmatch, lines))
+            return None if blanks else mark
+    return None
 
 
 def _have_decimal_commas(records: Sequence[tuple[int, Sequence[str]]]) -> bool:

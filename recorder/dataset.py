@@ -133,11 +133,14 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         raise skipped[0]
     joints = _shared_joints([table for _, table in tables])
     has_header = tables[0][1].header is not None
+    beside = tables[0][1].beside()
     samples: list[Sample] = []
     remarks: list[str] = []
     for socket, table in tables:
+        numbers_beside = table.numbers(beside, gaps=True)
         for i, row in enumerate(table.numbers(joints, gaps=has_header)):
-            samples.append(Sample(row, socket, where=table.where(i)))
+            where = table.where(i)
+            samples.append(Sample(row, socket, where=where, beside=numbers_beside[i]))
         remarks += table.notes
     remarks += [f"{error}; the file is skipped" for error in skipped]
     names = tuple(column.name for column in joints)
@@ -148,6 +151,7 @@ def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
         files=tuple(table.file for _, table in tables),
         remarks=tuple(remarks),
         labels=tables[0][1].labels,
+        beside=tuple(column.name for column in beside),
     )
 
 

@@ -66,6 +66,8 @@ class Placement:
     labels: tuple[str, ...] = ()
     """Texts beside the numbers of the first file, line by line. Where they are called like joints,
     the table has a line for each joint, and is refused."""
+    beside: tuple[str, ...] = ()
+    """Names of columns that count or date the rows, unless a joint is called so."""
     payload: float | None = None
     """Mass at the ball beyond the model's [kg]; None where ``placement.json`` does not give it."""
 
@@ -208,7 +210,12 @@ class Placement:
         """Return where a model's joints stand; None where the files name none."""
         require_samples(self.labels, joint_names, self.first_file)
         return joint_order(
-            self.joint_names, joint_names, self.samples, self.first_file, self.name
+            self.joint_names,
+            joint_names,
+            self.samples,
+            self.first_file,
+            self.name,
+            self.beside,
         )
 
     def distinct(self) -> "Placement":
@@ -246,7 +253,7 @@ def _reordered(sample: Sample, order: Sequence[int]) -> Sample:
 
     return replace(
         sample,
-        position=reordered(sample.position),
+        position=reordered((*sample.position, *sample.beside)),
         spread=sample.spread and reordered(sample.spread),
         effort=sample.effort and reordered(sample.effort),
     )

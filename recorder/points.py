@@ -64,12 +64,21 @@ def read_points(file: Path, name: str) -> Placement:
         raise _no_columns(file, form)
     called = [column for column in table.columns if column.name.lower() in CLOCKS]
     clocks = [column for column in called if not table.is_text(column.index)]
+    beside = table.beside(measured)
     positions = table.numbers(joints, gaps=not headless)
+    numbers_beside = table.numbers(beside, gaps=True)
     times = table.numbers(clocks)
     samples: list[Sample] = []
     for i, (x, y, z, *turn) in enumerate(table.numbers(measured)):
         where = table.where(i)
-        sample = Sample(positions[i], 0, where=where, point=(x, y, z), turn=tuple(turn))
+        sample = Sample(
+            positions[i],
+            0,
+            where=where,
+            point=(x, y, z),
+            turn=tuple(turn),
+            beside=numbers_beside[i],
+        )
         if turn:
             sample = replace(sample, orientation=unit_quaternion(turn, form, where))
         clock_times = {c.name.lower(): t for c, t in zip(clocks, times[i], strict=True)}
@@ -85,6 +94,7 @@ def read_points(file: Path, name: str) -> Placement:
         files=(file,),
         remarks=(*table.notes, *filter(None, [note])),
         poses_of=meanings[0] if meanings else None,
+        beside=tuple(column.name for column in beside),
     )
 
 

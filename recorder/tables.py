@@ -24,6 +24,7 @@ from .cells import (
 )
 from .columns import ANGLES, LENGTHS, Column, column_of
 from .first_line import GARBLED, are_units, header_of
+from .heading import one_heading
 from .recording_error import EmptyRecordingError, RecordingError
 from .ros_text import named_states
 
@@ -70,9 +71,16 @@ class Table:
 
     def joints(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that may be joints: numbers, and neither times nor row numbers."""
+        columns = self._of_numbers(reserved)
+        return [c for c in columns if not (self.header and c.aside)]
+
+    def beside(self, reserved: Collection[Column] = ()) -> list[Column]:
+        """Return the columns that count or date the rows, unless a joint is called so."""
+        columns = self._of_numbers(reserved)
+        return [c for c in columns if self.header and c.aside and c.may_be_joint]
+
+    def _of_numbers(self, reserved: Collection[Column]) -> list[Column]:
         columns = [column for column in self.columns if column not in reserved]
-        if self.header:
-            columns = [column for column in columns if not column.aside]
         return [column for column in columns if not self.is_text(column.index)]
 
     def numbers(
@@ -150,6 +158,7 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
     if not records:
         raise EmptyRecordingError(f"{file}: empty; expected one configuration a line")
     records = named_states(records) or records
+    records, left_out = one_heading(records, text)
     first, *others = records
     units: tuple[str, ...] = ()
     header = header_of(text, file, first, others, set(names))
@@ -164,7 +173,7 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
     width = len(header or records[0][1])
     rows = [(line, _fitting(file, line, row, width)) for line, row in records]
     lines, cells = zip(*rows, strict=True)
-    notes: list[str] = []
+    notes = [f"{file}:{remark}" for remark in left_out]
     if header and any(map(str.isdecimal, header)):
         words = f"{','.join(header):.40} are taken for names, not for a sample"
         notes.append(f"{file}:{first[0]}: {words}")

@@ -44,6 +44,10 @@ ALONE = (
     "RTDE",
     "lists",
     "tuples",
+    "title",
+    "groups",
+    "strokes",
+    "blanks in names",
 )
 """Looks whose lines have no place for another column."""
 
@@ -244,3 +248,17 @@ def test_a_matrix_that_is_no_rotation_is_refused(matrix):
     turn = matrix.ravel()[:9].tolist()
     with pytest.raises(mukca.MukcaError, match=r"v.csv:2: r11 to r33 are no rotation"):
         unit_quaternion(turn, [f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)], "v.csv:2")
+
+
+@pytest.mark.parametrize("names", ["S1 L1 U1 R1 B1 T1", "s l u r b t", "A B C t id time"])
+def test_a_joint_may_be_called_like_a_time(tmp_path, names):
+    """A robot's own names come before what a name usually means."""
+    joints = names.split()
+    rows = np.random.default_rng(1).uniform(-1, 1, (4, 9))
+    header = ["stamp", *reversed(joints), "x", "y", "z"]
+    cells = [[str(i), *row[5::-1], *row[6:]] for i, row in enumerate(rows)]
+    (tmp_path / "points.csv").write_text(text_of(header, cells))
+    placement = mukca.read_placements(tmp_path)[0].for_joints(joints)
+    assert np.array_equal(placement.positions, rows[:, :6])
+    forms = [("x", "y", "z")]
+    assert np.array_equal(read_rows(tmp_path / "points.csv", joints, forms).numbers, rows)
