@@ -13,8 +13,10 @@ from .recording_error import RecordingError
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _DECIMAL_COMMAS = re.compile(r"[+-]?\d+,\d+(\s+[+-]?\d+,\d+)+")
-_SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
-"""First bytes of XLSX, ODS or an archive, and of XLS."""
+ZIP = b"PK\x03\x04"
+"""First bytes of XLSX, ODS or an archive."""
+_XLS = b"\xd0\xcf\x11\xe0"
+NO_TEXT = "a spreadsheet or archive, not text; save it as CSV"
 _MINUS = "\N{MINUS SIGN}"
 MOST_COLUMNS = 10_000
 """Number of columns that no table exceeds."""
@@ -34,10 +36,8 @@ _TIME = re.compile(
 def read_text(file: Path) -> str:
     """Return the text of a file: UTF-8, UTF-16 with its mark, or one byte a letter."""
     content = table_bytes(file)
-    if content.startswith(_SPREADSHEETS):
-        raise RecordingError(
-            f"{file}: a spreadsheet or archive, not text; save it as CSV"
-        )
+    if content.startswith((ZIP, _XLS)):
+        raise RecordingError(f"{file}: {NO_TEXT}")
     encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
         text = content.decode(encoding)
@@ -45,6 +45,11 @@ def read_text(file: Path) -> str:
         text = content.decode("latin-1")
     if re.search(r"[\0-\b\x0e-\x1f\x7f-\x9f\ufeff\ufffe\uffff]", text):
         raise RecordingError(f"{file}: not a text file of comma-separated numbers")
+    return with_signs(text)
+
+
+def with_signs(text: str) -> str:
+    """Return a text whose minus signs are hyphens."""
     return text.replace(_MINUS, "-")
 
 
@@ -67,12 +72,6 @@ def table_bytes(file: Path) -> bytes:
             f"{file}:{longest + 1}: a line of {size}; at most {limit} are read"
         )
     return content
-
-
-def comment_line(file: Path) -> str:
-    """Return the text of a first line that is a comment; empty without one."""
-    first = read_text(file).partition("\n")[0]
-    return first.lstrip("# ").strip() if first.startswith("#") else ""
 
 
 def require_columns(text: str, file: Path) -> None:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from .columns import ANGLES, LENGTHS, Column
 from .coordinates import AXES, MAKERS, MATRIX, QUATERNION, RPY, TURNS, VECTOR
+from .foreign_tables import read_table
 from .joint_columns import ColumnError, match_joints, require_samples
 from .points import coordinates, require_unit, require_vectors, vector_note
 from .recording_error import RecordingError
 from .samples import read_samples
-from .tables import Table, read_table
+from .tables import Table
 
 POSE_FORMS = (*((*AXES, *turn) for turn in TURNS), AXES)
 """Columns of a pose; a place alone comes last, since it leaves the others out."""

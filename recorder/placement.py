@@ -20,8 +20,6 @@ from .sample_arrays import samples_of_arrays
 
 SOCKETS = 2
 """Number of sockets of a base by default."""
-SAME_ROW = 1e-6
-"""Samples that differ by less are one that was written twice [rad], [m]."""
 DEFAULT_DISTANCE = 0.05
 """Distance of the paper's printed sockets, where none is given [m]."""
 
@@ -218,32 +216,6 @@ class Placement:
             self.beside,
         )
 
-    def distinct(self) -> "Placement":
-        """Return the placement with samples that are equal once, and a remark on the others.
-
-        Equal are the socket, the joint positions, and what an instrument measured there, the latter
-        two to :data:`SAME_ROW`. The first of equal samples is kept.
-        """
-        points = [sample.point or () for sample in self.samples]
-        turns = [sample.orientation or () for sample in self.samples]
-        rows = np.column_stack(
-            [self.sockets.astype(float), self.positions, points, turns]
-        )
-        copies = repeated_rows(rows)
-        if not copies:
-            return self
-        samples = tuple(s for i, s in enumerate(self.samples) if i not in copies)
-        lines = [self.samples[i].where.rpartition(":")[2] for i in sorted(copies)]
-        remark = (
-            f"{self.first_file}: {len(copies)} of {len(self.samples)} samples repeat another one "
-            "and do not count"
-        )
-        if all(lines):
-            listed = ", ".join(lines[:LISTED])
-            ellipsis = ", .." if len(lines) > LISTED else ""
-            remark = f"{remark} (lines {listed}{ellipsis})"
-        return replace(self, samples=samples, remarks=(*self.remarks, remark))
-
 
 def _reordered(sample: Sample, order: Sequence[int]) -> Sample:
     """Return a sample with its joints in another order."""
@@ -267,23 +239,3 @@ def _counted(samples: Sequence[Sample]) -> tuple[Sample, ...]:
         last[sample.socket] += 1
         counted.append(replace(sample, place=sample.place or last[sample.socket]))
     return tuple(counted)
-
-
-LISTED = 8
-"""Most lines that a remark names."""
-
-
-def repeated_rows(rows: np.ndarray) -> set[int]:
-    """Return the rows of numbers, shape (N, k), that equal an earlier one to :data:`SAME_ROW`."""
-    weights = np.sqrt(np.arange(2.0, 2.0 + rows.shape[1]))
-    key = rows @ weights
-    copies: set[int] = set()
-    for step in range(1, len(rows)):
-        originals = np.array([i for i in range(len(rows)) if i not in copies])
-        order = originals[np.argsort(key[originals], kind="stable")]
-        first, second = order[:-step], order[step:]
-        if not (key[second] - key[first] < SAME_ROW * weights.sum()).any():
-            break
-        close = np.abs(rows[first] - rows[second]).max(axis=1) < SAME_ROW
-        copies |= set(np.maximum(first[close], second[close]).tolist())
-    return copies

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from .cells import comment_line
 from .columns import ANGLES, DEGREES, LENGTHS, UNITS, Column
 from .coordinates import (
     AXES,
@@ -27,11 +26,12 @@ from .coordinates import (
     VECTOR,
     match_coordinates,
 )
+from .foreign_tables import read_table
 from .joint_columns import ColumnError
 from .placement import Placement
 from .recording_error import RecordingError
 from .sample import Sample
-from .tables import Table, read_table
+from .tables import Table
 
 POINTS, POSES = "points.csv", "poses.csv"
 CLOCKS = ("time", "temperature")
@@ -83,7 +83,7 @@ def read_points(file: Path, name: str) -> Placement:
             sample = replace(sample, orientation=unit_quaternion(turn, form, where))
         clock_times = {c.name.lower(): t for c, t in zip(clocks, times[i], strict=True)}
         samples.append(replace(sample, **clock_times))
-    comment = comment_line(file).lower()
+    comment = table.comment.lower()
     meanings = [meaning for meaning, word in _MEANINGS if word in comment]
     joint_names = tuple(column.name for column in joints)
     note = vector_note(table, measured, form)

@@ -1,6 +1,8 @@
 """Tables of one arm's joints as many programs write them, by the name of the look."""
 
+import io
 import math
+import zipfile
 
 import numpy as np
 
@@ -61,6 +63,43 @@ def universal_robots(separator):
     head = ["timestamp", *(f"{kind}_{k}" for kind in kinds for k in range(6))]
     rows = [[17 + i, *Q[i] + 0.01, *Q[i], *[MORE] * 18] for i in range(5)]
     return text_of(head, rows, separator)
+
+
+PARTS = {
+    "xl/workbook.xml": '<workbook xmlns="{main}" xmlns:r="{office}/relationships"><sheets>'
+    '<sheet name="Empty" sheetId="2" r:id="rId2"/><sheet name="Cell 3" sheetId="1" r:id="rId1"/>'
+    "</sheets></workbook>",
+    "xl/_rels/workbook.xml.rels": '<Relationships xmlns="{package}/relationships">'
+    '<Relationship Id="rId1" Type="t" Target="worksheets/sheet1.xml"/>'
+    '<Relationship Id="rId2" Type="t" Target="/xl/worksheets/sheet2.xml"/></Relationships>',
+    "xl/worksheets/sheet2.xml": '<worksheet xmlns="{main}"><sheetData/></worksheet>',
+    "xl/worksheets/sheet1.xml": '<worksheet xmlns="{main}"><sheetData>{rows}</sheetData>'
+    "</worksheet>",
+    "xl/sharedStrings.xml": '<sst xmlns="{main}">{words}</sst>',
+}
+"""Parts of a workbook as spreadsheets save it; the first sheet is empty."""
+SPACES = {
+    "main": "http://schemas.openxmlformats.org/spreadsheetml/2006/main",
+    "office": "http://schemas.openxmlformats.org/officeDocument/2006",
+    "package": "http://schemas.openxmlformats.org/package/2006",
+}
+
+
+def workbook(text, first_row=3, **parts):
+    """XLSX of a table between commas, below some empty rows."""
+    names, *lines = (line.split(",") for line in text.splitlines())
+    cells = [[f't="s"><v>{i}' for i in range(len(names))]]
+    cells += [[f"><v>{number}" for number in line] for line in lines]
+    rows = ""
+    for i, row in enumerate(cells, first_row):
+        columns = (f'<c r="{chr(65 + k)}{i}" {cell}</v></c>' for k, cell in enumerate(row))
+        rows += f'<row r="{i}">{"".join(columns)}</row>'
+    words = "".join(f"<si><t>{name}</t></si>" for name in names)
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, part in (PARTS | parts).items():
+            archive.writestr(name, part.format(rows=rows, words=words, **SPACES))
+    return stream.getvalue()
 
 
 LOOKS = {
@@ -157,6 +196,7 @@ BYTES = {
     "CR": named("{}").replace("\n", "\r").encode(),
     "UTF-16": named("{}").encode("utf-16"),
     "Latin-1": named("{} [°]", scale=180 / math.pi).encode("latin-1"),
+    "XLSX": workbook(named("{} [deg]", scale=180 / math.pi)),
     "no last line break": named("{}").rstrip("\n").encode(),
 }
 BYTES |= {look: text.encode() for look, text in LOOKS.items()}

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cases import by_table
-from foreign_tables import BYTES, LOOKS, MORE, UR, Q, beside, named, page, text_of
+from foreign_tables import BYTES, LOOKS, MORE, PARTS, UR, Q, beside, named, page, text_of, workbook
 from project import ROOT
 
 import mukca
@@ -262,3 +262,35 @@ def test_a_joint_may_be_called_like_a_time(tmp_path, names):
     assert np.array_equal(placement.positions, rows[:, :6])
     forms = [("x", "y", "z")]
     assert np.array_equal(read_rows(tmp_path / "points.csv", joints, forms).numbers, rows)
+
+
+BOMB = '<!DOCTYPE a [<!ENTITY b "c">]><workbook xmlns="{main}">&b;</workbook>'
+
+
+def test_a_workbook_names_rows_as_a_spreadsheet_does(tmp_path):
+    file = tmp_path / "joints.xlsx"
+    file.write_bytes(workbook(named("{}").replace("\n", "\nx,0,0,0,0,0\n", 1)))
+    with pytest.raises(mukca.MukcaError, match=r"joints\.xlsx:4: column 1 is 'x'"):
+        read_rows(file, UR)
+    file.write_bytes(
+        workbook(named("{}"), **{"xl/worksheets/sheet2.xml": PARTS["xl/worksheets/sheet1.xml"]})
+    )
+    assert read_rows(file, UR).notes == (f"{file}: its first sheet is read; Cell 3 is not",)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        workbook(named("{}"), **{"xl/workbook.xml": BOMB}),
+        workbook(named("{}"), **{"xl/worksheets/sheet2.xml": "<a"}),
+        workbook(named("{}"), **{"xl/sharedStrings.xml": "<a/>"}),
+        workbook(named("{}"))[:900],
+        workbook(named("{}")).replace(b"sheet1", b"sheet3"),
+        b"PK\x03\x04",
+    ],
+)
+def test_a_workbook_that_is_damaged_is_refused(tmp_path, content):
+    file = tmp_path / "joints.xlsx"
+    file.write_bytes(content)
+    with pytest.raises(mukca.MukcaError, match=r"joints\.xlsx: a spreadsheet or archive.*as CSV"):
+        read_rows(file, UR)
