@@ -44,7 +44,11 @@ from .metadata import write_metadata as write_metadata
 from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS
 from .placement import Placement as Placement
+from .placement import recorded_at as recorded_at
 from .placement_files import hole_files as hole_files
+from .placement_files import own_files as own_files
+from .placement_files import point_files as point_files
+from .placement_files import pose_files as pose_files
 from .placement_files import sample_files as sample_files
 from .placement_files import write_holes as write_holes
 from .placement_names import distinctly_named as distinctly_named

@@ -7,6 +7,7 @@ A *placement* is one position of the socket base, and the folder with the sample
 """
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -19,9 +20,15 @@ from .placement_names import distinctly_named, placement_name
 from .points import read_points
 from .recording_error import EmptyRecordingError, RecordingError
 from .samples import SAMPLES, read_samples
+from .table_placement import read_table_placement
 
 
-def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Placement]:
+def read_placements(
+    *paths: str | Path,
+    as_recorded: bool = False,
+    columns: Sequence[str] = (),
+    on: str = "",
+) -> list[Placement]:
     """Read recordings from disk, to calibrate with them or to test a calibration on them.
 
     ::
@@ -31,9 +38,13 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
 
     Args:
         paths: One or more folders, each a placement, or a folder of placements, which stands for
-            all of them.
+            all of them. A table of another program is a placement, too, and so are two that hold
+            half the columns each, as ``joints.csv+points.csv``.
         as_recorded: True refuses a placement that cannot be read. By default one beside others is
             left out, and the first placement's remarks say so.
+        columns: What the tables' columns are, as ``q=joint_1..6 [deg]`` and ``x=7 [mm]``; none to
+            find them by names.
+        on: Column by which rows of two tables belong together; empty for their order.
 
     Returns:
         The placements, in the order of the paths; those inside one folder by name.
@@ -53,7 +64,7 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
     skipped: list[RecordingError] = []
     for folder in find_placements(map(Path, paths)):
         try:
-            placements.append(read_placement(folder))
+            placements.append(read_placement(folder, columns, on))
         except RecordingError as error:
             if as_recorded:
                 raise
@@ -66,12 +77,16 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
     return [replace(first, remarks=(*first.remarks, *remarks)), *others]
 
 
-def read_placement(folder: Path) -> Placement:
-    """Read the recording in one placement's folder.
+def read_placement(
+    folder: Path, columns: Sequence[str] = (), on: str = ""
+) -> Placement:
+    """Read the recording in one placement's folder, or in a table of another program.
 
     Raises:
         RecordingError: A missing, empty or malformed file; the message names file and line.
     """
+    if not folder.is_dir():
+        return read_table_placement(folder, columns, on)
     holes = holes_in(folder)
     files = [folder / name for name in FILES if (folder / name).exists()]
     files += [file for _, file in holes[:1]]

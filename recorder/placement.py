@@ -1,6 +1,7 @@
 """A placement: the samples taken at one position of the socket base."""
 
 import math
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,6 +23,15 @@ SOCKETS = 2
 """Number of sockets of a base by default."""
 DEFAULT_DISTANCE = 0.05
 """Distance of the paper's printed sockets, where none is given [m]."""
+
+
+_OWN = re.compile(r"(hole_\d+|samples|points|poses)\.csv")
+"""Files that a folder is read from; others are tables of their own."""
+
+
+def recorded_at(file: Path) -> Path:
+    """Return the folder of a recording's file, or the table that it is."""
+    return file.parent if _OWN.fullmatch(file.name) else file
 
 
 @dataclass(frozen=True, repr=False)
@@ -64,6 +74,10 @@ class Placement:
     labels: tuple[str, ...] = ()
     """Texts beside the numbers of the first file, line by line. Where they are called like joints,
     the table has a line for each joint, and is refused."""
+    is_table: bool = False
+    """True for a table of another program, which is no folder of its own."""
+    suggestion: str = ""
+    """What a user may say of a table's columns, as the table itself tells."""
     beside: tuple[str, ...] = ()
     """Names of columns that count or date the rows, unless a joint is called so."""
     payload: float | None = None
@@ -144,7 +158,9 @@ class Placement:
 
     @property
     def path(self) -> Path | None:
-        """The folder that it was read from."""
+        """The folder that it was read from, or the table."""
+        if self.is_table:
+            return self.files[0]
         return self.files[0].parent if self.files else None
 
     @property
@@ -207,14 +223,20 @@ class Placement:
     def _order(self, joint_names: tuple[str, ...]) -> Match | None:
         """Return where a model's joints stand; None where the files name none."""
         require_samples(self.labels, joint_names, self.first_file)
-        return joint_order(
-            self.joint_names,
-            joint_names,
-            self.samples,
-            self.first_file,
-            self.name,
-            self.beside,
-        )
+        try:
+            return joint_order(
+                self.joint_names,
+                joint_names,
+                self.samples,
+                self.first_file,
+                self.name,
+                self.beside,
+            )
+        except RecordingError as error:
+            if not self.suggestion:
+                raise
+            words = f"{error}; or say which they are, as in {self.suggestion}"
+            raise RecordingError(words) from None
 
 
 def _reordered(sample: Sample, order: Sequence[int]) -> Sample:

@@ -56,7 +56,12 @@ def read_points(file: Path, name: str) -> Placement:
         RecordingError: Missing columns, unknown units, or a quaternion not of unit length; the
             message names file and line.
     """
-    table = read_table(file)
+    return placement_of_points(read_table(file), name)
+
+
+def placement_of_points(table: Table, name: str) -> Placement:
+    """Return the placement of a table as :func:`read_points` does."""
+    file = table.file
     headless = table.header is None and file.name == POINTS
     measured, form = _measured(table, headless)
     joints = table.joints(measured)
@@ -102,7 +107,8 @@ def _measured(table: Table, headless: bool) -> tuple[list[Column], tuple[str, ..
     """Return the columns of the place and the turn that were measured, and the turn's form."""
     if headless:
         return table.columns[-3:], ()
-    forms = ((),) if table.file.name == POINTS else TURNS
+    names = {POINTS: ((),), POSES: TURNS}
+    forms = names.get(table.file.name, (*TURNS, ()))
     for form in forms:
         columns = coordinates(table, (*AXES, *form), FLANGE)
         if columns is not None:

@@ -17,7 +17,7 @@ MOST_PLACEMENTS = 3
 """Placements whose largest errors and distances are shown; of more it is the mean errors."""
 
 
-class ValidateOptions(cli.OutputOptions):
+class ValidateOptions(cli.TableOptions, cli.OutputOptions):
     """Options of ``mukca validate``, which ``mukca check --calibration`` has, too."""
 
     calibration: Path = cli.argument(
@@ -72,7 +72,7 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     robot = calibrated.robot
     settings = options.settings
     placements = settings.payloads.carried_by(
-        cli.read_data(options.data, settings), others=True
+        cli.read_data(options.data, settings, options.table), others=True
     )
     load = calibrated.load
     settings = replace(settings, payload=load.payload, gravity=load.gravity)
