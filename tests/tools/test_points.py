@@ -1,5 +1,6 @@
 """Points of an instrument on the command line: solve, validate, check, and bad files."""
 
+import html
 import json
 from contextlib import redirect_stdout
 from io import StringIO
@@ -159,3 +160,18 @@ def test_solve_keeps_the_recording_of_a_table(measured, tmp_path, answer):
     assert placement["calibrated"] == again["placements"][0]["calibrated"]
     told = answer("validate", out, table, *columns, status=3)
     assert told["placements"][0]["role"] == "train"
+
+
+def test_validate_tells_every_error_that_it_counts(solved, measured, tmp_path, command):
+    """On the terminal, in JSON, and on the page."""
+    (later,) = mukca.read_placements(measured / "later")
+    swapped = later.positions[:, [0, 1, 4, 3, 2, 5, 6]]
+    write_points(moved(later, swapped), tmp_path / "later")
+    words = ("validate", solved[0], tmp_path / "later", "--out", tmp_path / "page", "--json")
+    status, out, told = command(*words)
+    verdict = json.loads(out)["verdict"]
+    errors = [finding for finding in verdict["findings"] if finding["level"] == "error"]
+    assert status == 1 and errors
+    page = html.unescape((tmp_path / "page" / "report.html").read_text())
+    for finding in errors:
+        assert finding["text"] in " ".join(told.split()) and finding["text"] in page
