@@ -17,14 +17,17 @@ from .recording_error import RecordingError
 
 _POSITION = re.compile(
     "pos|positions?|angles?|q|values?|act|actual|measured|meas|msr|state|present|reading|encoder|"
-    "joint|data"
+    "joint|data|feedback|fbk|ist"
 )
 """Words that may follow a joint's name where its position is meant."""
 _POSITIONS = f"((?: (?:{_POSITION.pattern}))*)"
+COMMANDS = re.compile(
+    "target|commands?|commanded|cmd|desired|des|goal|setpoint|planned|plan|nominal|soll|reference|ref"
+)
+"""Words that tell where something was sent, not where it was."""
 _OTHER = re.compile(
     "velocity|velocities|vel|speed|qd|dq|efforts?|torques?|tau|moment|currents?|acceleration|acc|qdd|"
-    "ddq|temperature|temp|voltage|force|pwm|spread|std|error|target|command(ed)?|cmd|desired|goal|"
-    "setpoint|reference|ref"
+    "ddq|temperature|temp|voltage|force|pwm|spread|std|error|" + COMMANDS.pattern
 )
 """Words that tell of another quantity of a joint, or of what it was told to do."""
 _STEM = re.compile(

@@ -185,6 +185,13 @@ LOOKS = {
     "commands": text_of(
         [f"{p}{n}" for p in ("target_", "actual_") for n in UR], [[*q + 0.01, *q] for q in Q]
     ),
+    "commands behind the names": text_of(
+        [f"{n}_{kind}" for kind in ("cmd", "fbk") for n in UR], [[*q + 0.01, *q] for q in Q]
+    ),
+    "commands in German": text_of(
+        [f"Achse {k} {kind}" for kind in ("Soll", "Ist") for k in range(1, 7)],
+        [[*q + 0.01, *q] for q in Q],
+    ),
     "ros2 topic echo --csv": ros2_echo(),
     "rostopic echo -p": rostopic(),
     "PlotJuggler": plot_juggler(),

@@ -24,6 +24,7 @@ from .log import (
     Question,
     check_angles,
     in_parts,
+    refuse_normalised,
     require_rate,
     unknown_joints,
     which_arm,
@@ -125,5 +126,7 @@ def _in_radians(
         unit = np.radians(1.0) if degrees else 1.0
         scales = unit / np.array([scale_of(column) for column in columns])
         positions = positions * np.where(turning, scales, 1.0)
+    if degrees:
+        refuse_normalised(np.rad2deg(positions[:, turning]), question)
     check_angles(positions[:, turning], degrees, question)
     return positions
