@@ -158,7 +158,8 @@ POSES = {
     "RTDE": "timestamp " + " ".join(f"actual_TCP_pose_{k}" for k in range(6)) + "\n"
     "17.0 0.1 0.2 0.3 0.0 0.0 1.2870022175866\n",
     "angles": "x,y,z,roll [deg],pitch [deg],yaw [deg]\n0.1,0.2,0.3,0,0,73.73979529168804\n",
-    "commands beside": "target_x,target_y,target_z,x_actual,y_actual,z_actual,qx_actual,qy_actual,qz_actual,qw_actual\n"
+    "commands beside": "target_x,target_y,target_z,x_actual,y_actual,z_actual,"
+    "qx_actual,qy_actual,qz_actual,qw_actual\n"
     "9,9,9,0.1,0.2,0.3,0,0,0.6,0.8\n",
     "Soll and Ist": "X Soll,Y Soll,Z Soll,X Ist,Y Ist,Z Ist,QX Ist,QY Ist,QZ Ist,QW Ist\n"
     "9,9,9,0.1,0.2,0.3,0,0,0.6,0.8\n",
