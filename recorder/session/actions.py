@@ -194,7 +194,6 @@ class SessionActions:
         self, numbers: Sequence[int] = (), *, readings_changed: bool = False
     ) -> bool:
         """Begin the next placement, with the samples since the first of some; False if that failed.
-
         Of those that were taken back, the ones that an alarm took back and that are among them. The
         samples are on the disk there before they are taken back here.
         """
@@ -206,6 +205,8 @@ class SessionActions:
             readings_changed=readings_changed,
         )
         doubts = set(numbers) & set(session.doubted) & set(session.withdrawn)
+        if not self.has_samples_before(numbers):
+            return False
         leaving = [s for s in session.live if numbers and s.number >= min(numbers)]
         part = [s for s in session.samples if s in leaving or s.number in doubts]
         try:
@@ -220,6 +221,17 @@ class SessionActions:
         for sample in leaving:
             self.session = self.session.without(sample.number)
         return True
+
+    def has_samples_before(self, numbers: Sequence[int] = ()) -> bool:
+        """Return whether a sample would stay if those from the first of some on left; else say so.
+
+        A folder without one may as well be the next placement's.
+        """
+        first = min(numbers, default=math.inf)
+        stay = any(sample.number < first for sample in self.session.live)
+        if not stay:
+            self.alarm("no new placement: no sample would stay in this one; go on here")
+        return stay
 
     def switch(self, socket: int) -> None:
         """Go on in another socket."""

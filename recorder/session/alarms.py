@@ -6,16 +6,17 @@ from typing import Literal
 
 from .. import Sample
 
-Cause = Literal["base", "ball", "socket", "distance", "joints", "other"]
+Cause = Literal["base", "ball", "flange", "socket", "distance", "joints", "other"]
 NEAR = 2
 """Samples by which the begin of one fault may be told differently as more are recorded."""
-CURES: dict[Cause, str] = {
-    "base": "n new placement, ",
-    "ball": "x take back, n base moved, ",
-    "socket": "s mends it, ",
-    "distance": "m type it measured again, ",
-    "joints": "n new placement, ",
-    "other": "",
+CURES: dict[Cause, tuple[str, ...]] = {
+    "base": ("n new placement",),
+    "ball": ("x take back", "n base moved"),
+    "flange": ("n new placement",),
+    "socket": ("s mends it",),
+    "distance": ("m type it measured again",),
+    "joints": ("n new placement",),
+    "other": (),
 }
 """Keys that cure each kind of cause, the likeliest cure first."""
 
@@ -33,11 +34,19 @@ class Alarm:
     """Numbers of the samples that it concerns; none where it concerns all."""
     socket: int = 0
     """The one in which the ball truly was."""
+    stays: bool = True
+    """True if samples stay where they are when those of the alarm go into a new placement."""
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        """Keys that answer it, each with what it does, the likeliest cure first."""
+        cures = (c for c in CURES[self.cause] if self.stays or not c.startswith("n "))
+        return (*cures, "k keep")
 
     @property
     def reason(self) -> str:
-        """The line, with the keys that cure it."""
-        return f"{self.text}: {CURES[self.cause]}k keep"
+        """The line, with the keys that answer it."""
+        return f"{self.text}: {', '.join(self.answers)}"
 
     def is_like(self, alarm: "Alarm") -> bool:
         """Return whether two alarms tell of one fault, which further samples locate better."""

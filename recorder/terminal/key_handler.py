@@ -54,7 +54,7 @@ class KeyHandler:
             elif action in ASKS:
                 self.line = TypedLine(action)
             elif action == "new":
-                self.question = MOVED
+                self.question = MOVED if self.actions.has_samples_before() else ""
             else:
                 self._act(action)
 

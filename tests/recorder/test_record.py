@@ -402,7 +402,8 @@ BASE = Alarm("base", "BASE MOVED", "by 5.0 mm since sample 2", (2, 3))
 BALL = Alarm("ball", "NOT SEATED", "sample 2 is 5.0 mm off", (2,))
 FORGOTTEN = Alarm("socket", "WRONG SOCKET", "samples 2 to 3 lie in socket 1", (2, 3), 1)
 READINGS = Alarm("joints", "JOINTS?", "0.5 m off since sample 2", (2, 3))
-ALARMS = {alarm.cause: alarm for alarm in (BASE, BALL, FORGOTTEN, READINGS)}
+REMOUNTED = Alarm("flange", "BALL MOVED", "by 2.0 mm since sample 2", (2, 3))
+ALARMS = {alarm.cause: alarm for alarm in (BASE, BALL, FORGOTTEN, READINGS, REMOUNTED)}
 
 
 @by_table("cause", "key", "left", "moved")
@@ -497,6 +498,21 @@ def test_samples_that_alarms_took_back_go_along_with_a_base_that_moved(arm, by_h
     doubted = [sample.number for sample in adviser.asked[-1].answers.doubted]
     assert doubted == [2] and outcome.session.withdrawn == (2, 3)
     assert moved_numbers(outcome) == [2, 3]
+
+
+@pytest.mark.parametrize("alarm", [BASE, BALL, READINGS, REMOUNTED])
+def test_no_new_placement_takes_all_samples_of_one(arm, by_hand, tmp_path, alarm):
+    """It is not offered, and its key begins none, with an alarm and without a sample."""
+    whole = replace(alarm, samples=(1, 2), stays=False)
+    adviser = Guidance({}, {}, {"alarms": (whole,)})
+    typed = (0.3, "n"), (0.5, "a"), (2.2, "a"), (3.4, "n"), (5.6, "q")
+    outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser)
+    (reason,) = {view.prompt.reason for view in seen.views if view.alarm and not view.captured}
+    assert "n " not in reason.partition(": ")[2].replace("again", "") and "k keep" in reason
+    assert outcome.successor is None and outcome.session.counts == (2, 0)
+    assert sum("no sample would stay" in text for text in seen.alarms) == 2
+    assert not any(view.question for view in seen.views)
+    assert [folder.name for folder in tmp_path.iterdir() if folder.is_dir()] == ["front"]
 
 
 def test_a_kept_fault_stands_on_the_screen_and_the_session_still_ends(arm, by_hand):

@@ -33,6 +33,8 @@ FORMS = {name: _Form(**entry) for name, entry in _TABLE.items()}
 AROUND = "by {size} mm around {joint} since sample {first}, or that reads otherwise"
 """No sample tells a base that turned around the first joint from that joint's zero."""
 BEYOND_WORDS = "{metres} m off since sample {first}"
+TOOL = 0.01
+"""A ball that moved farther on its flange is that of another tool [m]."""
 
 
 class SessionAlarms:
@@ -68,9 +70,11 @@ class SessionAlarms:
         alarms = [
             self._alarm(fault, doubted)
             for fault in faults
-            if fault.placement == len(before) and not set(fault.samples) <= numbers
+            if fault.placement == len(before)
+            and not set(fault.samples) <= numbers
+            and not _is_another_ball(fault)
         ]
-        return tuple(_curable(alarm, placement.samples) for alarm in alarms)
+        return tuple(_with_stay(alarm, placement.samples) for alarm in alarms)
 
     def _alarm(self, fault: diagnostics.Fault, doubted: Sequence[Sample]) -> Alarm:
         """Return a fault as an alarm.
@@ -89,6 +93,8 @@ class SessionAlarms:
             text = BEYOND_WORDS.format(first=first, metres=f"{size:.1f}")
             return Alarm("joints", "JOINTS?", text, concerned)
         cause, words, form, _ = FORMS[hypothesis.name]
+        if hypothesis.name == "ball_bent" and size > TOOL:
+            words = "TOOL CHANGED?"
         if hypothesis.parameters.get("joint") == self._robot.joint_names[0]:
             cause = "base"
             words = "BASE MOVED"
@@ -108,11 +114,20 @@ class SessionAlarms:
         return Alarm("base", words, text, rival.samples)
 
 
-def _curable(alarm: Alarm, samples: Sequence[Sample]) -> Alarm:
-    """Return an alarm whose cure leaves some of the samples: a new placement takes no whole one."""
-    moves = alarm.cause in ("base", "joints")
-    stays = any(sample.number < min(alarm.samples) for sample in samples)
-    return replace(alarm, cause="other") if moves and not stays else alarm
+def _is_another_ball(fault: diagnostics.Fault) -> bool:
+    """Return whether a fault is a ball that sits elsewhere in all of a placement.
+
+    A ball that was taken off before it is known so: a solving has an unknown for that.
+    """
+    hypothesis = fault.hypothesis
+    is_whole = bool(hypothesis.parameters.get("throughout"))
+    return hypothesis.name == "ball_bent" and is_whole
+
+
+def _with_stay(alarm: Alarm, samples: Sequence[Sample]) -> Alarm:
+    """Return an alarm that knows whether samples before it would stay."""
+    first = min(alarm.samples, default=0)
+    return replace(alarm, stays=any(sample.number < first for sample in samples))
 
 
 def _size(hypothesis: Hypothesis) -> float:

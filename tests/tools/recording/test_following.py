@@ -150,6 +150,22 @@ def test_no_new_placement_is_offered_to_take_all_samples(panda, session, virtual
     assert alarm.reason.endswith(": k keep")
 
 
+@pytest.mark.parametrize(("size", "words"), [(3, "BALL MOVED"), (25, "TOOL CHANGED?")])
+def test_a_ball_taken_off_and_on_begins_a_placement_that_is_sound(
+    panda, session, virtual_time, size, words
+):
+    """The next placement has the ball elsewhere throughout: no key would change that."""
+    samples = led_with(panda, session, f"&fault=bent@9:{size}mm").samples
+    alarms = SessionAlarms(panda)
+    placements = [
+        mukca.Placement(name, some, panda.joint_names, 0.05)
+        for name, some in (("here", samples), ("front", samples[:8]), ("front-2", samples[8:]))
+    ]
+    alarm, *_ = alarms(placements[:1])
+    assert (alarm.words, alarm.samples[0], alarm.answers[0][0]) == (words, 9, "n")
+    assert not alarms(placements[1:])
+
+
 def test_without_a_guide_it_leads_through_the_recording(session, tmp_path, virtual_time, capsys):
     keys, out = tmp_path / "keys.txt", tmp_path / "out"
     keys.write_text("a*3 s a*2 s a q")
