@@ -150,6 +150,14 @@ class SessionActions:
             self.delete(number)
         self.session = self.session.doubting(numbers)
 
+    def avoid(self, pose: tuple[float, ...] | None) -> None:
+        """Propose a pose and its neighbours no more."""
+        if pose is None:
+            self.alarm("no pose is proposed now")
+            return
+        self.session = replace(self.session, avoided=(*self.session.avoided, pose))
+        self.notify("that pose and its neighbours are proposed no more")
+
     def measured_again(self, distance: float) -> bool:
         """Write a further reading of the sockets' distance [m]; return whether it is as before."""
         try:
@@ -194,6 +202,7 @@ class SessionActions:
         self, numbers: Sequence[int] = (), *, readings_changed: bool = False
     ) -> bool:
         """Begin the next placement, with the samples since the first of some; False if that failed.
+
         Of those that were taken back, the ones that an alarm took back and that are among them. The
         samples are on the disk there before they are taken back here.
         """

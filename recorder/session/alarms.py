@@ -64,6 +64,10 @@ class Answers:
     """The last samples, as far as alarms took them back; what they have in common is evidence."""
     distance: float | None = None
     """Distance of the sockets, by the last reading [m]; None where nobody said it."""
+    avoided: tuple[tuple[float, ...], ...] = ()
+    """Proposed poses that cannot be taken here."""
+    confined: bool = False
+    """True once several proposals in a row were not followed: the arm may not get farther."""
 
     def open_alarms(self, alarms: Iterable[Alarm]) -> tuple[Alarm, ...]:
         """Return the alarms that are not answered."""

@@ -66,6 +66,9 @@ class KeyHandler:
             self.actions.undo()
         elif action == "redo":
             self.actions.redo()
+        elif action == "avoid":
+            advice = self.guidance.advice
+            self.actions.avoid(advice.target if advice else None)
         elif action == "next":
             self._switch(self.actions.session.next_socket)
         elif action == "finish":

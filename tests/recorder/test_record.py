@@ -470,6 +470,33 @@ def test_a_busy_computer_changes_sockets_and_what_is_left_of_older_advice_is_use
     assert not shown[2, 0].late and seen.views[-1].late
 
 
+@pytest.mark.parametrize(("aim", "confined"), [((0.8, -0.9), True), ((0.3, 0.3), False)])
+def test_proposals_that_are_not_followed_come_from_where_the_samples_went(
+    arm, by_hand, aim, confined
+):
+    """An arm that takes none of three in a row may stand in a narrow cell."""
+    adviser = Guidance({"target": aim})
+    places = [(0.1 * k - 0.4, 0.3 - 0.05 * k) for k in range(4)]
+    typed = [(0.5 + 1.6 * k, "a") for k in range(4)]
+    _, seen = by_hand(arm(speed=1.0, places=places), *typed, (6.6, "q"), guidance=adviser)
+    told = [len(q.samples) for q in adviser.asked if q.answers.confined]
+    assert told[:1] == [3] * confined
+    texts = [message.text for message in seen.views[-1].session.messages]
+    assert any("--turn" in text for text in texts) == confined
+
+
+def test_a_pose_that_cannot_be_taken_is_proposed_no_more(arm, by_hand):
+    poses = [(0.3, 0.1), (0.1, 0.2), (0.6, -0.4)]
+    said = {"route": tuple((0, pose) for pose in poses), "target": poses[0]}
+    adviser = Guidance(said)
+    typed = (0.5, "b"), (0.7, "b"), (1.2, "q")
+    _, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser)
+    targets = [view.advice.target for view in seen.views if view.advice]
+    assert list(dict.fromkeys(targets)) == poses
+    assert adviser.asked[-1].answers.avoided == tuple(poses[:2])
+    assert not adviser.asked[-1].answers.confined
+
+
 def test_a_fail_is_told_with_its_reason_before_more_is_recorded(arm, by_hand):
     why = {"fails": "The arm came out 3 % longer than its model"}
     adviser = Guidance({}, why, {**why, "exhausted": True})

@@ -87,6 +87,7 @@ class PoseSelector:
         answers: Answers = NO_ANSWERS,
     ) -> Advice:
         """Return advice for the active socket and the arm's configuration [rad], [m]."""
+        self._pool.heed(answers)
         alarms = self.alarms(samples, answers)
         posterior = self._fitted(samples)
         state = self._covariance(samples, posterior)
