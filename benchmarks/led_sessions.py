@@ -139,8 +139,8 @@ class World:
         unit = 1e-3 if match[5] == "mm" else np.deg2rad(1)
         self._size = float(match[4] or 0) * unit
         self.generator = np.random.default_rng([seed, crc32(fault.encode())])
-        self._aside = self.generator.normal(size=3)
-        self._aside *= self._size / np.linalg.norm(self._aside)
+        self.aside = self.generator.normal(size=3)
+        self.aside *= self._size / np.linalg.norm(self.aside)
         self._first: np.ndarray | None = None
 
     @property
@@ -151,9 +151,7 @@ class World:
     def read(self, number: int, socket: int, aim: Sequence[float] | None) -> np.ndarray:
         """Return what the encoders read at a sample, by its number since the session began."""
         since = number >= self.begin
-        arm = (
-            _bent(self.arm, self._aside) if since and self.kind == "bent" else self.arm
-        )
+        arm = _bent(self.arm, self.aside) if since and self.kind == "bent" else self.arm
         hand = Hand(arm, self.generator, noise=0.0)
         hand.aim = None if aim is None else np.array(aim)
         hand.aim = self._first if self.kind == "near" else hand.aim
@@ -180,15 +178,15 @@ class World:
         if self.kind == "socket" and 0 <= away < self._count:
             return self.base.sockets[1 - socket]
         if self.kind == "base" and away >= 0:
-            return seat + self._aside
+            return seat + self.aside
         if self.kind == "tips" and 0 <= away < self._count:
-            return seat + self._aside
+            return seat + self.aside
         if self.kind == "drift":
-            return seat + self._aside * min(max(away / SLOW, 0), 1)
+            return seat + self.aside * min(max(away / SLOW, 0), 1)
         if self.kind == "ball" and away == 0:
-            return seat + self._aside
+            return seat + self.aside
         if self.kind == "same" and away in (0, AGAIN, 2 * AGAIN):
-            return seat + self._aside
+            return seat + self.aside
         if self.kind == "arc" and away >= 0:
             radius = float(np.linalg.norm(self.base.centre[:2]))
             return seat + self._size * np.cross([0, 0, 1], seat) / radius
@@ -334,9 +332,10 @@ def led(most: int, keeps: bool, job: tuple[str, int, str]) -> dict[str, Any]:
 def _solved(world: World, parts: Sequence[Placement]) -> dict[str, Any]:
     """Return the verdict of a solving, and the errors of its calibration and of the model [mm]."""
     generator = np.random.default_rng(7)
-    test = record(
-        world.arm, world.elsewhere, generator, samples=15, imperfection=world.flaws
-    )
+    arm = world.arm
+    if world.kind == "bent":  # the ball that is on it in the end
+        arm = _bent(arm, world.aside)
+    test = record(arm, world.elsewhere, generator, samples=15, imperfection=world.flaws)
     zeros = is_coarse(repeatability_of(world.robot, None)) or None
     try:
         verdict = calibrate(world.robot, parts, zeros=zeros).verdict

@@ -6,11 +6,14 @@ from typing import Literal
 
 from .. import Sample
 
-Cause = Literal["base", "ball", "flange", "socket", "distance", "joints", "other"]
+Cause = Literal[
+    "base", "passing", "ball", "flange", "socket", "distance", "joints", "other"
+]
 NEAR = 2
 """Samples by which the begin of one fault may be told differently as more are recorded."""
 CURES: dict[Cause, tuple[str, ...]] = {
     "base": ("n new placement",),
+    "passing": ("x take back",),
     "ball": ("x take back", "n base moved"),
     "flange": ("n new placement",),
     "socket": ("s mends it",),

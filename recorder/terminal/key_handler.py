@@ -98,7 +98,7 @@ class KeyHandler:
             changed = alarm.cause == "joints"
             if not self._start_new_placement(alarm.samples, readings_changed=changed):
                 return True
-        elif action == "delete" and alarm.cause == "ball":
+        elif action == "delete" and alarm.cause in ("ball", "passing"):
             self.actions.doubt(alarm.samples)
         elif action == "measure" and alarm.cause == "distance":
             self.line = TypedLine("measure")

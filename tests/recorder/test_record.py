@@ -403,7 +403,9 @@ BALL = Alarm("ball", "NOT SEATED", "sample 2 is 5.0 mm off", (2,))
 FORGOTTEN = Alarm("socket", "WRONG SOCKET", "samples 2 to 3 lie in socket 1", (2, 3), 1)
 READINGS = Alarm("joints", "JOINTS?", "0.5 m off since sample 2", (2, 3))
 REMOUNTED = Alarm("flange", "BALL MOVED", "by 2.0 mm since sample 2", (2, 3))
-ALARMS = {alarm.cause: alarm for alarm in (BASE, BALL, FORGOTTEN, READINGS, REMOUNTED)}
+TIPPED = Alarm("passing", "BASE TIPPED", "by 3.0 mm in samples 2 to 3", (2, 3))
+EACH = (BASE, BALL, FORGOTTEN, READINGS, REMOUNTED, TIPPED)
+ALARMS = {alarm.cause: alarm for alarm in EACH}
 
 
 @by_table("cause", "key", "left", "moved")

@@ -100,7 +100,8 @@ class SessionAlarms:
             words = "BASE MOVED"
             form = AROUND
         sentence = hypothesis.text.partition(",")[0]
-        text = form.format_map(_shown(hypothesis) | {"first": first, "text": sentence})
+        names = {"first": first, "last": fault.samples[-1], "text": sentence}
+        text = form.format_map(_shown(hypothesis) | names)
         rival = _rival(fault)
         if rival is None or form == AROUND:
             return Alarm(cause, words, text, fault.samples, fault.socket or 0)

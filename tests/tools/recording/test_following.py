@@ -84,6 +84,20 @@ def test_a_drift_that_may_be_a_base_that_moved_leaves_the_samples_before(
     assert alarm.samples[0] == 13
 
 
+def test_a_base_that_fell_back_leaves_out_the_samples_of_that_time_alone(
+    panda, session, virtual_time
+):
+    samples = led_with(panda, session, "&fault=base@10+3:3mm").samples
+    alarms = SessionAlarms(panda)
+    for count in (13, 24):
+        here = mukca.Placement("here", samples[:count], panda.joint_names, 0.05)
+        (alarm,) = alarms([here])
+        assert (alarm.words, alarm.samples) == ("BASE TIPPED", (10, 11, 12))
+        assert alarm.reason.endswith("in samples 10 to 12: x take back, k keep")
+    others = tuple(sample for sample in samples if sample.number not in alarm.samples)
+    assert not alarms([replace(here, samples=others)], doubted=samples[9:12])
+
+
 def test_balls_far_off_twice_in_a_row_are_joints(panda, session, virtual_time):
     words = "&fault=ball@13:150mm&fault=ball@14:120mm"
     *sound, first, second = led_with(panda, session, words).samples[:14]
