@@ -263,6 +263,9 @@ class Operator:
             if alarm:
                 self.alarms.append((self.captured, alarm.words))
                 self._press("k" if self.keeps else alarm.answers[0][0])
+                if self.cures[-1] == "q":
+                    self.words = alarm.words
+                    break
             elif self.words in LAST:
                 break
             elif "then press s" in prompt.reason:

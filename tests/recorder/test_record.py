@@ -556,6 +556,21 @@ def test_a_kept_fault_stands_on_the_screen_and_the_session_still_ends(arm, by_ha
                for line in render(last, 80, 24))  # fmt: skip
 
 
+def test_a_joint_that_slips_again_is_told_so_once(arm, by_hand):
+    slips = [
+        replace(Alarm("other", "LOST A ZERO", f"b since {first}", (first,)), joint="b")
+        for first in (1, 4, 7)
+    ]
+    said = [{"alarms": tuple(slips[: count // 3 + 1])} for count in range(9)]
+    places = [(0.1 * k - 0.4, 0.3 - 0.1 * k) for k in range(8)]
+    captures = [(0.5 + 1.6 * k, "a") for k in range(8)]
+    typed = sorted([*captures, (1.4, "k"), (6.2, "k"), (13.5, "q")])
+    _, seen = by_hand(arm(speed=1.0, places=places), *typed, guidance=Guidance(*said))
+    alarms = [view.alarm.words for view in seen.views if view.alarm]
+    assert list(dict.fromkeys(alarms)) == ["LOST A ZERO", "JOINT SLIPS"]
+    assert len(seen.views[-1].session.live) == 8 and not seen.views[-1].alarm
+
+
 def test_a_fault_that_began_as_the_connection_came_back_says_so(arm, by_hand):
     adviser = Guidance({}, {}, {"alarms": (replace(BASE, samples=(2,)),)})
     typed = (0.5, "a"), (3.8, "a"), (5.0, "q")

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 from ...recorder import Placement, Sample
 from ...recorder.session import Alarm, Cause
 from ...solver import assessment, diagnostics
+from ...solver.assessment import millimetres
 from ...solver.identification.robot import Robot
 from ...solver.results import Hypothesis
-from .checks import BEYOND, FAR, wrong_model
+from .checks import BEYOND, FAR, wrong_distance, wrong_model, wrong_signs
 
 
 class _Form(NamedTuple):
@@ -56,10 +57,8 @@ class SessionAlarms:
         of a base, not of a ball. What concerns them alone was answered.
         """
         *before, placement = placements
-        if placement.samples and (
-            complaint := wrong_model(self._robot, placement.samples)
-        ):
-            return (Alarm("other", "WRONG ARM?", complaint),)
+        if wrong := self._wrong_from_the_start(placement):
+            return (wrong,)
         numbers = {sample.number for sample in doubted}
         samples = sorted(
             [*placement.samples, *doubted], key=lambda sample: sample.number
@@ -76,6 +75,22 @@ class SessionAlarms:
         ]
         return tuple(_with_stay(alarm, placement.samples) for alarm in alarms)
 
+    def _wrong_from_the_start(self, placement: Placement) -> Alarm | None:
+        """Return an alarm that the model, signs or distance are not this arm's, before any fit."""
+        robot, samples = self._robot, placement.samples
+        if not samples:
+            return None
+        if complaint := wrong_model(robot, samples):
+            return Alarm("model", "WRONG ARM?", complaint)
+        if complaint := wrong_signs(robot, samples):
+            return Alarm("model", "WRONG SIGNS?", complaint)
+        given = placement.distance
+        if not given or not (likely := wrong_distance(robot, given, samples)):
+            return None
+        numbers = {"likely": millimetres(likely, 0), "given": millimetres(given, 0)}
+        cause, words, form, _ = FORMS["distance"]
+        return Alarm(cause, words, form.format_map(numbers))
+
     def _alarm(self, fault: diagnostics.Fault, doubted: Sequence[Sample]) -> Alarm:
         """Return a fault as an alarm.
 
@@ -89,7 +104,8 @@ class SessionAlarms:
         if is_repeated:
             first = doubted[0].number
             concerned = (*(sample.number for sample in doubted), *concerned)
-        if is_repeated or (size > BEYOND and fault.socket is None):
+        of_joints = fault.socket is None and hypothesis.name != "distance"
+        if is_repeated or (size > BEYOND and of_joints):
             text = BEYOND_WORDS.format(first=first, metres=f"{size:.1f}")
             return Alarm("joints", "JOINTS?", text, concerned)
         cause, words, form, _ = FORMS[hypothesis.name]
@@ -104,7 +120,9 @@ class SessionAlarms:
         text = form.format_map(_shown(hypothesis) | names)
         rival = _rival(fault)
         if rival is None or form == AROUND:
-            return Alarm(cause, words, text, fault.samples, fault.socket or 0)
+            joint = str(hypothesis.parameters.get("joint", ""))
+            socket = fault.socket or 0
+            return Alarm(cause, words, text, fault.samples, socket, joint)
         rival_hypothesis = rival.hypothesis
         statement = text.partition(";")[0]  # without the question that follows
         form = FORMS[rival_hypothesis.name].also
@@ -116,13 +134,14 @@ class SessionAlarms:
 
 
 def _is_another_ball(fault: diagnostics.Fault) -> bool:
-    """Return whether a fault is a ball that sits elsewhere in all of a placement.
+    """Return whether a fault is, or may as well be, a ball that was put on anew before a placement.
 
-    A ball that was taken off before it is known so: a solving has an unknown for that.
+    A solving has an unknown for that, so no key would cure it.
     """
-    hypothesis = fault.hypothesis
-    is_whole = bool(hypothesis.parameters.get("throughout"))
-    return hypothesis.name == "ball_bent" and is_whole
+    hypotheses = [f.hypothesis for f in (fault, *fault.rivals)]
+    return any(
+        h.name == "ball_bent" and h.parameters.get("throughout") for h in hypotheses
+    )
 
 
 def _with_stay(alarm: Alarm, samples: Sequence[Sample]) -> Alarm:
@@ -157,6 +176,6 @@ def _shown(hypothesis: Hypothesis) -> dict[str, Any]:
     """Return the numbers of a hypothesis as they are shown, lengths in millimetres."""
     numbers = {"likely": "?", "given": "?", "size": "?", **hypothesis.parameters}
     return {
-        key: assessment.millimetres(value, 1) if isinstance(value, float) else value
+        key: millimetres(value, 1) if isinstance(value, float) else value
         for key, value in numbers.items()
     }
