@@ -84,6 +84,8 @@ class LimitResult(Document):
 
 WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
 """Rows on predicted errors of distances, in the whole workspace and near the recorded places."""
+READING = "reading"
+"""Row on a distance that was read once: it bars a PASS, and no better model."""
 LIMITS = (
     "mean_absolute_error",
     "distance_error",
@@ -104,6 +106,7 @@ TITLES = {
     "distortion": "sockets' distance reproduced",
     "distance_given": "distance of the sockets",
     "scale": "size of the arm",
+    READING: "reading of the sockets' distance",
     "samples": "number of samples",
     "validity": "what changed",
     "known": "how well it is known",

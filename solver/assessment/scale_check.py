@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from msgspec.structs import replace
+
 from ..diagnostics import OF_JOINTS, SIZE_BY_DISTANCE, SIZE_BY_MODEL, size_level
 from ..results import (
     CalibrationDocument,
@@ -11,7 +13,7 @@ from ..results import (
     Scale,
 )
 from .formatting import joined, short_names
-from .limits import LimitResult, Status, limit_row
+from .limits import READING, TITLES, LimitResult, Status, limit_row
 from .verdict import Premise
 
 STEP = 1e-4
@@ -203,8 +205,12 @@ def scale_row(
     text += _likely_distance(scale, distance, readings)
     if abs(scale.value) > IMPOSSIBLE:
         return _row_of_size("fail", text)
-    is_believed = readings > 1 or _is_rather_a_length(scale, causes)
-    return _row_of_size("warning" if is_believed else "not enough", text)
+    if readings > 1:
+        return _row_of_size("warning", text)
+    row = _row_of_size("not enough", text)
+    if _is_rather_a_length(scale, causes):
+        return replace(row, name=READING, title=TITLES[READING])
+    return row
 
 
 def _is_rather_a_length(scale: Scale, causes: Sequence[Hypothesis]) -> bool:

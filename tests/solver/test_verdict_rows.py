@@ -29,6 +29,21 @@ from mukca.solver.results import (
 )
 
 
+def interval(value):
+    """An error with its interval [m]."""
+    return Interval(value=value, low=0.8 * value, high=1.2 * value)
+
+
+def improved(before, corrected, corrected_near):
+    """A calibration with errors of 0.4 mm in the workspace and 0.2 mm near recorded places."""
+    odds = {"probability": 0.99 if before > 1e-3 else 0.3, "corrected_probability": 0.97}
+    places = [
+        Improvement(before=interval(before), now=interval(now), corrected=interval(full), **odds)
+        for now, full in ((4e-4, corrected), (2e-4, corrected_near))
+    ]
+    return Better(workspace=places[0], recorded_places=places[1])
+
+
 def test_the_worst_of_several_is_said_first():
     assert [worst(each) for each in ([], [0, 0], [0, 3], [3, 1, 0])] == [0, 0, 3, 1]
 
@@ -55,23 +70,24 @@ def test_a_length_explains_the_size_unless_a_distance_may(level, distance, statu
 
 
 @pytest.mark.parametrize(
-    ("value", "length", "readings", "status"),
+    ("value", "length", "readings", "told"),
     [
-        (0.0087, 0.2, 1, "warning"),
-        (0.0087, 0.05, 1, "not enough"),
-        (0.0130, 0.2, 1, "not enough"),
-        (0.0130, 0.0, 2, "warning"),
-        (0.5, 0.2, 2, "fail"),
+        (0.0087, 0.2, 1, "BETTER"),
+        (0.0087, 0.05, 1, "NOT ENOUGH DATA"),
+        (0.0130, 0.2, 1, "NOT ENOUGH DATA"),
+        (0.0130, 0.0, 2, "PASS near the recorded places"),
+        (0.5, 0.2, 2, "FAIL"),
     ],
 )
 def test_a_length_is_likelier_than_a_distance_where_the_size_nearly_holds(
-    value, length, readings, status
+    value, length, readings, told
 ):
     """Or where two readings agree; but no arm is half as long again as its model."""
     odds = {"distance": 1 - length, "length": length}
     causes = [Hypothesis(name, p, {}, "", "", "") for name, p in odds.items()]
     row = scale_row(Scale(value=value, deviation=7e-4), 0.05, (), causes, readings=readings)
-    assert row.status == status and "the sockets are" in row.text
+    verdict = conclude([row], improved(2e-3, 3e-4, 1e-4), None)
+    assert verdict.title == told and "the sockets are" in row.text
 
 
 @pytest.mark.parametrize(("told", "status"), [(True, "warning"), (False, "fail")])
@@ -133,21 +149,6 @@ def test_one_judgement_says_whether_another_placement_is_needed(high, length, re
     predicted = Interval(value=0.6e-3, low=0.3e-3, high=high)
     told = predicted_in_words(predicted, length, repeatability)
     assert told.endswith(words) and "wrong by about 0.60 mm" in told
-
-
-def interval(value):
-    """An error with its interval [m]."""
-    return Interval(value=value, low=0.8 * value, high=1.2 * value)
-
-
-def improved(before, corrected, corrected_near):
-    """A calibration with errors of 0.4 mm in the workspace and 0.2 mm near recorded places."""
-    odds = {"probability": 0.99 if before > 1e-3 else 0.3, "corrected_probability": 0.97}
-    places = [
-        Improvement(before=interval(before), now=interval(now), corrected=interval(full), **odds)
-        for now, full in ((4e-4, corrected), (2e-4, corrected_near))
-    ]
-    return Better(workspace=places[0], recorded_places=places[1])
 
 
 @pytest.mark.parametrize(
