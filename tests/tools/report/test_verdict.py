@@ -14,7 +14,7 @@ from recorded import RIGID, write_sockets
 
 import mukca
 from mukca.tools.cli import build_parser, main
-from mukca.tools.report.figures import recommendations
+from mukca.tools.report.figures import mending
 
 pytestmark = pytest.mark.slow
 
@@ -496,7 +496,7 @@ def test_no_step_is_to_train_on_what_is_wrong(document, report, monkeypatch):
     (again,) = report(document)["todo"]
     assert again["text"].startswith("Record left again")  # all is worse without it
     errors = (SimpleNamespace(mean_absolute_error=error) for error in (2e-3, 1e-3))
-    monkeypatch.setattr(recommendations, "evaluate", lambda points, measured: next(errors))
+    monkeypatch.setattr(mending, "evaluate", lambda points, measured: next(errors))
     (out,) = report(document, "--limit-mae-mm", "0.001")["todo"]
     assert out["text"] == "Leave out left"
     assert "left" not in out["command"] and out["before"] and out["after"]

@@ -2,16 +2,13 @@
 
 import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 
-from ....errors import MukcaError
 from ....solver.assessment import (
-    MOVEMENTS,
     Assessment,
     PlacementReport,
     Verdict,
@@ -27,15 +24,13 @@ from ....solver.identification.data import (
     CALIPER_DEVIATION,
     DEFAULT_DISTANCE,
     SAMPLES_ADVISED,
-    Measurement,
     as_point,
-    evaluate,
     readings_of,
 )
-from ....solver.identification.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
-from .answers import farthest_held_out, placements_named, placements_with_errors
-from .command_lines import as_options, one_robot, record_command, solve_command
+from .answers import farthest_held_out
+from .command_lines import record_command, solve_command
+from .mending import mending_steps, steps_where_something_moved
 from .recorded_already import (
     UnusedPlacement,
     placement_to_hold_out,
@@ -48,7 +43,6 @@ DOUBTED_SIZE = 3e-3
 that of eight real arms in ten is smaller."""
 _SPAN = 0.5
 """A distance in the workspace [m]."""
-BELIEVED = "figures that can be believed"
 BESIDE = 0.2
 """A place is no new one if it is nearer to a placement than this [m]."""
 
@@ -73,7 +67,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
     status = verdict.status_of
     passes = verdict.status == "pass"
     if status("data_checks") not in ("pass", "warning") and not passes:
-        yield from _mend(result)
+        yield from mending_steps(result)
         return
     size = {status("scale"), status("distance_given")}
     if not size <= {"pass", "warning"} or _is_to_be_read_again(result):
@@ -81,7 +75,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
     if passes:
         return
     if not verdict.use:
-        yield from _record_again(result, _moved(result))
+        yield from steps_where_something_moved(result)
     is_proved = _is_proved(verdict)
     unused = unused_placements(result)
     rows = (*verdict.limits, *verdict.reasons)
@@ -123,42 +117,6 @@ def _is_to_be_read_again(result: Assessment) -> bool:
         return False  # the URDF explains it
     is_doubted = abs(document.scale.value) >= DOUBTED_SIZE
     return is_doubted and most_readings(document.placements) == 1
-
-
-def _mend(result: Assessment) -> Iterator[Step]:
-    """Yield the steps to leave out what is wrong in the recordings, to record it again, to look.
-
-    A placement is contradicted as long as it is trained on, so no other step stands beside these.
-    """
-    document = result.predictions.document
-    yield from _leave_out(result)
-    bad = placements_with_errors(result)
-    if len(bad) < len(result.placements) or len(bad) == 1:
-        yield from _record_again(result, bad)
-    errors = [check for check in document.checks or () if check.level == "error"]
-    text = "See what is wrong in the recordings"
-    text += f": {errors[0].advice}" if errors and errors[0].advice else ""
-    folders = list(dict.fromkeys(row.folder for row in document.data))
-    keys = ("distance", "known", "zeros")
-    same = as_options({key: document.settings.get(key) for key in keys})
-    command = shlex.join(["mukca", "check", *folders, *one_robot(document), *same])
-    yield Step(text, command, BELIEVED)
-
-
-def _moved(result: Assessment) -> list[int]:
-    """Return the placements trained on at which something moved."""
-    checks = result.predictions.document.checks or ()
-    moved = [check for check in checks if check.code in MOVEMENTS]
-    named = placements_named(result, moved)
-    return [i for i in named if result.placements[i].role != "test"]
-
-
-def _record_again(result: Assessment, bad: Sequence[int]) -> Iterator[Step]:
-    """Yield the step to record placements again that are contradicted, if any."""
-    if bad:
-        names = joined([result.predictions.names[i] for i in bad])
-        text = f"Record {names} again, and solve with it in place of the first"
-        yield Step(text, record_command(result.predictions.document), BELIEVED)
 
 
 def _measure_points(document: CalibrationDocument, *, is_proved: bool) -> Step:
@@ -318,34 +276,3 @@ def _forecast(
         f"place of {short_mm(before)}"
     )
     return Step(text, command, words, before, after)
-
-
-def _leave_out(result: Assessment) -> Iterator[Step]:
-    """Yield the step to leave out placements with errors, with what Eq. (5) expects of it."""
-    predictions = result.predictions
-    bad = placements_with_errors(result)
-    faulty = {result.placements[i].name for i in bad}
-    paired = [p for p in predictions.placements if p.measured.has_distance]
-    training = [p.measured for p in paired if p.role == "train"]
-    remaining = [m for m in training if m.name not in faulty]
-    judges = [p.measured for p in paired if p.role == "test" and p.name not in faulty]
-    if not remaining or not judges or len(remaining) == len(training):
-        return
-
-    def held_out(train: Sequence[Measurement]) -> float:
-        problem = build_problem(predictions.robot, train)
-        x = solve(problem).x
-        errors = (evaluate(problem.model.points(x, m.positions), m) for m in judges)
-        return sum(error.mean_absolute_error for error in errors) / len(judges)
-
-    with suppress(MukcaError):
-        before = held_out(training)
-        after = held_out(remaining)
-        text = f"Leave out {joined([result.predictions.names[i] for i in bad])}"
-        command = solve_command(
-            predictions.document, moves=dict.fromkeys(sorted(faulty))
-        )
-        words = (
-            f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}"
-        )
-        yield Step(text, command, words, before, after)
