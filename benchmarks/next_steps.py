@@ -103,6 +103,9 @@ def _follow(one: World, run: Run) -> None:
         expected = step.get("after")
         following = shlex.split(step["command"])
         verb = following[1]
+        if verb == "record" and shlex.join(words).count("another"):
+            run.end = "no placement is left to record"
+            return
         if verb == "record":
             out = _written(spare, following[following.index("--out") + 1])
             following = _with_placement(words, out, step["text"])
