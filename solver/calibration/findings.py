@@ -18,6 +18,10 @@ WORDS = {
     "drift": "its place drifted steadily by {}",
     "slow": "its place drifted to and fro by {}{}",
 }
+HOLDS = 0.01
+"""Share within which a fit has the arm's size: no distance is then wrong by far more."""
+DISTANCE = "scale"
+"""Code of findings of a wrong distance."""
 DIFFERENCE = "movement"
 """Code of what differs between places, for which the fit has an unknown."""
 MENDED = "mend it, or calibrate by recordings from one side of it"
@@ -33,8 +37,19 @@ def findings(
     if full is not None:
         count = len(full.objective.differences)
         diagnostics += [_told(problem, full, k) for k in range(count)]
+    if not distorted and abs(scale.value) < HOLDS:
+        diagnostics = [d for d in diagnostics if not _is_refuted(d, problem)]
     sized = hypotheses(fit, problem, scale, distorted)
     return reworded(diagnostics, problem.hypotheses, sized)
+
+
+def _is_refuted(finding: Diagnostic, problem: CalibrationProblem) -> bool:
+    """Tell whether a finding has a distance wrong that the fit has right.
+
+    It was seen beside something else that is more probable, as another version's URDF.
+    """
+    by_distance = any(h.name in SIZE_BY_DISTANCE for h in problem.hypotheses[:1])
+    return finding.code == DISTANCE and finding.level != "error" and not by_distance
 
 
 def reworded(
@@ -78,8 +93,10 @@ def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic:
     measured = next(m for m in problem.measurements if m.name == name)
     text = _in_words(fit, k)
     if difference.at:
-        first = measured.placement.samples[int(difference.at)]
-        text = text.format(first=first.named)
+        samples = measured.placement.samples
+        ends = min(difference.until, len(samples))
+        last = samples[int(ends) - 1]
+        text = text.format(first=samples[int(difference.at)].named, last=last.named)
     advice = STEADY if difference.part == BASE else MENDED
     return Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
 
@@ -124,6 +141,8 @@ def _since(difference: Difference, data: Observations) -> str:
         return ", with temperature" * (difference.clock == "temperature")
     if difference.course == "each":
         return "from placement to placement"
+    if difference.until < np.inf:
+        return "from {first} to {last}, and fell back"
     if difference.at:
         return "from {first} on"
     if last == data.placements[-1]:

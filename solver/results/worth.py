@@ -114,7 +114,9 @@ class Forecast(Document):
     placement: str | None
     """Its name; None for one that is not recorded yet, with 2 x 30 varied samples far from all."""
     distance_deviation: float
-    """The predicted error of distances in the workspace would then be this [m]."""
+    """Standard deviation of distances in the workspace that would be left [m]."""
+    share: float | None = None
+    """Error of distances by ``calibrated.urdf`` that would be left, as a share of that now."""
 
 
 @dataclass(frozen=True)
