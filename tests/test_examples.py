@@ -107,9 +107,10 @@ def snippets(page):
 def test_the_code_in_the_documents_runs(tmp_path, session, monkeypatch):
     for name in ("front", "left", "right"):
         shutil.copytree(session / name, tmp_path / "recordings" / name)
-    shutil.copytree(session / "left", tmp_path / "recordings" / "july")
+    shutil.copytree(session / "left", tmp_path / "july")
     monkeypatch.chdir(tmp_path)
     code = "\n".join(snippets("python.md")).replace("samples=30", "samples=8")
+    code = code.replace("recordings/july", "july")
     code = code.replace("franka:172.16.0.2", "mock:recordings/front")
     names = {}
     exec(code, names)
