@@ -113,7 +113,7 @@ class BaseErrors:
         known = self.posterior.data.known
         first = [length.first for length in known]
         second = [length.second for length in known]
-        columns = of_centres.reshape(-1, 3, of_centres.shape[1])
+        columns = of_centres.reshape(len(of_centres) // 3, 3, of_centres.shape[1])
         between = columns[second] - columns[first]
         return np.einsum("ki,kin->kn", unit(self._offsets), between)
 
