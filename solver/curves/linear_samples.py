@@ -73,7 +73,10 @@ def samples_around(
     slopes = state.linear.by_joints * revolute
     by_curves = slopes @ shifts[:, :, None]
     a = state.errors[:, :, None] - by_curves
-    G = state.linear.by_unknowns
+    G = np.zeros((*a.shape[:2], objective.size))
+    G[:, :, : objective.dense] = state.linear.by_unknowns
+    for k, in_socket in enumerate(data.in_sockets):
+        G[in_socket, :, objective.of_socket(k)] = -np.eye(3)
     columns = np.concatenate([G, a], axis=2)
     return state, LinearSamples(q, columns, slopes, data.source_of)
 

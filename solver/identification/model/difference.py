@@ -61,13 +61,13 @@ class Difference:
 
     def courses(self, data: Observations) -> np.ndarray:
         """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
-        in_each = np.array([data.rows_of(name) for name in self.placements])
         if self.course == "each":
+            in_each = np.array([data.rows_of(name) for name in self.placements])
             return in_each.T.astype(float)
-        first = in_each[0]
+        first = data.rows_of(self.placements[0])
         if self.course == "step":
             before = first & (data.index[:, 0] < self.at)
-            course = (in_each.any(axis=0) & ~before).astype(float)
+            course = (data.rows_of(*self.placements) & ~before).astype(float)
             # The model has what is in most placements; of two, in the last.
             if self.part != BASE and 2 * len(self.placements) >= len(data.placements):
                 course[~data.turned] -= 1
