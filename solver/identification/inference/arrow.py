@@ -54,12 +54,12 @@ class Arrow:
             G[cell] = -R.T @ scaled
             self.cells.append((cell, R))
         self.G, self.S = G, S
+        self._root = inverse_root(S) @ G.T
 
     @property
     def inverse(self) -> np.ndarray:
         """H^-1, shape (n, n): symmetric, and no variance below zero."""
-        R = inverse_root(self.S) @ self.G.T
-        inverse = R.T @ R
+        inverse = self._root.T @ self._root
         for cell, R_c in self.cells:
             inverse[np.ix_(cell, cell)] += R_c.T @ R_c
         return inverse
@@ -72,13 +72,14 @@ class Arrow:
 
     def spread(self, B: np.ndarray) -> np.ndarray:
         """Return B_k H^-1 B_k^T for K matrices, shape (K, d, n), as (K, d, d)."""
-        roots = [B @ self.G @ inverse_root(self.S).T]
+        root = B @ self._root.T
+        spread = root @ root.transpose(0, 2, 1)
         touched = B.any(axis=(0, 1))
         for cell, R in self.cells:
-            if touched[cell].any():
-                roots.append(B[:, :, cell] @ R.T)
-        squares = [root @ root.transpose(0, 2, 1) for root in roots]
-        return np.sum(squares, axis=0)
+            if np.any(touched[cell]):
+                root = B[:, :, cell] @ R.T
+                spread += root @ root.transpose(0, 2, 1)
+        return spread
 
     def gaussian(self, mean: np.ndarray) -> Gaussian:
         """Return the Gaussian of covariance H^-1 about a mean, shape (n,)."""

@@ -129,9 +129,6 @@ class FitPosterior:
     at_usual_widths: tuple[np.ndarray, Gaussian] | None = None
     """The estimate, and the changes from it, that are still to be averaged over widths."""
 
-    def __post_init__(self) -> None:
-        check(self.whole)
-
     @cached_property
     def over_widths(self) -> "FitPosterior":
         """The posterior averaged over uncertain widths (A10), which models that lose do without."""
@@ -141,10 +138,13 @@ class FitPosterior:
         state = replace(self.state, groups=groups)
         return replace(self, state=state, around=around, at_usual_widths=None)
 
-    @property
+    @cached_property
     def whole(self) -> np.ndarray:
         """Covariance of all unknowns, differences and error curves included."""
-        return self.around.covariance if self.with_curves is None else self.with_curves
+        of_root = self.with_curves is None
+        covariance = self.around.covariance if of_root else self.with_curves
+        check(covariance)
+        return covariance
 
     @property
     def gaussian(self) -> Gaussian:

@@ -149,7 +149,9 @@ class Rises:
         rows = np.flatnonzero(courses.any(axis=1) & slopes.any(axis=(1, 2)))
         if not len(rows):  # a ball on the last axis, say, which its joint does not move
             return np.full(courses.shape[1], -np.inf)
-        D, c = -slopes[rows], courses[rows]
+        if len(rows) < len(slopes):
+            slopes, courses = slopes[rows], courses[rows]
+        D, c = slopes, courses
         VD = self.information[rows] @ D
         A = _summed(c**2, D, VD)
         B = self._across(VD, c, rows)
@@ -175,15 +177,15 @@ class Rises:
         sockets = objective.data.sockets[rows]
         for k in np.unique(sockets[sockets >= 0]).tolist():
             seated = sockets == k
-            of_ball = np.broadcast_to(-np.eye(3), (int(seated.sum()), 3, 3))
+            of_ball = np.broadcast_to(-np.eye(3), (len(c[seated]), 3, 3))
             B[:, :, objective.of_socket(k)] = _summed(c[seated], VD[seated], of_ball)
         return B
 
 
 def _summed(c: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Return sum_i c_ik X_i^T Y_i for K courses of R samples, X_i (3, d) and Y_i (3, e)."""
-    if c.shape[1] == 1:
-        return np.tensordot(c[:, :, None] * left, right, ((0, 1), (0, 1)))[None]
+    if c.shape[1] == 1:  # which is 1
+        return np.tensordot(left, right, ((0, 1), (0, 1)))[None]
     products = left.transpose(0, 2, 1) @ right
     sums = c.T @ products.reshape(len(c), -1)
     return sums.reshape(-1, *products.shape[1:])
