@@ -106,14 +106,12 @@ def common_precision(lengths: Sequence[Known[int]]) -> np.ndarray:
     With s the deviations of one base's distances, and D the variances beside what they share, it is
     Q = D^-1 s / sqrt(1 + s^T D^-1 s), so that (D + s s^T)^-1 = D^-1 - Q Q^T (Sherman, Morrison).
     """
-    columns = [np.zeros((len(lengths), 0))]
-    for base in sorted({length.distance for length in lengths if length.on_base}):
-        of_base = [length.on_base and length.distance == base for length in lengths]
-        s = np.array([length.deviation for length in lengths]) * of_base
-        D = np.array([length.seat_variance or 1.0 for length in lengths])
-        Q = s / D / np.sqrt(1 + s @ (s / D))
-        columns.append(Q[:, None])
-    return np.hstack(columns)
+    deviations = np.array([length.deviation for length in lengths])
+    D = np.array([length.seat_variance or np.inf for length in lengths])
+    bases = np.array([length.distance for length in lengths])
+    s = deviations[:, None] * (bases[:, None] == np.unique(bases))
+    Q = s / D[:, None]
+    return Q / np.sqrt(1 + np.sum(s * Q, axis=0))
 
 
 def common_covariance(

@@ -5,7 +5,7 @@ A measured pose is two samples, place [m] and orientation [rad], which come last
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import accumulate, groupby
+from itertools import accumulate
 from typing import Literal
 
 import numpy as np
@@ -209,15 +209,10 @@ class Load:
 
     def samples(self, robot: Robot, *measurements: Measurement) -> Samples:
         """Return the samples of placements, row by row as :attr:`Measurement.positions`."""
-        parts: list[Samples] = []
-        for load, group in groupby(measurements, lambda m: self.of(m.placement)):
-            for has_efforts, alike in groupby(group, lambda m: m.efforts is not None):
-                placements = [*alike]
-                q = np.concatenate([m.positions for m in placements])
-                clocks = np.concatenate([m.clocks for m in placements])
-                efforts = [m.efforts for m in placements if m.efforts is not None]
-                measured = np.concatenate(efforts) if has_efforts else None
-                parts.append(load.at(robot, q, measured, clocks))
+        parts = [
+            self.of(m.placement).at(robot, m.positions, m.efforts, m.clocks)
+            for m in measurements
+        ]
         return joined(parts)
 
     def by_socket(self, robot: Robot, *measurements: Measurement) -> list[Samples]:

@@ -145,19 +145,13 @@ class Observations(Samples, Places):
 
     def rows_of(self, *placements: str) -> np.ndarray:
         """Return a mask of the places that were recorded at some placements, shape (N,)."""
-        chosen = {*placements}
-        is_chosen = np.array([name in chosen for name in self._names], dtype=bool)
-        return is_chosen[self._name_of] & ~self.turned
+        names, numbers = self._by_name
+        return np.isin(names, placements)[numbers] & ~self.turned
 
     @cached_property
-    def _names(self) -> list[str]:
-        """Names of the placements with samples."""
-        return np.unique(self.recorded_at).tolist()
-
-    @cached_property
-    def _name_of(self) -> np.ndarray:
-        """Index of each sample's name among these, shape (N,)."""
-        return np.unique(self.recorded_at, return_inverse=True)[1]
+    def _by_name(self) -> tuple[np.ndarray, np.ndarray]:
+        """Names of the placements with samples, and the index of each sample's, shape (N,)."""
+        return np.unique(self.recorded_at, return_inverse=True)
 
     def without(self, placements: Collection[str]) -> "Observations":
         """Return the observations without some placements and the distances to their sockets."""

@@ -1,22 +1,21 @@
 """The inverse of a curvature whose unknowns fall into cells, by Schur's complement."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from ..model import Gaussian, block_matrix, inverse_root, log_determinant, submatrix
+from ..model import Gaussian, inverse_root, log_determinant, submatrix
 
 
-@dataclass(frozen=True, eq=False)
-class Form:
+class Form(NamedTuple):
     """Which of n unknowns a curvature H couples: H + F F^T couples no two cells."""
 
-    cells: Sequence[np.ndarray] = ()
+    cells: Sequence[np.ndarray]
     """Indices of the unknowns of each cell, which are all free."""
-    shared: np.ndarray | None = None
-    """F, by the errors that measured distances share, shape (n, g), zero beside cells; None for
-    no such errors."""
+    shared: np.ndarray
+    """F, by the errors that measured distances share, shape (n, g), zero beside cells."""
 
 
 class Arrow:
@@ -32,34 +31,39 @@ class Arrow:
         numpy.linalg.LinAlgError: A part of it is not positive definite.
     """
 
-    def __init__(self, H: np.ndarray, free: np.ndarray, form: Form = Form()) -> None:
-        n = len(H)
-        F = np.zeros((n, 0)) if form.shared is None else form.shared
+    def __init__(
+        self, H: np.ndarray, free: np.ndarray, form: Form | None = None
+    ) -> None:
+        cells, F = form or ((), H[:, :0])
         alone = free.copy()
-        for cell in form.cells:
+        for cell in cells:
             alone[cell] = False
         dense = np.flatnonzero(alone)
-        G = np.zeros((n, len(dense) + F.shape[1]))
-        S = np.eye(G.shape[1])
-        d = np.arange(len(dense))
-        S[: len(d), : len(d)] = submatrix(H, dense)
-        G[dense, d] = 1.0
+        G = np.zeros((len(H), len(dense) + F.shape[1]))
+        complement = np.eye(G.shape[1])
+        d = slice(len(dense))
+        G[dense] = complement[d]
+        complement[d, d] = submatrix(H, dense)
         self.cells: list[tuple[np.ndarray, np.ndarray]] = []
         """Of each cell its unknowns, and R_c with R_c^T R_c = H_cc^-1."""
-        for cell in form.cells:
+        for cell in cells:
             rows = H[cell]
             R = inverse_root(rows[:, cell] + F[cell] @ F[cell].T)
             scaled = R @ np.hstack([rows[:, dense], F[cell]])
-            S -= scaled.T @ scaled
+            complement -= scaled.T @ scaled
             G[cell] = -R.T @ scaled
             self.cells.append((cell, R))
-        self.G, self.S = G, S
-        self._root = inverse_root(S) @ G.T
+        self.G, self.S = G, complement
+
+    @cached_property
+    def root(self) -> np.ndarray:
+        """R with R^T R = G S^-1 G^T, shape (d, n)."""
+        return inverse_root(self.S) @ self.G.T
 
     @property
     def inverse(self) -> np.ndarray:
         """H^-1, shape (n, n): symmetric, and no variance below zero."""
-        inverse = self._root.T @ self._root
+        inverse = self.root.T @ self.root
         for cell, R_c in self.cells:
             inverse[np.ix_(cell, cell)] += R_c.T @ R_c
         return inverse
@@ -70,22 +74,12 @@ class Arrow:
         of_cells = (np.log(np.diag(R)).sum() for _, R in self.cells)
         return log_determinant(self.S) - 2 * float(sum(of_cells))
 
-    def spread(self, B: np.ndarray) -> np.ndarray:
-        """Return B_k H^-1 B_k^T for K matrices, shape (K, d, n), as (K, d, d)."""
-        root = B @ self._root.T
-        spread = root @ root.transpose(0, 2, 1)
-        touched = B.any(axis=(0, 1))
-        for cell, R in self.cells:
-            if np.any(touched[cell]):
-                root = B[:, :, cell] @ R.T
-                spread += root @ root.transpose(0, 2, 1)
-        return spread
-
     def gaussian(self, mean: np.ndarray) -> Gaussian:
         """Return the Gaussian of covariance H^-1 about a mean, shape (n,)."""
         of_dense = Gaussian.of_precision(np.zeros(len(self.S)), self.S)
-        parts = [self.G @ of_dense.root]
-        if self.cells:
-            of_cells = block_matrix(len(mean), [(cell, R.T) for cell, R in self.cells])
-            parts.append(of_cells[:, np.concatenate([cell for cell, _ in self.cells])])
-        return Gaussian(mean, np.hstack(parts))
+        ends = np.cumsum([len(self.S), *(len(cell) for cell, _ in self.cells)])
+        root = np.zeros((len(mean), ends[-1]))
+        root[:, : ends[0]] = self.G @ of_dense.root
+        for (cell, R), begin, end in zip(self.cells, ends, ends[1:], strict=False):
+            root[cell, begin:end] = R.T
+        return Gaussian(mean, root)

@@ -58,10 +58,14 @@ def posterior(state: State, iterates: Sequence[np.ndarray]) -> FitPosterior:
         mean = moved(state, change)
         iterates = [*iterates, mean.x]
     at_usual = _at_usual_widths(state, data, bounds, change)
+    around = around_estimate(at_usual)
+    at_usual = replace(
+        at_usual, root=around.root[:, :-1]
+    )  # which is large, and here once
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
     return FitPosterior(
         state=mean,
-        around=around_estimate(at_usual),
+        around=around,
         weights=weights,
         log_evidence=evidence,
         iterates=iterates,

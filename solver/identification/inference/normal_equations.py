@@ -30,7 +30,7 @@ class NormalEquations:
     """Curvature, shape (n, n)."""
     g: np.ndarray
     """Slope, shape (n,)."""
-    form: Form = Form()
+    form: Form | None = None
 
     def __add__(self, part: "NormalEquations") -> "NormalEquations":
         """Return their sum with a part that couples no two cells."""

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,8 @@ MOST_OF_ALL = 1000
 """Steps of a ball or a joint that are looked for at most."""
 BATCH = 100
 """Differences that are looked at together."""
+ROWS = 500
+"""Samples that are summed over together."""
 FACTORS = np.exp(TYPICAL_SPREAD * np.arange(0, 4))
 """Widths that are tried, as factors of the usual one."""
 
@@ -91,6 +94,18 @@ def differing_balls(placements: Sequence[str]) -> Difference:
     return Difference("each", tuple(placements), part=BALL)
 
 
+class Sums(NamedTuple):
+    """Sums over samples, see :class:`Rises`."""
+
+    A: np.ndarray
+    B: np.ndarray
+    g: np.ndarray
+
+    def plus(self, sums: "Sums") -> "Sums":
+        """Return them with those over further samples."""
+        return Sums(self.A + sums.A, self.B + sums.B, self.g + sums.g)
+
+
 @dataclass(frozen=True)
 class Rises:
     """The rise of the evidence by further differences, to first order about a fit.
@@ -136,7 +151,9 @@ class Rises:
             slopes = first.slopes(fit.model, fit.data)
             slopes *= np.repeat(first.weights, slopes.shape[2] // len(first.weights))
             return self._of(slopes, np.ones((len(slopes), 1)), first.width)
-        slopes = directions(first.part, fit.model, fit.data, fit.arm.values)
+        slopes = directions(
+            first.part, fit.model, fit.data, fit.model.values(fit.state.x)
+        )
         rises: list[np.ndarray] = []
         for begin in range(0, len(differences), BATCH):
             batch = differences[begin : begin + BATCH]
@@ -146,20 +163,16 @@ class Rises:
 
     def _of(self, slopes: np.ndarray, courses: np.ndarray, usual: float) -> np.ndarray:
         """Return the rise by courses, shape (N, K), of directions whose usual width is given."""
+        best: np.ndarray = np.full(courses.shape[1], -np.inf)
         rows = np.flatnonzero(courses.any(axis=1) & slopes.any(axis=(1, 2)))
         if not len(rows):  # a ball on the last axis, say, which its joint does not move
-            return np.full(courses.shape[1], -np.inf)
-        if len(rows) < len(slopes):
-            slopes, courses = slopes[rows], courses[rows]
-        D, c = slopes, courses
-        VD = self.information[rows] @ D
-        A = _summed(c**2, D, VD)
-        B = self._across(VD, c, rows)
-        g = _summed(c, D, self.pulls[rows])[:, :, 0]
-        information = A - self.precision.spread(B)
+            return best
+        parts = np.array_split(rows, 1 + len(rows) // ROWS)
+        sums = (self._sums(slopes[part], courses[part], part) for part in parts)
+        A, B, g = reduce(Sums.plus, sums)
+        information = A - _spread(self.precision, B)
         values, axes = np.linalg.eigh(information)
         along = (axes.transpose(0, 2, 1) @ g[:, :, None])[:, :, 0]
-        best = np.full(len(g), -np.inf)
         for factor in FACTORS.tolist():
             of_prior = (factor * usual) ** -2
             P = values.clip(min=0) + of_prior
@@ -168,18 +181,32 @@ class Rises:
             best = np.maximum(best, 0.5 * (rises.sum(axis=1) - spreads**2))
         return best
 
-    def _across(self, VD: np.ndarray, c: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Return B, shape (K, d, n)."""
+    def _sums(self, D: np.ndarray, c: np.ndarray, rows: np.ndarray) -> Sums:
+        """Return A, B and g of some rows."""
         objective = self.fit.objective
-        B = np.zeros((c.shape[1], VD.shape[2], objective.size))
-        A = self.fit.state.linear.by_unknowns[rows]
-        B[:, :, : objective.dense] = _summed(c, VD, A)
+        VD = self.information[rows] @ D
+        B = np.zeros((c.shape[1], D.shape[2], objective.size))
+        by_others = self.fit.state.linear.by_unknowns[rows]
+        B[:, :, : objective.dense] = _summed(c, VD, by_others)
         sockets = objective.data.sockets[rows]
         for k in np.unique(sockets[sockets >= 0]).tolist():
-            seated = sockets == k
-            of_ball = np.broadcast_to(-np.eye(3), (len(c[seated]), 3, 3))
-            B[:, :, objective.of_socket(k)] = _summed(c[seated], VD[seated], of_ball)
-        return B
+            seated = np.flatnonzero(sockets == k)
+            of_centre = np.broadcast_to(-np.eye(3), (len(seated), 3, 3))
+            B[:, :, objective.of_socket(k)] = _summed(c[seated], VD[seated], of_centre)
+        g = _summed(c, D, self.pulls[rows])[:, :, 0]
+        return Sums(_summed(c**2, D, VD), B, g)
+
+
+def _spread(precision: Arrow, B: np.ndarray) -> np.ndarray:
+    """Return B_k Sigma B_k^T for K matrices, shape (K, d, n), as (K, d, d)."""
+    root = B @ precision.root.T
+    spread: np.ndarray = root @ root.transpose(0, 2, 1)
+    for cell, R in precision.cells:
+        of_cell = B[:, :, cell]
+        if np.any(of_cell):
+            root = of_cell @ R.T
+            spread += root @ root.transpose(0, 2, 1)
+    return spread
 
 
 def _summed(c: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
