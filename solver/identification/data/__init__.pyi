@@ -27,6 +27,7 @@ from .known import KnownError as KnownError
 from .known import Located as Located
 from .known import SocketAt as SocketAt
 from .known import common_covariance as common_covariance
+from .known import common_precision as common_precision
 from .known import distance_covariance as distance_covariance
 from .known import find_socket as find_socket
 from .known import is_called as is_called

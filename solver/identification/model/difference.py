@@ -63,14 +63,14 @@ class Difference:
 
     def courses(self, data: Observations) -> np.ndarray:
         """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
-        in_each = np.array([data.rows_of(name) for name in self.placements])
         if self.course == "each":
-            return 1.0 * in_each.T
-        first = in_each[0]
+            in_each = np.array([data.rows_of(name) for name in self.placements])
+            return in_each.T.astype(float)
+        first = data.rows_of(self.placements[0])
         if self.course == "step":
             index = data.index[:, 0]
             as_before = first & ((index < self.at) | (index >= self.until))
-            course = 1.0 * (in_each.any(axis=0) & ~as_before)
+            course = (data.rows_of(*self.placements) & ~as_before).astype(float)
             # The model has what is in most placements; of two, in the last.
             if self.part != BASE and 2 * len(self.placements) >= len(data.placements):
                 course[~data.turned] -= 1
