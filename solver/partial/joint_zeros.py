@@ -12,7 +12,8 @@ from .prior import ANGLE, LENGTH, TOLERANCES, prior_of
 from .sockets import new_samples, require_samples, similar_postures, socket_task
 from .system import System
 from .task import Task
-from .zero_posterior import ZeroPosterior, find_zeros
+from .zero_posterior import SURE, ZeroPosterior, find_zeros
+from .zeros import another_arm, scatter_words
 
 OTHER_ARM = 5.0
 """Factor on the errors of the calibration, beyond which zeros alone do not explain the samples."""
@@ -68,7 +69,10 @@ def rezero(
     factors = TOLERANCES if isinstance(arm, Robot) else {1.0: 1.0}
     posterior = find_zeros(task, numbers, factors)
     system, zeros = posterior.system, posterior.joints
+    scatter = _scatter(posterior)
     _refuse_far(arm, system, changed=any(zero.offset for zero in zeros))
+    if scatter and another_arm(system):
+        raise UsageError(still_off(system))
     if not new:
         zeros = tuple(replace(zero, changed=0.0, offset=0.0) for zero in zeros)
     return Zeros(
@@ -80,7 +84,15 @@ def rezero(
         system,
         new,
         other=posterior.factor > 1,
+        scatter=scatter,
     )
+
+
+def _scatter(posterior: ZeroPosterior) -> str:
+    """Return that all joints scatter alike; empty where they do not."""
+    if posterior.scattered < SURE:
+        return ""
+    return scatter_words(posterior.scatter, posterior.scattered)
 
 
 def _joint_numbers(robot: Robot, joints: Sequence[str]) -> list[int]:
