@@ -33,6 +33,7 @@ KINDS = (
     kind_of("commands", arm.of_commands, arm.sag),
     kind_of("lag", arm.of_lag, arm.excess),
     kind_of("base_moved", base.moved, base.moved_by),
+    kind_of("base_tipped", base.tipped),
     kind_of("base_between", base.between),
     kind_of("drift", base.drifting, base.drift_by),
     kind_of("ball_sample", ball.one_sample, separate=True),
