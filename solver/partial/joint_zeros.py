@@ -12,8 +12,7 @@ from .prior import ANGLE, LENGTH, TOLERANCES, prior_of
 from .sockets import new_samples, require_samples, similar_postures, socket_task
 from .system import System
 from .task import Task
-from .zero_posterior import SURE, ZeroPosterior, find_zeros
-from .zeros import another_arm, scatter_words
+from .zero_posterior import ZeroPosterior, find_zeros
 
 OTHER_ARM = 5.0
 """Factor on the errors of the calibration, beyond which zeros alone do not explain the samples."""
@@ -69,9 +68,9 @@ def rezero(
     factors = TOLERANCES if isinstance(arm, Robot) else {1.0: 1.0}
     posterior = find_zeros(task, numbers, factors)
     system, zeros = posterior.system, posterior.joints
-    scatter = _scatter(posterior)
+    scatter = posterior.scatter_text
     _refuse_far(arm, system, changed=any(zero.offset for zero in zeros))
-    if scatter and another_arm(system):
+    if scatter and posterior.is_of_another_arm:
         raise UsageError(still_off(system))
     if not new:
         zeros = tuple(replace(zero, changed=0.0, offset=0.0) for zero in zeros)
@@ -86,13 +85,6 @@ def rezero(
         other=posterior.factor > 1,
         scatter=scatter,
     )
-
-
-def _scatter(posterior: ZeroPosterior) -> str:
-    """Return that all joints scatter alike; empty where they do not."""
-    if posterior.scattered < SURE:
-        return ""
-    return scatter_words(posterior.scatter, posterior.scattered)
 
 
 def _joint_numbers(robot: Robot, joints: Sequence[str]) -> list[int]:

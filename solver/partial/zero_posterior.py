@@ -23,7 +23,9 @@ from .zeros import (
     UNIDENTIFIABLE,
     ZERO_CHANGED,
     JointZero,
+    another_arm,
     fit_with_zeros,
+    scatter_words,
     zero_deviations,
 )
 
@@ -53,6 +55,18 @@ class ZeroPosterior:
     """Probability that no zero changed, and all joints scatter alike."""
     scatter: float = 0.0
     """Most probable scatter of that kind [rad]."""
+
+    @property
+    def scatter_text(self) -> str:
+        """A sentence that all joints scatter alike; empty where they do not."""
+        if self.scattered < SURE:
+            return ""
+        return scatter_words(self.scatter, self.scattered)
+
+    @property
+    def is_of_another_arm(self) -> bool:
+        """True where a different arm explains the samples far better."""
+        return bool(another_arm(self.system))
 
 
 @dataclass(frozen=True)
