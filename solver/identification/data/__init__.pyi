@@ -32,6 +32,7 @@ from .known import distance_covariance as distance_covariance
 from .known import find_socket as find_socket
 from .known import is_called as is_called
 from .known import spaced as spaced
+from .lengths import AGREEING as AGREEING
 from .lengths import Readings as Readings
 from .lengths import agreed_length as agreed_length
 from .lengths import metres as metres
