@@ -14,7 +14,16 @@ from ..identification.data import Metrics, mean_metrics
 from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
-from .limits import TITLES, Limit, LimitResult, Limits, Status, limit_row, with_full
+from .limits import (
+    TITLES,
+    Limit,
+    LimitResult,
+    Limits,
+    Status,
+    is_dwarfed,
+    limit_row,
+    with_full,
+)
 from .predictions import PlacementPrediction, Predictions
 from .verdict import INSTRUMENT
 
@@ -218,7 +227,8 @@ def _length_row(
 def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     """Return whether the ball drifts in any placement, and whether that matters.
 
-    It does where the fit does not model it, and by more than a third of the limit on distances.
+    It does where the fit does not model it, by more than a third of the limit on distances, and
+    unless the calibration gains more.
     """
     drifts: dict[Role, list[str]] = {"train": [], "test": []}
     limit, largest = limits.mean_absolute_error.value, 0.0
@@ -239,7 +249,9 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
         str(d) for d in predictions.document.checks or () if d.code == "movement"
     ]
     if drifts["train"]:
+        better = predictions.document.better
         is_severe = limit is None or largest > SEVERE * predicted_limit(limit)
+        is_severe &= not is_dwarfed(better, largest, largest)
         status = "not enough" if is_severe else "warning"
         text = (
             f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "

@@ -18,6 +18,10 @@ WORDS = {
     "drift": "its place drifted steadily by {}",
     "slow": "its place drifted to and fro by {}{}",
 }
+HOLDS = 0.01
+"""Share within which a fit has the arm's size: no distance is then wrong by far more."""
+DISTANCE = "scale"
+"""Code of findings of a wrong distance."""
 DIFFERENCE = "movement"
 """Code of what differs between places, for which the fit has an unknown."""
 MENDED = "mend it, or calibrate by recordings from one side of it"
@@ -33,8 +37,19 @@ def findings(
     if full is not None:
         count = len(full.objective.differences)
         diagnostics += [_told(problem, full, k) for k in range(count)]
+    if not distorted and abs(scale.value) < HOLDS:
+        diagnostics = [d for d in diagnostics if not _is_refuted(d, problem)]
     sized = hypotheses(fit, problem, scale, distorted)
     return reworded(diagnostics, problem.hypotheses, sized)
+
+
+def _is_refuted(finding: Diagnostic, problem: CalibrationProblem) -> bool:
+    """Tell whether a finding has a distance wrong that the fit has right.
+
+    It was seen beside something else that is more probable, as another version's URDF.
+    """
+    by_distance = any(h.name in SIZE_BY_DISTANCE for h in problem.hypotheses[:1])
+    return finding.code == DISTANCE and finding.level != "error" and not by_distance
 
 
 def reworded(

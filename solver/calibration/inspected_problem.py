@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..diagnostics import Survey
+from ..diagnostics import Survey, without_unknown
 from ..identification.data import Measurement
 from ..identification.effects import GAIN
 from ..results import CalibratedRobot, Scale
@@ -61,9 +61,13 @@ class InspectedProblem(CalibrationProblem):
             survey = with_gain(survey)
         before = self.survey.diagnostics
         checks = [check for check in self.checks if check not in before]
+        checks += [  # the fit had an unknown for other things
+            replace(check, advice=without_unknown(check.advice))
+            for check in survey.diagnostics
+        ]
         return replace(
             moved,
-            checks=(*checks, *survey.diagnostics),
+            checks=tuple(checks),
             hypotheses=survey.hypotheses,
             survey=survey,
         )

@@ -221,5 +221,5 @@ def _better(posterior: Posterior, load: Load, recorded: Sequence[np.ndarray]) ->
     def calibrated_points(q: np.ndarray) -> np.ndarray:
         return posterior.predict(load.at(model.robot, q))
 
-    models = Models(nominal_points, calibrated_points, corrected=False)
+    models = Models([nominal_points], calibrated_points, corrected=False)
     return better_than_nominal(posterior, load, models, recorded)

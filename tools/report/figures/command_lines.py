@@ -65,7 +65,7 @@ def solve_command(
     document: CalibrationDocument,
     *,
     moves: Mapping[str, Role | None] | None = None,
-    settings_given: Mapping[str, str] | None = None,
+    settings_given: Mapping[str, object] | None = None,
     added: Mapping[str, Role] | None = None,
 ) -> str:
     """Return the command that makes the calibration again, changed.
