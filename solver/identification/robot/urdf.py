@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ....errors import LARGEST_DOCUMENT, LENGTH, MASS, ON_FLANGE, ROTATION, read_bytes
-from .bodies import Body, find_bodies
+from .bodies import Body, crude_bodies, find_bodies
 from .chain import Joint, find_chain, find_root, require_link
 from .urdf_edits import add_link
 from .urdf_text import ModelError, Origin, UrdfText, Vector, scan
@@ -42,8 +42,11 @@ class Robot:
     tip: str
     joints: tuple[Joint, ...]
     bodies: tuple[Body, ...]
+    """Its masses; crude ones where the URDF states none, see :attr:`masses_assumed`."""
     loaded_with: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """The other arguments that :func:`load_robot` was called with, so that it can load it again."""
+    masses_assumed: bool = False
+    """True for a URDF without masses: torques are right but for a common factor then."""
 
     def __repr__(self) -> str:
         return (
@@ -230,7 +233,16 @@ def parse_robot(
         )
     bodies = find_bodies(text, joints)
     _check_sizes(text.source, joints, bodies)
-    return Robot(text.name, text.source, text, base, tip, joints, bodies)
+    return Robot(
+        text.name,
+        text.source,
+        text,
+        base,
+        tip,
+        joints,
+        bodies or crude_bodies(joints),
+        masses_assumed=not bodies,
+    )
 
 
 def _check_sizes(
