@@ -25,6 +25,12 @@ class TipSamples(NamedTuple):
     measured: np.ndarray
     """y, as measured, shape (N, 3) [m]."""
 
+    def distances(self, shift: np.ndarray) -> np.ndarray:
+        """Return the distances that a shift of the tip leaves, shape (N,) [m]."""
+        tips = self.points + self.rotations @ shift
+        places = fit_pose(self.measured, tips).apply(self.measured)
+        return np.linalg.norm(places - tips, axis=1)
+
 
 def tip_shift(frames: Sequence[TipSamples]) -> np.ndarray:
     """Return how far a probe's tip sits from the ball, in its link's axes, shape (3,) [m].

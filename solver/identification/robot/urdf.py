@@ -90,6 +90,11 @@ class Robot:
         rows = [joint.origin.numbers for joint in self.joints]
         return np.array(rows, dtype=float)
 
+    @property
+    def ball_unknown(self) -> bool:
+        """True where a link carries a ball, and nobody said where on it."""
+        return bool(self.loaded_with.get("flange")) and not self.loaded_with["ball"]
+
     def with_origins(self, origins: np.ndarray) -> "Robot":
         """Return the robot with other joint origins, as :attr:`origins`; its text stays."""
         pairs = zip(self.joints, origins, strict=True)
@@ -138,20 +143,20 @@ def load_robot(
         flange: For a ball of one's own: the link that carries it. A new link, with the name
             ``tip``, is then fixed to that one; where the model has a ``ball_link`` already, it is
             called ``printed_ball``.
-        ball: With ``flange``: the ball's centre in that link's frame, x y z [m].
+        ball: With ``flange``: the ball's centre in that link's frame, x y z [m]; None for one that
+            an instrument measures, which is found wherever it sits.
 
     Raises:
-        ModelError: No such robot or link, the file is not a URDF with such a chain, or one of
-            ``flange`` and ``ball`` is there without the other.
+        ModelError: No such robot or link, the file is not a URDF with such a chain, or ``ball`` is
+            there without ``flange``.
     """
-    if (flange is None) != (ball is None):
-        raise ModelError("flange and ball go together: a link, and the ball on it")
+    if flange is None and ball is not None:
+        raise ModelError("ball without flange: name the link that carries it")
     text = scan(_model(robot), str(robot))
-    centre = None
-    if flange is not None and ball is not None:
-        centre = _three_numbers(ball, "ball")
+    centre = None if ball is None else _three_numbers(ball, "ball")
+    if flange is not None:
         tip = OWN_BALL if tip == BALL_LINK and tip in text.links else tip
-        text = _with_ball(text, flange, Origin(centre), tip)
+        text = _with_ball(text, flange, Origin(centre or (0.0, 0.0, 0.0)), tip)
     loaded = parse_robot(text, base=base, tip=tip)
     place = None if centre is None else list(centre)
     loaded_with = {"base": base, "tip": tip, "flange": flange, "ball": place}
