@@ -1,7 +1,7 @@
 """A calibration as people use it: print, predict, save, load again, validate."""
 
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder import Placement
+from ...recorder import Placement, Sample
 from .. import results
 from ..assessment import (
     Assessment,
@@ -258,11 +258,14 @@ class Calibration(FittedModel):
 
 def _are_in(measured: Measurement, row: results.PlacementSamples) -> bool:
     """Return whether most samples are in a placement of a calibration, in whatever order."""
-    ours = [
-        tuple(np.round(sample.position, SAME_DIGITS).tolist())
-        for sample in measured.placement.samples
-    ]
-    theirs = [
-        tuple(np.round(sample.position, SAME_DIGITS).tolist()) for sample in row.samples
-    ]
+    ours = _rounded(measured.placement.samples)
+    theirs = _rounded(row.samples)
     return 2 * len(set(theirs).intersection(ours)) > len(ours)
+
+
+def _rounded(
+    samples: Iterable[Sample | results.RecordedSample],
+) -> list[tuple[float, ...]]:
+    """Return joints, and points: a plan may be measured twice, through the same postures."""
+    rows = ((*sample.position, *(sample.point or ())) for sample in samples)
+    return [tuple(np.round(row, SAME_DIGITS).tolist()) for row in rows]

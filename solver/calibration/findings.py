@@ -10,6 +10,7 @@ from ..diagnostics import SIZE_BY_DISTANCE, by_fit, where_of
 from ..identification.data import Observations
 from ..identification.inference import FitPosterior
 from ..identification.model import BALL, BASE, Difference
+from ..identification.selection import set_ups
 from ..results import Diagnostic, Fit, Hypothesis, Scale, Study
 from .problem import CalibrationProblem
 
@@ -32,7 +33,8 @@ def findings(
     full = fit.full
     if full is not None:
         count = len(full.objective.differences)
-        diagnostics += [_told(problem, full, k) for k in range(count)]
+        told = (_told(problem, full, k) for k in range(count))
+        diagnostics += filter(None, told)
     sized = hypotheses(fit, problem, scale, distorted)
     return reworded(diagnostics, problem.hypotheses, sized)
 
@@ -71,9 +73,11 @@ def sized_hypotheses(
     return tuple(by_fit(h, scale.value) for h in problem.hypotheses)
 
 
-def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic:
-    """Return the k-th difference of a fit as a diagnostic."""
+def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic | None:
+    """Return the k-th difference of a fit as a diagnostic; None for targets put on anew."""
     difference = fit.objective.differences[k]
+    if difference in set_ups(fit.data):
+        return None
     name = difference.placements[0]
     measured = next(m for m in problem.measurements if m.name == name)
     text = _in_words(fit, k)
@@ -102,7 +106,8 @@ def _in_words(posterior: FitPosterior, k: int) -> str:
         moved = float(np.linalg.norm(np.ptp(course, axis=0)))
         words = WORDS[difference.course].format(_millimetres(moved, deviation), since)
     elif difference.part == BALL:
-        sizes = np.linalg.norm(unknowns.reshape(-1, 3), axis=1)
+        of_placements = unknowns.reshape(len(difference.weights), -1)
+        sizes = np.linalg.norm(of_placements[:, :3], axis=1)
         amount = _millimetres(float(sizes.max()), deviation)
         words = f"the ball sits {amount} elsewhere on its flange {since}"
     else:

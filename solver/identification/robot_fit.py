@@ -1,8 +1,10 @@
 """The fit of one robot to its measurements, with the choice of effects beyond its geometry."""
 
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
+from ...errors import NotConverged
 from .data import (
     STANDARD_LOAD,
     Load,
@@ -26,6 +28,7 @@ from .selection import (
     choose_models,
     joint_offsets_in_words,
     search,
+    set_ups,
     with_differences,
 )
 
@@ -103,14 +106,19 @@ def fit(
         _geometric_model(recordings, first, options),
         data,
         joint_noise=JOINT_NOISE not in options.without,
+        differences=() if options.alike else set_ups(data),
         average_widths=False,
     )
+    if differences := geometric.objective.differences:
+        about = [replace(d, values=geometric.arm.values) for d in differences]
+        with suppress(NotConverged):
+            geometric = refit(geometric, differences=about, average_widths=False)
     stages = _stages(first, options.without)
     scalar = [name for name in stages if name != CURVE.extension]
     searched = search(geometric, scalar, options.progress)
     if not options.alike:
         differences = with_differences(searched.best).objective.differences
-        if differences:
+        if differences != geometric.objective.differences:
             geometric = refit(geometric, differences=differences, average_widths=False)
             searched = search(geometric, scalar, options.progress)
     choice = choose_models(searched.models)

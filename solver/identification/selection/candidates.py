@@ -86,6 +86,12 @@ def differing_balls(placements: Sequence[str]) -> Difference:
     return Difference("each", tuple(placements), part=BALL)
 
 
+def set_ups(data: Observations) -> list[Difference]:
+    """Return the targets of an instrument's placements, each of which is put on anew."""
+    measured = dict.fromkeys(data.recorded_at[~data.seated].tolist())
+    return [differing_balls([*measured])] if len(measured) > 1 else []
+
+
 @dataclass(frozen=True)
 class Rises:
     """The rise of the evidence by further differences, to first order about a fit.
