@@ -7,6 +7,7 @@ from msgspec.structs import replace
 from ...errors import fixed
 from ..results import Better, Hypothesis, Summary
 from .formatting import joined, percent
+from .held_out import MeasuredErrors
 from .limits import LIMITS, NEAR, WORKSPACE, LimitResult
 from .verdict import (
     INSTRUMENT,
@@ -42,6 +43,7 @@ def conclude(
     held_out: Summary | None,
     rests_on: Sequence[Premise] = (),
     causes: Sequence[Hypothesis] = (),
+    measured: MeasuredErrors | None = None,
 ) -> Verdict:
     """Return the verdict on a calibration.
 
@@ -51,13 +53,15 @@ def conclude(
         held_out: Errors held out, which decide then.
         rests_on: What a PASS rests on.
         causes: Explanations of the recordings, the most probable first.
+        measured: True errors at held-out points, the authority where there are any.
     """
     contradiction = [
         row for row in rows if row.status == "fail" and row.name not in LIMITS
     ]
     doubts = [row for row in rows if row.status == "not enough" and row.name in DOUBTS]
     held_back = _held_back(rows)
-    certain = is_better(better, held_out)
+    proved = measured and measured.is_better
+    certain = is_better(better, held_out) if proved is None else proved
     status: Outcome = "incomplete"
     kind: Kind | None = "no_better"
     if contradiction:
@@ -76,7 +80,13 @@ def conclude(
     untold = contradiction or [row for row in doubts if row.name in UNTOLD]
     stated = None if untold else better
     unshown = [row for row in rows if row.doubt]
-    lines = _answer(stated, first, unshown, scope, use=use, certain=bool(certain))
+    odds = "" if stated is None else f" ({percent(stated.probability)})"
+    if measured is not None and proved is not None:
+        odds = f" ({measured.text})"
+    lines = _answer(stated, first, unshown, scope, odds, use=use, certain=bool(certain))
+    if measured is not None:
+        sizes = [row for row in rows if row.name == "scale" and row.status == "warning"]
+        lines += [sentence(row.text) for row in sizes]
     if better and untold:
         lines = [CONTRADICTED, *lines]
     verdict = verdict_of(rows, causes, status, kind, scope)
@@ -129,12 +139,12 @@ def _answer(
     first: Sequence[LimitResult],
     unshown: Sequence[LimitResult],
     scope: Scope | None,
+    odds: str,
     *,
     use: bool,
     certain: bool,
 ) -> list[str]:
     """Return the two lines: what the errors were and are, and whether to load the model."""
-    odds = "" if better is None else f" ({percent(better.probability)})"
     than = f"{URDF} is {'' if certain else 'not shown to be '}better than the nominal model{odds}"
     words = f"{_LOAD if use else _NOT} {than}."
     if not use and certain:

@@ -18,6 +18,8 @@ STEP = 1e-4
 """Change of a distance between sockets whose effect is named [m]."""
 _MOVED = {"moved": "the base moved", "drift": "the base drifted"}
 """Diagnostics that leave the distance of the sockets, and so the size, unknown."""
+INSTRUMENT_SCALE = 0.015
+"""Largest scale that an instrument, or an arm, is off by; more is another unit."""
 DOUBTED = 0.01
 """Probability of such a cause from which it is no small one."""
 _TYPED = {
@@ -154,12 +156,13 @@ def scale_row(
     causes: Sequence[Hypothesis] = (),
     *,
     readings: int = 1,
+    settled: bool = False,
 ) -> LimitResult:
     """Return whether the arm's size is believable, and what else may explain it where it is not.
 
     What is wrong in the URDF explains it, unless a wrong distance is a probable cause as well. It
     hangs on a ``distance`` between sockets [m] and the ``readings`` that agree on it; 0 where an
-    instrument measured points.
+    instrument measured points, whose scale is ``settled`` where the user gave it.
     """
     level = size_level(scale.value, scale.deviation, distance, readings)
     text = scale_text(scale)
@@ -177,6 +180,13 @@ def scale_row(
         return _row_of_size("warning", f"{text}; the URDF explains it: {explained}")
     if joints_wrong(checks):
         text += "; the joints explain it, see the data checks: mend them before the distance"
+    elif not distance and abs(scale.value) < INSTRUMENT_SCALE:
+        if not settled:
+            text += (
+                ": the instrument's lengths are, or the arm's. Measure a known length by it: "
+                f"--scale {1 + scale.value:.4f} if it comes out so much too long, --scale 1 if not"
+            )
+        return _row_of_size("warning", text)
     elif not distance:
         text += "; check that the measured points are in metres"
     elif level == "unknown":

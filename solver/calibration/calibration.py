@@ -22,6 +22,7 @@ from ..assessment import (
 )
 from ..assessment import Options as AssessmentOptions
 from ..identification.data import Measurement, measure, one_blas_thread
+from .checking import at_scale
 from .deviation import FittedModel
 from .errors import Errors, compared_models, placement_errors
 from .option import UsageError
@@ -198,7 +199,10 @@ class Calibration(FittedModel):
                 "no placement to validate on; read some by mukca.read_placements"
             )
         return self.errors_of(
-            [measure(p, self.robot, sockets=1, load=self.load) for p in several]
+            [
+                measure(self.at_scale(p), self.robot, sockets=1, load=self.load)
+                for p in several
+            ]
         )
 
     def errors_of(
@@ -214,6 +218,10 @@ class Calibration(FittedModel):
             role = "train" if self.was_trained_on(m) else "test"
             rows.append(placement_errors(models, role, m, other_tip=other_tip))
         return Errors(sorted(rows, key=lambda row: row.role == "test"))
+
+    def at_scale(self, placement: Placement) -> Placement:
+        """Return a placement at the scale of the instrument that the calibration was told."""
+        return at_scale(placement, self.document.settings.get("scale"))
 
     def was_trained_on(self, measured: Measurement) -> bool:
         """Tell whether the robot was fitted to most of these samples, in whatever form they are."""

@@ -187,7 +187,7 @@ def _as_read_now(
     """Return checked placements, their joints as zeros found since read them."""
     robot, load = calibration.robot, calibration.load
     measured = [
-        measure(placement, robot, distance, sockets=1, load=load)
+        measure(calibration.at_scale(placement), robot, distance, sockets=1, load=load)
         for placement in placements
     ]
     check_distinct(measured)

@@ -71,10 +71,10 @@ from .placements import Role as Role
 from .placements import Summaries as Summaries
 from .placements import Summary as Summary
 from .posed_robot import PosedRobot as PosedRobot
+from .predicted_targets import TargetPrediction as TargetPrediction
+from .predicted_targets import target_predictions as target_predictions
 from .study import Study as Study
 from .study import studied as studied
-from .target_predictions import TargetPrediction as TargetPrediction
-from .target_predictions import target_predictions as target_predictions
 from .worth import Apart as Apart
 from .worth import Better as Better
 from .worth import ErrorMap as ErrorMap
