@@ -64,11 +64,11 @@ def _locked_angles(robot: Robot, options: SolveOptions) -> Iterator[str]:
 
 
 def check_zeros(robot: Robot, options: SolveOptions) -> None:
-    """Refuse zeros that the URDF could not hold."""
+    """Refuse to look for zeros where the URDF could hold none."""
     parameters = choose_parameters(robot, options.free, options.fix)
     angles = Counter(
         parameter.joint for parameter in parameters if parameter.unit == "rad"
     )
-    for joint in robot.actuated if options.zeros else ():
-        if joint.type == "prismatic" or angles[joint.name] < 3:
-            raise UsageError(f"--zeros: {joint.name} must turn, and its angles be free")
+    turning = [joint for joint in robot.actuated if joint.type != "prismatic"]
+    if options.zeros and not any(angles[joint.name] == 3 for joint in turning):
+        raise UsageError("--zeros: a joint must turn, and its angles be free")

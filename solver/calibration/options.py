@@ -144,7 +144,8 @@ class SolveOptions:
         choices=(*EXTENSIONS, "joint-noise"),
     )
     zeros: bool | None = _auto(
-        "the joints' zeros may be off by degrees: for arms made of servos",
+        "the joints' zeros may be off by degrees: for arms made of servos; but of joints that "
+        "slide, or whose angles --fix holds",
         default=False,
     )
     prior: str | Path | None = _auto(

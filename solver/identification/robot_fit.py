@@ -4,6 +4,8 @@ from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ...errors import NotConverged
 from .data import (
     STANDARD_LOAD,
@@ -34,6 +36,8 @@ from .selection import (
 
 JOINT_NOISE = "joint-noise"
 """Named beside the extensions: the noise of the joints."""
+HELD = 1e-8
+"""Deviation of a joint's zero that is held [rad]."""
 Progress = Callable[[str], None]
 """Called with a word for each model that is fitted."""
 Prior = GivenPrior | None
@@ -156,7 +160,22 @@ def _geometric_model(
         if effect is not CURVE and not names.isdisjoint(coefficients):
             effects.append(effect.name)
     model = extend(robot, parameters, effects)
+    if prior is None and options.zeros:
+        prior = _without_zeros(robot, parameters)
     return replace(model, given=prior, seen=recordings.effects)
+
+
+def _without_zeros(robot: Robot, parameters: Sequence[Parameter]) -> Prior:
+    """Return what holds the zeros that a URDF cannot: of slides, and where angles are not free."""
+    angles = [p.joint for p in parameters if p.unit == "rad"]
+    joints = [
+        joint.name
+        for joint in robot.actuated
+        if joint.type == "prismatic" or angles.count(joint.name) < 3
+    ]
+    names = EFFECTS["zero"].coefficient_names(joints)
+    count = len(names)
+    return GivenPrior(tuple(names), np.zeros(count), HELD**2 * np.eye(count))
 
 
 def _stages(first: Sequence[str], without: Collection[str]) -> list[str]:

@@ -82,3 +82,26 @@ def test_each_link_weighs_half_way_to_the_next_joint(light_panda):
     moments = [gravity_moments(arm, q) for arm in (light_panda, twice)]
     assert moments[1] == pytest.approx(2 * moments[0])
     assert np.abs(moments[0][:, 1]).max() > 1
+
+
+def test_zeros_are_looked_for_beside_a_joint_that_slides(panda, true_panda, tmp_path):
+    """One lift bars no zero, nor does a joint whose angles are fixed."""
+    text = panda.text.data.decode()
+    name = panda.joint_names[0]
+    lift = text.replace(
+        f'<joint name="{name}" type="revolute">', f'<joint name="{name}" type="prismatic">'
+    )
+    assert lift != text
+    (tmp_path / "lift.urdf").write_text(lift)
+    arm = mukca.load_robot(tmp_path / "lift.urdf")
+    origins = true_panda.origins.copy()
+    data = measured(arm.with_origins(origins), 1, "train")
+    off = np.array([0.0, 0.0, 0.05, 0.0, 0.0, 0.0, 0.0])
+    read = data.with_positions(data.positions - off)
+    found = mukca.calibrate(arm, read, zeros=True, fix=["panda_joint5.rpy"], **RIGID)
+    (words,) = [note for note in found.document.choices if note.startswith("joint offsets")]
+    of_joint = dict(
+        item.split(" ", 1) for item in words.removeprefix("joint offsets: ").split(", ")
+    )
+    assert float(of_joint["panda_joint3"].split()[0]) > 1.5
+    assert of_joint["panda_joint1"] == of_joint["panda_joint5"] == "0.00 +- 0.00 deg"
