@@ -32,7 +32,7 @@ pythons: $(VENV)/.tests  ## the main job by each supported Python that is here, 
 	$(BIN)/pip wheel --quiet --no-deps --wheel-dir build/wheel .
 	$(BIN)/python packaging/try_wheel.py build/wheel/*.whl
 
-lint: $(VENV)/.tests  ## ruff and pyright (strict), the latter for all three systems
+lint: $(VENV)/.tests  ## ruff and pyright (strict) for all three systems, on Python 3.11 and newer
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright

@@ -24,6 +24,7 @@ READING = {
     "files",
     "placement",
     "placement_names",
+    "repeated_samples",
     "recording_error",
     "sample",
     "samples",

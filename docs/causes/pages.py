@@ -48,6 +48,8 @@ LOOKS = {
     "stuck": "One joint reads the same to the last digit while the others move.",
     "lag": "Each sample is off towards the one before it: it was taken before the arm stood still.",
     "base_moved": "From one sample on all balls are displaced alike in space.",
+    "base_tipped": "Some samples in a row are displaced alike in space. Those before and "
+    "after them fit.",
     "base_between": "The samples fit, but the sockets of one base come out at another distance "
     "than stated. Those of the other bases do not.",
     "drift": "Errors grow steadily in the order of recording: a base that creeps, a table that "

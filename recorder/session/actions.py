@@ -150,6 +150,14 @@ class SessionActions:
             self.delete(number)
         self.session = self.session.doubting(numbers)
 
+    def avoid(self, pose: tuple[float, ...] | None) -> None:
+        """Propose a pose and its neighbours no more."""
+        if pose is None:
+            self.alarm("no pose is proposed now")
+            return
+        self.session = replace(self.session, avoided=(*self.session.avoided, pose))
+        self.notify("that pose and its neighbours are proposed no more")
+
     def measured_again(self, distance: float) -> bool:
         """Write a further reading of the sockets' distance [m]; return whether it is as before."""
         try:
@@ -206,6 +214,8 @@ class SessionActions:
             readings_changed=readings_changed,
         )
         doubts = set(numbers) & set(session.doubted) & set(session.withdrawn)
+        if not self.has_samples_before(numbers):
+            return False
         leaving = [s for s in session.live if numbers and s.number >= min(numbers)]
         part = [s for s in session.samples if s in leaving or s.number in doubts]
         try:
@@ -220,6 +230,17 @@ class SessionActions:
         for sample in leaving:
             self.session = self.session.without(sample.number)
         return True
+
+    def has_samples_before(self, numbers: Sequence[int] = ()) -> bool:
+        """Return whether a sample would stay if those from the first of some on left; else say so.
+
+        A folder without one may as well be the next placement's.
+        """
+        first = min(numbers, default=math.inf)
+        stay = any(sample.number < first for sample in self.session.live)
+        if not stay:
+            self.alarm("no new placement: no sample would stay in this one; go on here")
+        return stay
 
     def switch(self, socket: int) -> None:
         """Go on in another socket."""

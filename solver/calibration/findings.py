@@ -82,8 +82,10 @@ def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic 
     measured = next(m for m in problem.measurements if m.name == name)
     text = _in_words(fit, k)
     if difference.at:
-        first = measured.placement.samples[int(difference.at)]
-        text = text.format(first=first.named)
+        samples = measured.placement.samples
+        ends = min(difference.until, len(samples))
+        last = samples[int(ends) - 1]
+        text = text.format(first=samples[int(difference.at)].named, last=last.named)
     advice = STEADY if difference.part == BASE else MENDED
     return Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
 
@@ -129,6 +131,8 @@ def _since(difference: Difference, data: Observations) -> str:
         return ", with temperature" * (difference.clock == "temperature")
     if difference.course == "each":
         return "from placement to placement"
+    if difference.until < np.inf:
+        return "from {first} to {last}, and fell back"
     if difference.at:
         return "from {first} on"
     if last == data.placements[-1]:

@@ -49,7 +49,7 @@ LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 HELD_OUT = "; it is held out: the model has none of it, the errors measured there have"
 """Added to the advice on what is weighed by the model in a placement to train on."""
-UNKNOWNS = ("base_moved", "drift", "zero_lost", "ball_bent")
+UNKNOWNS = ("base_moved", "base_tipped", "drift", "zero_lost", "ball_bent")
 """Differences between places, for which the fit has unknowns."""
 NOT_PLAY = (
     "socket",
@@ -184,6 +184,7 @@ class Finding:
             return p["noise"] <= LOOSE
         smallest = {
             "base_moved": SMALLEST_MOVE,
+            "base_tipped": SMALLEST_MOVE,
             "drift": PLAY if self.zeros else MOST_DRIFT,
         }
         return name == "distance" or p.get("size", 0.0) < smallest.get(name, 0.0)

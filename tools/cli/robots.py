@@ -101,6 +101,28 @@ class RobotsOptions(Options, group="robot"):
         }
 
 
+class TableOptions(Options, group="tables of other programs"):
+    """Options that say what the columns of a table are, where its header does not."""
+
+    columns: Sequence[str] = option(
+        (),
+        "what the columns are, as in 'q=joint_1..6 [deg]' 'x=x_t+x_dif [mm]', by number as in "
+        "'q=1..6 [deg]' 'x=7 [mm]'; also y, z, qx, .., roll, .., socket, effort",
+        "NAME=COLUMNS",
+    )
+    on: str = option(
+        "",
+        "column by which the rows of two files JOINTS.csv+POINTS.csv belong together (default: "
+        "their order)",
+        "COLUMN",
+    )
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """Arguments of :func:`mukca.read_placements` on tables, by their names."""
+        return {"columns": self.columns, "on": self.on}
+
+
 def _named(words_given: Sequence[str]) -> dict[str, str]:
     """Robots by their names; a single one has none."""
     by_name: dict[str, str] = {}
@@ -255,10 +277,14 @@ def paths_by_robot(
 
 
 def read_data(
-    paths: Sequence[Path], settings: SolveOptions
+    paths: Sequence[Path],
+    settings: SolveOptions,
+    table: Mapping[str, Any] | None = None,
 ) -> "list[recorder.Placement]":
     """Read all placements that paths stand for, without what is left out by hand."""
-    placements = recorder.read_placements(*paths, as_recorded=settings.as_recorded)
+    placements = recorder.read_placements(
+        *paths, as_recorded=settings.as_recorded, **(table or {})
+    )
     tables.check_left_out(placements, settings.leave_out)
     placements = tables.without(placements, settings.leave_out)
     settings.payloads.check(placements)

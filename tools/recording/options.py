@@ -102,7 +102,7 @@ class _HandOptions(Options, group="hands and ears"):
     key: Sequence[str] = option(
         (),
         "let keys do something, as in capture=Enter,PageDown for a foot pedal or a presenter: "
-        "capture, undo, redo, delete, relabel, measure, next, finish, help, yes, new, keep",
+        "capture, undo, redo, delete, relabel, measure, next, avoid, finish, help, yes, new, keep",
         "ACTION=KEY,...",
         repeated=True,
     )

@@ -32,6 +32,7 @@ KINDS = (
     kind_of("soft_base", arm.of_soft_base),
     kind_of("lag", arm.of_lag, arm.excess),
     kind_of("base_moved", base.moved, base.moved_by),
+    kind_of("base_tipped", base.tipped),
     kind_of("base_between", base.between),
     kind_of("drift", base.drifting, base.drift_by),
     kind_of("ball_sample", ball.one_sample, separate=True),

@@ -41,6 +41,8 @@ class Difference:
     """Clock that a drift or a slow process follows."""
     at: float = 0.0
     """Of a step, the number of samples before it in the first of its placements."""
+    until: float = np.inf
+    """Of a step that is taken back, the number of samples before the one that is as at first."""
     waves: int = 1
     zero: float = 0.0
     """Of a joint's zero, about how large it is [rad]: D is its derivative half way there."""
@@ -64,12 +66,13 @@ class Difference:
     def courses(self, data: Observations) -> np.ndarray:
         """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
         if self.course == "each":
-            return (data.recorded_at[:, None] == self.placements).astype(float)
+            return 1.0 * (data.recorded_at[:, None] == self.placements)
         in_each = np.array([data.rows_of(name) for name in self.placements])
         first = in_each[0]
         if self.course == "step":
-            before = first & (data.index[:, 0] < self.at)
-            course = (in_each.any(axis=0) & ~before).astype(float)
+            index = data.index[:, 0]
+            as_before = first & ((index < self.at) | (index >= self.until))
+            course = 1.0 * (in_each.any(axis=0) & ~as_before)
             # The model has what is in most placements; of two, in the last.
             if self.part != BASE and 2 * len(self.placements) >= len(data.placements):
                 course[~data.turned] -= 1
@@ -80,7 +83,7 @@ class Difference:
         if self.course == "drift":
             courses[first, 0] = s - 0.5
         else:
-            k = np.arange(1, self.waves + 1)
+            k = self.weights**-0.5
             courses[first] = np.cos(np.pi * k * s[:, None])
         return courses
 
@@ -151,5 +154,5 @@ def _turns(balls: np.ndarray, data: Observations) -> np.ndarray:
         rows = data.rows_of(placement) & ~data.seated
         if rows.any():
             arms = balls[rows] - balls[rows].mean(axis=0)
-            turns[rows] = cross_matrices(arms) / max(float(arms.std()), 1e-6)
+            turns[rows] = cross_matrices(arms) / max(arms.std(), 1e-6)
     return turns

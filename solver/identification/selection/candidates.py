@@ -1,8 +1,9 @@
 """What may differ between places, and the rise of the evidence by it, to first order."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -15,6 +16,8 @@ WAVES = 8
 than the first, as those of a path whose speed is a random walk."""
 EACH = 4
 """Samples for each wave."""
+RUNS = range(2, 13)
+"""Numbers of samples in a row after which a base may fall back."""
 SIDE = 2
 """Fewest samples of a socket on either side of a step."""
 MOST_STEPS = 200
@@ -25,17 +28,24 @@ FACTORS = np.exp(TYPICAL_SPREAD * np.arange(0, 4))
 """Widths that are tried, as factors of the usual one."""
 
 
-def steps_of_base(data: Observations, placement: str) -> list[Difference]:
-    """Return the steps of a base that a placement's samples could tell, by their order."""
+def steps_of_base(
+    data: Observations,
+    placement: str,
+    lengths: Iterable[float],
+) -> list[Difference]:
+    """Return the steps of a base that a placement's samples could tell, by their order.
+
+    Each lasts for one of some numbers of samples; to the end where that is infinite.
+    """
     rows = data.rows_of(placement)
-    sockets = data.sockets[rows]
-    in_socket = sockets == np.unique(sockets)[:, None]
-    ranks = np.array(_ranks(data, placement))
-    after = data.index[rows, 0] >= ranks[:, None]
-    counts: np.ndarray = after.astype(int) @ in_socket.T
-    before = in_socket.sum(axis=1) - counts
-    tells = ((counts >= SIDE) & (before >= SIDE)).any(axis=1)
-    return [Difference("step", (placement,), at=at) for at in ranks[tells].tolist()]
+    in_socket = data.sockets[rows] == np.unique(data.sockets[rows])[:, None]
+    steps: list[Difference] = []
+    for at, length in product(_ranks(data, placement), lengths):
+        step = Difference("step", (placement,), at=at, until=at + length)
+        counts = in_socket @ step.courses(data)[rows, 0]
+        if np.minimum(counts, in_socket.sum(1) - counts).max() >= SIDE:
+            steps.append(step)
+    return steps
 
 
 def steps_of(data: Observations, part: str) -> list[Difference]:
@@ -81,15 +91,12 @@ def _runs(t: np.ndarray) -> bool:
     return bool(np.isfinite(t).all() and np.ptp(t))
 
 
-def differing_balls(placements: Sequence[str]) -> Difference:
-    """Return a ball that sits a little elsewhere in each of several placements."""
-    return Difference("each", tuple(placements), part=BALL)
-
-
 def set_ups(data: Observations) -> list[Difference]:
     """Return the targets of an instrument's placements, each of which is put on anew."""
     measured = dict.fromkeys(data.recorded_at[~data.seated].tolist())
-    return [differing_balls([*measured])] if len(measured) > 1 else []
+    if len(measured) < 2:
+        return []
+    return [Difference("each", tuple(measured), BALL)]
 
 
 @dataclass(frozen=True)

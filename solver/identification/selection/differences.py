@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import replace
 from heapq import nlargest
 from itertools import chain, groupby
-from math import log
+from math import inf, log
 
 import numpy as np
 
@@ -13,7 +13,13 @@ from ....errors import NotConverged
 from ..data import Observations
 from ..inference import FitPosterior, refit
 from ..model import BALL, BASE, PLACES, Difference
-from .candidates import Rises, courses_of, differing_balls, steps_of, steps_of_base
+from .candidates import (
+    RUNS,
+    Rises,
+    courses_of,
+    steps_of,
+    steps_of_base,
+)
 
 INDEPENDENT = 0.5
 """Share of the evidence that counts but of steps of a base: poses in a row are alike, and so are
@@ -74,12 +80,13 @@ def _families(data: Observations, joints: Sequence[str]) -> list[list[Difference
     placements = data.placements
     families: list[list[Difference]] = []
     for placement in placements:
-        families.append(steps_of_base(data, placement))
+        for lengths in (inf,), RUNS:
+            families.append(steps_of_base(data, placement, lengths))
         families += [[course] for course in courses_of(data, placement)]
     families.append(steps_of(data, BALL))
     families.append([*chain(*(steps_of(data, joint) for joint in joints))])
     if len(placements) > 1:
-        families.append([differing_balls(placements)])
+        families.append([Difference("each", placements, BALL)])
     return [family for family in families if family]
 
 

@@ -32,7 +32,7 @@ DISTANCE = "scale"
 NOTHING_WRONG = "Nothing wrong was seen."
 
 
-class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
+class _CheckOptions(cli.RobotOptions, cli.TableOptions, cli.OutputOptions):
     robot: str = cli.option(
         "", "a shipped robot's name, or a URDF file; needed without --calibration", "R"
     )
@@ -164,7 +164,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     robot = options.load_robot()
     settings = options.settings.validated()
     placements = recorder.read_placements(
-        *options.data, as_recorded=settings.as_recorded
+        *options.data, as_recorded=settings.as_recorded, **options.table
     )
     problem = calibration.problems_of(robot, placements, (), settings)[""]
     assert isinstance(problem, calibration.InspectedProblem)

@@ -84,7 +84,7 @@ def _describe(folder: Path) -> dict[str, Any]:
         or None,
         "efforts": placement.efforts is not None,
         "distance": placement.distance,
-        "remarks": [*placement.distinct().remarks, *turned],
+        "remarks": [*recorder.distinct(placement).remarks, *turned],
     }
 
 
