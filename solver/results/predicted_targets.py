@@ -1,4 +1,4 @@
-"""What models predict for a placement, with its target as it may have been put on anew."""
+"""Predictions of models for a placement, its target as it may have been put on anew."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
