@@ -217,6 +217,8 @@ class Operator:
         self.alarms: list[tuple[int, str]] = []
         self.cures: list[str] = []
         self.words = ""
+        self.first = 0
+        self._begun = 0
         self._parts: list[Placement] = []
         self._begin_part(self._first_recording())
 
@@ -282,11 +284,13 @@ class Operator:
                 self.handler.press(letter)
         successor = self.actions.successor
         if successor:
+            self._begun += 1
             self.recording.close()
             live = self.actions.session.live
             self._parts += [self._placement(live)] if live else []
             if successor.metadata.readings_changed:
                 self._parts = []
+                self.first = self._begun
             self._begin_part(successor)
 
     def _capture(self) -> None:
@@ -316,7 +320,7 @@ def led(most: int, keeps: bool, job: tuple[str, int, str]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         operator = Operator(world, Path(folder), keeps=keeps)
         operator.lead(most)
-        parts = read_placements(Path(folder))
+        parts = read_placements(Path(folder))[operator.first :]
         counts = [np.bincount(part.sockets, minlength=2).tolist() for part in parts]
         row = {
             "arm": name,

@@ -60,7 +60,7 @@ def _by_names(table: Table, name: str) -> Placement:
             raise
         raise RecordingError(
             f"{table.file}: no header tells its joints and x, y, z; say which columns they are, "
-            f"as in {suggestion(table)}"
+            f"here or by mukca convert, as in {suggestion(table)}"
         ) from error
 
 

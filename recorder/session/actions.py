@@ -12,10 +12,11 @@ from ..stream import StationaryPose, Stream, StreamMonitor
 from .recording_file import Recording
 from .session import BLOCK, Session
 
-CAPTURED, REFUSED, DONE = 1, 2, 3
-"""Numbers of tones."""
+CAPTURED, REFUSED, DONE = ".", "..", "..."
+ALARM, ENOUGH, NEXT_PLACE = ".. .. ..", "... ...", "... ."
+"""Patterns of tones: a dot is one, a blank a pause."""
 APART = 0.25
-"""Time between two tones [s]; terminals merge tones that are closer."""
+"""Time from a tone, or a pause, to the next [s]; terminals merge tones that are closer."""
 ALIKE = math.radians(25)
 """Poses within this of each other on every joint tell hardly any parameter [rad]."""
 SAME_READING = 3e-4
@@ -26,23 +27,33 @@ from the others"; None if nothing is odd."""
 
 
 class Sound:
-    """Bell that rings several times, without waiting, unless it is off."""
+    """Bell that rings patterns unless it is off, and a voice if there is one, without waiting."""
 
-    def __init__(self, ring: Callable[[], None], *, on: bool = True) -> None:
+    def __init__(
+        self,
+        ring: Callable[[], None],
+        *,
+        on: bool = True,
+        say: Callable[[str], None] | None = None,
+    ) -> None:
         self._ring = ring
         self._on = on
-        self._left = 0
+        self._say = say
+        self._pattern = ""
         self._next = -math.inf
 
-    def play(self, tones: int) -> None:
-        """Begin with some tones, in place of those that have not sounded yet."""
-        self._left = tones if self._on else 0
+    def play(self, pattern: str, words: str = "") -> None:
+        """Begin with a pattern, in place of what has not sounded yet, and say some words."""
+        self._pattern = pattern if self._on else ""
+        if self._say and words:
+            self._say(words)
 
     def update(self, now: float) -> None:
         """Sound the next tone if it is due at this time [s, monotonic]."""
-        if self._left and now >= self._next:
-            self._ring()
-            self._left -= 1
+        if self._pattern and now >= self._next:
+            if self._pattern[0] == ".":
+                self._ring()
+            self._pattern = self._pattern[1:]
             self._next = now + APART
 
 
@@ -63,10 +74,10 @@ class SessionActions:
         """Show a message to the operator."""
         self.session = self.session.with_message(text)
 
-    def alarm(self, text: str) -> None:
+    def alarm(self, text: str, pattern: str = REFUSED) -> None:
         """Show a message that needs attention."""
         self.session = self.session.with_message(text, alarm=True)
-        self.sound.play(REFUSED)
+        self.sound.play(pattern, text)
 
     def keep(self, text: str) -> None:
         """Go on although an alarm said this; the recording says so from now on."""
@@ -112,7 +123,8 @@ class SessionActions:
         further = "s for the next socket, " if self.session.sockets > 1 else ""
         message += f"; that is the target: {further}q to finish" if done else ""
         self.notify(message)
-        self.sound.play(DONE if done or self.session.turn_done else CAPTURED)
+        is_done = done or self.session.turn_done
+        self.sound.play(DONE if is_done else CAPTURED, f"got {sample.number}")
         taken = len(self.session.live)
         if taken % BLOCK == 0 and self.session.span < ALIKE:
             self.alarm(

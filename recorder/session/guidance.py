@@ -6,7 +6,7 @@ from typing import Literal, Protocol
 
 from ...drivers import clock
 from .. import Sample
-from .actions import DONE, SessionActions, Sound
+from .actions import ALARM, DONE, ENOUGH, NEXT_PLACE, SessionActions, Sound
 from .alarms import NO_ANSWERS, Alarm, Answers
 from .session import Session
 
@@ -20,6 +20,8 @@ CONFINED = (
     "proposals were not followed: from now on poses only as far as the samples went "
     "(--turn DEG says so from the start, b drops one pose)"
 )
+WORDS = {ENOUGH: "enough", NEXT_PLACE: "next place", DONE: "next socket"}
+"""Words for the tones of an end."""
 INFORMATIVE = 3
 """Samples from which on a prediction rests on more than the prior of the ball's place."""
 
@@ -235,17 +237,22 @@ class GuidanceClient:
         if not advice.early:
             self._advice = advice
         if self.alarm and not (alarm and alarm.cause == self.alarm.cause):
-            self._actions.alarm(f"{self.alarm.words}: {self.alarm.text}")
+            self._actions.alarm(f"{self.alarm.words}: {self.alarm.text}", ALARM)
             return
         if advice.early:
             return
         if advice.fails and advice.fails != (before.fails if before else ""):
             self._actions.notify(f"solve would say FAIL: {advice.fails}")
-        end = (
-            advice.enough
-            or advice.exhausted
-            or (advice.leave and session.block is None)
-        )
-        ended = before and (before.enough or before.exhausted or before.leave)
-        if end and not ended and not self.alarm:
-            self._sound.play(DONE)
+        pattern = _pattern_of(advice, session)
+        is_new = pattern != (before and _pattern_of(before, session))
+        if pattern and is_new and not self.alarm:
+            self._sound.play(pattern, WORDS[pattern])
+
+
+def _pattern_of(advice: Advice, session: Session) -> str:
+    """Return the tones for the end that advice tells; none where it tells none."""
+    if advice.exhausted:
+        return NEXT_PLACE
+    if advice.enough:
+        return ENOUGH
+    return DONE if advice.leave and session.block is None else ""

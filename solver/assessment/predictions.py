@@ -1,6 +1,6 @@
 """Predictions of the ball in each sample by all models, and the joint ranges that these cover."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, NamedTuple
@@ -28,14 +28,16 @@ from ..results import (
     ModelName,
     RecordedSample,
     Role,
+    TargetPrediction,
     calibrated_robot,
     misfit,
     names_of,
+    target_predictions,
 )
 from .formatting import short_names
 
 Point = tuple[float, float, float]
-Frames = dict[ModelName, dict[str, Pose]]
+Frames = Mapping[str, Mapping[str, Pose]]
 DRAWN = 3000
 """Samples drawn at most; all figures are computed from all of them."""
 _AGREE = 1e-6
@@ -167,7 +169,7 @@ def _in_parts(
 
     def points(model: ModelName) -> np.ndarray:
         points = placement.points.of(model)
-        predicted = targets(points, placement.measured, placement.frames[model])
+        predicted = targets(points, placement.measured, placement.frames.get(model))
         for part in parts:
             rows = [ranks[id(sample)] for sample in part.samples]
             predicted[rows] += part.deviations.of(model)
@@ -209,20 +211,25 @@ def _predicted(
     calibration: CalibratedRobot, parts: Sequence[_Part]
 ) -> list[PlacementPrediction]:
     """Return what the models of a robot predict; those trained on place instruments' frames."""
-    models = calibration.models.items()
-    points = [
-        ByModel(**{name: model.predict(part.measured) for name, model in models})
-        for part in parts
-    ]
-    pairs = list(zip(points, parts, strict=True))
-    training = [(p, part.measured) for p, part in pairs if part.role == "train"]
+    models: dict[str, CalibratedRobot] = {**calibration.models}
+    training = [part.measured for part in parts if part.role == "train"]
     frames: Frames = {
-        name: fit_frames([(p.of(name), m) for p, m in training]) for name in MODELS
+        name: fit_frames([(model.predict(m), m) for m in training])
+        for name, model in models.items()
     }
     return [
-        PlacementPrediction(part.measured, part.role, p, part.samples, frames)
-        for p, part in pairs
+        _placement(part, target_predictions(models, part.measured, frames))
+        for part in parts
     ]
+
+
+def _placement(
+    part: _Part, predictions: Mapping[str, TargetPrediction]
+) -> PlacementPrediction:
+    """Return a placement, and what each model predicts for it."""
+    points = ByModel(**{name: p.points for name, p in predictions.items()})
+    frames = {name: predictions[name].frames or {} for name in predictions}
+    return PlacementPrediction(part.measured, part.role, points, part.samples, frames)
 
 
 def measurements_of(document: CalibrationDocument, robot: Robot) -> list[Measurement]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from msgspec.structs import replace
 
-from ..identification.data import Load
+from ..identification.data import Load, Measurement
 from ..identification.inference import Posterior
 from ..identification.robot import workspace
 from ..results import Better, Improvement, Interval, Unseen
@@ -44,7 +44,7 @@ def better_than_nominal(
     posterior: Posterior,
     load: Load,
     models: Models,
-    recorded: Sequence[np.ndarray],
+    recorded: Sequence[Measurement],
     unseen: Sequence[Unseen] = (),
 ) -> Better:
     """Return the errors of distances before and now, and the probability that they are smaller.
@@ -53,7 +53,7 @@ def better_than_nominal(
         posterior: What the samples trained on tell of the arm.
         load: Load of the joints while recording.
         models: The models to compare.
-        recorded: Joint positions of each placement, shape (N, m) [rad].
+        recorded: The placements.
         unseen: Placements whose samples and distances bear on the arm, too, by fits that have not
             seen them.
     """

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import re
+import shutil
 import signal
 import threading
 import time
@@ -51,6 +52,21 @@ class Seen:
     @property
     def alarms(self):
         return [message.text for message in self.views[-1].session.messages if message.alarm]
+
+
+@dataclass
+class Timed(Seen):
+    """A display that remembers when its bell rang, too."""
+
+    rang: list[float] = field(default_factory=list)
+
+    def bell(self):
+        self.rang.append(clock.now())
+
+    @property
+    def rhythm(self):
+        """Times of the bell in quarters of a second, from the first one on."""
+        return tuple(round(4 * (time - self.rang[0])) for time in self.rang)
 
 
 NAMES = tuple(joint.name for joint in JOINTS)
@@ -395,7 +411,32 @@ def test_advice_ends_a_socket_and_the_placement(arm, by_hand):
     words = words_of(seen)
     assert words.index("SOCKET 1 NOW") < words.index("ENOUGH")
     assert outcome.advice and outcome.advice.closing == ("go left",)
-    assert seen.bells == 1 + 3 + 1  # captured, done here, captured
+    assert seen.bells == 1 + 3 + 1 + 6  # captured, done here, captured, enough
+
+
+def test_a_capture_a_refusal_and_each_end_sound_unlike_the_others(arm, by_hand, tmp_path):
+    """By the times of the bell from the first one on."""
+    ends = [{}, {"enough": True}, {"exhausted": True}, {"alarms": (BASE,)}, {"leave": True}]
+    heard = []
+    for end in ends:
+        seen = Timed()
+        typed = (0.5, "a"), (6.0, "q")
+        by_hand(arm(speed=1.0), *typed, guidance=Guidance({}, end), sound=True, seen=seen)
+        heard.append(seen.rhythm)
+        shutil.rmtree(tmp_path / "front")
+    refused = Timed()
+    by_hand(arm(speed=1.0), (0.1, "a"), (6.0, "q"), sound=True, seen=refused)
+    heard.append(refused.rhythm)
+    assert all(heard) and len(set(heard)) == len(heard), heard
+
+
+def test_a_voice_says_what_the_bell_rings(arm, by_hand):
+    said = []
+    adviser = Guidance({}, {}, {"alarms": (BASE,)}, {"enough": True})
+    typed = (0.5, "a"), (0.9, "a"), (2.2, "a"), (3.2, "k"), (3.8, "a"), (6.0, "q")
+    by_hand(arm(speed=1.0), *typed, guidance=adviser, say=said.append)
+    assert said[0] == "got 1" and said[1].startswith("refused: ")
+    assert said[2:] == ["got 2", f"BASE MOVED: {BASE.text}", "got 3", "enough"]
 
 
 BASE = Alarm("base", "BASE MOVED", "by 5.0 mm since sample 2", (2, 3))

@@ -299,3 +299,11 @@ def test_a_workbook_that_is_damaged_is_refused(tmp_path, content):
     file.write_bytes(content)
     with pytest.raises(mukca.MukcaError, match=r"joints\.xlsx: a spreadsheet or archive.*as CSV"):
         read_rows(file, UR)
+
+
+def test_a_message_that_was_torn_off_has_no_stamp(tmp_path):
+    """Its line is left out, or refused; no more."""
+    head, *lines = LOOKS["rostopic echo -p"].splitlines()
+    (tmp_path / "joints.csv").write_text("\n".join([head, *lines[:3], "17"]))
+    numbers = read_rows(tmp_path / "joints.csv", UR).numbers
+    assert np.abs(np.array(numbers) - Q[:3]).max() < 1e-12

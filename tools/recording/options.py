@@ -109,7 +109,11 @@ class _HandOptions(Options, group="hands and ears"):
     sound: Literal["bell", "off"] = option(
         "bell",
         "the terminal's bell: once for a capture, twice for a refusal, three times for a "
-        "socket done",
+        "socket done, and a pattern each for an alarm, ENOUGH and NEXT PLACE",
+    )
+    say: bool = option(
+        False,
+        "also say captures, refusals, alarms and ends aloud, by spd-say, espeak-ng, espeak or say",
     )
 
 

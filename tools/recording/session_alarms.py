@@ -111,6 +111,7 @@ class SessionAlarms:
         cause, words, form, _ = FORMS[hypothesis.name]
         if hypothesis.name == "ball_bent" and size > TOOL:
             words = "TOOL CHANGED?"
+            cause = "joints"  # earlier placements have another tool than the one to calibrate
         if hypothesis.parameters.get("joint") == self._robot.joint_names[0]:
             cause = "base"
             words = "BASE MOVED"

@@ -146,7 +146,7 @@ def tipped(scene: Scene) -> Iterable[Block]:
         ranks = scene.ranks[place]
         count = len(ranks)
         for length in range(SIDE, LONGEST + 1):
-            begins = np.arange(SIDE, count - length)[:, None]
+            begins = np.arange(SIDE, count - length - SIDE + 1)[:, None]
             begins = begins[:: 1 + len(begins) // MOST_CUTS]
             runs = (ranks >= begins) & (ranks < begins + length)
             is_told = _partly(runs, scene.sockets[rows])
