@@ -136,19 +136,19 @@ class MeasuredErrors(NamedTuple):
     def text(self) -> str:
         """The errors in words."""
         return (
-            f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points held out"
+            f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points not trained on"
         )
 
 
 def measured_errors(predictions: Predictions) -> MeasuredErrors | None:
-    """Return the true errors at held-out points that prove something; None without any."""
+    """Return the true errors at unseen points that prove something; None without any."""
     reasons = why_not_held_out(predictions)
     pairs = [
         (row, prediction)
         for row, prediction in zip(
-            predictions.document.placements, predictions.placements, strict=True
+            predictions.document.unseen, predictions.unseen, strict=True
         )
-        if row.role == "test" and row.kind == "points" and not reasons[row.name]
+        if row.kind == "points" and not reasons.get(row.name)
     ]
     if not pairs:
         return None
