@@ -135,9 +135,7 @@ class MeasuredErrors(NamedTuple):
     @property
     def text(self) -> str:
         """The errors in words."""
-        return (
-            f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points not trained on"
-        )
+        return f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points not trained on"
 
 
 def measured_errors(predictions: Predictions) -> MeasuredErrors | None:
