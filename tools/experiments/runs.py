@@ -113,7 +113,7 @@ def model_urdf(word: str, nominal: Robot, arm: Robot, seed: int) -> bytes:
         placements = sorted(
             record_placements(arm, seed), key=lambda placement: placement.name
         )
-        return calibrate(nominal, placements).calibrated.urdf()
+        return calibrate(nominal, placements, no_proof=True).calibrated.urdf()
     if word == "true":
         return urdf_of(arm)
     try:

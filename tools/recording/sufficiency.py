@@ -82,7 +82,12 @@ def sufficiency_of(
 ) -> Sufficiency | None:
     """Return the verdict on placements, of which the last goes on; None without a fit."""
     try:
-        solved = calibrate(model.robot, _whole(placements), zeros=zeros or None)
+        solved = calibrate(
+            model.robot,
+            _whole(placements),
+            zeros=zeros or None,
+            no_proof=True,
+        )
     except MukcaError:
         return None
     row = next((row for row in solved.verdict.limits if row.name == WORKSPACE), None)

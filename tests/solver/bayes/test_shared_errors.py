@@ -39,5 +39,5 @@ def test_errors_of_points_are_without_the_movement_of_the_instrument():
     points = Measurement(placement, 0.0, moved=drift)
     slopes = np.zeros((20, 3, 7))
     posterior = SimpleNamespace(linearise=lambda *_: (balls, slopes, slopes))
-    rows = patterns._rows(posterior, robot, STANDARD_LOAD, [points])
+    rows, _ = patterns._rows(robot, STANDARD_LOAD, [(posterior, [points])])
     assert np.abs(rows.errors).max() < 1e-12

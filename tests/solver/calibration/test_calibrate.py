@@ -96,7 +96,7 @@ def test_errors_are_there_per_placement_and_as_a_table(calibration, placements):
     assert "(as the recording says)" in table and "Verdict: PASS" in table
     how = {"distance": 0.051, "method": "paper", "test": placements[1:]}
     wrong = repr(mukca.calibrate(calibration.robot, placements[0], **how))
-    assert "Distance of the sockets: 51 mm (as given)" in wrong and "Verdict: FAIL" in wrong
+    assert "Distance of the sockets: 51 mm (as given)" in wrong and "DO NOT LOAD IT" in wrong
     assert "warning: all placements: more likely the sockets" in wrong
 
 
@@ -149,7 +149,7 @@ def test_bad_settings_are_told_in_one_line(panda, placements, settings, words):
 def test_other_bad_arguments_are_told_in_one_line(panda, calibration, placements, tmp_path):
     for bad in (
         lambda: mukca.load_robot("robby"),
-        lambda: mukca.load_robot("panda", flange="panda_link8"),
+        lambda: mukca.load_robot("panda", ball=(0, 0, 0.1)),
         lambda: mukca.read_placements(tmp_path / "nowhere"),
         lambda: mukca.calibrate(panda, []),
         lambda: mukca.calibrate(mukca.load_robot("ur5e"), placements[0]),

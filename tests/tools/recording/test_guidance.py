@@ -141,7 +141,7 @@ def test_what_is_predicted_and_asked_is_what_solve_says(panda, samples):
     placement = mukca.Placement("here", tuple(samples), panda.joint_names, 0.05)
     verdict = mukca.calibrate(panda, placement).verdict
     (row,) = (row for row in verdict.limits if row.name == "predicted_distance")
-    assert (advice.predicted, advice.goal) == (row.found, row.limit)
+    assert (advice.predicted, advice.goal) == (row.interval.high, row.limit)
     assert advice.enough == (verdict.kind != "not_enough")
     assert advice.near_only == (verdict.kind != "not_enough" and row.status != "pass")
 
