@@ -79,9 +79,7 @@ def test_urdf_and_offsets_keep_the_error_that_is_said(arm):
 
 def test_offsets_of_another_load_differ_by_what_gravity_adds(arm, tmp_path):
     calibration, _, folder = arm
-    mukca.export(
-        calibration, "joint-table", tmp_path / "arm.csv", payload=(3.0, (0, 0, 0))
-    )
+    mukca.export(calibration, "joint-table", tmp_path / "arm.csv", payload=(3.0, (0, 0, 0)))
     light, heavy = table_of(folder), table_of(tmp_path)
     first, second = light["shoulder_pan_joint"], light["shoulder_lift_joint"]
     assert np.abs(first[2]).max() < 1e-9 < 1e-5 < np.abs(second[2]).max()

@@ -71,7 +71,7 @@ def run_export(options: _ExportOptions, terminal: Terminal) -> int:
             f"{places}; it was accepted by --accept-distorted"
         )
     with suppress(MukcaError):  # not every file that can be exported can be judged
-        if loaded.verdict.status == "fail" and not loaded.verdict.use:
+        if loaded.verdict.status == "fail":
             terminal.warn(
                 f"{options.calibration}: {loaded.verdict.title}: do not use it yet"
             )
