@@ -13,6 +13,12 @@ A fault is KIND[@SAMPLE[+COUNT]][:SIZE]; most are those of ``mock``, and
     same@9:5mm    the ball is pulled the same way at samples 9, 13 and 17
     reads@13      a joint reads 1.5 rad more than before
     near          all poses lie within 25 degrees of each other
+    cell:10deg    joints 1 to 3 keep within 10 degrees of where they began
+    tips@10+3:3mm the base is elsewhere for three samples, and falls back
+    sign          a joint reads with the wrong sign
+    slips@7:1deg  a joint reads up to 1 degree otherwise after every fourth sample
+
+``--always-keep`` presses k at each alarm, whatever it offers first.
 
 Of each session are told: the first alarm and how many samples of the fault it took, the keys that
 cured, the words at the end, the samples there by part, the verdict of ``mukca solve`` on them, and
@@ -67,7 +73,8 @@ LED = ("panda", "ur5e", "iiwa14", "xarm7", "gen3_lite", "so101")
 FAULTS = (
     *("none", "base@13:3mm", "base@13:5mm", "arc@13:5mm", "ball@9:5mm", "same@9:5mm"),
     *("socket@13+3", "zero@10:1deg", "bent@10:5mm", "drift@7:5mm", "distance:2mm"),
-    *("reads@13", "near"),
+    *("reads@13", "near", "cell:10deg", "tips@10+3:3mm", "bent@13:25mm"),
+    *("distance:900mm", "sign", "slips@7:1deg"),
 )
 AGAIN = 4
 """Samples from one that is pulled to the next."""
@@ -77,6 +84,8 @@ SHARE = 3
 """Samples from one whole advice to the next."""
 READS = 1.5
 """[rad]"""
+WALLED = 3
+"""First joints that a narrow cell holds."""
 LAST = ("ENOUGH", "NEXT PLACE", "SOLVE FAILS", "TARGET")
 _TEXT = re.compile(r"([a-z]+)(?:@(\d+)(?:\+(\d+))?)?(?::([\d.]+)(mm|deg))?")
 
@@ -130,8 +139,8 @@ class World:
         unit = 1e-3 if match[5] == "mm" else np.deg2rad(1)
         self._size = float(match[4] or 0) * unit
         self.generator = np.random.default_rng([seed, crc32(fault.encode())])
-        self._aside = self.generator.normal(size=3)
-        self._aside *= self._size / np.linalg.norm(self._aside)
+        self.aside = self.generator.normal(size=3)
+        self.aside *= self._size / np.linalg.norm(self.aside)
         self._first: np.ndarray | None = None
 
     @property
@@ -142,12 +151,14 @@ class World:
     def read(self, number: int, socket: int, aim: Sequence[float] | None) -> np.ndarray:
         """Return what the encoders read at a sample, by its number since the session began."""
         since = number >= self.begin
-        arm = (
-            _bent(self.arm, self._aside) if since and self.kind == "bent" else self.arm
-        )
+        arm = _bent(self.arm, self.aside) if since and self.kind == "bent" else self.arm
         hand = Hand(arm, self.generator, noise=0.0)
         hand.aim = None if aim is None else np.array(aim)
         hand.aim = self._first if self.kind == "near" else hand.aim
+        if self.kind == "cell" and self._first is not None and hand.aim is not None:
+            begin = self._first[:WALLED]
+            low, high = begin - self._size, begin + self._size
+            hand.aim[:WALLED] = np.clip(hand.aim[:WALLED], low, high)
         seat = self._seat(number, socket)
         (q,) = lead(arm, seat[None], self.generator, self.flaws, hand)
         self._first = q if self._first is None else self._first
@@ -155,6 +166,10 @@ class World:
         q[joint] += since * (
             self._size if self.kind == "zero" else READS * (self.kind == "reads")
         )
+        if self.kind == "slips" and since:
+            turns = np.random.default_rng((number - self.begin) // AGAIN)
+            q[joint] += self._size * turns.uniform(-1, 1)
+        q[joint] *= -1 if self.kind == "sign" else 1
         return q
 
     def _seat(self, number: int, socket: int) -> np.ndarray:
@@ -163,13 +178,15 @@ class World:
         if self.kind == "socket" and 0 <= away < self._count:
             return self.base.sockets[1 - socket]
         if self.kind == "base" and away >= 0:
-            return seat + self._aside
+            return seat + self.aside
+        if self.kind == "tips" and 0 <= away < self._count:
+            return seat + self.aside
         if self.kind == "drift":
-            return seat + self._aside * min(max(away / SLOW, 0), 1)
+            return seat + self.aside * min(max(away / SLOW, 0), 1)
         if self.kind == "ball" and away == 0:
-            return seat + self._aside
+            return seat + self.aside
         if self.kind == "same" and away in (0, AGAIN, 2 * AGAIN):
-            return seat + self._aside
+            return seat + self.aside
         if self.kind == "arc" and away >= 0:
             radius = float(np.linalg.norm(self.base.centre[:2]))
             return seat + self._size * np.cross([0, 0, 1], seat) / radius
@@ -193,12 +210,15 @@ def _bent(arm: Robot, aside: np.ndarray) -> Robot:
 class Operator:
     """A person who does what the screen says, at one part of a session after the other."""
 
-    def __init__(self, world: World, folder: Path) -> None:
+    def __init__(self, world: World, folder: Path, *, keeps: bool = False) -> None:
         self.world, self.folder = world, folder
+        self.keeps = keeps
         self.captured = 0
         self.alarms: list[tuple[int, str]] = []
         self.cures: list[str] = []
         self.words = ""
+        self.first = 0
+        self._begun = 0
         self._parts: list[Placement] = []
         self._begin_part(self._first_recording())
 
@@ -244,7 +264,10 @@ class Operator:
             pressed += 1
             if alarm:
                 self.alarms.append((self.captured, alarm.words))
-                self._press(alarm.reason.rpartition(": ")[2][0])
+                self._press("k" if self.keeps else alarm.answers[0][0])
+                if self.cures[-1] == "q":
+                    self.words = alarm.words
+                    break
             elif self.words in LAST:
                 break
             elif "then press s" in prompt.reason:
@@ -261,11 +284,13 @@ class Operator:
                 self.handler.press(letter)
         successor = self.actions.successor
         if successor:
+            self._begun += 1
             self.recording.close()
             live = self.actions.session.live
             self._parts += [self._placement(live)] if live else []
             if successor.metadata.readings_changed:
                 self._parts = []
+                self.first = self._begun
             self._begin_part(successor)
 
     def _capture(self) -> None:
@@ -288,19 +313,20 @@ class Operator:
         return View(session, position, advice=client.advice, alarm=client.alarm)
 
 
-def led(most: int, job: tuple[str, int, str]) -> dict[str, Any]:
+def led(most: int, keeps: bool, job: tuple[str, int, str]) -> dict[str, Any]:
     """Lead one session, solve it, and return its row."""
     name, seed, fault = job
     world = World(name, seed, fault)
     with tempfile.TemporaryDirectory() as folder:
-        operator = Operator(world, Path(folder))
+        operator = Operator(world, Path(folder), keeps=keeps)
         operator.lead(most)
-        parts = read_placements(Path(folder))
+        parts = read_placements(Path(folder))[operator.first :]
         counts = [np.bincount(part.sockets, minlength=2).tolist() for part in parts]
         row = {
             "arm": name,
             "seed": seed,
             "fault": fault,
+            "keeps": keeps,
             "captured": operator.captured,
             "alarms": operator.alarms,
             "cures": operator.cures,
@@ -313,9 +339,10 @@ def led(most: int, job: tuple[str, int, str]) -> dict[str, Any]:
 def _solved(world: World, parts: Sequence[Placement]) -> dict[str, Any]:
     """Return the verdict of a solving, and the errors of its calibration and of the model [mm]."""
     generator = np.random.default_rng(7)
-    test = record(
-        world.arm, world.elsewhere, generator, samples=15, imperfection=world.flaws
-    )
+    arm = world.arm
+    if world.kind == "bent":  # the ball that is on it in the end
+        arm = _bent(arm, world.aside)
+    test = record(arm, world.elsewhere, generator, samples=15, imperfection=world.flaws)
     zeros = is_coarse(repeatability_of(world.robot, None)) or None
     try:
         verdict = calibrate(world.robot, parts, zeros=zeros).verdict
@@ -352,9 +379,11 @@ def lines_of(rows: Sequence[dict[str, Any]], faults: Sequence[str]) -> Iterator[
             )
 
 
-def kept_by(most: int, keep: Path | None, job: tuple[str, int, str]) -> dict[str, Any]:
+def kept_by(
+    most: int, keeps: bool, keep: Path | None, job: tuple[str, int, str]
+) -> dict[str, Any]:
     """Lead one session, and keep its row."""
-    row = led(most, job)
+    row = led(most, keeps, job)
     if keep:
         with keep.open("a") as file:
             file.write(json.dumps(row) + "\n")
@@ -370,10 +399,12 @@ def main() -> None:
     parser.add_argument("--faults", nargs="+", default=FAULTS)
     parser.add_argument("--most", type=int, default=40, help="samples of a session")
     parser.add_argument("--keep", type=Path)
+    parser.add_argument("--always-keep", action="store_true", help="k at each alarm")
     add_options(parser, WorkerOptions)
     a = parser.parse_args()
     kept = a.keep.read_text().splitlines() if a.keep and a.keep.exists() else []
     rows: list[dict[str, Any]] = [json.loads(line) for line in kept]
+    rows = [row for row in rows if row.get("keeps", False) == a.always_keep]
     there = {(row["arm"], row["seed"], row["fault"]) for row in rows}
     seeds = range(a.seeds[0], sum(a.seeds))
     # an arm each: with more seeds every fault meets every arm
@@ -383,7 +414,9 @@ def main() -> None:
         for i, f in enumerate(a.faults)
     ]
     new = [job for job in jobs if job not in there]
-    rows += read_options(a).workers.map(partial(kept_by, a.most, a.keep), new)
+    rows += read_options(a).workers.map(
+        partial(kept_by, a.most, a.always_keep, a.keep), new
+    )
     print("fault         arm        first alarm  after  keys     end          samples        "
           "solve                            error (model) [mm]")  # fmt: skip
     print("\n".join(lines_of(rows, a.faults)))

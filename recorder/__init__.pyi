@@ -19,6 +19,8 @@ from .folders import find_placements as find_placements
 from .folders import is_placement as is_placement
 from .folders import placements_in as placements_in
 from .folders import unread as unread
+from .foreign_tables import foreign_table as foreign_table
+from .foreign_tables import read_table as read_table
 from .joint_columns import ColumnError as ColumnError
 from .joint_columns import match_joints as match_joints
 from .layout import POSE_FORMS as POSE_FORMS
@@ -42,8 +44,11 @@ from .metadata import write_metadata as write_metadata
 from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS
 from .placement import Placement as Placement
-from .placement import repeated_rows as repeated_rows
+from .placement import recorded_at as recorded_at
 from .placement_files import hole_files as hole_files
+from .placement_files import own_files as own_files
+from .placement_files import point_files as point_files
+from .placement_files import pose_files as pose_files
 from .placement_files import sample_files as sample_files
 from .placement_files import write_holes as write_holes
 from .placement_names import distinctly_named as distinctly_named
@@ -54,6 +59,8 @@ from .points import read_points as read_points
 from .points import unit_quaternion as unit_quaternion
 from .recording_error import EmptyRecordingError as EmptyRecordingError
 from .recording_error import RecordingError as RecordingError
+from .repeated_samples import distinct as distinct
+from .repeated_samples import repeated_rows as repeated_rows
 from .sample import LAST_SOCKET as LAST_SOCKET
 from .sample import Sample as Sample
 from .sample import sample_name as sample_name
@@ -75,7 +82,6 @@ from .stream_log import StreamLog as StreamLog
 from .stream_log import next_log_file as next_log_file
 from .stream_log import read_stream_log as read_stream_log
 from .tables import Table as Table
-from .tables import read_table as read_table
 from .tables import scale_of as scale_of
 from .tables import table_of as table_of
 from .turns import ALL_ROUND as ALL_ROUND

@@ -13,14 +13,20 @@ from .recording_error import RecordingError
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _DECIMAL_COMMAS = re.compile(r"[+-]?\d+,\d+(\s+[+-]?\d+,\d+)+")
-_SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
-"""First bytes of XLSX, ODS or an archive, and of XLS."""
+ZIP = b"PK\x03\x04"
+"""First bytes of XLSX, ODS or an archive."""
+_XLS = b"\xd0\xcf\x11\xe0"
+NO_TEXT = "a spreadsheet or archive, not text; save it as CSV"
 _MINUS = "\N{MINUS SIGN}"
 MOST_COLUMNS = 10_000
 """Number of columns that no table exceeds."""
 LONGEST_LINE = 1_000_000
 """Size that no line of a table exceeds [bytes]."""
 _LIST = re.compile(r"[ \t]*p?[\[(]+[ \t]*([+-]?[\d.][^\[\]()]*)[\])]+[,;]?[ \t]*")
+_LOOKED_AT = 8
+"""Lines by which the separator is told."""
+_NOTE = re.compile(r"(?m)(?:^|[ \t;,]+)//.*$")
+"""A note behind two strokes; those of an address follow a colon."""
 _TIME = re.compile(
     r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d\d:\d\d:\d\d)(?:[.,](\d+))?\s*(Z|[+-]\d\d:?\d\d)?",
     re.IGNORECASE,
@@ -30,10 +36,8 @@ _TIME = re.compile(
 def read_text(file: Path) -> str:
     """Return the text of a file: UTF-8, UTF-16 with its mark, or one byte a letter."""
     content = table_bytes(file)
-    if content.startswith(_SPREADSHEETS):
-        raise RecordingError(
-            f"{file}: a spreadsheet or archive, not text; save it as CSV"
-        )
+    if content.startswith((ZIP, _XLS)):
+        raise RecordingError(f"{file}: {NO_TEXT}")
     encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     try:
         text = content.decode(encoding)
@@ -41,6 +45,11 @@ def read_text(file: Path) -> str:
         text = content.decode("latin-1")
     if re.search(r"[\0-\b\x0e-\x1f\x7f-\x9f\ufeff\ufffe\uffff]", text):
         raise RecordingError(f"{file}: not a text file of comma-separated numbers")
+    return with_signs(text)
+
+
+def with_signs(text: str) -> str:
+    """Return a text whose minus signs are hyphens."""
     return text.replace(_MINUS, "-")
 
 
@@ -65,12 +74,6 @@ def table_bytes(file: Path) -> bytes:
     return content
 
 
-def comment_line(file: Path) -> str:
-    """Return the text of a first line that is a comment; empty without one."""
-    first = read_text(file).partition("\n")[0]
-    return first.lstrip("# ").strip() if first.startswith("#") else ""
-
-
 def require_columns(text: str, file: Path) -> None:
     """Refuse a table that has too many columns, before its cells are taken apart."""
     for i, line in enumerate(text.splitlines(), start=1):
@@ -86,7 +89,11 @@ def require_columns(text: str, file: Path) -> None:
 
 
 def uncommented(text: str) -> str:
-    """Return a text whose comment lines are blank; ``# a,b`` before two numbers is a header."""
+    """Return a text without comments; ``# a,b`` before two numbers is a header.
+
+    Comments are lines that begin with ``#``, and what follows ``//``.
+    """
+    text = _NOTE.sub("", text)
     lines = text.splitlines()
     lists = _of_lists(lines)
     if lists:
@@ -119,11 +126,8 @@ def _of_lists(lines: Sequence[str]) -> bool:
 
 def records_of(text: str) -> list[tuple[int, list[str]]]:
     """Return the cells of each line that has some, with the line's number."""
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    first = re.sub('"[^"]*"', '""', first)
-    delimiter = next((d for d in ";\t" if d in first), None)
-    has_decimal_commas = _DECIMAL_COMMAS.fullmatch(first.strip())
-    if delimiter is None and (has_decimal_commas or "," not in first):
+    delimiter = _delimiter(text)
+    if delimiter is None:
         rows: list[tuple[int, list[str]]] = []
         for number, line in enumerate(text.splitlines(), start=1):
             if line.strip():
@@ -131,14 +135,25 @@ def records_of(text: str) -> list[tuple[int, list[str]]]:
         return rows
     reader = csv.reader(
         io.StringIO(text, newline=""),
-        delimiter=delimiter or ",",
+        delimiter=delimiter,
         skipinitialspace=delimiter != "\t",
     )
     records = [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
-    quoted = delimiter is None and '"' in text
-    if delimiter is None and not (quoted and _have_decimal_commas(records)):
+    if delimiter == "," and not ('"' in text and _have_decimal_commas(records)):
         return records
     return [(i, _with_points(row)) for i, row in records]
+
+
+def _delimiter(text: str) -> str | None:
+    """Return what parts the cells of at least half of the first lines; None for blanks."""
+    unquoted = re.sub(r'"[^"\n]*"', '""', text)
+    stripped = [line.strip() for line in unquoted.splitlines()]
+    lines = [line for line in stripped if line][:_LOOKED_AT]
+    for mark in ";\t,":
+        if 2 * sum(mark in line for line in lines) >= max(len(lines), 1):
+            blanks = mark == "," and any(map(_DECIMAL_COMMAS.fullmatch, lines))
+            return None if blanks else mark
+    return None
 
 
 def _have_decimal_commas(records: Sequence[tuple[int, Sequence[str]]]) -> bool:

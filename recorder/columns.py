@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-DEGREES = ("deg", "degree", "degrees", "°")
+DEGREES = ("deg", "degree", "degrees", "°", "º", "grad")
 ANGLES = {
     **dict.fromkeys(("rad", "radian", "radians"), 1.0),
     **dict.fromkeys(DEGREES, math.pi / 180),
@@ -27,8 +27,8 @@ LENGTHS = {
 UNITS = ("m", "cm", "mm", "um", "rad", "mrad", "deg")
 """All of them, each by one name."""
 _UNIT = re.compile(
-    r"(.*?)[\s_]*(?:\[\s*([^\d\W][^\]]*|°)\]|\(\s*([^\d\W][^)]*|°)\)|[\s_](deg(?:rees?)?|rad(?:ians?)?|"
-    r"°|mm|cm))",
+    r"(.*?)[\s_]*(?:\[\s*([^\d\W][^\]]*|°)\]|\(\s*([^\d\W][^)]*|°)\)|"
+    r"[\s_/]+(deg(?:rees?)?|grad|rad(?:ians?)?|[°º]|mm|cm))",
     re.IGNORECASE,
 )
 _METRES = re.compile(r"((?:.*[\W_])?(?:[xyz]|distance|deviation))_m", re.IGNORECASE)
@@ -59,9 +59,14 @@ class Column:
         return words_of(self.name)
 
     @property
+    def may_be_joint(self) -> bool:
+        """True where it has a name, and no unit that no joint has."""
+        return bool(self.words) and (not self.unit or _is_unit(self.unit))
+
+    @property
     def aside(self) -> bool:
         """True where it counts or dates the rows, or has a unit that no joint has."""
-        if not self.words or (self.unit and not _is_unit(self.unit)):
+        if not self.may_be_joint:
             return True
         letters = list(filter(is_word, self.words))
         return bool(letters) and all_match(_ASIDE, letters)

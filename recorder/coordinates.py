@@ -1,10 +1,11 @@
 """Names of coordinates: places x, y, z and turns, as programs call them."""
 
+import re
 from collections.abc import Sequence
 from itertools import product
 
 from .columns import Column, Words
-from .joint_columns import Ways, in_one_way
+from .joint_columns import COMMANDS, Ways, in_one_way
 
 AXES = ("x", "y", "z")
 QUATERNION = ("qx", "qy", "qz", "qw")
@@ -18,6 +19,7 @@ TURNS = (QUATERNION, VECTOR, RPY, MATRIX, KUKA, FANUC)
 that of two makers: R = Rz(a) Ry(b) Rx(c) = Rz(r) Ry(p) Rx(w)."""
 _TURNED = {"orientation", "quaternion", "quat", "q", "rotation", "rot"}
 _PLACED = {"position", "translation", "pos", "t", "p"}
+_SEEN = re.compile("actual|act|measured|meas|feedback|ist")
 _ROTVEC = {"rotvec", "r", "rv"}
 
 
@@ -41,15 +43,22 @@ def match_coordinates(
             continue
         places = ways.setdefault((before, ()), {})
         places.setdefault(names.index(name), []).append(i)
+    ways = {way: places for way, places in ways.items() if not _sent(way[0])} or ways
     labels = [f"{column.name} (column {column.index + 1})" for column in columns]
     order = in_one_way(ways, names, labels)
     return None if order is None else [columns[i] for i in order]
+
+
+def _sent(words: Words) -> bool:
+    return any(map(COMMANDS.fullmatch, words))
 
 
 def _coordinate(words: Words) -> tuple[Words, str]:
     """Return what a coordinate's name begins with, and x, y, z, qx, .. as it is called here."""
     if not words:
         return (), ""
+    if COMMANDS.fullmatch(words[-1]) or _SEEN.fullmatch(words[-1]):
+        words = (words[-1], *words[:-1])
     joined = "".join(words[-2:])
     if joined in MATRIX:
         return words[:-2], joined

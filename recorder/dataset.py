@@ -12,24 +12,23 @@ from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
-from .cells import table_bytes
-from .columns import UNITS, Column
 from .folders import FILES, find_placements, holes_in, unread
+from .holes import read_holes
 from .metadata import METADATA, read_keys
-from .placement import SOCKETS, Placement
+from .placement import Placement
 from .placement_names import distinctly_named, placement_name
 from .points import read_points
 from .recording_error import EmptyRecordingError, RecordingError
-from .samples import LAST_SOCKET, SAMPLES, Sample, read_samples
-from .tables import Table, read_table
-
-MOST_SAMPLES = 100_000
-"""Number of samples that no file exceeds."""
-MOST_OTHERS = 100
-"""Number of its other lines, which are header and notes."""
+from .samples import SAMPLES, read_samples
+from .table_placement import read_table_placement
 
 
-def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Placement]:
+def read_placements(
+    *paths: str | Path,
+    as_recorded: bool = False,
+    columns: Sequence[str] = (),
+    on: str = "",
+) -> list[Placement]:
     """Read recordings from disk, to calibrate with them or to test a calibration on them.
 
     ::
@@ -39,9 +38,13 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
 
     Args:
         paths: One or more folders, each a placement, or a folder of placements, which stands for
-            all of them.
+            all of them. A table of another program is a placement, too, and so are two that hold
+            half the columns each, as ``joints.csv+points.csv``.
         as_recorded: True refuses a placement that cannot be read. By default one beside others is
             left out, and the first placement's remarks say so.
+        columns: What the tables' columns are, as ``q=joint_1..6 [deg]`` and ``x=7 [mm]``; none to
+            find them by names.
+        on: Column by which rows of two tables belong together; empty for their order.
 
     Returns:
         The placements, in the order of the paths; those inside one folder by name.
@@ -61,7 +64,7 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
     skipped: list[RecordingError] = []
     for folder in find_placements(map(Path, paths)):
         try:
-            placements.append(read_placement(folder))
+            placements.append(read_placement(folder, columns, on))
         except RecordingError as error:
             if as_recorded:
                 raise
@@ -74,12 +77,16 @@ def read_placements(*paths: str | Path, as_recorded: bool = False) -> list[Place
     return [replace(first, remarks=(*first.remarks, *remarks)), *others]
 
 
-def read_placement(folder: Path) -> Placement:
-    """Read the recording in one placement's folder.
+def read_placement(
+    folder: Path, columns: Sequence[str] = (), on: str = ""
+) -> Placement:
+    """Read the recording in one placement's folder, or in a table of another program.
 
     Raises:
         RecordingError: A missing, empty or malformed file; the message names file and line.
     """
+    if not folder.is_dir():
+        return read_table_placement(folder, columns, on)
     holes = holes_in(folder)
     files = [folder / name for name in FILES if (folder / name).exists()]
     files += [file for _, file in holes[:1]]
@@ -90,7 +97,7 @@ def read_placement(folder: Path) -> Placement:
             f"{folder}: holds both {files[0].name} and {files[1].name}; keep one of them there"
         )
     if holes:
-        placement = _read_holes(folder, holes)
+        placement = read_holes(folder, holes)
     elif files[0].name == SAMPLES:
         placement = _read_recorded(files[0])
     else:
@@ -114,79 +121,3 @@ def _read_recorded(file: Path) -> Placement:
         files=(file,),
         remarks=(torn,) if content.torn.strip() else (),
     )
-
-
-def _read_holes(folder: Path, holes: list[tuple[int, Path]]) -> Placement:
-    tables: list[tuple[int, Table]] = []
-    skipped: list[EmptyRecordingError] = []
-    for socket, file in holes:
-        if socket > LAST_SOCKET:
-            raise RecordingError(
-                f"{file}: sockets have numbers from 0 to {LAST_SOCKET}"
-            )
-        _require_samples(file)
-        try:
-            tables.append((socket, read_table(file)))
-        except EmptyRecordingError as error:
-            skipped.append(error)
-    if skipped and len(tables) < SOCKETS:
-        raise skipped[0]
-    joints = _shared_joints([table for _, table in tables])
-    has_header = tables[0][1].header is not None
-    samples: list[Sample] = []
-    remarks: list[str] = []
-    for socket, table in tables:
-        for i, row in enumerate(table.numbers(joints, gaps=has_header)):
-            samples.append(Sample(row, socket, where=table.where(i)))
-        remarks += table.notes
-    remarks += [f"{error}; the file is skipped" for error in skipped]
-    names = tuple(column.name for column in joints)
-    return Placement(
-        name=placement_name(folder),
-        samples=tuple(samples),
-        joint_names=names if has_header else None,
-        files=tuple(table.file for _, table in tables),
-        remarks=tuple(remarks),
-        labels=tables[0][1].labels,
-    )
-
-
-def _shared_joints(tables: Sequence[Table]) -> list[Column]:
-    """Return the columns of joint positions, which are the same in all tables.
-
-    Raises:
-        RecordingError: The first table has none, or another one has other columns.
-    """
-    first, *others = tables
-    joints = first.joints()
-    if first.header and not joints:
-        raise RecordingError(
-            f"{first.file}:1: no column holds joint positions in {', '.join(UNITS)}; the header "
-            f"is {','.join(first.header):.150}"
-        )
-    if not joints:
-        raise RecordingError(
-            f"{first.where(0)}: no column holds numbers; write 0.1 and separate by commas"
-        )
-    width = len(first.rows[0])
-    for table in others:
-        if table.header != first.header or table.units != first.units:
-            raise RecordingError(
-                f"{table.file}:1: another header than in {first.file.name}"
-            )
-        if len(table.rows[0]) != width:
-            raise RecordingError(
-                f"{table.where(0)}: {len(table.rows[0])} columns, "
-                f"but {first.file.name} has {width}"
-            )
-    return joints
-
-
-def _require_samples(file: Path) -> None:
-    """Refuse a log of an arm in the place of samples, before its cells are taken apart."""
-    lines = table_bytes(file).count(b"\n")
-    if lines > MOST_SAMPLES + MOST_OTHERS:
-        raise RecordingError(
-            f"{file}: {lines:,} lines; a line is a sample, and at most {MOST_SAMPLES:,} are read; "
-            "of a log of the arm, mukca extract makes samples"
-        )

@@ -95,7 +95,7 @@ def _is_padded(words: Sequence[str], others: Sequence[Line]) -> bool:
     size = len(trimmed(words, 1))
     nameless = [cells[size : len(words)] for _, cells in others[:_LOOKED_AT]]
     is_text = bool(words[0].strip()) and number_of(words[0]) is None
-    return is_text and max(map(_numbers, nameless), default=0) > size
+    return is_text and max(map(count_numbers, nameless), default=0) > size
 
 
 def _is_decimal(cell: str) -> bool:
@@ -110,12 +110,13 @@ def _counted(cells: Sequence[str]) -> bool:
     return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
-def _numbers(cells: Sequence[str]) -> int:
+def count_numbers(cells: Sequence[str]) -> int:
+    """Return how many cells are numbers."""
     return sum(number_of(cell) is not None for cell in cells)
 
 
 def _has_number(cells: Sequence[str]) -> bool:
-    return _numbers(cells) > 0
+    return count_numbers(cells) > 0
 
 
 def are_units(cells: Sequence[str]) -> bool:

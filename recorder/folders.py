@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from ..errors import reason_of
+from .joined_tables import TABLES, tables_at
 from .metadata import METADATA
 from .points import POINTS, POSES
 from .recording_error import RecordingError
@@ -16,7 +17,7 @@ _HOLE = re.compile(r"hole_(\d+)\.csv")
 _MEANT = re.compile(r"(hole)[ _-]?(\d+)\b.*|(samples|points|poses)\b.*", re.IGNORECASE)
 """Names of files that are probably meant for those that are read."""
 _SPREADSHEETS = (".xlsx", ".xls", ".ods")
-_TABLES = (".csv", ".tsv", ".txt", *_SPREADSHEETS)
+_TABLES = (*TABLES, *_SPREADSHEETS)
 """Endings of tables."""
 
 MOST_LINES = 3
@@ -47,6 +48,8 @@ def _placements_at(path: Path) -> list[Path]:
     """Return the folders of the placements that a path stands for."""
     if path.name in FILES and path.is_file():
         return [path.parent]
+    if not _HOLE.fullmatch(path.name) and tables_at(path):
+        return [path]
     if not path.is_dir():
         raise RecordingError(f"{path}: {_no_folder(path)}")
     folders = [path] if is_placement(path) else placements_in(path)
@@ -70,9 +73,7 @@ def _no_folder(path: Path) -> str:
         folder = path.absolute().parent
         if is_placement(folder):
             return f"not a folder; name the placement's folder, {folder}"
-        return (
-            "not a folder; make a recording of it by mukca convert, and name its folder"
-        )
+        return f"not a folder, and no table ({', '.join(TABLES)})"
     if path.suffix == ".csv":
         return "no such file"
     _, _, path_after_name = str(path).partition(":")
@@ -157,5 +158,5 @@ def _unread_files(folder: Path, *, only_meant: bool = False) -> Iterator[str]:
         save = "save it as CSV and " * (file.suffix.lower() in _SPREADSHEETS)
         yield f"{file.name} is not read; {save}call it {meant}.csv"
     if other and not only_meant:
-        words = f"make one of {other[0]} by mukca convert"
+        words = f"name {folder / other[0]} itself"
         yield f"{other[0]} is not read as a recording; {words}"

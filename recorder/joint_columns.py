@@ -7,6 +7,7 @@ is a joint's if it holds the joint's words, and one way of writing holds for all
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -16,18 +17,31 @@ from .recording_error import RecordingError
 
 _POSITION = re.compile(
     "pos|positions?|angles?|q|values?|act|actual|measured|meas|msr|state|present|reading|encoder|"
-    "joint|data"
+    "joint|data|feedback|fbk|ist"
 )
 """Words that may follow a joint's name where its position is meant."""
 _POSITIONS = f"((?: (?:{_POSITION.pattern}))*)"
+COMMANDS = re.compile(
+    "target|commands?|commanded|cmd|desired|des|goal|setpoint|planned|plan|nominal|soll|reference|ref"
+)
+"""Words that tell where something was sent, not where it was."""
 _OTHER = re.compile(
     "velocity|velocities|vel|speed|qd|dq|efforts?|torques?|tau|moment|currents?|acceleration|acc|qdd|"
-    "ddq|temperature|temp|voltage|force|pwm|spread|std|error|target|command(ed)?|cmd|desired|goal|"
-    "setpoint|reference|ref"
+    "ddq|temperature|temp|voltage|force|pwm|spread|std|error|" + COMMANDS.pattern
 )
 """Words that tell of another quantity of a joint, or of what it was told to do."""
-_STEM = re.compile("q|j|a|joints?|axis|axes|pos|positions?|angles?|theta")
+_STEM = re.compile(
+    "q|j|jt|a|joints?|axis|axes|achsen?|gelenk|pos|positions?|angles?|theta|th|θ"
+)
 """Words before the number of a joint, where the number alone tells which."""
+
+
+_PENDANTS = (
+    ("base", "shoulder", "elbow", "wrist 1", "wrist 2", "wrist 3"),
+    ("s", "l", "u", "r", "b", "t"),
+    ("s", "l", "e", "u", "r", "b", "t"),
+)
+"""Joints as pendants call them, base to tip: Universal Robots', and Yaskawa's."""
 
 
 class ColumnError(RecordingError):
@@ -48,15 +62,25 @@ class Match:
 
 
 def match_joints(
-    names: Sequence[str], joints: Sequence[str], *, in_order: bool = True
+    names: Sequence[str],
+    joints: Sequence[str],
+    *,
+    beside: Sequence[str] = (),
+    in_order: bool = True,
 ) -> Match | None:
     """Return where a model's joints stand among the names of columns; None where they do not.
 
+    Columns ``beside`` those, behind them, are called like times, and count where joints are, too.
     With ``in_order``, columns that are only numbered, or that are just as many, are taken in order.
 
     Raises:
         ColumnError: Several columns may be one joint.
     """
+    if beside:
+        with suppress(ColumnError):
+            match = match_joints([*names, *beside], joints, in_order=False)
+            if match is not None:
+                return match
     joints = [joint.strip() for joint in joints]
     if set(joints) <= set(names):
         for joint in joints:
@@ -67,6 +91,11 @@ def match_joints(
     order = in_one_way(_without_zero(ways, names, joints), joints, names)
     if order is not None and len(set(order)) == len(order):
         return Match(tuple(order))
+    for pendant in _PENDANTS:
+        order = in_one_way(_ways(names, pendant), pendant, names)
+        if order is not None and len(order) == len(joints):
+            called = ", ".join(names[i] for i in order)
+            return Match(tuple(order), f"{called} are taken as a pendant's names")
     return _numbered(names, joints, some_named=bool(ways)) if in_order else None
 
 

@@ -16,6 +16,7 @@ def joint_order(
     samples: Sequence[Sample],
     file: Path | str,
     placement: str,
+    beside: Sequence[str] = (),
 ) -> Match | None:
     """Return where a model's joints stand; None where they are in the model's order already.
 
@@ -25,13 +26,16 @@ def joint_order(
         samples: Samples of the placement, one or more.
         file: The first of its files, for messages.
         placement: Its name, for messages where it was made in memory.
+        beside: Names of further columns, which count or date the rows.
 
     Raises:
         RecordingError: Another number of joints, a header that names only some of them, or several
             columns that may be one joint.
     """
     try:
-        match = None if columns is None else match_joints(columns, joint_names)
+        match = None
+        if columns is not None:
+            match = match_joints(columns, joint_names, beside=beside)
     except ColumnError as error:
         raise RecordingError(f"{file}: {error}; keep those of one arm") from None
     if match is not None:

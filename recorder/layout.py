@@ -7,11 +7,12 @@ from pathlib import Path
 
 from .columns import ANGLES, LENGTHS, Column
 from .coordinates import AXES, MAKERS, MATRIX, QUATERNION, RPY, TURNS, VECTOR
+from .foreign_tables import read_table
 from .joint_columns import ColumnError, match_joints, require_samples
 from .points import coordinates, require_unit, require_vectors, vector_note
 from .recording_error import RecordingError
 from .samples import read_samples
-from .tables import Table, read_table
+from .tables import Table
 
 POSE_FORMS = (*((*AXES, *turn) for turn in TURNS), AXES)
 """Columns of a pose; a place alone comes last, since it leaves the others out."""
@@ -161,17 +162,15 @@ def find_joints(
     """
     if not joint_names:
         return [], ""
-    columns = table.joints(reserved)
+    joints = table.joints(reserved)
+    beside = [c for c in table.columns if c not in reserved and c not in joints]
+    columns = [*joints, *beside]
     names = [column.name for column in columns]
-    match = match_joints(names, joint_names)
+    match = match_joints(names[: len(joints)], joint_names, beside=names[len(joints) :])
     if match and match.note:
         in_order = {names[i].lower() for i in match.order}
         if in_order.issuperset(AXES):
             return None
-    if match is None:  # a joint may be called like a time
-        columns = [column for column in table.columns if column not in reserved]
-        names = [column.name for column in columns]
-        match = match_joints(names, joint_names, in_order=False)
     if match is None:
         return None
     joints = [columns[i] for i in match.order]

@@ -1,6 +1,7 @@
 """A placement: the samples taken at one position of the socket base."""
 
 import math
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,10 +21,17 @@ from .sample_arrays import samples_of_arrays
 
 SOCKETS = 2
 """Number of sockets of a base by default."""
-SAME_ROW = 1e-6
-"""Samples that differ by less are one that was written twice [rad], [m]."""
 DEFAULT_DISTANCE = 0.05
 """Distance of the paper's printed sockets, where none is given [m]."""
+
+
+_OWN = re.compile(r"(hole_\d+|samples|points|poses)\.csv")
+"""Files that a folder is read from; others are tables of their own."""
+
+
+def recorded_at(file: Path) -> Path:
+    """Return the folder of a recording's file, or the table that it is."""
+    return file.parent if _OWN.fullmatch(file.name) else file
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,6 +74,12 @@ class Placement:
     labels: tuple[str, ...] = ()
     """Texts beside the numbers of the first file, line by line. Where they are called like joints,
     the table has a line for each joint, and is refused."""
+    is_table: bool = False
+    """True for a table of another program, which is no folder of its own."""
+    suggestion: str = ""
+    """What a user may say of a table's columns, as the table itself tells."""
+    beside: tuple[str, ...] = ()
+    """Names of columns that count or date the rows, unless a joint is called so."""
     payload: float | None = None
     """Mass at the ball beyond the model's [kg]; None where ``placement.json`` does not give it."""
 
@@ -144,7 +158,9 @@ class Placement:
 
     @property
     def path(self) -> Path | None:
-        """The folder that it was read from."""
+        """The folder that it was read from, or the table."""
+        if self.is_table:
+            return self.files[0]
         return self.files[0].parent if self.files else None
 
     @property
@@ -207,35 +223,20 @@ class Placement:
     def _order(self, joint_names: tuple[str, ...]) -> Match | None:
         """Return where a model's joints stand; None where the files name none."""
         require_samples(self.labels, joint_names, self.first_file)
-        return joint_order(
-            self.joint_names, joint_names, self.samples, self.first_file, self.name
-        )
-
-    def distinct(self) -> "Placement":
-        """Return the placement with samples that are equal once, and a remark on the others.
-
-        Equal are the socket, the joint positions, and what an instrument measured there, the latter
-        two to :data:`SAME_ROW`. The first of equal samples is kept.
-        """
-        points = [sample.point or () for sample in self.samples]
-        turns = [sample.orientation or () for sample in self.samples]
-        rows = np.column_stack(
-            [self.sockets.astype(float), self.positions, points, turns]
-        )
-        copies = repeated_rows(rows)
-        if not copies:
-            return self
-        samples = tuple(s for i, s in enumerate(self.samples) if i not in copies)
-        lines = [self.samples[i].where.rpartition(":")[2] for i in sorted(copies)]
-        remark = (
-            f"{self.first_file}: {len(copies)} of {len(self.samples)} samples repeat another one "
-            "and do not count"
-        )
-        if all(lines):
-            listed = ", ".join(lines[:LISTED])
-            ellipsis = ", .." if len(lines) > LISTED else ""
-            remark = f"{remark} (lines {listed}{ellipsis})"
-        return replace(self, samples=samples, remarks=(*self.remarks, remark))
+        try:
+            return joint_order(
+                self.joint_names,
+                joint_names,
+                self.samples,
+                self.first_file,
+                self.name,
+                self.beside,
+            )
+        except RecordingError as error:
+            if not self.suggestion:
+                raise
+            words = f"{error}; or say which they are, as in {self.suggestion}"
+            raise RecordingError(words) from None
 
 
 def _reordered(sample: Sample, order: Sequence[int]) -> Sample:
@@ -246,7 +247,7 @@ def _reordered(sample: Sample, order: Sequence[int]) -> Sample:
 
     return replace(
         sample,
-        position=reordered(sample.position),
+        position=reordered((*sample.position, *sample.beside)),
         spread=sample.spread and reordered(sample.spread),
         effort=sample.effort and reordered(sample.effort),
     )
@@ -260,23 +261,3 @@ def _counted(samples: Sequence[Sample]) -> tuple[Sample, ...]:
         last[sample.socket] += 1
         counted.append(replace(sample, place=sample.place or last[sample.socket]))
     return tuple(counted)
-
-
-LISTED = 8
-"""Most lines that a remark names."""
-
-
-def repeated_rows(rows: np.ndarray) -> set[int]:
-    """Return the rows of numbers, shape (N, k), that equal an earlier one to :data:`SAME_ROW`."""
-    weights = np.sqrt(np.arange(2.0, 2.0 + rows.shape[1]))
-    key = rows @ weights
-    copies: set[int] = set()
-    for step in range(1, len(rows)):
-        originals = np.array([i for i in range(len(rows)) if i not in copies])
-        order = originals[np.argsort(key[originals], kind="stable")]
-        first, second = order[:-step], order[step:]
-        if not (key[second] - key[first] < SAME_ROW * weights.sum()).any():
-            break
-        close = np.abs(rows[first] - rows[second]).max(axis=1) < SAME_ROW
-        copies |= set(np.maximum(first[close], second[close]).tolist())
-    return copies

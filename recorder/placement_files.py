@@ -3,10 +3,16 @@
 from dataclasses import replace
 from pathlib import Path
 
+from .coordinates import AXES, QUATERNION
 from .files import replace_files
 from .metadata import metadata_file
 from .placement import Placement
+from .points import POINTS, POSES
+from .recording_error import RecordingError
+from .sample import Sample
 from .samples import SAMPLES, capture_line, header_line
+
+_MEASURED = "# measured flange poses"
 
 
 def hole_files(placement: Placement) -> dict[str, bytes]:
@@ -38,8 +44,7 @@ def sample_files(placement: Placement) -> dict[str, bytes]:
 
     Samples are numbered anew, from 1. Joints without a name are called joint1, joint2, ...
     """
-    count = len(placement.samples[0].position)
-    names = placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
+    names = _names(placement)
     numbered = [
         replace(s, number=number) for number, s in enumerate(placement.samples, start=1)
     ]
@@ -55,3 +60,49 @@ def _metadata(placement: Placement) -> dict[str, bytes]:
         "distance_measured": not placement.distance_assumed,
     }
     return metadata_file(facts)
+
+
+def point_files(placement: Placement) -> dict[str, bytes]:
+    """Return the content of ``points.csv`` by its name; orientations have no place in it."""
+    lines = [",".join([*_names(placement), *AXES])]
+    for sample in placement.samples:
+        lines.append(
+            ",".join(map(repr, [*sample.position, *_point(placement, sample)]))
+        )
+    return {POINTS: ("\n".join(lines) + "\n").encode()}
+
+
+def pose_files(placement: Placement) -> dict[str, bytes]:
+    """Return the content of ``poses.csv`` by its name: measured poses of the flange."""
+    lines = [_MEASURED, ",".join([*_names(placement), *AXES, *QUATERNION])]
+    for sample in placement.samples:
+        if sample.orientation is None:
+            raise RecordingError(
+                f"{placement.name}: no instrument measured orientations"
+            )
+        pose = (*_point(placement, sample), *sample.orientation)
+        lines.append(",".join(map(repr, [*sample.position, *pose])))
+    return {POSES: ("\n".join(lines) + "\n").encode()}
+
+
+def own_files(placement: Placement) -> dict[str, bytes]:
+    """Return a placement in the form that holds all that was measured."""
+    first, *_ = placement.samples
+    if first.point is None:
+        return sample_files(placement)
+    return (
+        point_files(placement) if first.orientation is None else pose_files(placement)
+    )
+
+
+def _names(placement: Placement) -> tuple[str, ...]:
+    count = len(placement.samples[0].position)
+    return placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
+
+
+def _point(placement: Placement, sample: Sample) -> tuple[float, float, float]:
+    if sample.point is None:
+        raise RecordingError(
+            f"{placement.name}: no instrument measured it; give --to samples"
+        )
+    return sample.point

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from .cells import comment_line
 from .columns import ANGLES, DEGREES, LENGTHS, UNITS, Column
 from .coordinates import (
     AXES,
@@ -27,11 +26,12 @@ from .coordinates import (
     VECTOR,
     match_coordinates,
 )
+from .foreign_tables import read_table
 from .joint_columns import ColumnError
 from .placement import Placement
 from .recording_error import RecordingError
 from .sample import Sample
-from .tables import Table, read_table
+from .tables import Table
 
 POINTS, POSES = "points.csv", "poses.csv"
 CLOCKS = ("time", "temperature")
@@ -56,7 +56,12 @@ def read_points(file: Path, name: str) -> Placement:
         RecordingError: Missing columns, unknown units, or a quaternion not of unit length; the
             message names file and line.
     """
-    table = read_table(file)
+    return placement_of_points(read_table(file), name)
+
+
+def placement_of_points(table: Table, name: str) -> Placement:
+    """Return the placement of a table as :func:`read_points` does."""
+    file = table.file
     headless = table.header is None and file.name == POINTS
     measured, form = _measured(table, headless)
     joints = table.joints(measured)
@@ -64,17 +69,26 @@ def read_points(file: Path, name: str) -> Placement:
         raise _no_columns(file, form)
     called = [column for column in table.columns if column.name.lower() in CLOCKS]
     clocks = [column for column in called if not table.is_text(column.index)]
+    beside = table.beside(measured)
     positions = table.numbers(joints, gaps=not headless)
+    numbers_beside = table.numbers(beside, gaps=True)
     times = table.numbers(clocks)
     samples: list[Sample] = []
     for i, (x, y, z, *turn) in enumerate(table.numbers(measured)):
         where = table.where(i)
-        sample = Sample(positions[i], 0, where=where, point=(x, y, z), turn=tuple(turn))
+        sample = Sample(
+            positions[i],
+            0,
+            where=where,
+            point=(x, y, z),
+            turn=tuple(turn),
+            beside=numbers_beside[i],
+        )
         if turn:
             sample = replace(sample, orientation=unit_quaternion(turn, form, where))
         clock_times = {c.name.lower(): t for c, t in zip(clocks, times[i], strict=True)}
         samples.append(replace(sample, **clock_times))
-    comment = comment_line(file).lower()
+    comment = table.comment.lower()
     meanings = [meaning for meaning, word in _MEANINGS if word in comment]
     joint_names = tuple(column.name for column in joints)
     note = vector_note(table, measured, form)
@@ -85,6 +99,7 @@ def read_points(file: Path, name: str) -> Placement:
         files=(file,),
         remarks=(*table.notes, *filter(None, [note])),
         poses_of=meanings[0] if meanings else None,
+        beside=tuple(column.name for column in beside),
     )
 
 
@@ -92,7 +107,8 @@ def _measured(table: Table, headless: bool) -> tuple[list[Column], tuple[str, ..
     """Return the columns of the place and the turn that were measured, and the turn's form."""
     if headless:
         return table.columns[-3:], ()
-    forms = ((),) if table.file.name == POINTS else TURNS
+    names = {POINTS: ((),), POSES: TURNS}
+    forms = names.get(table.file.name, (*TURNS, ()))
     for form in forms:
         columns = coordinates(table, (*AXES, *form), FLANGE)
         if columns is not None:

@@ -70,7 +70,7 @@ def _by_fields(
         index = fields.get(("position", number), len(cells))
         if max(i, index) < len(cells) and cells[i].strip():
             positions[cells[i].strip()] = cells[index]
-    stamp = cells[clock].strip()
+    stamp = cells[clock].strip() if clock < len(cells) else ""
     time = _seconds(int(stamp)) if stamp.isdecimal() else ""
     return _Message(line, time, positions)
 

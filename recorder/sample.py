@@ -44,6 +44,8 @@ class Sample:
     """Numbers of the orientation as its file has them [rad]."""
     temperature: float | None = None
     """Of the arm [K], or beside what an instrument measured, in any unit."""
+    beside: tuple[float, ...] = field(default=(), compare=False)
+    """Numbers that count or date the row, in the order of their placement's names."""
     place: int = field(default=0, compare=False)
     """Counts the samples of its socket as recorded, from 1; its placement sets it."""
 

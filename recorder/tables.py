@@ -7,7 +7,7 @@ below it; text, times and row numbers beside what is wanted. Nothing here knows 
 
 import csv
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -15,7 +15,6 @@ from pathlib import Path
 from ..errors import is_number
 from .cells import (
     number_of,
-    read_text,
     records_of,
     require_columns,
     seconds_of,
@@ -23,9 +22,14 @@ from .cells import (
     uncommented,
 )
 from .columns import ANGLES, LENGTHS, Column, column_of
-from .first_line import GARBLED, are_units, header_of
+from .first_line import GARBLED, Line, are_units, header_of
 from .recording_error import EmptyRecordingError, RecordingError
-from .ros_text import named_states
+
+Arranged = Callable[[list[Line], str], tuple[list[Line], list[str]]]
+
+
+def _as_it_is(records: list[Line], _: str) -> tuple[list[Line], list[str]]:
+    return records, []
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,8 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
     units: tuple[str, ...] = ()
     """The line of units below the header, where there is one."""
+    comment: str = ""
+    """Text of a first line that is a comment."""
     notes: tuple[str, ...] = ()
     """Remarks for people on what was left out, one line each."""
 
@@ -70,9 +76,16 @@ class Table:
 
     def joints(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that may be joints: numbers, and neither times nor row numbers."""
+        columns = self._of_numbers(reserved)
+        return [c for c in columns if not (self.header and c.aside)]
+
+    def beside(self, reserved: Collection[Column] = ()) -> list[Column]:
+        """Return the columns that count or date the rows, unless a joint is called so."""
+        columns = self._of_numbers(reserved)
+        return [c for c in columns if self.header and c.aside and c.may_be_joint]
+
+    def _of_numbers(self, reserved: Collection[Column]) -> list[Column]:
         columns = [column for column in self.columns if column not in reserved]
-        if self.header:
-            columns = [column for column in columns if not column.aside]
         return [column for column in columns if not self.is_text(column.index)]
 
     def numbers(
@@ -116,26 +129,24 @@ def scale_of(column: Column) -> float:
     return {**ANGLES, **LENGTHS}.get(column.unit, 1.0)
 
 
-def read_table(file: Path, names: Collection[str] = ()) -> Table:
-    """Read a file of cells, with or without a header line.
-
-    Separators are commas, semicolons, tabs, or blanks, as the first line tells; by anything but
-    commas, a number may have a decimal comma. Separators at the ends of all lines are left out.
+def table_of(
+    text: str, file: Path, names: Collection[str] = (), arranged: Arranged = _as_it_is
+) -> Table:
+    """Return the cells of a text; messages begin with the file.
 
     Args:
-        file: The file.
+        text: Lines of cells. Commas, semicolons, tabs or blanks part them, as most lines do; by
+            anything but commas, a number may have a decimal comma. Separators at the ends of all
+            lines are left out.
+        file: Its name, for messages.
         names: Names that a header would hold, such as a model's joints; a first line that holds
             them all is the header, whatever they look like.
+        arranged: Makes lines of a program's own a header and rows, with remarks on it.
 
     Raises:
-        RecordingError: The file is missing, empty, or only a header; its lines differ in length.
-            The message names file and line.
+        RecordingError: Nothing but a header, or lines that differ in length; the message names file
+            and line.
     """
-    return table_of(read_text(file), file, names)
-
-
-def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
-    """Return the cells of a text as by :func:`read_table`; messages begin with the file."""
     require_columns(text, file)
     try:
         records = records_of(uncommented(text))
@@ -149,7 +160,7 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
         records = [(line, row[:-1]) for line, row in records]
     if not records:
         raise EmptyRecordingError(f"{file}: empty; expected one configuration a line")
-    records = named_states(records) or records
+    records, left_out = arranged(records, text)
     first, *others = records
     units: tuple[str, ...] = ()
     header = header_of(text, file, first, others, set(names))
@@ -164,11 +175,17 @@ def table_of(text: str, file: Path, names: Collection[str] = ()) -> Table:
     width = len(header or records[0][1])
     rows = [(line, _fitting(file, line, row, width)) for line, row in records]
     lines, cells = zip(*rows, strict=True)
-    notes: list[str] = []
+    notes = [f"{file}:{remark}" for remark in left_out]
     if header and any(map(str.isdecimal, header)):
         words = f"{','.join(header):.40} are taken for names, not for a sample"
         notes.append(f"{file}:{first[0]}: {words}")
-    return Table(file, header, lines, cells, units, tuple(notes))
+    comment = _comment(text)
+    return Table(file, header, lines, cells, units, comment, tuple(notes))
+
+
+def _comment(text: str) -> str:
+    first = text.partition("\n")[0]
+    return first.lstrip("# ").strip() if first.startswith("#") else ""
 
 
 def _fitting(

@@ -1,6 +1,8 @@
 """Tables of one arm's joints as many programs write them, by the name of the look."""
 
+import io
 import math
+import zipfile
 
 import numpy as np
 
@@ -63,6 +65,43 @@ def universal_robots(separator):
     return text_of(head, rows, separator)
 
 
+PARTS = {
+    "xl/workbook.xml": '<workbook xmlns="{main}" xmlns:r="{office}/relationships"><sheets>'
+    '<sheet name="Empty" sheetId="2" r:id="rId2"/><sheet name="Cell 3" sheetId="1" r:id="rId1"/>'
+    "</sheets></workbook>",
+    "xl/_rels/workbook.xml.rels": '<Relationships xmlns="{package}/relationships">'
+    '<Relationship Id="rId1" Type="t" Target="worksheets/sheet1.xml"/>'
+    '<Relationship Id="rId2" Type="t" Target="/xl/worksheets/sheet2.xml"/></Relationships>',
+    "xl/worksheets/sheet2.xml": '<worksheet xmlns="{main}"><sheetData/></worksheet>',
+    "xl/worksheets/sheet1.xml": '<worksheet xmlns="{main}"><sheetData>{rows}</sheetData>'
+    "</worksheet>",
+    "xl/sharedStrings.xml": '<sst xmlns="{main}">{words}</sst>',
+}
+"""Parts of a workbook as spreadsheets save it; the first sheet is empty."""
+SPACES = {
+    "main": "http://schemas.openxmlformats.org/spreadsheetml/2006/main",
+    "office": "http://schemas.openxmlformats.org/officeDocument/2006",
+    "package": "http://schemas.openxmlformats.org/package/2006",
+}
+
+
+def workbook(text, first_row=3, **parts):
+    """XLSX of a table between commas, below some empty rows."""
+    names, *lines = (line.split(",") for line in text.splitlines())
+    cells = [[f't="s"><v>{i}' for i in range(len(names))]]
+    cells += [[f"><v>{number}" for number in line] for line in lines]
+    rows = ""
+    for i, row in enumerate(cells, first_row):
+        columns = (f'<c r="{chr(65 + k)}{i}" {cell}</v></c>' for k, cell in enumerate(row))
+        rows += f'<row r="{i}">{"".join(columns)}</row>'
+    words = "".join(f"<si><t>{name}</t></si>" for name in names)
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, part in (PARTS | parts).items():
+            archive.writestr(name, part.format(rows=rows, words=words, **SPACES))
+    return stream.getvalue()
+
+
 LOOKS = {
     "plain": text_of([], Q.tolist()),
     "names": named("{}"),
@@ -100,6 +139,22 @@ LOOKS = {
     "tuples": "".join(f"({str(row)[1:-1]}),\n" for row in Q.tolist()),
     "unit row": named("{}").replace("\n", "\nrad,rad,rad,rad,rad,rad\n", 1),
     "unit row in degrees": named("{}", scale=180 / math.pi).replace("\n", f"\n{'[deg],' * 6}\n", 1),
+    "German degrees": named("{} [Grad]", scale=180 / math.pi),
+    "degrees behind a stroke": named("{} / °", scale=180 / math.pi),
+    "a title": "Cell 3, my arm\n" + named("{}"),
+    "a title that a spreadsheet pads": "my arm,,,,,\n" + named("{}"),
+    "groups, names, units": "Joints,,,,,\n"
+    + text_of([f"J{k}" for k in range(1, 7)], (180 / math.pi * Q).tolist()).replace(
+        "\n", f"\n{','.join(['deg'] * 6)}\n", 1
+    ),
+    "remarks row": named("{}").replace("\n", "\nfirst,b,c,d,e,f\n", 1),
+    "comments behind strokes": "// by hand\n" + named("{}").replace("\n", " // noted\n"),
+    "blanks in names without a comma": text_of([f"Axis {k}" for k in range(1, 7)], Q.tolist(), " "),
+    "pendant of Universal Robots": text_of(
+        [f"{n} [°]" for n in ("Base", "Shoulder", "Elbow", "Wrist 1", "Wrist 2", "Wrist 3")],
+        (180 / math.pi * Q).tolist(),
+    ),
+    "pendant of Yaskawa": text_of(list("SLURBT"), Q.tolist()),
     "q1": text_of([f"q{k}" for k in range(1, 7)], Q.tolist()),
     "q_0": text_of([f"q_{k}" for k in range(6)], Q.tolist()),
     "J1": text_of([f"J{k}" for k in range(1, 7)], Q.tolist()),
@@ -130,6 +185,13 @@ LOOKS = {
     "commands": text_of(
         [f"{p}{n}" for p in ("target_", "actual_") for n in UR], [[*q + 0.01, *q] for q in Q]
     ),
+    "commands behind the names": text_of(
+        [f"{n}_{kind}" for kind in ("cmd", "fbk") for n in UR], [[*q + 0.01, *q] for q in Q]
+    ),
+    "commands in German": text_of(
+        [f"Achse {k} {kind}" for kind in ("Soll", "Ist") for k in range(1, 7)],
+        [[*q + 0.01, *q] for q in Q],
+    ),
     "ros2 topic echo --csv": ros2_echo(),
     "rostopic echo -p": rostopic(),
     "PlotJuggler": plot_juggler(),
@@ -141,6 +203,7 @@ BYTES = {
     "CR": named("{}").replace("\n", "\r").encode(),
     "UTF-16": named("{}").encode("utf-16"),
     "Latin-1": named("{} [°]", scale=180 / math.pi).encode("latin-1"),
+    "XLSX": workbook(named("{} [deg]", scale=180 / math.pi)),
     "no last line break": named("{}").rstrip("\n").encode(),
 }
 BYTES |= {look: text.encode() for look, text in LOOKS.items()}
@@ -163,6 +226,11 @@ PROGRAMS = {
     "numpy's header": "numpy, `savetxt(FILE, header=..)`",
     "dates": "times as text",
     "image names": "names of images",
+    "German degrees": "degrees in German",
+    "pendant of Universal Robots": "names on a pendant of Universal Robots, which is said",
+    "pendant of Yaskawa": "names on a pendant of Yaskawa; the T is no time",
+    "groups, names, units": "groups of columns above their names",
+    "comments behind strokes": "notes behind two strokes",
     "q1": "numbers of joints; taken in order, which is said",
     "lists": "lists as Python prints them; taken in order",
     "plain": "no header; taken in order",

@@ -46,8 +46,12 @@ LOOKS = {
     "weight.",
     "repeated": "Most samples of a placement are in a few postures, recorded again and again.",
     "stuck": "One joint reads the same to the last digit while the others move.",
+    "commands": "Errors grow with each joint's load, in all joints by one share: servos sag below "
+    "what they are told, and a file of goals does not hold that.",
     "lag": "Each sample is off towards the one before it: it was taken before the arm stood still.",
     "base_moved": "From one sample on all balls are displaced alike in space.",
+    "base_tipped": "Some samples in a row are displaced alike in space. Those before and "
+    "after them fit.",
     "base_between": "The samples fit, but the sockets of one base come out at another distance "
     "than stated. Those of the other bases do not.",
     "drift": "Errors grow steadily in the order of recording: a base that creeps, a table that "

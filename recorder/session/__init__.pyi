@@ -3,6 +3,7 @@ from .actions import SessionActions as SessionActions
 from .actions import Sound as Sound
 from .actions import StreamAlerts as StreamAlerts
 from .alarms import NO_ANSWERS as NO_ANSWERS
+from .alarms import SLIPS as SLIPS
 from .alarms import Alarm as Alarm
 from .alarms import Answers as Answers
 from .alarms import Cause as Cause

@@ -12,10 +12,11 @@ from ..stream import StationaryPose, Stream, StreamMonitor
 from .recording_file import Recording
 from .session import BLOCK, Session
 
-CAPTURED, REFUSED, DONE = 1, 2, 3
-"""Numbers of tones."""
+CAPTURED, REFUSED, DONE = ".", "..", "..."
+ALARM, ENOUGH, NEXT_PLACE = ".. .. ..", "... ...", "... ."
+"""Patterns of tones: a dot is one, a blank a pause."""
 APART = 0.25
-"""Time between two tones [s]; terminals merge tones that are closer."""
+"""Time from a tone, or a pause, to the next [s]; terminals merge tones that are closer."""
 ALIKE = math.radians(25)
 """Poses within this of each other on every joint tell hardly any parameter [rad]."""
 SAME_READING = 3e-4
@@ -26,23 +27,33 @@ from the others"; None if nothing is odd."""
 
 
 class Sound:
-    """Bell that rings several times, without waiting, unless it is off."""
+    """Bell that rings patterns unless it is off, and a voice if there is one, without waiting."""
 
-    def __init__(self, ring: Callable[[], None], *, on: bool = True) -> None:
+    def __init__(
+        self,
+        ring: Callable[[], None],
+        *,
+        on: bool = True,
+        say: Callable[[str], None] | None = None,
+    ) -> None:
         self._ring = ring
         self._on = on
-        self._left = 0
+        self._say = say
+        self._pattern = ""
         self._next = -math.inf
 
-    def play(self, tones: int) -> None:
-        """Begin with some tones, in place of those that have not sounded yet."""
-        self._left = tones if self._on else 0
+    def play(self, pattern: str, words: str = "") -> None:
+        """Begin with a pattern, in place of what has not sounded yet, and say some words."""
+        self._pattern = pattern if self._on else ""
+        if self._say and words:
+            self._say(words)
 
     def update(self, now: float) -> None:
         """Sound the next tone if it is due at this time [s, monotonic]."""
-        if self._left and now >= self._next:
-            self._ring()
-            self._left -= 1
+        if self._pattern and now >= self._next:
+            if self._pattern[0] == ".":
+                self._ring()
+            self._pattern = self._pattern[1:]
             self._next = now + APART
 
 
@@ -63,10 +74,10 @@ class SessionActions:
         """Show a message to the operator."""
         self.session = self.session.with_message(text)
 
-    def alarm(self, text: str) -> None:
+    def alarm(self, text: str, pattern: str = REFUSED) -> None:
         """Show a message that needs attention."""
         self.session = self.session.with_message(text, alarm=True)
-        self.sound.play(REFUSED)
+        self.sound.play(pattern, text)
 
     def keep(self, text: str) -> None:
         """Go on although an alarm said this; the recording says so from now on."""
@@ -112,7 +123,8 @@ class SessionActions:
         further = "s for the next socket, " if self.session.sockets > 1 else ""
         message += f"; that is the target: {further}q to finish" if done else ""
         self.notify(message)
-        self.sound.play(DONE if done or self.session.turn_done else CAPTURED)
+        is_done = done or self.session.turn_done
+        self.sound.play(DONE if is_done else CAPTURED, f"got {sample.number}")
         taken = len(self.session.live)
         if taken % BLOCK == 0 and self.session.span < ALIKE:
             self.alarm(
@@ -149,6 +161,14 @@ class SessionActions:
         for number in numbers:
             self.delete(number)
         self.session = self.session.doubting(numbers)
+
+    def avoid(self, pose: tuple[float, ...] | None) -> None:
+        """Propose a pose and its neighbours no more."""
+        if pose is None:
+            self.alarm("no pose is proposed now")
+            return
+        self.session = replace(self.session, avoided=(*self.session.avoided, pose))
+        self.notify("that pose and its neighbours are proposed no more")
 
     def measured_again(self, distance: float) -> bool:
         """Write a further reading of the sockets' distance [m]; return whether it is as before."""
@@ -206,6 +226,8 @@ class SessionActions:
             readings_changed=readings_changed,
         )
         doubts = set(numbers) & set(session.doubted) & set(session.withdrawn)
+        if not self.has_samples_before(numbers):
+            return False
         leaving = [s for s in session.live if numbers and s.number >= min(numbers)]
         part = [s for s in session.samples if s in leaving or s.number in doubts]
         try:
@@ -220,6 +242,17 @@ class SessionActions:
         for sample in leaving:
             self.session = self.session.without(sample.number)
         return True
+
+    def has_samples_before(self, numbers: Sequence[int] = ()) -> bool:
+        """Return whether a sample would stay if those from the first of some on left; else say so.
+
+        A folder without one may as well be the next placement's.
+        """
+        first = min(numbers, default=math.inf)
+        stay = any(sample.number < first for sample in self.session.live)
+        if not stay:
+            self.alarm("no new placement: no sample would stay in this one; go on here")
+        return stay
 
     def switch(self, socket: int) -> None:
         """Go on in another socket."""

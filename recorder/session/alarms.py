@@ -1,21 +1,36 @@
 """Alarms: faults that the samples show, the keys that cure them, and the operator's answers."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from .. import Sample
 
-Cause = Literal["base", "ball", "socket", "distance", "joints", "other"]
+Cause = Literal[
+    "base",
+    "passing",
+    "ball",
+    "flange",
+    "socket",
+    "distance",
+    "joints",
+    "model",
+    "other",
+]
 NEAR = 2
 """Samples by which the begin of one fault may be told differently as more are recorded."""
-CURES: dict[Cause, str] = {
-    "base": "n new placement, ",
-    "ball": "x take back, n base moved, ",
-    "socket": "s mends it, ",
-    "distance": "m type it measured again, ",
-    "joints": "n new placement, ",
-    "other": "",
+SLIPS = "JOINT SLIPS"
+"""Words for a joint whose readings changed again after the first change was kept."""
+CURES: dict[Cause, tuple[str, ...]] = {
+    "base": ("n new placement",),
+    "passing": ("x take back",),
+    "ball": ("x take back", "n base moved"),
+    "flange": ("n new placement",),
+    "socket": ("s mends it",),
+    "distance": ("m type it measured again",),
+    "joints": ("n new placement",),
+    "model": ("q finish, and mend it",),
+    "other": (),
 }
 """Keys that cure each kind of cause, the likeliest cure first."""
 
@@ -33,16 +48,34 @@ class Alarm:
     """Numbers of the samples that it concerns; none where it concerns all."""
     socket: int = 0
     """The one in which the ball truly was."""
+    joint: str = ""
+    """The one that reads otherwise; empty where it is none."""
+    stays: bool = True
+    """True if samples stay where they are when those of the alarm go into a new placement."""
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        """Keys that answer it, each with what it does, the likeliest cure first."""
+        cures = (c for c in CURES[self.cause] if self.stays or not c.startswith("n "))
+        return (*cures, "k keep")
 
     @property
     def reason(self) -> str:
-        """The line, with the keys that cure it."""
-        return f"{self.text}: {CURES[self.cause]}k keep"
+        """The line, with the keys that answer it."""
+        return f"{self.text}: {', '.join(self.answers)}"
 
     def is_like(self, alarm: "Alarm") -> bool:
         """Return whether two alarms tell of one fault, which further samples locate better."""
         first, second = (*self.samples, 0)[0], (*alarm.samples, 0)[0]
-        return self.cause == alarm.cause and abs(first - second) <= NEAR
+        is_same = self.words == SLIPS and self.joint == alarm.joint
+        return is_same or (self.cause == alarm.cause and abs(first - second) <= NEAR)
+
+    def after(self, kept: Iterable["Alarm"]) -> "Alarm":
+        """Return it as it is told after some that were kept: a joint that slipped before slips."""
+        if not self.joint or all(alarm.joint != self.joint for alarm in kept):
+            return self
+        text = f"{self.joint} reads otherwise again and again: mend it"
+        return replace(self, words=SLIPS, text=text)
 
 
 @dataclass(frozen=True)
@@ -55,10 +88,18 @@ class Answers:
     """The last samples, as far as alarms took them back; what they have in common is evidence."""
     distance: float | None = None
     """Distance of the sockets, by the last reading [m]; None where nobody said it."""
+    avoided: tuple[tuple[float, ...], ...] = ()
+    """Proposed poses that cannot be taken here."""
+    confined: bool = False
+    """True once several proposals in a row were not followed: the arm may not get farther."""
 
     def open_alarms(self, alarms: Iterable[Alarm]) -> tuple[Alarm, ...]:
         """Return the alarms that are not answered."""
-        return tuple(a for a in alarms if not any(map(a.is_like, self.kept)))
+        return tuple(
+            alarm.after(self.kept)
+            for alarm in alarms
+            if not any(kept.is_like(alarm) for kept in self.kept)
+        )
 
 
 NO_ANSWERS = Answers()

@@ -6,12 +6,22 @@ from typing import Literal, Protocol
 
 from ...drivers import clock
 from .. import Sample
-from .actions import DONE, SessionActions, Sound
+from .actions import ALARM, DONE, ENOUGH, NEXT_PLACE, SessionActions, Sound
 from .alarms import NO_ANSWERS, Alarm, Answers
 from .session import Session
 
 LATE = 15.0
 """Longest time that an answer usually takes [s]."""
+FOLLOWED = math.radians(45)
+"""A sample with each joint this near to the proposed pose followed it [rad]."""
+UNFOLLOWED = 3
+"""So many proposals in a row that were not followed say that the arm gets no farther here."""
+CONFINED = (
+    "proposals were not followed: from now on poses only as far as the samples went "
+    "(--turn DEG says so from the start, b drops one pose)"
+)
+WORDS = {ENOUGH: "enough", NEXT_PLACE: "next place", DONE: "next socket"}
+"""Words for the tones of an end."""
 INFORMATIVE = 3
 """Samples from which on a prediction rests on more than the prior of the ball's place."""
 
@@ -92,10 +102,12 @@ class Advice:
     def carried_on(self, session: Session) -> "Advice":
         """Return the advice for a session that went on since: the next pose that is not taken."""
         count, socket = len(session.live), session.socket
-        if (count, socket) == (self.count, self.socket):
+        is_open = self.target not in session.avoided
+        if (count, socket) == (self.count, self.socket) and is_open:
             return self
         route = self.route[max(count - self.count, 0) :]
-        poses = [q for k, q in route if k == socket and not session.repeated(q)]
+        ahead = [q for k, q in route if k == socket and q not in session.avoided]
+        poses = [q for q in ahead if not session.repeated(q)]
         return replace(self, target=next(iter(poses), None), lift=False, leave=False)
 
     @property
@@ -140,6 +152,8 @@ class GuidanceClient:
         self._asked_at = math.inf
         self._alarms: tuple[Alarm, ...] = ()
         self._kept: tuple[Alarm, ...] = ()
+        self._proposal: tuple[int, tuple[float, ...] | None] = 0, None
+        self._unfollowed = 0
 
     @property
     def advice(self) -> Advice | None:
@@ -156,7 +170,13 @@ class GuidanceClient:
     def answers(self) -> Answers:
         """All that the operator has answered."""
         session = self._actions.session
-        return Answers(self._kept, session.doubted_run, session.distance)
+        return Answers(
+            self._kept,
+            session.doubted_run,
+            session.distance,
+            session.avoided,
+            confined=self._unfollowed >= UNFOLLOWED,
+        )
 
     @property
     def alarm(self) -> Alarm | None:
@@ -178,6 +198,7 @@ class GuidanceClient:
         if self._provider is None:
             return
         self._accept(self._provider.answer())
+        self._see_proposal()
         session = self._actions.session
         request = GuidanceRequest(session.live, session.socket, position, self.answers)
         if self._provider.idle and not request.is_like(self._request):
@@ -187,6 +208,22 @@ class GuidanceClient:
             trouble = self._provider.trouble
             self._actions.notify(f"no advice any more: {trouble}; recording goes on")
             self._provider = self._advice = None
+
+    def _see_proposal(self) -> None:
+        """Count the proposals in a row that were not followed, until they are too many."""
+        session = self._actions.session
+        count, target = self._proposal
+        if target and self._unfollowed < UNFOLLOWED:
+            taken = session.live[count : count + 1]
+            if target in session.avoided:
+                self._unfollowed += 1
+            elif taken and session.same(taken[0].position, target, FOLLOWED):
+                self._unfollowed = 0
+            elif taken:
+                self._unfollowed += 1
+            if self._unfollowed == UNFOLLOWED:
+                self._actions.notify(f"{UNFOLLOWED} {CONFINED}")
+        self._proposal = len(session.live), self.advice and self.advice.target
 
     def _accept(self, advice: Advice | None) -> None:
         """Take advice over, unless samples that it rests on have changed since the request.
@@ -200,17 +237,22 @@ class GuidanceClient:
         if not advice.early:
             self._advice = advice
         if self.alarm and not (alarm and alarm.cause == self.alarm.cause):
-            self._actions.alarm(f"{self.alarm.words}: {self.alarm.text}")
+            self._actions.alarm(f"{self.alarm.words}: {self.alarm.text}", ALARM)
             return
         if advice.early:
             return
         if advice.fails and advice.fails != (before.fails if before else ""):
             self._actions.notify(f"solve would say FAIL: {advice.fails}")
-        end = (
-            advice.enough
-            or advice.exhausted
-            or (advice.leave and session.block is None)
-        )
-        ended = before and (before.enough or before.exhausted or before.leave)
-        if end and not ended and not self.alarm:
-            self._sound.play(DONE)
+        pattern = _pattern_of(advice, session)
+        is_new = pattern != (before and _pattern_of(before, session))
+        if pattern and is_new and not self.alarm:
+            self._sound.play(pattern, WORDS[pattern])
+
+
+def _pattern_of(advice: Advice, session: Session) -> str:
+    """Return the tones for the end that advice tells; none where it tells none."""
+    if advice.exhausted:
+        return NEXT_PLACE
+    if advice.enough:
+        return ENOUGH
+    return DONE if advice.leave and session.block is None else ""

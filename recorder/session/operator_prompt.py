@@ -109,8 +109,11 @@ class View:
     def large(self) -> str:
         """The words that are read from afar: the two joints that turn most, while a hand leads.
 
-        As in ``J5 -70 J2 +35``, in degrees or millimetres.
+        As in ``J5 -70 J2 +35``, in degrees or millimetres; of an alarm, after the key that it
+        asks for.
         """
+        if self.alarm and self.prompt.words == self.alarm.words:
+            return f"{self.alarm.answers[0][0].upper()}: {self.alarm.words}"
         if self.prompt.words not in ("MOVE", "NEXT POSE") or not self.turns:
             return self.prompt.words
         largest = sorted(self.turns, key=lambda turn: -abs(turn[1]))[:2]

@@ -57,6 +57,8 @@ class Session:
     """Numbers of the samples that were taken back, the last one at the end."""
     doubted: tuple[int, ...] = ()
     """Numbers of those that were taken back because of an alarm."""
+    avoided: tuple[tuple[float, ...], ...] = ()
+    """Proposed poses that the operator says cannot be taken here [rad], [m]."""
     reconnected: tuple[int, ...] = ()
     """Numbers of the samples before which the connection was lost, and came back."""
     distance: float | None = None

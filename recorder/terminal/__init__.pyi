@@ -7,3 +7,4 @@ from .keyboard import Keyboard as Keyboard
 from .outcome import Outcome as Outcome
 from .record import Recorder as Recorder
 from .screen import render as render
+from .speech import Speech as Speech

@@ -21,6 +21,7 @@ KEYS: Mapping[str, str] = {
     "l": "relabel",
     "m": "measure",
     "s": "next",
+    "b": "avoid",
     "q": "finish",
     "?": "help",
     "y": "yes",

@@ -54,7 +54,7 @@ class KeyHandler:
             elif action in ASKS:
                 self.line = TypedLine(action)
             elif action == "new":
-                self.question = MOVED
+                self.question = MOVED if self.actions.has_samples_before() else ""
             else:
                 self._act(action)
 
@@ -66,6 +66,9 @@ class KeyHandler:
             self.actions.undo()
         elif action == "redo":
             self.actions.redo()
+        elif action == "avoid":
+            advice = self.guidance.advice
+            self.actions.avoid(advice.target if advice else None)
         elif action == "next":
             self._switch(self.actions.session.next_socket)
         elif action == "finish":
@@ -95,7 +98,7 @@ class KeyHandler:
             changed = alarm.cause == "joints"
             if not self._start_new_placement(alarm.samples, readings_changed=changed):
                 return True
-        elif action == "delete" and alarm.cause == "ball":
+        elif action == "delete" and alarm.cause in ("ball", "passing"):
             self.actions.doubt(alarm.samples)
         elif action == "measure" and alarm.cause == "distance":
             self.line = TypedLine("measure")

@@ -62,6 +62,8 @@ class Recorder:
     moved: bool = False
     """True if the base was moved a moment ago: a key says when the ball is in it again."""
     sound: bool = True
+    say: Callable[[str], None] | None = None
+    """Says some words aloud; must never wait."""
     resume_summary: Sequence[str] = ()
     """Lines on the recording that is continued, to confirm before anything is captured."""
     guidance: GuidanceProvider | None = None
@@ -71,7 +73,7 @@ class Recorder:
     """Called with every view too; must never wait."""
 
     def __post_init__(self) -> None:
-        self._sound = Sound(self.display.bell, on=self.sound)
+        self._sound = Sound(self.display.bell, on=self.sound, say=self.say)
         self._actions = SessionActions(
             self.session, self.recording, self._sound, self.plausible
         )

@@ -173,7 +173,7 @@ def _hint(view: View, width: int) -> list[Text]:
         return []
     turns = [f"{joint.name} {joint.turned(turn)}" for joint, turn in view.turns]
     lift = "lift the ball out for this one: " if advice.lift else ""
-    text = f"next best ◆: {lift}{', '.join(turns) or 'here'}"
+    text = f"next best ◆ (b: not here): {lift}{', '.join(turns) or 'here'}"
     return _wrapped([text], width, "bold cyan")
 
 

@@ -5,10 +5,19 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from ..diagnostics import predicted_limit
 from ..poses import InverseKinematics
-from ..results import Better, DistanceDeviation, Improvement, Scale, Uncertainty
+from ..results import (
+    Better,
+    DistanceDeviation,
+    Improvement,
+    Interval,
+    Scale,
+    Uncertainty,
+)
+from .error_words import interval_text, short_mm
 from .formatting import joined, mm
 from .limits import (
     NEAR,
@@ -19,7 +28,6 @@ from .limits import (
     Status,
     error_limit,
     limit_row,
-    with_full,
 )
 from .predictions import Coverage, Predictions, travels
 
@@ -61,19 +69,22 @@ def allowance(limit: float, length: float | None) -> Allowance:
 
 
 def predicted_in_words(
-    predicted: float, length: float | None, repeatability: float | None
+    predicted: Interval, length: float | None, repeatability: float | None
 ) -> str:
     """Return a predicted error of distances [m], and whether it asks for another placement.
 
     The allowance is that of the verdict on a calibration, so that all say the same.
     """
-    words = f"distances in the workspace would be known to {mm(predicted)} (1 sigma, median)"
+    words = (
+        f"a distance anywhere in the workspace would be wrong by about {short_mm(predicted.value)} "
+        f"mm ({interval_text(predicted)})"
+    )
     limit = error_limit(repeatability)
     if limit is None:
         return f"{words}; whether that is enough follows from your arm's --repeatability-mm"
     allowed = allowance(limit, length).value
     words = f"{words}, where {mm(allowed)} is asked"
-    if predicted > allowed:
+    if predicted.high > allowed:
         return f"{words}: record another placement"
     return f"{words}: no other placement is needed for that"
 
@@ -109,23 +120,35 @@ def _predicted_row(
 
     Older files have a standard deviation in its place.
     """
-    error = predicted.median if predicted.alone is None else predicted.alone
-    by_full_model = None if predicted.alone is None else predicted.median
     if improvement is not None:
-        error = improvement.now.high
-        by_full_model = improvement.corrected and improvement.corrected.high
+        now, corrected = improvement.now, improvement.corrected
+    elif predicted.alone is not None:
+        now, corrected = _exactly(predicted.alone), _exactly(predicted.median)
+    else:
+        now, corrected = _exactly(predicted.median), None
     if limit.value is None:
-        return limit_row(name, "not evaluated", limit.source, error)
+        return limit_row(name, "not evaluated", limit.source, now.value)
     allowed, reason = allowance(limit.value, predicted.length)
-    status: Status = "pass"
-    text = f"{TITLES[name]} are right to {mm(error)}, where {mm(allowed)} is asked"
-    if error > allowed:
-        status = "not enough"
-        text = f"{TITLES[name]} are right to {mm(error)} only, where {mm(allowed)} is asked"
+    is_kept = now.high <= allowed
+    text = f"{TITLES[name]} are wrong by {mm(now.value)}"
+    if now.low < now.high:
+        text += f" ({interval_text(now)})"
+        reason += f"; {interval_text(now)} mm"
+    text += f", where {mm(allowed)} is asked"
+    if not is_kept:
         text += f"; record more varied samples{_least_travel(coverage)}"
         text += f", and {_next_placement(coverage)}"
-    row = limit_row(name, status, reason, error, allowed, text=text)
-    return with_full(row, by_full_model, "not enough")
+    status: Status = "pass" if is_kept else "not enough"
+    row = limit_row(name, status, reason, now.value, allowed, text=text)
+    row = replace(row, interval=now if improvement else None)
+    if corrected is None:
+        return row
+    by_full_model: Status = "pass" if corrected.high <= allowed else "not enough"
+    return replace(row, full=corrected.value, full_status=by_full_model)
+
+
+def _exactly(error: float) -> Interval:
+    return Interval(value=error, low=error, high=error)
 
 
 def _next_placement(coverage: Coverage) -> str:

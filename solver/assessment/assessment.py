@@ -6,9 +6,9 @@ from itertools import chain
 
 from msgspec import structs
 
-from ..diagnostics import inspect_all
+from ..diagnostics import Survey, inspect_all
 from ..identification.data import Measurement
-from ..results import CalibratedRobot, CalibrationDocument, Hypothesis, Summary
+from ..results import CalibratedRobot, CalibrationDocument, Summary
 from .conclusion import Verdict, conclude
 from .data_sufficiency import checks_row, rows_of_the_fit
 from .errors import (
@@ -19,7 +19,7 @@ from .errors import (
     placement_reports,
     role_summaries,
 )
-from .held_out import between_row, error_rows, held_out_rows
+from .held_out import between_row, error_rows, held_out_rows, measured_errors
 from .limits import LimitResult, Limits, Options, limits_of
 from .predictions import Coverage, Predictions, coverage, predict
 from .scale_check import rests_on
@@ -69,7 +69,12 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
     causes, proved = document.hypotheses or (), held_out[0].found is not None
     held_out_summary = document.summary.test if proved else None
     verdict = conclude(
-        rows, document.better, held_out_summary, rests_on(document), causes
+        rows,
+        document.better,
+        held_out_summary,
+        rests_on(document),
+        causes,
+        measured_errors(predictions),
     )
     tolerance = TOLERANCE if options.task is None else options.task
     summary = role_summaries(predictions, tolerance)
@@ -86,8 +91,8 @@ def rows_since(
     *,
     zeros: bool,
     compared: bool,
-) -> tuple[list[LimitResult], tuple[Hypothesis, ...]]:
-    """Return the rows of a verdict on samples recorded later, and hypotheses that explain them.
+) -> tuple[list[LimitResult], Survey]:
+    """Return the rows of a verdict on samples recorded later, and what was seen in them.
 
     ``new`` are the errors of ``data``, None where all were trained on. Where explanations were
     ``compared`` by their evidence, few samples, or an arm of unknown limits, need not keep limits.
@@ -104,4 +109,4 @@ def rows_since(
                 rows[i] = structs.replace(row, status="warning", text=text)
     robot = calibrated.robot.with_origins(calibrated.origins)
     survey = inspect_all(robot, data, zeros=zeros, repeatability=limits.repeatability)
-    return [*rows, checks_row(survey.diagnostics)], survey.hypotheses
+    return [*rows, checks_row(survey.diagnostics)], survey

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 
 from msgspec.structs import replace
 
-from ...errors import fixed
 from ..results import Better, Hypothesis, Summary
-from .formatting import joined, percent
+from .error_words import corrected_joints_in_words, figures_in_words, in_100
+from .held_out import MeasuredErrors
 from .limits import LIMITS, NEAR, WORKSPACE, LimitResult
 from .verdict import (
     INSTRUMENT,
@@ -33,7 +33,6 @@ CONTRADICTED = (
 FEW = ("samples", "travel", "known")
 """Rows by which more samples are asked for, where a model is not shown to be better."""
 URDF = "calibrated.urdf"
-_LOAD, _NOT = "USE IT:", "DO NOT LOAD IT:"
 
 
 def conclude(
@@ -42,6 +41,7 @@ def conclude(
     held_out: Summary | None,
     rests_on: Sequence[Premise] = (),
     causes: Sequence[Hypothesis] = (),
+    measured: MeasuredErrors | None = None,
 ) -> Verdict:
     """Return the verdict on a calibration.
 
@@ -49,15 +49,17 @@ def conclude(
         rows: Limits, and what else bears on the calibration.
         better: Errors before and now; None where no posterior is known.
         held_out: Errors held out, which decide then.
-        rests_on: What a PASS rests on.
+        rests_on: What the answer relies on.
         causes: Explanations of the recordings, the most probable first.
+        measured: True errors at held-out points, the authority where there are any.
     """
     contradiction = [
         row for row in rows if row.status == "fail" and row.name not in LIMITS
     ]
     doubts = [row for row in rows if row.status == "not enough" and row.name in DOUBTS]
     held_back = _held_back(rows)
-    certain = is_better(better, held_out)
+    proved = measured and measured.is_better
+    certain = is_better(better, held_out) if proved is None else proved
     status: Outcome = "incomplete"
     kind: Kind | None = "no_better"
     if contradiction:
@@ -76,13 +78,22 @@ def conclude(
     untold = contradiction or [row for row in doubts if row.name in UNTOLD]
     stated = None if untold else better
     unshown = [row for row in rows if row.doubt]
-    lines = _answer(stated, first, unshown, scope, use=use, certain=bool(certain))
+    odds = "" if stated is None else f" ({in_100(stated.probability)})"
+    if measured is not None and proved is not None:
+        odds = f" ({measured.text})"
+    lines = _answer(
+        stated, first, unshown, scope, rests_on, odds, use=use, certain=bool(certain)
+    )
+    if measured is not None:
+        sizes = [row for row in rows if row.name == "scale" and row.status == "warning"]
+        lines += [sentence(row.text) for row in sizes]
     if better and untold:
         lines = [CONTRADICTED, *lines]
     verdict = verdict_of(rows, causes, status, kind, scope)
+    near = " near the recorded places" * (scope == "recorded_places")
     return replace(
         verdict,
-        title=_title(verdict.title, scope, rests_on),
+        title=f"{verdict.title}{near}",
         answer=tuple(lines),
         use=use,
         better=stated,
@@ -113,74 +124,49 @@ def _is_kept(rows: Iterable[LimitResult], name: str) -> bool:
     return any(row.name == name and row.status == "pass" for row in rows)
 
 
-def _title(stamp: str, scope: Scope | None, rests_on: Sequence[Premise]) -> str:
-    if scope is None:
-        return stamp
-    title = stamp if scope == "workspace" else f"{stamp} near the recorded places"
-    return (
-        f"{title}, if {joined([premise.text for premise in rests_on])}"
-        if rests_on
-        else title
-    )
-
-
 def _answer(
     better: Better | None,
     first: Sequence[LimitResult],
     unshown: Sequence[LimitResult],
     scope: Scope | None,
+    premises: Sequence[Premise],
+    odds: str,
     *,
     use: bool,
     certain: bool,
 ) -> list[str]:
-    """Return the two lines: what the errors were and are, and whether to load the model."""
-    odds = "" if better is None else f" ({percent(better.probability)})"
-    than = f"{URDF} is {'' if certain else 'not shown to be '}better than the nominal model{odds}"
-    words = f"{_LOAD if use else _NOT} {than}."
-    if not use and certain:
-        words = f"{_NOT} {sentence(first[0].text)}"
-    elif first:
-        words += f" {sentence(first[0].text)}"
-    elif scope is not None:
-        words += f" {_limits_kept(unshown, scope)}"
+    """Return the answer: the errors, whether to load the model, why or on what it relies."""
     corrected = None if better is None else better.corrected_probability
-    if not use and not certain and corrected is not None and corrected >= SURE:
-        words += f" With corrected joint positions it is better ({percent(corrected)})."
-    return [*([] if better is None else [figures_in_words(better)]), words]
+    reason = [sentence(row.text) for row in first[:1]]
+    lines = [] if better is None else [figures_in_words(better)]
+    if use:
+        lines.append(f"USE IT: load {URDF}. It is better than your file{odds}.")
+        lines += reason or ([] if scope is None else [_limits_kept(unshown, scope)])
+        lines += [" ".join(_first_of_each(premises))] if premises else []
+    elif certain:
+        lines.append(f"DO NOT LOAD IT: {reason[0]}")
+    else:
+        not_better = f"{URDF} is not shown to be better than your file{odds}."
+        lines += [f"DO NOT LOAD IT: {not_better}", *reason]
+    if corrected is not None and corrected >= SURE and better is not None:
+        lines.append(corrected_joints_in_words(better, corrected))
+    return lines
+
+
+def _first_of_each(premises: Sequence[Premise]) -> list[str]:
+    """Return a premise of each name: the shortest distance changes lengths most."""
+    shortest_last = sorted(premises, key=lambda premise: premise.effect or 0.0)
+    by_name = {premise.name: premise.text for premise in shortest_last}
+    names = dict.fromkeys(premise.name for premise in premises)
+    return [by_name[name] for name in names]
 
 
 def _limits_kept(unshown: Sequence[LimitResult], scope: Scope) -> str:
     """Return which limits are kept; ``unshown`` are those whose figures leave a doubt of it."""
-    near = scope == "recorded_places"
-    kept = "all limits"
-    if near:
-        kept = "its limits near the recorded places"
-    words = f"It is within {kept}"
-    if unshown:
-        words += " as measured"
-    if near:
-        words += ", not yet in all the workspace"
-    return "; ".join([words, *(f"its {row.doubt}" for row in unshown)]) + "."
-
-
-def figures_in_words(better: Better) -> str:
-    """Return the errors of distances before and now."""
-    everywhere, recorded = better.workspace, better.recorded_places
-    now, corrected = everywhere.now, everywhere.corrected
-    words = (
-        f"Distances in the workspace were wrong by {_mm(everywhere.before.value)} mm "
-        f"and are now by {_mm(now.value)} (68 %: {_mm(now.low)} to {_mm(now.high)})"
-    )
-    if recorded is not None:
-        words += f"; near the recorded places by {_mm(recorded.now.value)}"
-    if corrected is not None:
-        words += f"; with corrected joint positions by {_mm(corrected.value)}"
-        if recorded is not None and recorded.corrected is not None:
-            words += f" and {_mm(recorded.corrected.value)}"
-    return f"{words}."
-
-
-def _mm(metres: float) -> str:
-    """Return millimetres with two digits that count, such as 2.8, 0.23 and 12."""
-    value = 1e3 * metres
-    return fixed(value, 0 if value >= 9.95 else 1 if value >= 0.995 else 2)
+    words = "All limits are kept"
+    if scope == "recorded_places":
+        words = "The limits are kept near the recorded places, not in all the workspace"
+    if not unshown:
+        return f"{words}."
+    doubts = "; ".join(f"the {row.doubt}" for row in unshown)
+    return f"{words}. Only just: {doubts}."

@@ -18,6 +18,7 @@ from .held_out import drift_rows
 from .limits import (
     LimitResult,
     Limits,
+    is_dwarfed,
     limit_row,
 )
 from .predictions import Coverage, Predictions
@@ -52,12 +53,15 @@ def rows_of_the_fit(
         [p.measured for p in predictions.of_role("train")],
         [p.measured for p in predictions.of_role("test")],
         document.scale,
+        scale_settled=document.settings.get("scale") is not None,
         assumed=assumed_distances(document),
         readings=most_readings(document.placements),
         tied=bool(document.settings.get("known")),
         causes=document.hypotheses or (),
     )
-    rows = recording_rows(document.checks, recordings, drift_doubted=doubted)
+    rows = recording_rows(
+        document.checks, recordings, document.better, drift_doubted=doubted
+    )
     rows += [*drift_rows(predictions, limits), distortion_row(document)]
     rows.append(travel_row(covered, joints_held(predictions)))
     if document.uncertainty is None and document.method == "paper":
@@ -75,6 +79,8 @@ class Recordings:
     held_out: Sequence[Measurement] = ()
     scale: Scale | None = None
     """By how much a fit makes the arm larger than its model; None where it does not settle."""
+    scale_settled: bool = False
+    """True where the user gave the scale of what measured points."""
     assumed: Sequence[float] = ()
     """Distances between sockets that nobody measured [m]."""
     readings: int = 1
@@ -90,12 +96,16 @@ class Recordings:
 def recording_rows(
     checks: Sequence[Diagnostic] | None,
     recordings: Recordings,
+    better: Better | None = None,
     *,
     drift_doubted: bool = False,
 ) -> list[LimitResult]:
-    """Return the one judgement of recordings: diagnostics, distances, size, number of samples."""
+    """Return the one judgement of recordings: diagnostics, distances, size, number of samples.
+
+    ``better`` are the errors before and after a calibration on them.
+    """
     rows = [
-        checks_row(checks, drift_doubted=drift_doubted),
+        checks_row(checks, better, drift_doubted=drift_doubted),
         distance_row(recordings.assumed),
     ]
     if recordings.scale is not None:
@@ -105,7 +115,11 @@ def recording_rows(
             recordings.causes,
             recordings.readings,
         )
-        rows.append(scale_row(scale, distance, checks, causes, readings=readings))
+        settled = recordings.scale_settled
+        row = scale_row(
+            scale, distance, checks, causes, readings=readings, settled=settled
+        )
+        rows.append(row)
     samples = samples_row(recordings.trained, recordings.held_out, tied=recordings.tied)
     return [*rows, _where_better(samples, recordings.better)]
 
@@ -122,20 +136,27 @@ def _where_better(samples: LimitResult, better: Better | None) -> LimitResult:
 
 
 def checks_row(
-    checks: Sequence[Diagnostic] | None, *, drift_doubted: bool = False
+    checks: Sequence[Diagnostic] | None,
+    better: Better | None = None,
+    *,
+    drift_doubted: bool = False,
 ) -> LimitResult:
     """Return the row of the diagnostics: PASS without errors and warnings that concern the model.
 
     None: no diagnostics were made. With ``drift_doubted`` (held-out limits kept) no drift fails.
+    An error stops nothing if a model is ``better`` by more than it may cost.
     """
     name = "data_checks"
     if checks is None:
         words = "the calibration holds no checks of the recordings; run mukca check"
         return limit_row(name, "not evaluated", words)
-    errors = [c for c in checks if c.level == "error"]
+    every_error = [c for c in checks if c.level == "error"]
     warnings = [c for c in checks if c.level == "warning"]
-    reason = f"{plural(len(errors), 'error')} and {plural(len(warnings), 'warning')}"
+    reason = (
+        f"{plural(len(every_error), 'error')} and {plural(len(warnings), 'warning')}"
+    )
     reason += " in the recordings"
+    errors = [error for error in every_error if not _is_dwarfed(error, better)]
     drifts = tuple(
         error.where for error in errors if error.code == "drift" and drift_doubted
     )
@@ -145,10 +166,22 @@ def checks_row(
         *errors,
         *(warning for warning in warnings if warning.code in OF_THE_MODEL),
     ]
+    if not doubts and every_error:
+        costs = "; ".join(dict.fromkeys(error.words for error in every_error))
+        text = f"{costs}; the calibration gains more than that may cost"
+        return limit_row(name, "warning", reason, text=text)
     if not doubts:
         return limit_row(name, "pass", reason)
     text = "; ".join(dict.fromkeys(f"{doubt.text}; {doubt.advice}" for doubt in doubts))
     return limit_row(name, "not enough", reason, text=text)
+
+
+def _is_dwarfed(error: Diagnostic, better: Better | None) -> bool:
+    """Tell whether the consequence of an error is small beside what a calibration gains."""
+    consequence = error.consequence
+    if consequence is None:
+        return False
+    return is_dwarfed(better, consequence.workspace, consequence.near)
 
 
 def samples_row(

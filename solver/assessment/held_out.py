@@ -6,6 +6,7 @@ Distances are judged, too: a model that shrinks to a point has small errors and 
 from collections.abc import Mapping, Sequence
 from statistics import NormalDist, fmean
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,16 @@ from ..identification.data import Metrics, mean_metrics
 from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
-from .limits import TITLES, Limit, LimitResult, Limits, Status, limit_row, with_full
+from .limits import (
+    TITLES,
+    Limit,
+    LimitResult,
+    Limits,
+    Status,
+    is_dwarfed,
+    limit_row,
+    with_full,
+)
 from .predictions import PlacementPrediction, Predictions
 from .verdict import INSTRUMENT
 
@@ -30,6 +40,8 @@ SIGNIFICANCE = 0.05
 """Probability that the distance errors of a sound calibration are called implausible."""
 USUAL_DRIFT = 1e-3
 """Usual size of a drift from the first sample to the last [m]."""
+DEVIATIONS = 2.0
+"""Standard deviations by which true errors have to fall, to be better beyond chance."""
 LEAST_FREEDOM = 10
 """Degrees of freedom below which no drift is estimated."""
 
@@ -95,6 +107,52 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
         status = "warning" if proving else "not evaluated"
         results.append(limit_row("held_out", status, words, text=words))
     return [*results, *_distance_deviations(rows)]
+
+
+class MeasuredErrors(NamedTuple):
+    """True errors at held-out points, before a calibration and by ``calibrated.urdf`` [m]."""
+
+    before: float
+    now: float
+    deviation: float
+    """Of the latter, by its scatter."""
+    points: int
+
+    @property
+    def is_better(self) -> bool | None:
+        """True where the errors fell by more than chance, False where they grew; None between."""
+        if self.now + DEVIATIONS * self.deviation < self.before:
+            return True
+        return False if self.now >= self.before else None
+
+    @property
+    def text(self) -> str:
+        """The errors in words."""
+        return (
+            f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points held out"
+        )
+
+
+def measured_errors(predictions: Predictions) -> MeasuredErrors | None:
+    """Return the true errors at held-out points that prove something; None without any."""
+    reasons = why_not_held_out(predictions)
+    pairs = [
+        (row, prediction)
+        for row, prediction in zip(
+            predictions.document.placements, predictions.placements, strict=True
+        )
+        if row.role == "test" and row.kind == "points" and not reasons[row.name]
+    ]
+    if not pairs:
+        return None
+    rows = [row for row, _ in pairs]
+    deviations = _deviations_of([prediction for _, prediction in pairs], rows)
+    return MeasuredErrors(
+        mean_metrics([row.before for row in rows]).mean_absolute_error,
+        mean_metrics([row.loaded for row in rows]).mean_absolute_error,
+        deviations["mean_absolute_error"],
+        sum(sum(row.samples) for row in rows),
+    )
 
 
 def _deviations_of(
@@ -218,7 +276,8 @@ def _length_row(
 def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     """Return whether the ball drifts in any placement, and whether that matters.
 
-    It does where the fit does not model it, and by more than a third of the limit on distances.
+    It does where the fit does not model it, by more than a third of the limit on distances, and
+    unless the calibration gains more.
     """
     drifts: dict[Role, list[str]] = {"train": [], "test": []}
     limit, largest = limits.mean_absolute_error.value, 0.0
@@ -239,7 +298,9 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
         str(d) for d in predictions.document.checks or () if d.code == "movement"
     ]
     if drifts["train"]:
+        better = predictions.document.better
         is_severe = limit is None or largest > SEVERE * predicted_limit(limit)
+        is_severe &= not is_dwarfed(better, largest, largest)
         status = "not enough" if is_severe else "warning"
         text = (
             f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "

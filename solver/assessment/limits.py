@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from ..diagnostics import LARGEST_PREDICTED
 from ..identification.data import KnownDistance
-from ..results import CalibrationDocument, Document, misfit
+from ..results import Better, CalibrationDocument, Document, Interval, misfit
 from .formatting import mm
 from .repeatability import ARMS, RESOLUTION, Arm, known_arm
 
@@ -57,6 +57,8 @@ class LimitResult(Document):
     deviation: float | None = None
     """Standard deviation of that value [m]: a limit is missed only beyond it, and is ``not enough``
     where the value is above the limit by less."""
+    interval: Interval | None = None
+    """68 % interval of a predicted value, whose upper end keeps the limit or not."""
     full: float | None = None
     """Value reached by the full model, if ``calibrated.urdf`` is not all of it [m]."""
     full_status: Status | None = None
@@ -74,12 +76,16 @@ class LimitResult(Document):
             return ""
         upper = self.found + BAND * (self.deviation or 0.0)
         if upper > self.limit:
-            return f"{self.title} may be {mm(upper, 3)} (95 %)"
+            return (
+                f"{self.title} may be up to {mm(upper, 3)} (limit {mm(self.limit, 3)})"
+            )
         return ""
 
 
 WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
 """Rows on predicted errors of distances, in the whole workspace and near the recorded places."""
+READING = "reading"
+"""Row on a distance that was read once: it bars a PASS, and no better model."""
 LIMITS = (
     "mean_absolute_error",
     "distance_error",
@@ -100,6 +106,7 @@ TITLES = {
     "distortion": "sockets' distance reproduced",
     "distance_given": "distance of the sockets",
     "scale": "size of the arm",
+    READING: "reading of the sockets' distance",
     "samples": "number of samples",
     "validity": "what changed",
     "known": "how well it is known",
@@ -240,3 +247,14 @@ def _limit(arm: Arm | None, margin: int, size: float | None, option: str) -> Lim
     else:
         words = f"{times} arm's repeatability of {1e3 * arm.repeatability:g} mm"
     return Limit(value=margin * max(arm.repeatability, RESOLUTION), source=words)
+
+
+def is_dwarfed(better: Better | None, workspace: float, near: float) -> bool:
+    """Tell whether errors with others of such sizes [m] beside stay below those before.
+
+    False where nobody knows the errors.
+    """
+    if better is None:
+        return False
+    pairs = zip(better.places, (workspace, near), strict=False)
+    return all(errors.now.high + size < errors.before.low for errors, size in pairs)

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from msgspec.structs import replace
+
 from ..diagnostics import OF_JOINTS, SIZE_BY_DISTANCE, SIZE_BY_MODEL, size_level
 from ..results import (
     CalibrationDocument,
@@ -11,19 +13,31 @@ from ..results import (
     Scale,
 )
 from .formatting import joined, short_names
-from .limits import LimitResult, Status, limit_row
+from .limits import READING, TITLES, LimitResult, Status, limit_row
 from .verdict import Premise
 
 STEP = 1e-4
 """Change of a distance between sockets whose effect is named [m]."""
 _MOVED = {"moved": "the base moved", "drift": "the base drifted"}
 """Diagnostics that leave the distance of the sockets, and so the size, unknown."""
+HOLDS = 0.01
+"""Share within which a fit has the arm's size, so that a length is likelier than a distance."""
+IMPOSSIBLE = 0.05
+"""Share by which no arm is longer or shorter than its model: the distance is wrong."""
+OF_MODEL = ("length", "angle", "version")
+"""Causes in the numbers of the URDF."""
+LIKELY_MODEL = 0.1
+"""Probability of these from which they are likelier than so small an error of a distance."""
+INSTRUMENT_SCALE = 0.015
+"""Largest scale that an instrument, or an arm, is off by; more is another unit."""
 DOUBTED = 0.01
 """Probability of such a cause from which it is no small one."""
+MOVEMENTS = (*_MOVED, "movement")
+"""Codes of findings by which something was not firm."""
 _TYPED = {
-    "given": "typed",
-    "recording": "as placement.json says",
-    "located": "by the sockets' coordinates",
+    "given": "your {:.5g} mm",
+    "recording": "the {:.5g} mm in placement.json",
+    "located": "the {:.5g} mm between the coordinates",
 }
 _SOURCES = {
     "given": "as given",
@@ -73,7 +87,7 @@ def joints_wrong(checks: Sequence[Diagnostic] | None) -> bool:
 
 
 def rests_on(document: CalibrationDocument) -> list[Premise]:
-    """Return the premises of a PASS that no recording can test."""
+    """Return the premises of an answer that no recording can test."""
     premises: list[Premise] = []
     for placement in _with_distance(document.placements):
         source = _source(placement, document)
@@ -81,8 +95,10 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
             continue
         effect = STEP / placement.distance
         twice = ", read twice" if (placement.distance_readings or 1) > 1 else ""
-        text = f"the sockets are {1e3 * placement.distance:.5g} mm apart ({_TYPED[source]}{twice}; "
-        text += f"{1e3 * STEP:g} mm more is {100 * effect:.1g} % of every length)"
+        text = (
+            f"This relies on {_TYPED[source].format(1e3 * placement.distance)}{twice}: measured "
+            f"{1e3 * STEP:g} mm too short, every length is {100 * effect:.1g} % too short."
+        )
         premise = Premise(
             name="distance",
             text=text,
@@ -93,11 +109,12 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
         premises += [premise] if premise not in premises else []
     kinds = {row.kind for row in document.placements if row.role == "train"}
     if "points" in kinds:
-        premises.append(
-            Premise(name="instrument", text="the instrument measures lengths rightly")
-        )
-    if "sockets" in kinds:
-        premises.append(Premise(name="firm", text="ball, base and table were firm"))
+        text = "This relies on the instrument, which measures lengths rightly."
+        premises.append(Premise(name="instrument", text=text))
+    moved = any(check.code in MOVEMENTS for check in document.checks or ())
+    if "sockets" in kinds and not moved:
+        text = "Ball, base and table must have been firm."
+        premises.append(Premise(name="firm", text=text))
     return premises
 
 
@@ -154,12 +171,14 @@ def scale_row(
     causes: Sequence[Hypothesis] = (),
     *,
     readings: int = 1,
+    settled: bool = False,
 ) -> LimitResult:
     """Return whether the arm's size is believable, and what else may explain it where it is not.
 
     What is wrong in the URDF explains it, unless a wrong distance is a probable cause as well. It
     hangs on a ``distance`` between sockets [m] and the ``readings`` that agree on it; 0 where an
-    instrument measured points.
+    instrument measured points, whose scale is ``settled`` where the user gave it. Two readings are
+    believed: it is then the model that is wrong.
     """
     level = size_level(scale.value, scale.deviation, distance, readings)
     text = scale_text(scale)
@@ -177,16 +196,38 @@ def scale_row(
         return _row_of_size("warning", f"{text}; the URDF explains it: {explained}")
     if joints_wrong(checks):
         text += "; the joints explain it, see the data checks: mend them before the distance"
-    elif not distance:
+        return _row_of_size("fail", text)
+    if not distance and abs(scale.value) < INSTRUMENT_SCALE:
+        if not settled:
+            text += (
+                ": the instrument's lengths are, or the arm's. Measure a known length by it: "
+                f"--scale {1 + scale.value:.4f} if it comes out so much too long, --scale 1 if not"
+            )
+        return _row_of_size("warning", text)
+    if not distance:
         text += "; check that the measured points are in metres"
-    elif level == "unknown":
+        return _row_of_size("fail" if level == "error" else "not enough", text)
+    if level == "unknown":
         text += (
             ", and may be as long as it; record more samples, at a second place, or with sockets "
             "farther apart"
         )
-    else:
-        text += _likely_distance(scale, distance, readings)
-    return _row_of_size("fail" if level == "error" else "not enough", text)
+        return _row_of_size("not enough", text)
+    text += _likely_distance(scale, distance, readings)
+    if abs(scale.value) > IMPOSSIBLE:
+        return _row_of_size("fail", text)
+    if readings > 1:
+        return _row_of_size("warning", text)
+    row = _row_of_size("not enough", text)
+    if _is_rather_a_length(scale, causes):
+        return replace(row, name=READING, title=TITLES[READING])
+    return row
+
+
+def _is_rather_a_length(scale: Scale, causes: Sequence[Hypothesis]) -> bool:
+    """Tell whether a number of the URDF may be wrong, where the fit has the arm's size nearly."""
+    by_model = [cause.probability for cause in causes if cause.name in OF_MODEL]
+    return abs(scale.value) <= HOLDS and sum(by_model) >= LIKELY_MODEL
 
 
 def _row_of_size(status: Status, text: str) -> LimitResult:

@@ -32,10 +32,11 @@ _EXIT: dict[Outcome, int] = {"pass": 0, "better": 1, "fail": 1, "incomplete": 3}
 
 
 class Premise(Document):
-    """A premise of a PASS that no recording can test."""
+    """A premise that no recording can test."""
 
     name: str
     text: str
+    """A sentence."""
     value: float | None = None
     """The distance between sockets [m]; None, here and below, for other premises."""
     source: str | None = None
@@ -56,7 +57,7 @@ class Verdict(Document):
     text: str
     """Reasons, in words."""
     answer: tuple[str, ...] = ()
-    """Errors before and now, and whether to load the model: two lines."""
+    """Errors before and now, whether to load the model, and on what that relies: a line each."""
     use: bool | None = None
     """True where ``calibrated.urdf`` is to be loaded; None where that was not asked."""
     better: Better | None = None
@@ -80,7 +81,7 @@ class Verdict(Document):
     @property
     def stamp(self) -> str:
         """The title without its conditions, as in "NO BETTER"."""
-        return self.title.partition(", if ")[0].partition(";")[0]
+        return self.title.partition(";")[0]
 
     def status_of(self, name: str) -> Status:
         """Return the status of a row by its name; what is no reason is ``pass``."""

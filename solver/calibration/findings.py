@@ -10,6 +10,7 @@ from ..diagnostics import SIZE_BY_DISTANCE, by_fit, where_of
 from ..identification.data import Observations
 from ..identification.inference import FitPosterior
 from ..identification.model import BALL, BASE, Difference
+from ..identification.selection import set_ups
 from ..results import Diagnostic, Fit, Hypothesis, Scale, Study
 from .problem import CalibrationProblem
 
@@ -18,6 +19,10 @@ WORDS = {
     "drift": "its place drifted steadily by {}",
     "slow": "its place drifted to and fro by {}{}",
 }
+HOLDS = 0.01
+"""Share within which a fit has the arm's size: no distance is then wrong by far more."""
+DISTANCE = "scale"
+"""Code of findings of a wrong distance."""
 DIFFERENCE = "movement"
 """Code of what differs between places, for which the fit has an unknown."""
 MENDED = "mend it, or calibrate by recordings from one side of it"
@@ -32,9 +37,21 @@ def findings(
     full = fit.full
     if full is not None:
         count = len(full.objective.differences)
-        diagnostics += [_told(problem, full, k) for k in range(count)]
+        told = (_told(problem, full, k) for k in range(count))
+        diagnostics += filter(None, told)
+    if not distorted and abs(scale.value) < HOLDS:
+        diagnostics = [d for d in diagnostics if not _is_refuted(d, problem)]
     sized = hypotheses(fit, problem, scale, distorted)
     return reworded(diagnostics, problem.hypotheses, sized)
+
+
+def _is_refuted(finding: Diagnostic, problem: CalibrationProblem) -> bool:
+    """Tell whether a finding has a distance wrong that the fit has right.
+
+    It was seen beside something else that is more probable, as another version's URDF.
+    """
+    by_distance = any(h.name in SIZE_BY_DISTANCE for h in problem.hypotheses[:1])
+    return finding.code == DISTANCE and finding.level != "error" and not by_distance
 
 
 def reworded(
@@ -71,15 +88,19 @@ def sized_hypotheses(
     return tuple(by_fit(h, scale.value) for h in problem.hypotheses)
 
 
-def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic:
-    """Return the k-th difference of a fit as a diagnostic."""
+def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic | None:
+    """Return the k-th difference of a fit as a diagnostic; None for targets put on anew."""
     difference = fit.objective.differences[k]
+    if difference in set_ups(fit.data):
+        return None
     name = difference.placements[0]
     measured = next(m for m in problem.measurements if m.name == name)
     text = _in_words(fit, k)
     if difference.at:
-        first = measured.placement.samples[int(difference.at)]
-        text = text.format(first=first.named)
+        samples = measured.placement.samples
+        ends = min(difference.until, len(samples))
+        last = samples[int(ends) - 1]
+        text = text.format(first=samples[int(difference.at)].named, last=last.named)
     advice = STEADY if difference.part == BASE else MENDED
     return Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
 
@@ -102,7 +123,8 @@ def _in_words(posterior: FitPosterior, k: int) -> str:
         moved = float(np.linalg.norm(np.ptp(course, axis=0)))
         words = WORDS[difference.course].format(_millimetres(moved, deviation), since)
     elif difference.part == BALL:
-        sizes = np.linalg.norm(unknowns.reshape(-1, 3), axis=1)
+        of_placements = unknowns.reshape(len(difference.weights), -1)
+        sizes = np.linalg.norm(of_placements[:, :3], axis=1)
         amount = _millimetres(float(sizes.max()), deviation)
         words = f"the ball sits {amount} elsewhere on its flange {since}"
     else:
@@ -124,6 +146,8 @@ def _since(difference: Difference, data: Observations) -> str:
         return ", with temperature" * (difference.clock == "temperature")
     if difference.course == "each":
         return "from placement to placement"
+    if difference.until < np.inf:
+        return "from {first} to {last}, and fell back"
     if difference.at:
         return "from {first} on"
     if last == data.placements[-1]:

@@ -5,13 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from ..diagnostics import Survey
+from ..diagnostics import Survey, without_unknown
 from ..identification.data import Measurement
 from ..identification.effects import GAIN
 from ..results import CalibratedRobot, Scale
 from .findings import reworded, sized_hypotheses
 from .inspector import Inspector
 from .problem import CalibrationProblem
+from .target_alignment import aligned
 
 WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
 """Added to the advice on a joint's gain."""
@@ -55,15 +56,22 @@ class InspectedProblem(CalibrationProblem):
             self, measurements=super().at_rest(shifts, calibrated).measurements
         )
         inspector = Inspector(self.robot, self.options, self.options.distances, {})
-        training = [_at_rest(m, calibrated) for m in moved.measurements]
-        survey = inspector.look(training, self.test)
+        view, originals = aligned(self)
+        training = view.measurements
+        if not originals:
+            training = [_at_rest(m, calibrated) for m in moved.measurements]
+        survey = inspector.look(training, view.test)
         if self.effects:
             survey = with_gain(survey)
         before = self.survey.diagnostics
         checks = [check for check in self.checks if check not in before]
+        checks += [  # the fit had an unknown for other things
+            replace(check, advice=without_unknown(check.advice))
+            for check in survey.diagnostics
+        ]
         return replace(
             moved,
-            checks=(*checks, *survey.diagnostics),
+            checks=tuple(checks),
             hypotheses=survey.hypotheses,
             survey=survey,
         )

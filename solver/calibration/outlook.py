@@ -37,15 +37,23 @@ def outlook_of(
         [calibrated.ball(m.positions, m.efforts).mean(axis=0) for m in train + test]
     )
     new = samples_on_base(robot, farthest_place(centres), train[0].distance, load)
+    exported = calibrated.exported
+    now = bayes.workspace_errors(fit.posterior, load, exported)
     forecasts: list[results.Forecast] = []
     for name, samples in [
         *((m.name, load.by_socket(robot, m)) for m in test),
         (None, new),
     ]:
-        after = predicted_posterior(fit.posterior, samples) if samples else None
-        if after is not None:
-            error = bayes.workspace_errors(after, load).median
-            forecasts.append(results.Forecast(placement=name, distance_deviation=error))
+        if not samples:
+            continue
+        posterior = predicted_posterior(fit.posterior, samples)
+        after = bayes.workspace_errors(posterior, load, exported)
+        forecast = results.Forecast(
+            placement=name,
+            distance_deviation=after.median,
+            share=(after.alone or after.median) / (now.alone or now.median),
+        )
+        forecasts.append(forecast)
     places = error_map(fit.posterior, poses)
     return results.Outlook(joints=joints, map=places, forecasts=tuple(forecasts))
 

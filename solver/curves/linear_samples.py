@@ -14,12 +14,26 @@ from ..identification.inference import NormalEquations, Solution, State, prior_e
 class LinearSamples(SampleRows):
     """N samples of a robot with m joints, and d unknowns y beside the curves, see (A7)."""
 
-    columns: np.ndarray
-    """[G_i, a_i], shape (N, 3, d + 1) [m]."""
+    by_others: np.ndarray
+    """G_i but for the sockets' centres, which come last, shape (N, 3, e)."""
+    a: np.ndarray
+    """a_i, shape (N, 3, 1) [m]."""
+    sockets: np.ndarray
+    """Index of each sample's socket, shape (N,); -1 for none."""
     slopes: np.ndarray
     """S_ij, shape (N, 3, m) [m/rad]; 0 for joints that have no curve."""
     sources: np.ndarray
     """Index of each sample's noise, shape (N,)."""
+    socket_count: int
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """[G_i, a_i], shape (N, 3, d + 1) [m]."""
+        by_centres = np.zeros((len(self.a), self.socket_count, 3, 3))
+        seated = np.flatnonzero(self.sockets >= 0)
+        by_centres[seated, self.sockets[seated]] = -np.eye(3)
+        flat = by_centres.transpose(0, 2, 1, 3).reshape(len(self.a), 3, -1)
+        return np.concatenate([self.by_others, flat, self.a], axis=2)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -73,9 +87,16 @@ def samples_around(
     slopes = state.linear.by_joints * revolute
     by_curves = slopes @ shifts[:, :, None]
     a = state.errors[:, :, None] - by_curves
-    G = state.linear.by_unknowns
-    columns = np.concatenate([G, a], axis=2)
-    return state, LinearSamples(q, columns, slopes, data.source_of)
+    samples = LinearSamples(
+        q=q,
+        by_others=state.linear.by_unknowns,
+        a=a,
+        sockets=data.sockets,
+        slopes=slopes,
+        sources=data.source_of,
+        socket_count=data.socket_count,
+    )
+    return state, samples
 
 
 def equations_of_rest(

@@ -67,6 +67,27 @@ class Reach:
                 break
         return reached[:count]
 
+    def poses_between(
+        self,
+        centre: np.ndarray,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        count: int,
+    ) -> np.ndarray:
+        """Return poses with the ball at a place, and each joint between two bounds.
+
+        Args:
+            centre: The socket's, shape (3,) [m].
+            lower: The least positions of the joints, shape (m,) [rad], [m].
+            upper: Their greatest, shape (m,).
+            count: Number of random starts; fewer arrive.
+        """
+        starts = self._generator.uniform(lower, upper, (count, len(lower)))
+        seats = np.tile(centre, (count, 1))
+        q = self._led(starts, seats)
+        is_between = np.all((q >= lower) & (q <= upper), axis=1)
+        return q[is_between & self._is_seated(q, seats) & self._allowed(q, centre)]
+
     def _allowed(
         self,
         q: np.ndarray,
@@ -101,18 +122,21 @@ class Reach:
             seats = after + (before - after) * share
             ahead = q + (ends - q) / step
             position = self._led(ahead, seats)
-            pose, _ = self._guide.ball_and_neck(position)
-            offsets = seats - pose[:, :3]
-            distances = np.linalg.norm(offsets, axis=1)
             masks += [
-                distances < OFF,
-                pose[:, 5] < -np.cos(LEAN),
+                self._is_seated(position, seats),
                 self._allowed(position, after[0], gap=0.0),
                 _turns(q, position) < largest,
             ]
             q = position
         masks.append(_turns(q, ends) < largest)
         return np.all(masks, axis=0)
+
+    def _is_seated(self, q: np.ndarray, seats: np.ndarray) -> np.ndarray:
+        """Return a mask of poses whose balls are in their seats, and lean little, shape (N,)."""
+        pose, _ = self._guide.ball_and_neck(q)
+        offsets = seats - pose[:, :3]
+        is_near = np.linalg.norm(offsets, axis=1) < OFF
+        return is_near & (pose[:, 5] < -np.cos(LEAN))
 
     def _led(self, q: np.ndarray, seats: np.ndarray) -> np.ndarray:
         """Return poses near some with their balls in seats, shape (N, m).

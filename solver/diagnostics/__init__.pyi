@@ -14,6 +14,7 @@ from .corrections import corrected as corrected
 from .explain import OF_JOINTS as OF_JOINTS
 from .fault import Fault as Fault
 from .finding import HELD_OUT as HELD_OUT
+from .finding import without_unknown as without_unknown
 from .hypotheses import FLAWS as FLAWS
 from .hypotheses import SIZE_BY_DISTANCE as SIZE_BY_DISTANCE
 from .hypotheses import SIZE_BY_MODEL as SIZE_BY_MODEL

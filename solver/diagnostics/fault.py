@@ -55,6 +55,8 @@ def fault_of(candidate: Candidate, evidence: float) -> Fault:
         first, end = _first_row(scene, place, p), len(placement.samples)
         if candidate.kind.name == "ball_sample":
             end = first + 1
+        elif candidate.kind.name == "base_tipped":
+            end = first + p["samples"]
         numbers = tuple(number_of(placement, row) for row in range(first, end))
     hypothesis = candidate.hypothesis()
     if "offset" in p and "size" not in p:

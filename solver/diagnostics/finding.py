@@ -47,9 +47,11 @@ GARBAGE = 1e-2
 """What a placement fitted alone leaves beyond this is no recording of a ball in a socket [m]."""
 LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
-HELD_OUT = "; it is held out: the model has none of it, the errors measured there have"
+HELD_OUT = (
+    "; it was only tested there, so the model is unharmed, the errors there are not"
+)
 """Added to the advice on what is weighed by the model in a placement to train on."""
-UNKNOWNS = ("base_moved", "drift", "zero_lost", "ball_bent")
+UNKNOWNS = ("base_moved", "base_tipped", "drift", "zero_lost", "ball_bent")
 """Differences between places, for which the fit has unknowns."""
 NOT_PLAY = (
     "socket",
@@ -139,7 +141,7 @@ class Finding:
         sound_enough = not (self.is_scattered or self._is_garbage())
         if self.is_held_out and (self.is_weighed or is_error) and sound_enough:
             level = "warning"
-            advice += HELD_OUT
+            advice = without_unknown(advice, self.given.mender) + HELD_OUT
         if self.is_unknown and is_error and sound_enough:
             level = "warning"
         where = self._where()
@@ -184,6 +186,7 @@ class Finding:
             return p["noise"] <= LOOSE
         smallest = {
             "base_moved": SMALLEST_MOVE,
+            "base_tipped": SMALLEST_MOVE,
             "drift": PLAY if self.zeros else MOST_DRIFT,
         }
         return name == "distance" or p.get("size", 0.0) < smallest.get(name, 0.0)
@@ -213,6 +216,11 @@ class Finding:
         is_serious |= self.is_unknown
         of_frame = "frame" in self.cause.parameters
         return is_serious or of_frame or self.cause.kind.name in FITTED
+
+
+def without_unknown(advice: str, mender: str = MENDER) -> str:
+    """Return advice on what no unknown of a fit holds."""
+    return advice.replace(f"; {mender} has an unknown for that", "")
 
 
 def by_mender(advice: str, given: Given) -> str:

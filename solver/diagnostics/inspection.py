@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
+from itertools import chain, pairwise
+from math import ceil
 
 import numpy as np
 
-from ..identification.data import Measurement
+from ..identification.data import Measurement, places_of
 from ..identification.robot import Robot
 from ..results import Diagnostic, Hypothesis
 from .configurations import of_placement, where_of
@@ -25,6 +26,9 @@ EXACT = 1e-5
 """Largest error of points that the nominal model computed [m]; tables round to so much."""
 ENOUGH = 8
 """Fewest points that tell that."""
+TOGETHER = 40
+"""Placements that are inspected together at most: each explanation is compared with all others, so
+that more would take the square of their number."""
 MANY = 5.0
 """A placement fitted alone that leaves more than so many times what the arm repeats is not sound,
 though nothing explains it."""
@@ -83,6 +87,11 @@ class Survey:
         )
 
     @property
+    def codes(self) -> set[str]:
+        """Codes of the diagnostics of all placements."""
+        return {diagnostic.code for diagnostic in self.shared}
+
+    @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All diagnostics, those of all placements first."""
         return (
@@ -99,7 +108,7 @@ def inspect_all(
     zeros: bool = False,
     repeatability: float | None = None,
 ) -> Survey:
-    """Inspect placements: each by itself, and all together.
+    """Inspect placements: each by itself, and all together, or so many as :data:`TOGETHER`.
 
     Args:
         robot: The robot.
@@ -115,10 +124,51 @@ def inspect_all(
     given = given or Given()
     if not measurements:
         return Survey((), ())
+    places_of(measurements, lengths=given.known, require_scale=False)
     model = RigidModel(robot, zeros=zeros)
+    count = ceil(len(measurements) / TOGETHER)
+    ends = [len(measurements) * k // count for k in range(count + 1)]
+    surveys: list[Survey] = []
+    for begin, end in pairwise(ends):
+        group = measurements[begin:end]
+        within = given.within(group)
+        surveys.append(_survey_of(model, group, within, repeatability))
+    return _joined(surveys)
+
+
+def _joined(surveys: Sequence[Survey]) -> Survey:
+    """Return the survey of groups of placements; of a cause of several, the first is told."""
+    first, *others = surveys
+    if not others:
+        return first
+    shared: dict[str, Diagnostic] = {}
+    for survey in surveys:
+        names = [inspection.measured.name for inspection in survey.placements]
+        where = f"{names[0]} to {names[-1]}"
+        for diagnostic in survey.shared:
+            everywhere = all(diagnostic.code in one.codes for one in surveys)
+            told = diagnostic if everywhere else replace(diagnostic, where=where)
+            shared.setdefault(diagnostic.code, told)
+    telling = next((survey for survey in surveys if survey.causes), first)
+    return Survey(
+        tuple(chain.from_iterable(survey.placements for survey in surveys)),
+        tuple(shared.values()),
+        telling.hypotheses,
+        causes=tuple(chain.from_iterable(survey.causes for survey in surveys)),
+        gains=tuple(chain.from_iterable(survey.gains for survey in surveys)),
+    )
+
+
+def _survey_of(
+    model: RigidModel,
+    measurements: Sequence[Measurement],
+    given: Given,
+    repeatability: float | None,
+) -> Survey:
+    """Return what explains placements together."""
     scene = scene_of(model, measurements, given, repeatability)
     causes, hypotheses = explain(model, scene)
-    findings = [Finding(cause, measurements, given, zeros) for cause in causes]
+    findings = [Finding(cause, measurements, given, model.zeros) for cause in causes]
     gains = [cause for cause in causes if cause.kind.name == "gain"]
     return Survey(
         tuple(_inspections(model, scene, measurements, findings)),

@@ -1,7 +1,7 @@
 """Recordings about a robust fit, as a linear scene, and the errors of fits to single placements."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from ..identification.data import (
     KnownDistance,
     Load,
     Measurement,
+    is_called,
     places_of,
 )
 from ..identification.robot import Robot
@@ -57,6 +58,16 @@ class Given:
     nothing to the model."""
     weighs: bool = False
     """True where the fit has unknowns for what differs between places."""
+
+    def within(self, measurements: Sequence[Measurement]) -> "Given":
+        """Return it with the distances between sockets of some placements alone."""
+        names = [m.name for m in measurements]
+        known: list[KnownDistance] = []
+        for length in self.known:
+            ends = length.first, length.second
+            if all(any(is_called(name, of) for name in names) for of, _ in ends):
+                known.append(length)
+        return replace(self, known=known)
 
 
 class _Thinned(NamedTuple):

@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from ...recorder import Placement
+from ...recorder import Placement, distinct
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
 from ..identification.data import HandEye, Pose, measure, one_blas_thread, order_said
 from .doubts import changed_zeros, with_right_size
@@ -177,7 +177,7 @@ def camera_task(
 ) -> Task:
     """Return the views of a board, with the camera's and the board's poses to be found."""
     where = ", ".join(str(p.files[0]) if p.files else p.name for p in placements)
-    counts = [len(p.distinct().samples) for p in placements]
+    counts = [len(distinct(p).samples) for p in placements]
     if sum(counts) < LEAST or min(counts) < LEAST_EACH:
         raise UsageError(
             f"{where}: {' + '.join(map(str, counts))} views; {LEAST} are needed, and {LEAST_EACH} "

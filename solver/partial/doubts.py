@@ -18,8 +18,8 @@ from .evidence import (
     Explanation,
     changes_of,
     linear_about,
-    log_evidence_of_scatter,
     log_evidences,
+    log_evidences_of_scatter,
 )
 from .fit import fit
 from .system import System
@@ -28,6 +28,7 @@ from .zeros import (
     ZERO_CHANGED,
     another_arm,
     fit_with_zeros,
+    scatter_words,
     zero_deviations,
 )
 
@@ -35,12 +36,6 @@ WRONG_SIZE, PRIOR_WRONG = 0.1, 0.05
 """Relative deviation of a size that is wrong, and the prior probability that it is."""
 SCATTER = 2e-2
 """Scatter of views beyond which no size explains them [m]."""
-SCATTERS = (1e-3, 3e-3, 1e-2)
-"""Scatter of joints that are commanded, rounded, or have play [rad]."""
-MORE = 3.0
-"""Multiple of the calibration's own noise of joints from which it counts as scatter."""
-PRIOR_SCATTER = 0.05
-"""Prior probability of such a scatter."""
 CHANGED, MENTIONED = 0.7, 0.2
 """Probabilities of a changed zero from which it is told, and mentioned."""
 
@@ -100,11 +95,7 @@ class ChangedZeros:
     def text(self) -> tuple[str, ...]:
         """A sentence on it."""
         if self.alike:
-            return (
-                f"All joints scatter alike, by some {1e3 * self.scatter:g} mrad "
-                f"({100 * self.scattered:.0f} %): are they read, not commanded, and written with "
-                "all digits? Or is it another arm's calibration?",
-            )
+            return (scatter_words(self.scatter, self.scattered),)
         if self.probability < MENTIONED:
             return ()
         may = "changed" if self.told else "may have changed"
@@ -138,12 +129,8 @@ def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
         joint = prior.robot.joint_names[j]
         candidates += changes_of(joint, ZERO_CHANGED, [prior.zeros[j]])
     logs = log_evidences(about, candidates)
-    scatters = [s for s in SCATTERS if s > MORE * task.noise.joint]
-    of_scatters = [
-        log_evidence_of_scatter(about, s) + math.log(PRIOR_SCATTER / len(SCATTERS))
-        for s in scatters
-    ]
-    all_shares = probabilities(np.append(logs, of_scatters)).tolist()
+    of_scatters = log_evidences_of_scatter(about)
+    all_shares = probabilities(np.append(logs, [*of_scatters.values()])).tolist()
     shares, by_scatter = all_shares[: len(logs)], all_shares[len(logs) :]
     certain = about.covariance_on_flange(place)
     covariance = system.covariance_on_flange(place)
@@ -154,5 +141,5 @@ def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
         widened = freed.covariance_on_flange(place) - certain
         covariance += p * (widened + np.outer(shift, shift))
         changed[explanation.name] = changed.get(explanation.name, 0.0) + p
-    scatter = max(zip(by_scatter, scatters, strict=True), default=(0.0, 0.0))[1]
+    scatter = max(zip(by_scatter, of_scatters, strict=True), default=(0.0, 0.0))[1]
     return ChangedZeros(changed, covariance, sum(by_scatter), scatter)

@@ -4,6 +4,7 @@ Each explanation frees some unknowns beside the prior, and its evidence is avera
 Each also lets all zeros vary by as little as a ball's seat seen from a metre away.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -20,6 +21,12 @@ LEVELS = np.exp(np.linspace(-1.2, 1.2, 13))
 """Factors on the noise over which the evidence is averaged."""
 GEOMETRY_CHANGES = {"m": 1e-3, "rad": 3e-3}
 """Typical change of each number of the geometry after a crash [m], [rad]."""
+SCATTERS = (1e-3, 3e-3, 1e-2)
+"""Scatter of joints that are commanded, rounded, or have play [rad]."""
+MORE = 3.0
+"""Multiple of the calibration's own noise of joints from which it counts as scatter."""
+PRIOR_SCATTER = 0.05
+"""Prior probability of such a scatter."""
 DIVERGED = 1e-2
 """Next step beyond which a fit is taken for diverged [m]."""
 NOTHING, LENGTHS, EVERYTHING = "nothing", "distance", "everything"
@@ -91,6 +98,17 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
         logs.append(wandering.log_evidence(noise) + factors)
     priors = [candidate.prior for candidate in candidates]
     return np.log(priors) + np.logaddexp.reduce(logs)
+
+
+def log_evidences_of_scatter(system: System) -> dict[float, float]:
+    """Return ln(p Z) of all joints that scatter alike, by how much [rad]; see the next function."""
+    least = MORE * system.task.noise.joint
+    log_prior = math.log(PRIOR_SCATTER / len(SCATTERS))
+    return {
+        scatter: log_evidence_of_scatter(system, scatter) + log_prior
+        for scatter in SCATTERS
+        if scatter > least
+    }
 
 
 def log_evidence_of_scatter(system: System, joint: float) -> float:

@@ -36,12 +36,14 @@ class Zeros:
     """False where the calibration was trained on all samples, so that they show no change."""
     other: bool = False
     """True where more than zeros differ from a nominal model."""
+    scatter: str = ""
+    """A sentence that all joints scatter alike; empty where they do not."""
 
     @property
     def decided(self) -> bool:
         """True where the samples say which zeros changed, or that none did."""
         likely = self.unchanged is None or self.unchanged >= EVEN
-        return self.new and (likely or bool(self.changed))
+        return self.new and not self.scatter and (likely or bool(self.changed))
 
     @property
     def changed(self) -> tuple[JointZero, ...]:
@@ -122,6 +124,8 @@ class Zeros:
     def _none(self) -> tuple[str, ...]:
         """A sentence where no zero is named; none where one is, and that suffices."""
         unchanged = self.unchanged or 0.0
+        if self.scatter:
+            return (self.scatter,)
         if not self.decided:
             may = "changed" if unchanged < 1 - SURE else "may have changed"
             advice = "" if self.other else ": record more samples"

@@ -68,7 +68,10 @@ def rezero(
     factors = TOLERANCES if isinstance(arm, Robot) else {1.0: 1.0}
     posterior = find_zeros(task, numbers, factors)
     system, zeros = posterior.system, posterior.joints
+    scatter = posterior.scatter_text
     _refuse_far(arm, system, changed=any(zero.offset for zero in zeros))
+    if scatter and posterior.is_of_another_arm:
+        raise UsageError(still_off(system))
     if not new:
         zeros = tuple(replace(zero, changed=0.0, offset=0.0) for zero in zeros)
     return Zeros(
@@ -80,6 +83,7 @@ def rezero(
         system,
         new,
         other=posterior.factor > 1,
+        scatter=scatter,
     )
 
 

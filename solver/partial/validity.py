@@ -33,7 +33,7 @@ from ..identification.data import (
     measure,
     one_blas_thread,
 )
-from ..results import CalibrationDocument, Summary
+from ..results import CalibrationDocument, Diagnostic, Summary
 from .changes import Changes, changes_since
 from .other_probe import probe_shift, probe_words
 from .reasons import LaterErrors, Reason, reason_of
@@ -57,6 +57,8 @@ class Validity(Changes):
     """The reason of the verdict; and the next step, empty where all is well."""
     measured: Sequence[Measurement]
     """The samples."""
+    findings: Sequence[Diagnostic] = ()
+    """Errors and warnings that a look at the recordings gave, on which the verdict rests, too."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -93,7 +95,9 @@ class Validity(Changes):
     def as_dict(self) -> dict[str, Any]:
         """Return the verdict by name."""
         cause = None if self.cause is None else asdict(self.cause)
-        return {**self.verdict.as_said(), "text": self.text, "nearest_cause": cause}
+        told = {"text": self.text, "nearest_cause": cause}
+        findings = [finding.as_dict() for finding in self.findings]
+        return {**self.verdict.as_said(), **told, "findings": findings}
 
 
 @one_blas_thread
@@ -113,7 +117,7 @@ def what_changed(
 
     Args:
         calibration: The calibration.
-        data: Samples since, 6 in each of two sockets; of points, another probe's tip is refitted.
+        data: Samples since, 6 in each of two sockets; of points, frame and target are refitted.
         stood: Placement of the calibration whose base still stands where it stood, or should.
         distance: Between the sockets' centres [m]; None for the recording's.
         repeatability: Of the arm, from which its limits follow [m]; None for what is known of it.
@@ -126,14 +130,14 @@ def what_changed(
     document = calibration.document
     measured = _as_read_now(calibration, as_list(data), distance)
     changes, now = changes_since(calibration, measured, stood, ball_moved=ball_moved)
-    tip = probe_shift(calibration, measured, ball_moved=ball_moved)
-    errors = calibration.errors_of(measured, other_tip=tip is not None)
+    tip = probe_shift(calibration, measured)
+    errors = calibration.errors_of(measured, other_tip=True)
     limits = limits_of(document, calibration.source, Options(repeatability))
     new = _summary_now(errors, now)
     compared = bool(changes.probabilities)
     later = [m for m in measured if not calibration.was_trained_on(m)]
     arm, zeros = calibration.calibrated, bool(document.settings.get("zeros"))
-    rows, causes = rows_since(arm, new, later, limits, zeros=zeros, compared=compared)
+    rows, seen = rows_since(arm, new, later, limits, zeros=zeros, compared=compared)
     if new is None:
         reason = Reason(f"not known whether it is still valid; {rows[0].reason}.")
     elif few := too_few(measured, unchanged=compared and not changes.changed):
@@ -150,12 +154,18 @@ def what_changed(
         rows = [*rows, *_change_rows(changes, reason, excused=excused)]
     length = _length_row(document, measured)
     better = reason.as_made and bool(is_better(document.better, new))
-    verdict = judge([*rows, length], causes, better=better)
+    verdict = judge([*rows, length], seen.hypotheses, better=better)
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
         reason = reason.preceded_by(length.text)
     said = reason.text, reason.advice
+    findings = tuple(f for f in seen.diagnostics if f.level != "note")
     return Validity(
-        **vars(changes), errors=errors, verdict=verdict, said=said, measured=measured
+        **vars(changes),
+        errors=errors,
+        verdict=verdict,
+        said=said,
+        measured=measured,
+        findings=findings,
     )
 
 
@@ -187,7 +197,7 @@ def _as_read_now(
     """Return checked placements, their joints as zeros found since read them."""
     robot, load = calibration.robot, calibration.load
     measured = [
-        measure(placement, robot, distance, sockets=1, load=load)
+        measure(calibration.at_scale(placement), robot, distance, sockets=1, load=load)
         for placement in placements
     ]
     check_distinct(measured)

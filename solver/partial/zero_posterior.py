@@ -15,7 +15,7 @@ from itertools import combinations, compress
 import numpy as np
 
 from ..identification.model import probabilities
-from .evidence import Explanation, linear_about, log_evidences
+from .evidence import Explanation, linear_about, log_evidences, log_evidences_of_scatter
 from .prior import ZERO
 from .system import System
 from .task import Task
@@ -23,7 +23,9 @@ from .zeros import (
     UNIDENTIFIABLE,
     ZERO_CHANGED,
     JointZero,
+    another_arm,
     fit_with_zeros,
+    scatter_words,
     zero_deviations,
 )
 
@@ -49,6 +51,22 @@ class ZeroPosterior:
     """All of the arm's, in chain order."""
     blind: tuple[str, ...]
     """Joints whose zeros such samples do not identify, even if the parts are as exact as stated."""
+    scattered: float = 0.0
+    """Probability that no zero changed, and all joints scatter alike."""
+    scatter: float = 0.0
+    """Most probable scatter of that kind [rad]."""
+
+    @property
+    def scatter_text(self) -> str:
+        """A sentence that all joints scatter alike; empty where they do not."""
+        if self.scattered < SURE:
+            return ""
+        return scatter_words(self.scatter, self.scattered)
+
+    @property
+    def is_of_another_arm(self) -> bool:
+        """True where a different arm explains the samples far better."""
+        return bool(another_arm(self.system))
 
 
 @dataclass(frozen=True)
@@ -101,10 +119,17 @@ def find_zeros(
         sets = _sets_of_zeros(task, np.flatnonzero(identifiable).tolist())
     weights = np.array([*factors.values()])
     shares = np.zeros((len(tasks), len(sets)))
+    by_scatter: dict[float, float] = {}
     if converged:
-        logs = [log_evidences(system, sets) for system in systems]
-        shares = probabilities(np.log(weights)[:, None] + logs)
-        weights = shares.sum(axis=1)
+        logs = np.array([log_evidences(system, sets) for system in systems])
+        # What scatters is no zero; of a nominal model, lengths that are off look alike.
+        may_scatter = not joints and len(tasks) == 1
+        scatters = log_evidences_of_scatter(widest) if may_scatter else {}
+        weighted = np.log(weights)[:, None] + logs
+        all_shares = probabilities(np.append(weighted, [*scatters.values()]))
+        shares = all_shares[: logs.size].reshape(logs.shape)
+        by_scatter = dict(zip(scatters, all_shares[logs.size :].tolist(), strict=True))
+        weights = shares.sum(axis=1) if len(tasks) > 1 else weights
     by_set = shares.sum(axis=0)
     changed = _probabilities_of_change(by_set, sets, joints, len(zeros))
     numbers = np.flatnonzero(changed > SURE)
@@ -112,7 +137,8 @@ def find_zeros(
     offsets, deviations = _mixture(weights, estimates)
     offsets[deviations >= UNIDENTIFIABLE] = 0.0
     columns = changed.tolist(), offsets.tolist(), deviations.tolist()
-    unchanged = float(shares[:, : len(WIDTHS)].sum())  # those of the empty set
+    scattered = sum(by_scatter.values())
+    unchanged = float(shares[:, : len(WIDTHS)].sum()) + scattered  # of the empty set
     blind = estimates[0].deviations >= UNIDENTIFIABLE
     likeliest = int(np.argmax(weights))
     return ZeroPosterior(
@@ -121,6 +147,8 @@ def find_zeros(
         unchanged=None if joints else unchanged,
         joints=tuple(map(JointZero, names, *columns)),
         blind=tuple(compress(names, blind)),
+        scattered=scattered,
+        scatter=max(by_scatter, key=by_scatter.__getitem__, default=0.0),
     )
 
 

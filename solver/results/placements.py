@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from msgspec.structs import replace
 
-from ...recorder import Placement, Sample
+from ...recorder import Placement, Sample, recorded_at
 from ..identification.data import removed_share
 from .by_model import MetricsByModel
 from .files import Document
@@ -143,8 +143,8 @@ class PlacementSamples(Document):
 
     @property
     def folder(self) -> str:
-        """Folder of its recording; a question mark for samples that came from no file."""
-        return str(Path(self.files[0]).parent) if self.files else "?"
+        """Folder or table of its recording; a question mark for samples that came from no file."""
+        return str(recorded_at(Path(self.files[0]))) if self.files else "?"
 
     @property
     def by_socket(self) -> tuple[RecordedSample, ...]:

@@ -52,7 +52,7 @@ class Improvement(Document):
     """Errors of distances before a calibration and after it: medians over pairs of poses."""
 
     before: Interval
-    """By the nominal model with its ball refitted."""
+    """By the nominal model with its ball refitted, or with the calibrated ball: the smaller."""
     now: Interval
     """By ``calibrated.urdf``."""
     corrected: Interval | None = None
@@ -114,7 +114,9 @@ class Forecast(Document):
     placement: str | None
     """Its name; None for one that is not recorded yet, with 2 x 30 varied samples far from all."""
     distance_deviation: float
-    """The predicted error of distances in the workspace would then be this [m]."""
+    """Standard deviation of distances in the workspace that would be left [m]."""
+    share: float | None = None
+    """Error of distances by ``calibrated.urdf`` that would be left, as a share of that now."""
 
 
 @dataclass(frozen=True)

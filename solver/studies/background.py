@@ -63,15 +63,14 @@ class Background(NamedTuple):
     def part(self, A: np.ndarray) -> Part:
         """Return the part of columns A, shape (R, k)."""
         along_basis = self.basis @ A
-        W = self.scales[:, :, None] * along_basis
-        across = W.swapaxes(1, 2)
-        d, V = np.linalg.eigh(across @ W)
-        along_axes = self.white[:, None] @ W @ V
-        return Part(
-            d=d.clip(min=0.0),
-            b=along_axes[:, 0],
-            V=V,
-        )
+        count = A.shape[1]
+        d, b = np.zeros((2, len(NOISES), count))
+        V = np.zeros((len(NOISES), count, count))
+        for n, scale in enumerate(self.scales):
+            W = scale[:, None] * along_basis
+            d[n], V[n] = np.linalg.eigh(W.T @ W)
+            b[n] = self.white[n] @ W @ V[n]
+        return Part(d.clip(min=0.0), b, V)
 
     def with_part(self, part: Part, sizes: np.ndarray) -> np.ndarray:
         """Return the logarithms of the evidence with a part, for each n and m^2 of sizes, (m,).

@@ -113,7 +113,8 @@ class BaseErrors:
         known = self.posterior.data.known
         first = [length.first for length in known]
         second = [length.second for length in known]
-        columns = of_centres.reshape(-1, 3, of_centres.shape[1])
+        rows, n = of_centres.shape
+        columns = of_centres.reshape(rows // 3, 3, n)
         between = columns[second] - columns[first]
         return np.einsum("ki,kin->kn", unit(self._offsets), between)
 

@@ -31,8 +31,8 @@ DRAWS, PAIRS = 400, 400
 class Models:
     """The models that are compared."""
 
-    nominal: Points
-    """With its ball refitted."""
+    nominal: Sequence[Points]
+    """With its ball at each place that may be right; the one that errs least counts."""
     loaded: Points
     """``calibrated.urdf``."""
     corrected: bool
@@ -43,7 +43,7 @@ def better_than_nominal(
     posterior: Posterior,
     load: Load,
     models: Models,
-    recorded: Sequence[np.ndarray],
+    recorded: Sequence[Measurement],
     held_out: Sequence[Measurement] = (),
 ) -> Better:
     """Return the errors of distances before and now, and the probability that they are smaller.
@@ -52,7 +52,7 @@ def better_than_nominal(
         posterior: What the samples trained on tell of the arm.
         load: Load of the joints while recording.
         models: The models to compare.
-        recorded: Joint positions of each placement, shape (N, m) [rad].
+        recorded: The placements.
         held_out: Placements whose samples and distances bear on the arm, too.
     """
     robot = posterior.model.robot
@@ -95,9 +95,9 @@ def _improvement(
         differences = distances[pairs] - truths_of_pairs
         return np.median(np.abs(differences), axis=1)
 
-    nominal = pair_lengths(models.nominal(q))
+    by_nominal = [errors(pair_lengths(points(q))) for points in models.nominal]
     loaded = pair_lengths(models.loaded(q))
-    before = errors(nominal)
+    before = np.min(by_nominal, axis=0)
     now = errors(loaded)
     improvement = Improvement(
         before=_interval(before),

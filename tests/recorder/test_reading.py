@@ -178,13 +178,15 @@ def test_placements_are_read_by_path_or_by_the_folder_that_holds_them(tmp_path):
 def test_paths_without_a_placement_are_told_in_one_line(tmp_path):
     file = tmp_path / "file.csv"
     file.write_text("1,2,3")
+    file.with_suffix(".md").write_text("1,2,3")
     (tmp_path / "empty").mkdir()
     for paths, told in (
         ((), "no placement is given"),
         (("nowhere",), "nowhere: no such folder"),
-        ((file,), "not a folder; make a recording of it by mukca convert"),
+        ((file,), "file.csv: no header tells.*as in --columns 'q=1..3 .rad.'$"),
+        ((file.with_suffix(".md"),), "file.md: not a folder, and no table"),
         ((tmp_path / "empty",), "no recording in this folder.* that hold them$"),
-        ((tmp_path,), "no recording in this folder.*make one of file.csv by mukca convert"),
+        ((tmp_path,), "no recording in this folder.*file.csv is not read.*name .*file.csv itself"),
         ((tmp_path / ("long" * 100),), "cannot be read: File name too long"),
     ):
         with pytest.raises(mukca.MukcaError, match=told):

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import re
+import shutil
 import signal
 import threading
 import time
@@ -51,6 +52,21 @@ class Seen:
     @property
     def alarms(self):
         return [message.text for message in self.views[-1].session.messages if message.alarm]
+
+
+@dataclass
+class Timed(Seen):
+    """A display that remembers when its bell rang, too."""
+
+    rang: list[float] = field(default_factory=list)
+
+    def bell(self):
+        self.rang.append(clock.now())
+
+    @property
+    def rhythm(self):
+        """Times of the bell in quarters of a second, from the first one on."""
+        return tuple(round(4 * (time - self.rang[0])) for time in self.rang)
 
 
 NAMES = tuple(joint.name for joint in JOINTS)
@@ -395,14 +411,42 @@ def test_advice_ends_a_socket_and_the_placement(arm, by_hand):
     words = words_of(seen)
     assert words.index("SOCKET 1 NOW") < words.index("ENOUGH")
     assert outcome.advice and outcome.advice.closing == ("go left",)
-    assert seen.bells == 1 + 3 + 1  # captured, done here, captured
+    assert seen.bells == 1 + 3 + 1 + 6  # captured, done here, captured, enough
+
+
+def test_a_capture_a_refusal_and_each_end_sound_unlike_the_others(arm, by_hand, tmp_path):
+    """By the times of the bell from the first one on."""
+    ends = [{}, {"enough": True}, {"exhausted": True}, {"alarms": (BASE,)}, {"leave": True}]
+    heard = []
+    for end in ends:
+        seen = Timed()
+        typed = (0.5, "a"), (6.0, "q")
+        by_hand(arm(speed=1.0), *typed, guidance=Guidance({}, end), sound=True, seen=seen)
+        heard.append(seen.rhythm)
+        shutil.rmtree(tmp_path / "front")
+    refused = Timed()
+    by_hand(arm(speed=1.0), (0.1, "a"), (6.0, "q"), sound=True, seen=refused)
+    heard.append(refused.rhythm)
+    assert all(heard) and len(set(heard)) == len(heard), heard
+
+
+def test_a_voice_says_what_the_bell_rings(arm, by_hand):
+    said = []
+    adviser = Guidance({}, {}, {"alarms": (BASE,)}, {"enough": True})
+    typed = (0.5, "a"), (0.9, "a"), (2.2, "a"), (3.2, "k"), (3.8, "a"), (6.0, "q")
+    by_hand(arm(speed=1.0), *typed, guidance=adviser, say=said.append)
+    assert said[0] == "got 1" and said[1].startswith("refused: ")
+    assert said[2:] == ["got 2", f"BASE MOVED: {BASE.text}", "got 3", "enough"]
 
 
 BASE = Alarm("base", "BASE MOVED", "by 5.0 mm since sample 2", (2, 3))
 BALL = Alarm("ball", "NOT SEATED", "sample 2 is 5.0 mm off", (2,))
 FORGOTTEN = Alarm("socket", "WRONG SOCKET", "samples 2 to 3 lie in socket 1", (2, 3), 1)
 READINGS = Alarm("joints", "JOINTS?", "0.5 m off since sample 2", (2, 3))
-ALARMS = {alarm.cause: alarm for alarm in (BASE, BALL, FORGOTTEN, READINGS)}
+REMOUNTED = Alarm("flange", "BALL MOVED", "by 2.0 mm since sample 2", (2, 3))
+TIPPED = Alarm("passing", "BASE TIPPED", "by 3.0 mm in samples 2 to 3", (2, 3))
+EACH = (BASE, BALL, FORGOTTEN, READINGS, REMOUNTED, TIPPED)
+ALARMS = {alarm.cause: alarm for alarm in EACH}
 
 
 @by_table("cause", "key", "left", "moved")
@@ -469,6 +513,33 @@ def test_a_busy_computer_changes_sockets_and_what_is_left_of_older_advice_is_use
     assert not shown[2, 0].late and seen.views[-1].late
 
 
+@pytest.mark.parametrize(("aim", "confined"), [((0.8, -0.9), True), ((0.3, 0.3), False)])
+def test_proposals_that_are_not_followed_come_from_where_the_samples_went(
+    arm, by_hand, aim, confined
+):
+    """An arm that takes none of three in a row may stand in a narrow cell."""
+    adviser = Guidance({"target": aim})
+    places = [(0.1 * k - 0.4, 0.3 - 0.05 * k) for k in range(4)]
+    typed = [(0.5 + 1.6 * k, "a") for k in range(4)]
+    _, seen = by_hand(arm(speed=1.0, places=places), *typed, (6.6, "q"), guidance=adviser)
+    told = [len(q.samples) for q in adviser.asked if q.answers.confined]
+    assert told[:1] == [3] * confined
+    texts = [message.text for message in seen.views[-1].session.messages]
+    assert any("--turn" in text for text in texts) == confined
+
+
+def test_a_pose_that_cannot_be_taken_is_proposed_no_more(arm, by_hand):
+    poses = [(0.3, 0.1), (0.1, 0.2), (0.6, -0.4)]
+    said = {"route": tuple((0, pose) for pose in poses), "target": poses[0]}
+    adviser = Guidance(said)
+    typed = (0.5, "b"), (0.7, "b"), (1.2, "q")
+    _, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser)
+    targets = [view.advice.target for view in seen.views if view.advice]
+    assert list(dict.fromkeys(targets)) == poses
+    assert adviser.asked[-1].answers.avoided == tuple(poses[:2])
+    assert not adviser.asked[-1].answers.confined
+
+
 def test_a_fail_is_told_with_its_reason_before_more_is_recorded(arm, by_hand):
     why = {"fails": "The arm came out 3 % longer than its model"}
     adviser = Guidance({}, why, {**why, "exhausted": True})
@@ -499,6 +570,21 @@ def test_samples_that_alarms_took_back_go_along_with_a_base_that_moved(arm, by_h
     assert moved_numbers(outcome) == [2, 3]
 
 
+@pytest.mark.parametrize("alarm", [BASE, BALL, READINGS, REMOUNTED])
+def test_no_new_placement_takes_all_samples_of_one(arm, by_hand, tmp_path, alarm):
+    """It is not offered, and its key begins none, with an alarm and without a sample."""
+    whole = replace(alarm, samples=(1, 2), stays=False)
+    adviser = Guidance({}, {}, {"alarms": (whole,)})
+    typed = (0.3, "n"), (0.5, "a"), (2.2, "a"), (3.4, "n"), (5.6, "q")
+    outcome, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser)
+    (reason,) = {view.prompt.reason for view in seen.views if view.alarm and not view.captured}
+    assert "n " not in reason.partition(": ")[2].replace("again", "") and "k keep" in reason
+    assert outcome.successor is None and outcome.session.counts == (2, 0)
+    assert sum("no sample would stay" in text for text in seen.alarms) == 2
+    assert not any(view.question for view in seen.views)
+    assert [folder.name for folder in tmp_path.iterdir() if folder.is_dir()] == ["front"]
+
+
 def test_a_kept_fault_stands_on_the_screen_and_the_session_still_ends(arm, by_hand):
     said = {"alarms": (BASE,), "exhausted": True, "fails": "The base moved", "fitted": True}
     adviser = Guidance({}, {}, {}, said)
@@ -509,6 +595,21 @@ def test_a_kept_fault_stands_on_the_screen_and_the_session_still_ends(arm, by_ha
     assert last.prompt.words == "SOLVE FAILS" and last.kept == (BASE,)
     assert any("kept: BASE MOVED from sample 2 on; solve says FAIL" in str(line)
                for line in render(last, 80, 24))  # fmt: skip
+
+
+def test_a_joint_that_slips_again_is_told_so_once(arm, by_hand):
+    slips = [
+        replace(Alarm("other", "LOST A ZERO", f"b since {first}", (first,)), joint="b")
+        for first in (1, 4, 7)
+    ]
+    said = [{"alarms": tuple(slips[: count // 3 + 1])} for count in range(9)]
+    places = [(0.1 * k - 0.4, 0.3 - 0.1 * k) for k in range(8)]
+    captures = [(0.5 + 1.6 * k, "a") for k in range(8)]
+    typed = sorted([*captures, (1.4, "k"), (6.2, "k"), (13.5, "q")])
+    _, seen = by_hand(arm(speed=1.0, places=places), *typed, guidance=Guidance(*said))
+    alarms = [view.alarm.words for view in seen.views if view.alarm]
+    assert list(dict.fromkeys(alarms)) == ["LOST A ZERO", "JOINT SLIPS"]
+    assert len(seen.views[-1].session.live) == 8 and not seen.views[-1].alarm
 
 
 def test_a_fault_that_began_as_the_connection_came_back_says_so(arm, by_hand):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cases import by_table
-from foreign_tables import BYTES, LOOKS, MORE, UR, Q, beside, named, page, text_of
+from foreign_tables import BYTES, LOOKS, MORE, PARTS, UR, Q, beside, named, page, text_of, workbook
 from project import ROOT
 
 import mukca
@@ -44,6 +44,10 @@ ALONE = (
     "RTDE",
     "lists",
     "tuples",
+    "title",
+    "groups",
+    "strokes",
+    "blanks in names",
 )
 """Looks whose lines have no place for another column."""
 
@@ -154,6 +158,11 @@ POSES = {
     "RTDE": "timestamp " + " ".join(f"actual_TCP_pose_{k}" for k in range(6)) + "\n"
     "17.0 0.1 0.2 0.3 0.0 0.0 1.2870022175866\n",
     "angles": "x,y,z,roll [deg],pitch [deg],yaw [deg]\n0.1,0.2,0.3,0,0,73.73979529168804\n",
+    "commands beside": "target_x,target_y,target_z,x_actual,y_actual,z_actual,"
+    "qx_actual,qy_actual,qz_actual,qw_actual\n"
+    "9,9,9,0.1,0.2,0.3,0,0,0.6,0.8\n",
+    "Soll and Ist": "X Soll,Y Soll,Z Soll,X Ist,Y Ist,Z Ist,QX Ist,QY Ist,QZ Ist,QW Ist\n"
+    "9,9,9,0.1,0.2,0.3,0,0,0.6,0.8\n",
     "matrix": "x,y,z,r11,r12,r13,r21,r22,r23,r31,r32,r33\n"
     "0.1,0.2,0.3,0.28,-0.96,0,0.96,0.28,0,0,0,1\n",
 }
@@ -244,3 +253,57 @@ def test_a_matrix_that_is_no_rotation_is_refused(matrix):
     turn = matrix.ravel()[:9].tolist()
     with pytest.raises(mukca.MukcaError, match=r"v.csv:2: r11 to r33 are no rotation"):
         unit_quaternion(turn, [f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)], "v.csv:2")
+
+
+@pytest.mark.parametrize("names", ["S1 L1 U1 R1 B1 T1", "s l u r b t", "A B C t id time"])
+def test_a_joint_may_be_called_like_a_time(tmp_path, names):
+    """A robot's own names come before what a name usually means."""
+    joints = names.split()
+    rows = np.random.default_rng(1).uniform(-1, 1, (4, 9))
+    header = ["stamp", *reversed(joints), "x", "y", "z"]
+    cells = [[str(i), *row[5::-1], *row[6:]] for i, row in enumerate(rows)]
+    (tmp_path / "points.csv").write_text(text_of(header, cells))
+    placement = mukca.read_placements(tmp_path)[0].for_joints(joints)
+    assert np.array_equal(placement.positions, rows[:, :6])
+    forms = [("x", "y", "z")]
+    assert np.array_equal(read_rows(tmp_path / "points.csv", joints, forms).numbers, rows)
+
+
+BOMB = '<!DOCTYPE a [<!ENTITY b "c">]><workbook xmlns="{main}">&b;</workbook>'
+
+
+def test_a_workbook_names_rows_as_a_spreadsheet_does(tmp_path):
+    file = tmp_path / "joints.xlsx"
+    file.write_bytes(workbook(named("{}").replace("\n", "\nx,0,0,0,0,0\n", 1)))
+    with pytest.raises(mukca.MukcaError, match=r"joints\.xlsx:4: column 1 is 'x'"):
+        read_rows(file, UR)
+    file.write_bytes(
+        workbook(named("{}"), **{"xl/worksheets/sheet2.xml": PARTS["xl/worksheets/sheet1.xml"]})
+    )
+    assert read_rows(file, UR).notes == (f"{file}: its first sheet is read; Cell 3 is not",)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        workbook(named("{}"), **{"xl/workbook.xml": BOMB}),
+        workbook(named("{}"), **{"xl/worksheets/sheet2.xml": "<a"}),
+        workbook(named("{}"), **{"xl/sharedStrings.xml": "<a/>"}),
+        workbook(named("{}"))[:900],
+        workbook(named("{}")).replace(b"sheet1", b"sheet3"),
+        b"PK\x03\x04",
+    ],
+)
+def test_a_workbook_that_is_damaged_is_refused(tmp_path, content):
+    file = tmp_path / "joints.xlsx"
+    file.write_bytes(content)
+    with pytest.raises(mukca.MukcaError, match=r"joints\.xlsx: a spreadsheet or archive.*as CSV"):
+        read_rows(file, UR)
+
+
+def test_a_message_that_was_torn_off_has_no_stamp(tmp_path):
+    """Its line is left out, or refused; no more."""
+    head, *lines = LOOKS["rostopic echo -p"].splitlines()
+    (tmp_path / "joints.csv").write_text("\n".join([head, *lines[:3], "17"]))
+    numbers = read_rows(tmp_path / "joints.csv", UR).numbers
+    assert np.abs(np.array(numbers) - Q[:3]).max() < 1e-12

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mukca.drivers import JointState
-from mukca.recorder import Placement, arc, repeated_rows, without_turns
+from mukca.recorder import Placement, arc, distinct, repeated_rows, without_turns
 from mukca.recorder.session import Session
 from mukca.recorder.stream import JointLimits, StreamMonitor
 
@@ -50,11 +50,11 @@ def test_equal_rows_count_once_and_it_is_said(copies):
     q = np.random.default_rng(0).uniform(-1, 1, (7, 4))
     rows = np.concatenate([q, *[q + 4e-7] * copies])
     placement = Placement.of_arrays("front", rows, [0] * len(rows))
-    distinct = placement.distinct()
-    assert np.array_equal(distinct.positions, q)
-    assert f"{7 * copies} of {len(rows)} samples repeat another one" in distinct.remarks[0]
+    counted = distinct(placement)
+    assert np.array_equal(counted.positions, q)
+    assert f"{7 * copies} of {len(rows)} samples repeat another one" in counted.remarks[0]
     other_socket = Placement.of_arrays("front", rows[:14], [0] * 7 + [1] * 7)
-    assert other_socket.distinct() is other_socket
+    assert distinct(other_socket) is other_socket
 
 
 def test_rows_that_differ_in_one_number_are_no_copies():

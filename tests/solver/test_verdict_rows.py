@@ -7,6 +7,7 @@ from altered import with_errors
 
 from mukca.solver.assessment import (
     Options,
+    checks_row,
     limit_row,
     limits_of,
     predicted_in_words,
@@ -17,7 +18,30 @@ from mukca.solver.assessment.conclusion import conclude
 from mukca.solver.assessment.held_out import error_rows
 from mukca.solver.assessment.scale_check import scale_row
 from mukca.solver.identification.data import measure
-from mukca.solver.results import Diagnostic, Hypothesis, Scale
+from mukca.solver.results import (
+    Better,
+    Consequence,
+    Diagnostic,
+    Hypothesis,
+    Improvement,
+    Interval,
+    Scale,
+)
+
+
+def interval(value):
+    """An error with its interval [m]."""
+    return Interval(value=value, low=0.8 * value, high=1.2 * value)
+
+
+def improved(before, corrected, corrected_near):
+    """A calibration with errors of 0.4 mm in the workspace and 0.2 mm near recorded places."""
+    odds = {"probability": 0.99 if before > 1e-3 else 0.3, "corrected_probability": 0.97}
+    places = [
+        Improvement(before=interval(before), now=interval(now), corrected=interval(full), **odds)
+        for now, full in ((4e-4, corrected), (2e-4, corrected_near))
+    ]
+    return Better(workspace=places[0], recorded_places=places[1])
 
 
 def test_the_worst_of_several_is_said_first():
@@ -32,13 +56,38 @@ def test_no_size_is_called_right_by_a_base_that_moved(code, status):
 
 @pytest.mark.parametrize(
     ("level", "distance", "status"),
-    [("warning", 0.001, "warning"), ("warning", 0.4, "fail"), ("error", 0.001, "fail")],
+    [
+        ("warning", 0.001, "warning"),
+        ("warning", 0.4, "not enough"),
+        ("error", 0.001, "not enough"),
+    ],
 )
 def test_a_length_explains_the_size_unless_a_distance_may(level, distance, status):
     checks = [Diagnostic(level=level, code="length", where="all", text="x is off", advice="")]
     odds = {"length": 1 - distance, "distance": distance}
     causes = [Hypothesis(name, p, {}, "", "", "") for name, p in odds.items()]
     assert scale_row(Scale(value=0.02, deviation=5e-4), 0.05, checks, causes).status == status
+
+
+@pytest.mark.parametrize(
+    ("value", "length", "readings", "told"),
+    [
+        (0.0087, 0.2, 1, "BETTER"),
+        (0.0087, 0.05, 1, "NOT ENOUGH DATA"),
+        (0.0130, 0.2, 1, "NOT ENOUGH DATA"),
+        (0.0130, 0.0, 2, "PASS near the recorded places"),
+        (0.5, 0.2, 2, "FAIL"),
+    ],
+)
+def test_a_length_is_likelier_than_a_distance_where_the_size_nearly_holds(
+    value, length, readings, told
+):
+    """Or where two readings agree; but no arm is half as long again as its model."""
+    odds = {"distance": 1 - length, "length": length}
+    causes = [Hypothesis(name, p, {}, "", "", "") for name, p in odds.items()]
+    row = scale_row(Scale(value=value, deviation=7e-4), 0.05, (), causes, readings=readings)
+    verdict = conclude([row], improved(2e-3, 3e-4, 1e-4), None)
+    assert verdict.title == told and "the sockets are" in row.text
 
 
 @pytest.mark.parametrize(("told", "status"), [(True, "warning"), (False, "fail")])
@@ -61,15 +110,16 @@ def kept(error, deviation):
     ("error", "deviation", "words"),
     [
         (0.05, 0.02, ""),
-        (0.078, 0.046, "held-out distance error may be 0.168 mm (95 %)"),
+        (0.078, 0.046, "held-out distance error may be up to 0.168 mm (limit 0.100 mm)"),
     ],
 )
 def test_a_pass_says_which_limits_are_not_shown_to_be_kept(simulated, error, deviation, words):
     better, row = simulated.calibration.document.better, kept(error, deviation)
     verdict = conclude([row], better, None)
     assert words in row.doubt and bool(words) == bool(row.doubt)
-    assert verdict.status == "pass" and words in verdict.answer[-1]
-    assert verdict.answer[-1].count("; its ") == bool(words)
+    answer = " ".join(verdict.answer)
+    assert verdict.status == "pass" and words in answer
+    assert answer.count("Only just: the ") == bool(words)
 
 
 def test_a_figure_about_its_limit_neither_keeps_nor_misses_it(simulated):
@@ -83,11 +133,11 @@ def test_a_figure_about_its_limit_neither_keeps_nor_misses_it(simulated):
         assert row.status == "not enough" and "or hold out more placements" in row.text
         verdict = conclude([row], simulated.calibration.document.better, None)
         assert (verdict.title, verdict.use, verdict.exit_status) == ("BETTER", True, 1)
-        assert row.text[1:] in verdict.answer[-1]
+        assert row.text[1:] in verdict.answer[2]
 
 
 @pytest.mark.parametrize(
-    ("predicted", "length", "repeatability", "words"),
+    ("high", "length", "repeatability", "words"),
     [
         (0.8e-3, None, 1e-4, "where 0.90 mm is asked: no other placement is needed for that"),
         (1.0e-3, None, 1e-4, "where 0.90 mm is asked: record another placement"),
@@ -95,7 +145,37 @@ def test_a_figure_about_its_limit_neither_keeps_nor_misses_it(simulated):
         (1.0e-3, None, None, "whether that is enough follows from your arm's --repeatability-mm"),
     ],
 )
-def test_one_judgement_says_whether_another_placement_is_needed(
-    predicted, length, repeatability, words
-):
-    assert predicted_in_words(predicted, length, repeatability).endswith(words)
+def test_one_judgement_says_whether_another_placement_is_needed(high, length, repeatability, words):
+    predicted = Interval(value=0.6e-3, low=0.3e-3, high=high)
+    told = predicted_in_words(predicted, length, repeatability)
+    assert told.endswith(words) and "wrong by about 0.60 mm" in told
+
+
+@pytest.mark.parametrize(
+    ("before", "corrected", "near", "words"),
+    [
+        (2e-3, 5.2e-4, 8e-5, "near the recorded places only: 0.08 mm there, 0.52 elsewhere."),
+        (2e-3, 3e-4, 8e-5, "Command with corrected joints: a distance is then wrong by about 0.30"),
+        (2e-3, 5.2e-4, 3e-4, "Corrected joints are no better than this."),
+        (5e-4, 3e-4, 8e-5, "(97 in 100 that this is better)."),
+    ],
+)
+def test_the_answer_says_where_corrected_joints_are_better(before, corrected, near, words):
+    """Where they alone are, it is not USE IT, which is of the URDF."""
+    verdict = conclude([], improved(before, corrected, near), None)
+    assert verdict.answer[0] == (
+        "A distance anywhere in the workspace is now wrong by about 0.40 mm "
+        f"(was {'2.0' if before > 1e-3 else '0.50'}); near the recorded places by 0.20."
+    )
+    is_better = before > 1e-3
+    assert verdict.use == is_better == verdict.answer[1].startswith("USE IT: load ")
+    assert words in verdict.answer[-1]
+
+
+@pytest.mark.parametrize(("workspace", "status"), [(1e-4, "warning"), (2e-3, "fail")])
+def test_an_error_stops_nothing_whose_consequence_the_gain_dwarfs(workspace, status):
+    cost = Consequence(1e-5, workspace, 1e-3, 1e-3)
+    error = Diagnostic("error", "base_moved", "front", "the base moved", "screw it down", cost)
+    better = improved(2e-3, 4e-4, 1e-4)
+    assert checks_row([error], better).status == status
+    assert checks_row([error]).status == "fail"

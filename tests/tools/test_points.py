@@ -1,8 +1,10 @@
 """Points of an instrument on the command line: solve, validate, check, and bad files."""
 
+import html
 import json
 from contextlib import redirect_stdout
 from io import StringIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -139,3 +141,37 @@ def test_poses_that_do_not_tell_are_the_flanges_where_it_is_said(
         refused("--flange-poses", *words)
         status, out, _ = command(*words, "--flange-poses")
         assert status != 2 and (words[0] == "check" or "mrad" in out)
+
+
+def test_solve_keeps_the_recording_of_a_table(measured, tmp_path, answer):
+    """It is another form of what was solved, for every other verb."""
+    lines = (measured / "train" / "points.csv").read_text().splitlines()[1:]
+    table = tmp_path / "t.txt"
+    table.write_text("\n".join(line.replace(",", "\t") for line in lines))
+    words = ["--robot", "panda", "--without", "compliance", "transmission"]
+    columns = ["--columns", "q=1..7", "x=8", "y=9", "z=10"]
+    out = tmp_path / "out"
+    told = answer("solve", table, *words, "--out", out, *columns, status=1)
+    (placement,) = told["placements"]
+    stored = json.loads((out / "calibration.json").read_text())["data"]
+    folder = Path(stored[0]["files"][0]).parent
+    assert folder.is_relative_to(out)
+    again = answer("solve", folder, *words, status=1)
+    assert placement["calibrated"] == again["placements"][0]["calibrated"]
+    told = answer("validate", out, table, *columns, status=3)
+    assert told["placements"][0]["role"] == "train"
+
+
+def test_validate_tells_every_error_that_it_counts(solved, measured, tmp_path, command):
+    """On the terminal, in JSON, and on the page."""
+    (later,) = mukca.read_placements(measured / "later")
+    swapped = later.positions[:, [0, 1, 4, 3, 2, 5, 6]]
+    write_points(moved(later, swapped), tmp_path / "later")
+    words = ("validate", solved[0], tmp_path / "later", "--out", tmp_path / "page", "--json")
+    status, out, told = command(*words)
+    verdict = json.loads(out)["verdict"]
+    errors = [finding for finding in verdict["findings"] if finding["level"] == "error"]
+    assert status == 1 and errors
+    page = html.unescape((tmp_path / "page" / "report.html").read_text())
+    for finding in errors:
+        assert finding["text"] in " ".join(told.split()) and finding["text"] in page

@@ -26,6 +26,7 @@ from .robots import SPREADS as SPREADS
 from .robots import WINDOWS as WINDOWS
 from .robots import RobotOptions as RobotOptions
 from .robots import RobotsOptions as RobotsOptions
+from .robots import TableOptions as TableOptions
 from .robots import WorkerOptions as WorkerOptions
 from .robots import measured_of as measured_of
 from .robots import read_data as read_data

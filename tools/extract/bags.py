@@ -25,6 +25,7 @@ from .log import (
     columns_of,
     in_parts,
     needed_columns,
+    refuse_normalised,
     require_rate,
     unknown_joints,
 )
@@ -249,6 +250,8 @@ def _radians(
     known = np.all(np.isfinite(values), axis=1)
     if question.units in ("radians", "degrees"):
         degrees = question.units == "degrees"
+        if degrees:
+            refuse_normalised(values[known], question)
         angles = np.radians(values) if degrees else values
         if degrees and SERVO_ARMS.search(str(info.get("robot_type"))):
             angles = angles * 4095 / 4096

@@ -24,6 +24,7 @@ from .log import (
     Question,
     check_angles,
     in_parts,
+    refuse_normalised,
     require_rate,
     unknown_joints,
     which_arm,
@@ -45,13 +46,15 @@ def read_csv_log(question: Question) -> Log:
     table = read_table(question.path, question.joints)
     if table.header is None:
         raise ExtractError(f"{question.path}:1: name the columns: time, and the joints")
-    times = [column for column in table.columns if _TIME.fullmatch(column.name)]
+    joints = set(question.joints)
+    called = [column for column in table.columns if column.name not in joints]
+    times = [column for column in called if _TIME.fullmatch(column.name)]
     if not times:
         raise ExtractError(
             f"{question.path}:1: no column of time; call it time, or time[ms] and so on; "
             f"columns: {', '.join(table.header)}"
         )
-    columns, notes = _joint_columns(table, times, question)
+    columns, notes = _joint_columns(table, times[:1], question)
     cells = [[row[column.index].strip() for column in columns] for row in table.rows]
     rows = [i for i, numbers in enumerate(cells) if any(numbers)]
     if empty := len(cells) - len(rows):
@@ -123,5 +126,7 @@ def _in_radians(
         unit = np.radians(1.0) if degrees else 1.0
         scales = unit / np.array([scale_of(column) for column in columns])
         positions = positions * np.where(turning, scales, 1.0)
+    if degrees:
+        refuse_normalised(np.rad2deg(positions[:, turning]), question)
     check_angles(positions[:, turning], degrees, question)
     return positions

@@ -15,6 +15,8 @@ FULL_TURN = 2 * np.pi + 0.1
 """No joint's angle in radians is larger."""
 SLOWEST = 0.15
 """Logs with longer steps hold no rest of a third of a second [s]."""
+NORMALISED = 100.0
+"""Largest of values that lerobot normalises to the range of a motor."""
 STATES = 10
 """A window holds as many states at least."""
 
@@ -180,6 +182,21 @@ def check_angles(angles: np.ndarray, degrees: bool, question: Question) -> None:
         raise ExtractError(
             f"{question.path}: no joint goes beyond {np.degrees(largest):.2g} degrees; if these "
             "are radians, say --units radians"
+        )
+
+
+def refuse_normalised(degrees: np.ndarray, question: Question) -> None:
+    """Refuse angles [deg] that end at 100 exactly, as parts of a motor's range do.
+
+    Raises:
+        ExtractError: They do; without the motors' ranges nobody can make radians of them.
+    """
+    largest = float(np.abs(degrees).max(initial=0.0))
+    if abs(largest - NORMALISED) < 1e-6:
+        raise ExtractError(
+            f"{question.path}: values end at {largest:g} exactly: no degrees, but parts of each "
+            "motor's range, from -100 to 100; of a lerobot data set give --units FILE, the arm's "
+            "calibration file"
         )
 
 

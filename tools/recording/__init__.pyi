@@ -1,6 +1,7 @@
 # keep: BackgroundGuidance
 from .checks import worth_calibrating as worth_calibrating
 from .distance_question import with_distance as with_distance
+from .distance_question import with_distance_of_base as with_distance_of_base
 from .distance_question import with_second_reading as with_second_reading
 from .earlier_placements import recorded_beside as recorded_beside
 from .goals import goal_for as goal_for

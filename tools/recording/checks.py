@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +25,17 @@ FAR, FAR_SHARE = 0.06, 4.0
 """Least distance of an outlier from the others [m], and its ratio to their usual distance."""
 BEYOND = 0.3
 """Farther off than this neither base nor ball can be [m]: joints read wrongly, or the model is."""
+GROSS = 0.5
+"""Share of a distance beyond which it was typed in another unit."""
 FIRST_POSES = 3
 """Poses in a socket that show a wrong model."""
 WRONG_SCATTER, WRONG_RATIO = 0.06, 4.0
 """By the model of another arm, the ball of one socket scatters by more than this [m], and so many
 times as far as by the right one."""
+FLIPS = 2
+"""So many joints at most are tried with the other sign."""
+SIGN_RATIO = 2.5
+"""With the right signs the ball of one socket scatters so many times less."""
 SLACK = 0.05
 """Tolerance of the joints' limits [rad]."""
 
@@ -92,6 +99,64 @@ def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
         f"{1e3 * scatters[best]:.0f} mm, by that of {robot.name} by {1e3 * scatter:.0f} mm. Is "
         "--robot right?"
     )
+
+
+def wrong_signs(robot: Robot, samples: Sequence[Sample]) -> str | None:
+    """Return a warning where a ball stays in its socket with other signs of some joints, or None.
+
+    The fewest joints are named whose readings, turned round, make it scatter far less.
+    """
+    for socket in sorted({s.socket for s in samples}):
+        q = np.array([s.position for s in samples if s.socket == socket])
+        if len(q) >= ENOUGH and (complaint := _wrong_signs(robot, q)):
+            return complaint
+    return None
+
+
+def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
+    """Return the same of the configurations of one socket, shape (N, m)."""
+    scatter = _scatter(robot, q).mean()
+    if scatter < WRONG_SCATTER:
+        return None
+    names = robot.joint_names
+    for count in range(1, FLIPS + 1):
+        scatters = {
+            flipped: _scatter(robot, _turned_round(q, flipped)).mean()
+            for flipped in combinations(range(len(names)), count)
+        }
+        best = min(scatters, key=lambda flipped: scatters[flipped])
+        if scatters[best] < scatter / SIGN_RATIO:
+            joints = " and ".join(names[joint] for joint in best)
+            return (
+                f"sign of {joints}: with the other, the ball of one socket scatters by "
+                f"{1e3 * scatters[best]:.0f} mm, not {1e3 * scatter:.0f}"
+            )
+    return None
+
+
+def _turned_round(q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+    """Return configurations with the readings of some joints turned round."""
+    signs = np.ones(q.shape[1])
+    signs[list(joints)] = -1
+    return signs * q
+
+
+def wrong_distance(
+    robot: Robot, distance: float, samples: Sequence[Sample]
+) -> float | None:
+    """Return the distance of the sockets by the nominal model if the given one is grossly off [m].
+
+    None where it is not. By as little as an arm of servos may be off, it is not grossly off.
+    """
+    sockets = np.array([s.socket for s in samples])
+    balls = nominal_balls(robot, np.array([s.position for s in samples]))
+    if not {0, 1} <= set(sockets.tolist()):
+        return None
+    centres = np.array([np.median(balls[sockets == k], axis=0) for k in (0, 1)])
+    likely = float(np.linalg.norm(centres[1] - centres[0]))
+    scatter = np.linalg.norm(balls - centres[sockets.clip(0, 1)], axis=1).mean()
+    allowed = max(BEYOND, FAR_SHARE * scatter, GROSS * likely)
+    return likely if abs(likely - distance) > allowed else None
 
 
 def similar_models(robot: Robot, position: Sequence[float]) -> str | None:

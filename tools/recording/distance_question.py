@@ -1,10 +1,12 @@
 """Question for the sockets' distance, before a session and after it."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...recorder import METADATA, Metadata, add_reading, read_keys
+from ...recorder import METADATA, Metadata, Placement, add_reading, read_keys
+from ...solver.identification.data import AGREEING
 from ..cli import DISTANCES, Terminal
 
 
@@ -17,6 +19,27 @@ def with_distance(metadata: Metadata, terminal: Terminal) -> Metadata:
         if distance is None
         else replace(metadata, distance=distance, measured=True)
     )
+
+
+def with_distance_of_base(
+    metadata: Metadata, placements: Sequence[Placement], terminal: Terminal
+) -> Metadata:
+    """Return metadata with one distance for one base, where an earlier placement has another.
+
+    The operator says whether it is the same base, which has the distance that was measured last.
+    """
+    measured = [p for p in placements if p.distance and not p.distance_assumed]
+    if not measured or metadata.distance is None:
+        return metadata
+    last, before = measured[-1].name, measured[-1].distance or 0.0
+    if abs(before - metadata.distance) <= AGREEING:
+        return metadata
+    question = (
+        f"{last} says {1e3 * before:g} mm, this placement {1e3 * metadata.distance:g} mm. One base "
+        "has one distance; of another base, type it again."
+    )
+    distance = _typed_distance(question, f"{1e3 * before:g}", terminal)
+    return replace(metadata, distance=distance or before, measured=True)
 
 
 def with_second_reading(

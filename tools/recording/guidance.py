@@ -7,7 +7,7 @@ from itertools import takewhile
 import numpy as np
 
 from ...recorder import Placement, Sample
-from ...recorder.session import BLOCK, NO_ANSWERS, Advice, Alarm, Answers
+from ...recorder.session import BLOCK, NO_ANSWERS, SLIPS, Advice, Alarm, Answers
 from ...solver import design
 from ...solver.assessment import LEAST_SAMPLES
 from ...solver.identification.inference import Posterior
@@ -87,6 +87,7 @@ class PoseSelector:
         answers: Answers = NO_ANSWERS,
     ) -> Advice:
         """Return advice for the active socket and the arm's configuration [rad], [m]."""
+        self._pool.heed(answers)
         alarms = self.alarms(samples, answers)
         posterior = self._fitted(samples)
         state = self._covariance(samples, posterior)
@@ -111,6 +112,7 @@ class PoseSelector:
         )
         # more samples mend no fault that is kept
         kept_fault = bool(answers.kept and solved and solved.fails)
+        kept_fault |= any(alarm.words == SLIPS for alarm in answers.kept)
         exhausted |= kept_fault and fewest >= LEAST_SAMPLES
         reaches_goal = predicted <= goal
         end = self._rule.end(

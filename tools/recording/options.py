@@ -102,14 +102,18 @@ class _HandOptions(Options, group="hands and ears"):
     key: Sequence[str] = option(
         (),
         "let keys do something, as in capture=Enter,PageDown for a foot pedal or a presenter: "
-        "capture, undo, redo, delete, relabel, measure, next, finish, help, yes, new, keep",
+        "capture, undo, redo, delete, relabel, measure, next, avoid, finish, help, yes, new, keep",
         "ACTION=KEY,...",
         repeated=True,
     )
     sound: Literal["bell", "off"] = option(
         "bell",
         "the terminal's bell: once for a capture, twice for a refusal, three times for a "
-        "socket done",
+        "socket done, and a pattern each for an alarm, ENOUGH and NEXT PLACE",
+    )
+    say: bool = option(
+        False,
+        "also say captures, refusals, alarms and ends aloud, by spd-say, espeak-ng, espeak or say",
     )
 
 

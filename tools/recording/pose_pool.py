@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...recorder import Sample
+from ...recorder.session import NO_ANSWERS, Answers
 from ...solver import design
 from ...solver.identification.data import CALIPER_DEVIATION
 from ...solver.identification.model import Noise, extend
@@ -14,6 +15,12 @@ ALIKE = np.deg2rad(5)
 """A pose that turns every joint less from a sample than this is no new one [rad]."""
 CANDIDATES = 600
 """Number of compared poses."""
+STARTS = 4 * CANDIDATES
+"""Number of starts of poses where the samples went: few of them arrive in their socket."""
+BESIDE = np.deg2rad(10)
+"""So far beyond all samples a hand may still lead each joint [rad]."""
+NEIGHBOURS = 0.1
+"""Share of all poses that are dropped with one that cannot be taken."""
 SEAT = Noise(1e-4, 0.0)
 """Noise of a sample, before there are enough to estimate it [m]."""
 
@@ -26,6 +33,11 @@ class PosePool:
         self.model = extend(robot, choose_parameters(robot))
         self._turn = turn
         self._poses: dict[int, np.ndarray] = {}
+        self._answers = NO_ANSWERS
+
+    def heed(self, answers: Answers) -> None:
+        """Hold to what the operator has answered: which poses cannot be taken."""
+        self._answers = answers
 
     def centre(self, samples: Sequence[Sample], socket: int) -> np.ndarray | None:
         """Return a socket's position by the nominal model [m]; None without a sample in it."""
@@ -68,14 +80,29 @@ class PosePool:
             # Where samples lay that were taken back tells nothing.
             self._poses.pop(socket, None)
             return np.zeros((0, len(self.model.robot.actuated)))
+        taken = np.array([s.position for s in samples])
+        if self._answers.confined:
+            lower, upper = taken.min(axis=0) - BESIDE, taken.max(axis=0) + BESIDE
+            poses = self.reach.poses_between(centre, lower, upper, STARTS)
+            if not len(poses):
+                poses = positions_in(samples, socket)
+        else:
+            poses = self._anywhere(samples, socket, centre)
+        for pose in self._answers.avoided:
+            distances = np.abs(poses - pose).max(axis=1)
+            poses = poses[distances >= np.quantile(distances, NEIGHBOURS)]
+        new = np.abs(poses[:, None] - taken).max(axis=2).min(axis=1) > ALIKE
+        return poses[new] if new.any() else poses
+
+    def _anywhere(
+        self, samples: Sequence[Sample], socket: int, centre: np.ndarray
+    ) -> np.ndarray:
+        """Return poses that are spread over all that is reachable, as far as joints may turn."""
         if socket not in self._poses:
             poses = self.reach.poses(centre, CANDIDATES)
             within_turn = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
             self._poses[socket] = poses[within_turn] if within_turn.any() else poses
-        poses = self._poses[socket]
-        taken = np.array([s.position for s in samples])
-        new = np.abs(poses[:, None] - taken).max(axis=2).min(axis=1) > ALIKE
-        return poses[new] if new.any() else poses
+        return self._poses[socket]
 
 
 def positions_in(samples: Sequence[Sample], socket: int) -> np.ndarray:

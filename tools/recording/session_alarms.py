@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 from ...recorder import Placement, Sample
 from ...recorder.session import Alarm, Cause
 from ...solver import assessment, diagnostics
+from ...solver.assessment import millimetres
 from ...solver.identification.robot import Robot
 from ...solver.results import Hypothesis
-from .checks import BEYOND, FAR, wrong_model
+from .checks import BEYOND, FAR, wrong_distance, wrong_model, wrong_signs
 
 
 class _Form(NamedTuple):
@@ -33,6 +34,8 @@ FORMS = {name: _Form(**entry) for name, entry in _TABLE.items()}
 AROUND = "by {size} mm around {joint} since sample {first}, or that reads otherwise"
 """No sample tells a base that turned around the first joint from that joint's zero."""
 BEYOND_WORDS = "{metres} m off since sample {first}"
+TOOL = 0.01
+"""A ball that moved farther on its flange is that of another tool [m]."""
 
 
 class SessionAlarms:
@@ -54,10 +57,8 @@ class SessionAlarms:
         of a base, not of a ball. What concerns them alone was answered.
         """
         *before, placement = placements
-        if placement.samples and (
-            complaint := wrong_model(self._robot, placement.samples)
-        ):
-            return (Alarm("other", "WRONG ARM?", complaint),)
+        if wrong := self._wrong_from_the_start(placement):
+            return (wrong,)
         numbers = {sample.number for sample in doubted}
         samples = sorted(
             [*placement.samples, *doubted], key=lambda sample: sample.number
@@ -68,9 +69,27 @@ class SessionAlarms:
         alarms = [
             self._alarm(fault, doubted)
             for fault in faults
-            if fault.placement == len(before) and not set(fault.samples) <= numbers
+            if fault.placement == len(before)
+            and not set(fault.samples) <= numbers
+            and not _is_another_ball(fault)
         ]
-        return tuple(_curable(alarm, placement.samples) for alarm in alarms)
+        return tuple(_with_stay(alarm, placement.samples) for alarm in alarms)
+
+    def _wrong_from_the_start(self, placement: Placement) -> Alarm | None:
+        """Return an alarm that the model, signs or distance are not this arm's, before any fit."""
+        robot, samples = self._robot, placement.samples
+        if not samples:
+            return None
+        if complaint := wrong_model(robot, samples):
+            return Alarm("model", "WRONG ARM?", complaint)
+        if complaint := wrong_signs(robot, samples):
+            return Alarm("model", "WRONG SIGNS?", complaint)
+        given = placement.distance
+        if not given or not (likely := wrong_distance(robot, given, samples)):
+            return None
+        numbers = {"likely": millimetres(likely, 0), "given": millimetres(given, 0)}
+        cause, words, form, _ = FORMS["distance"]
+        return Alarm(cause, words, form.format_map(numbers))
 
     def _alarm(self, fault: diagnostics.Fault, doubted: Sequence[Sample]) -> Alarm:
         """Return a fault as an alarm.
@@ -85,19 +104,26 @@ class SessionAlarms:
         if is_repeated:
             first = doubted[0].number
             concerned = (*(sample.number for sample in doubted), *concerned)
-        if is_repeated or (size > BEYOND and fault.socket is None):
+        of_joints = fault.socket is None and hypothesis.name != "distance"
+        if is_repeated or (size > BEYOND and of_joints):
             text = BEYOND_WORDS.format(first=first, metres=f"{size:.1f}")
             return Alarm("joints", "JOINTS?", text, concerned)
         cause, words, form, _ = FORMS[hypothesis.name]
+        if hypothesis.name == "ball_bent" and size > TOOL:
+            words = "TOOL CHANGED?"
+            cause = "joints"  # earlier placements have another tool than the one to calibrate
         if hypothesis.parameters.get("joint") == self._robot.joint_names[0]:
             cause = "base"
             words = "BASE MOVED"
             form = AROUND
         sentence = hypothesis.text.partition(",")[0]
-        text = form.format_map(_shown(hypothesis) | {"first": first, "text": sentence})
+        names = {"first": first, "last": fault.samples[-1], "text": sentence}
+        text = form.format_map(_shown(hypothesis) | names)
         rival = _rival(fault)
         if rival is None or form == AROUND:
-            return Alarm(cause, words, text, fault.samples, fault.socket or 0)
+            joint = str(hypothesis.parameters.get("joint", ""))
+            socket = fault.socket or 0
+            return Alarm(cause, words, text, fault.samples, socket, joint)
         rival_hypothesis = rival.hypothesis
         statement = text.partition(";")[0]  # without the question that follows
         form = FORMS[rival_hypothesis.name].also
@@ -108,11 +134,21 @@ class SessionAlarms:
         return Alarm("base", words, text, rival.samples)
 
 
-def _curable(alarm: Alarm, samples: Sequence[Sample]) -> Alarm:
-    """Return an alarm whose cure leaves some of the samples: a new placement takes no whole one."""
-    moves = alarm.cause in ("base", "joints")
-    stays = any(sample.number < min(alarm.samples) for sample in samples)
-    return replace(alarm, cause="other") if moves and not stays else alarm
+def _is_another_ball(fault: diagnostics.Fault) -> bool:
+    """Return whether a fault is, or may as well be, a ball that was put on anew before a placement.
+
+    A solving has an unknown for that, so no key would cure it.
+    """
+    hypotheses = [f.hypothesis for f in (fault, *fault.rivals)]
+    return any(
+        h.name == "ball_bent" and h.parameters.get("throughout") for h in hypotheses
+    )
+
+
+def _with_stay(alarm: Alarm, samples: Sequence[Sample]) -> Alarm:
+    """Return an alarm that knows whether samples before it would stay."""
+    first = min(alarm.samples, default=0)
+    return replace(alarm, stays=any(sample.number < first for sample in samples))
 
 
 def _size(hypothesis: Hypothesis) -> float:
@@ -141,6 +177,6 @@ def _shown(hypothesis: Hypothesis) -> dict[str, Any]:
     """Return the numbers of a hypothesis as they are shown, lengths in millimetres."""
     numbers = {"likely": "?", "given": "?", "size": "?", **hypothesis.parameters}
     return {
-        key: assessment.millimetres(value, 1) if isinstance(value, float) else value
+        key: millimetres(value, 1) if isinstance(value, float) else value
         for key, value in numbers.items()
     }

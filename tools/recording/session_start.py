@@ -102,7 +102,7 @@ class SessionStart:
         if self.recording and moved:
             since = "the base moved"
             if self.metadata.readings_changed:
-                since = "joints read otherwise"
+                since = "joints read otherwise, or another tool is on"
             words = f"with {moved} samples since {since}"
             return [Message(f"a new placement: {self.options.out}, {words}")]
         if session.samples:

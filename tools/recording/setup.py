@@ -12,7 +12,7 @@ from typing import Any
 from ...recorder import DEFAULT_DISTANCE, StreamLog, next_log_file
 from ...recorder.session import BLOCK, Session
 from ...recorder.stream import STILL, ContactDetector, Stream, StreamMonitor
-from ...recorder.terminal import Lines, Outcome, Recorder, Screen, keys_with
+from ...recorder.terminal import Lines, Outcome, Recorder, Screen, Speech, keys_with
 from ..cli import Terminal, one_arm
 from .checks import gravity_of, odd_pose
 from .earlier_placements import recorded_beside
@@ -35,6 +35,7 @@ def record_session(start: SessionStart) -> Outcome:
         keyboard, script = options.open_keys(stack)
         stack.enter_context(_undisturbed())
         start.terminal.say_at_once(f"connecting to {options.driver} ...")
+        speech = stack.enter_context(closing(Speech())) if options.say else None
         driver = start.connect()
         stack.enter_context(driver)
         still = (
@@ -77,6 +78,7 @@ def record_session(start: SessionStart) -> Outcome:
             hands_free=options.auto,
             moved=base_moved,
             sound=options.sound != "off",
+            say=speech,
             guidance=guidance,
             observers=[*filter(None, (start.page, hand and hand.follow))],
             page=start.page.url if start.page else "",

@@ -26,7 +26,7 @@ class Sufficiency:
     """The part of a verdict that rests on how much was recorded."""
 
     predicted: float
-    """Predicted error of distances in the workspace, as the verdict has it [m]."""
+    """Upper end of the 68 % interval of the error of distances in the workspace [m]."""
     asked: float | None
     """The limit on it [m]; None where nothing is known of the arm's repeatability."""
     enough: bool
@@ -104,7 +104,8 @@ def sufficiency_of(
     deviation = size.deviation or 0.0 if size else 0.0
     sized = size is None or size_level(abs(size.value) + deviation, deviation) is None
     why = solved.verdict.text.partition(". ")[0] if failed else ""
-    return Sufficiency(row.found, row.limit, bool(enough), sized, why)
+    predicted = row.found if row.interval is None else row.interval.high
+    return Sufficiency(predicted, row.limit, bool(enough), sized, why)
 
 
 def rigid_fit(

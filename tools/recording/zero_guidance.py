@@ -47,6 +47,7 @@ class ZeroSelector(PoseSelector):
         answers: Answers = NO_ANSWERS,
     ) -> Advice:
         """Return advice for the active socket and the arm's configuration [rad], [m]."""
+        self._pool.heed(answers)
         state = self._known(samples)
         order = self._order(samples, socket)
         pools = {k: self._pool.candidates(samples, k) for k in range(self._sockets)}

@@ -71,7 +71,7 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
     )
     limits = Section(
         title="Limits",
-        heads=("on", "measured, 95 % interval", "at most", ""),
+        heads=("on", "found, 95 % interval", "at most", ""),
         rows=_limits(report),
         paragraphs=_doubts(report.verdict),
     )
@@ -90,12 +90,11 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
 
 
 def _answer(report: ReportDocument) -> Section:
-    """Return the verdict, and those of its premises that its title does not say."""
+    """Return the verdict, and those of its premises that its answer does not say."""
     verdict = report.verdict
-    premises: list[str] = []
-    for premise in report.rests_on:
-        if premise.text not in verdict.title:
-            premises.append(f"It rests on this: {premise.text}.")
+    answer = " ".join(verdict.answer)
+    texts = [premise.text for premise in report.rests_on]
+    premises = [text for text in texts if text not in answer]
     return Section(
         title=f"Verdict: {verdict.title}",
         paragraphs=[*verdict.answer, *premises],
@@ -162,6 +161,10 @@ def _limits(report: ReportDocument) -> list[list[str]]:
     rows: list[list[str]] = []
     for row in report.verdict.limits:
         measured = "not measured" if row.found is None else mm(row.found, 3)
+        if row.interval is not None:
+            measured += (
+                f" (68 %: {mm(row.interval.low, 3)} to {mm(row.interval.high, 3)})"
+            )
         if row.found is not None and row.deviation is not None:
             measured += f" \N{PLUS-MINUS SIGN}{mm(BAND * row.deviation, 3)}"
         agreed = "none" if row.limit is None else mm(row.limit, 3)

@@ -34,6 +34,8 @@ UNEVEN = (1e-3, 1e-2)
 """Amplitudes of joints that turn unevenly [rad]."""
 TURNS = ("once", "twice")
 """How often they do in a turn."""
+SAGS = (0.01, 0.04)
+"""Typical turns of servos under the arm's weight, away from what they are told [rad]."""
 TILTS = (2e-3, 2e-2)
 """Angles by which a base gives way under the arm [rad]."""
 AXES = "bca"
@@ -160,6 +162,22 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
     yield of_samples(scene.every, columns, [{}], TILTS)
 
 
+def of_commands(scene: Scene) -> Iterable[Block]:
+    """Return the block of joints that all give way under the arm's weight, as far as servos do.
+
+    Encoders see that, commands do not.
+    """
+    columns = -scene.by_joints * _sags(scene)[:, None]
+    yield of_samples(scene.every, columns[None], [{}], SAGS)
+
+
+def _sags(scene: Scene) -> np.ndarray:
+    """Return turns in proportion to gravity's moments, 1 in the joint that turns most, (N, m)."""
+    torques = scene.loaded_samples.torques
+    sizes = np.sqrt(np.mean(torques**2, axis=0))
+    return torques / max(float(sizes.max()), 1e-6)
+
+
 def of_lost_zero(scene: Scene) -> Iterable[Block]:
     """Return blocks of joints that are off from some sample of a placement on."""
     joints = cycle(scene.robot.joint_names)
@@ -180,6 +198,16 @@ def of_lag(scene: Scene) -> Iterable[Block]:
     behind = steps[:, :, None]
     columns = -scene.by_joints @ behind
     yield of_samples(scene.every, columns, [{}], LAGS)
+
+
+def sag(
+    scene: Scene,
+    parameters: Parameters,
+    values: np.ndarray,
+) -> Parameters:
+    """Return by how much the joint that gives way most does [rad]."""
+    sizes = np.sqrt(np.mean(_sags(scene) ** 2, axis=0)) * np.abs(values)
+    return {"size": float(sizes.max())}
 
 
 def offset(

@@ -16,10 +16,14 @@ from .scene import Scene
 
 SIDE = 2
 """Samples needed on each side of a change."""
+LONGEST = 12
+"""Samples for which a base was elsewhere at most, before it fell back."""
 MOST_CUTS = 100
 """Changes tried in a placement."""
 MOVES = (1e-3, 1e-2, 0.2)
 """Typical moves of a base [m]."""
+TIPS = (1e-3, 3e-3)
+"""Typical moves of a base that falls back [m]; one that is put elsewhere stays there."""
 DRIFTS = (5e-4, 5e-3)
 """Typical drifts of a base [m]."""
 TURNS = (0.01, 0.1)
@@ -80,17 +84,23 @@ def _cuts(
     even = np.linspace(SIDE, count - SIDE, most)
     cuts = np.unique(even.astype(int))
     after = scene.ranks[place] >= cuts[:, None]
-    in_socket = sockets == np.unique(sockets)[:, None]
-    of_sockets = in_socket.sum(axis=1)
-    counts: np.ndarray = after.astype(int) @ in_socket.T
-    # where whole sockets moved alone, their centres hold that
-    partly = (counts != 0) & (counts != of_sockets)
-    cuts = cuts[partly.any(axis=1)]
+    cuts = cuts[_partly(after, sockets)]
     beside_others = throughout and len(scene.places) > 1
     in_seats = np.isin(scene.sockets, sockets)
     if beside_others or in_seats.sum() > count:
         return np.append(0, cuts)
     return cuts
+
+
+def _partly(masks: np.ndarray, sockets: np.ndarray) -> np.ndarray:
+    """Return whether each mask has a part of some socket's samples, shape (C,).
+
+    Where whole sockets moved alone, their centres hold that.
+    """
+    in_socket = sockets == np.unique(sockets)[:, None]
+    counts: np.ndarray = masks.astype(int) @ in_socket.T
+    partly = (counts != 0) & (counts != in_socket.sum(axis=1))
+    return partly.any(axis=1)
 
 
 def moved(scene: Scene) -> Iterable[Block]:
@@ -128,6 +138,27 @@ def _turns(scene: Scene) -> np.ndarray:
     variances = squares.mean(axis=1)
     sizes = np.maximum(variances**0.5, 1e-6)
     return cross_matrices(arms) / sizes[scene.sockets, None, None]
+
+
+def tipped(scene: Scene) -> Iterable[Block]:
+    """Return blocks of bases that were elsewhere for some samples in a row, and fell back."""
+    for place, rows in enumerate(scene.places):
+        ranks = scene.ranks[place]
+        count = len(ranks)
+        for length in range(SIDE, LONGEST + 1):
+            begins = np.arange(SIDE, count - length - SIDE + 1)[:, None]
+            begins = begins[:: 1 + len(begins) // MOST_CUTS]
+            runs = (ranks >= begins) & (ranks < begins + length)
+            is_told = _partly(runs, scene.sockets[rows])
+            firsts = begins[is_told, 0].tolist()
+            if scene.frames or not firsts:
+                continue
+            columns = runs[is_told][:, :, None, None] * np.eye(3)
+            names: list[Parameters] = []
+            for first in firsts:
+                name = scene.sample(place, int(np.argmax(ranks == first)))
+                names.append({**name, "samples": length})
+            yield of_samples(rows, columns, names, TIPS)
 
 
 def drifting(scene: Scene) -> Iterable[Block]:

@@ -12,8 +12,9 @@ import numpy as np
 
 from ....errors import MukcaError
 from .measurements import Measurement
-from .metrics import CALIPER_DEVIATION
 
+CALIPER_DEVIATION = 3e-5
+"""Standard deviation of a socket distance measured with a caliper [m]."""
 SEAT_DEVIATION = 1e-5
 """Standard deviation of the distance between a base's sockets from one placement to the next [m]:
 bolting it down bends it a little, and dust keeps the ball from its seat."""
@@ -43,6 +44,11 @@ class Known(Generic[Socket]):
     """Its standard deviation [m]."""
     on_base: bool = False
     """True for two sockets of one base, which may have been recorded at several places."""
+
+    @property
+    def seat_variance(self) -> float:
+        """Its variance on a base from placement to placement [m^2]."""
+        return min(SEAT_DEVIATION, self.deviation) ** 2 if self.on_base else 0.0
 
 
 class KnownDistance(Known[Label]):
@@ -91,9 +97,22 @@ def distance_covariance(lengths: Sequence[Known[int]]) -> np.ndarray:
     """
     covariance = common_covariance(lengths, lengths)
     for i, length in enumerate(lengths):
-        seat = min(SEAT_DEVIATION, length.deviation) if length.on_base else 0.0
-        covariance[i, i] = length.deviation**2 + seat**2
+        covariance[i, i] = length.deviation**2 + length.seat_variance
     return covariance
+
+
+def common_precision(lengths: Sequence[Known[int]]) -> np.ndarray:
+    """Return by how much less K known distances tell for what they share, shape (K, bases).
+
+    With s the deviations of one base's distances, and D the variances beside what they share, it is
+    Q = D^-1 s / sqrt(1 + s^T D^-1 s), so that (D + s s^T)^-1 = D^-1 - Q Q^T (Sherman, Morrison).
+    """
+    deviations = np.array([length.deviation for length in lengths])
+    D = np.array([length.seat_variance or np.inf for length in lengths])
+    bases = np.array([length.distance for length in lengths])
+    s = deviations[:, None] * (bases[:, None] == np.unique(bases))
+    Q = s / D[:, None]
+    return Q / np.sqrt(1 + np.sum(s * Q, axis=0))
 
 
 def common_covariance(

@@ -7,8 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from .known import WORLD, KnownDistance, SocketAt
-from .metrics import CALIPER_DEVIATION
+from .known import CALIPER_DEVIATION, WORLD, KnownDistance, SocketAt
 from .places import Places, RobotRecordings, places_of
 from .samples import Samples, joined
 
@@ -104,6 +103,11 @@ class Observations(Samples, Places):
             np.argsort(self.seated_sockets, kind="stable")
         ]
 
+    @cached_property
+    def _starts(self) -> np.ndarray:
+        """Where the samples of each socket begin among these, shape (S,)."""
+        return np.searchsorted(self.sockets[self._order], np.arange(self.socket_count))
+
     @property
     def freedom(self) -> int:
         """Number of samples in sockets by which the volume counts in (A1).
@@ -114,17 +118,19 @@ class Observations(Samples, Places):
 
     def by_socket(self, values: np.ndarray) -> np.ndarray:
         """Return the sums over the samples of each socket, shape (S, ...)."""
-        starts = np.searchsorted(
-            self.sockets[self._order], np.arange(self.socket_count)
-        )
-        return np.add.reduceat(values[self._order], starts, axis=0)
+        return np.add.reduceat(values[self._order], self._starts, axis=0)
+
+    @cached_property
+    def in_sockets(self) -> list[np.ndarray]:
+        """Indices of the samples of each socket."""
+        return np.split(self._order, self._starts)[1:]
 
     @property
     def anchored(self) -> bool:
         """True where coordinates of sockets are known in the robot's own base."""
         return any(socket.frame == WORLD for socket in self.located)
 
-    @property
+    @cached_property
     def placements(self) -> tuple[str, ...]:
         """The names of all placements."""
         names = [name for name, _ in self.labels]
@@ -136,9 +142,15 @@ class Observations(Samples, Places):
         names = np.array((*self.frames, ""))
         return int(np.sum(names[self.measured_in] == frame))
 
-    def rows_of(self, placement: str) -> np.ndarray:
-        """Return a mask of the places that were recorded at a placement, shape (N,)."""
-        return (self.recorded_at == placement) & ~self.turned
+    def rows_of(self, *placements: str) -> np.ndarray:
+        """Return a mask of the places that were recorded at some placements, shape (N,)."""
+        names, numbers = self._by_name
+        return np.isin(names, placements)[numbers] & ~self.turned
+
+    @cached_property
+    def _by_name(self) -> tuple[np.ndarray, np.ndarray]:
+        """Names of the placements with samples, and the index of each sample's, shape (N,)."""
+        return np.unique(self.recorded_at, return_inverse=True)
 
     def without(self, placements: Collection[str]) -> "Observations":
         """Return the observations without some placements and the distances to their sockets."""

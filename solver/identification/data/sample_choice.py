@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ....errors import JOINT_POSITION
-from ....recorder import Placement, without_turns
+from ....recorder import Placement, distinct, without_turns
 from ..robot import Robot
 from .plausibility import require_near, without_lost_rows
 
@@ -35,11 +35,11 @@ def unwound(placement: Placement, robot: Robot) -> Placement:
 
 def counted_once(placement: Placement) -> Placement:
     """Return equal samples once; a socket that has no others is left as it is, to be refused."""
-    distinct = placement.distinct()
-    counts = np.bincount(distinct.sockets)
+    counted = distinct(placement)
+    counts = np.bincount(counted.sockets)
     before = np.bincount(placement.sockets)
     same_counts = bool(((counts == 1) & (before > 1)).any())
-    return placement if same_counts else distinct
+    return placement if same_counts else counted
 
 
 def without_single(placement: Placement, warnings: list[str]) -> Placement:

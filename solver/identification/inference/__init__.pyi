@@ -1,3 +1,4 @@
+from .arrow import Arrow as Arrow
 from .bounds import bounds_of as bounds_of
 from .joint_offsets import offsets_in_origins as offsets_in_origins
 from .joint_offsets import with_joint_offsets as with_joint_offsets
@@ -8,7 +9,6 @@ from .map_estimate import stepped as stepped
 from .normal_equations import NormalEquations as NormalEquations
 from .normal_equations import Solution as Solution
 from .normal_equations import curvature as curvature
-from .normal_equations import inverse_of_free as inverse_of_free
 from .normal_equations import prior_equations as prior_equations
 from .objective import Objective as Objective
 from .objective import linearise as linearise

@@ -12,11 +12,10 @@ from ..model import (
     Noise,
     fitted_squares,
     log_constant,
-    log_determinant,
     log_prior,
     student_weights,
-    submatrix,
 )
+from .arrow import Arrow
 from .bounds import Bounds, bounds_of, half_moments
 from .normal_equations import (
     NormalEquations,
@@ -50,7 +49,7 @@ def posterior(state: State, iterates: Sequence[np.ndarray]) -> FitPosterior:
     evidence = log_evidence_of_scales(state, state.objective.data.source_of)
     evidence -= state.value()
     evidence -= 0.5 * float(equations.g @ solution.change)
-    evidence -= 0.5 * log_determinant(submatrix(equations.H, state.free))
+    evidence -= 0.5 * equations.arrow(state.free).log_determinant
     evidence += bounds.log_share
     change, mean = solution.change, state
     if bounds.any:
@@ -59,10 +58,14 @@ def posterior(state: State, iterates: Sequence[np.ndarray]) -> FitPosterior:
         mean = moved(state, change)
         iterates = [*iterates, mean.x]
     at_usual = _at_usual_widths(state, data, bounds, change)
+    around = around_estimate(at_usual)
+    at_usual = replace(
+        at_usual, root=around.root[:, :-1]
+    )  # which is large, and here once
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
     return FitPosterior(
         state=mean,
-        around=around_estimate(at_usual),
+        around=around,
         weights=weights,
         log_evidence=evidence,
         iterates=iterates,
@@ -80,12 +83,11 @@ def _at_usual_widths(
 
     The data's slope and the usual widths tell it: found ones may have fallen to nothing.
     """
-    free, usual = state.free, at_usual_widths(state)
+    usual = at_usual_widths(state)
     prior = usual.prior_precision(widened=True)
     H = _curvature_by_tails(state) + prior + bounds.equations.H
     g = data.g + bounds.equations.g + prior_equations(usual).g
-    of_free = Gaussian.of_precision(change[free], submatrix(H, free))
-    spread = of_free.embedded(free, len(free))
+    spread = Arrow(H, state.free, state.form).gaussian(change)
     mean = -spread.covariance @ g
     return replace(spread, mean=mean - change)
 

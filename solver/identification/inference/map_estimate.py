@@ -13,7 +13,6 @@ from .laplace import posterior
 from .normal_equations import (
     BoundedProblem,
     data_equations,
-    inverse_of_free,
     leverage,
     prior_equations,
 )
@@ -162,7 +161,7 @@ def gauss_newton(state: State, may_leave: np.ndarray) -> Step:
     """Return the step to the minimum of L's quadratic approximation."""
     data = data_equations(state)
     equations = data + prior_equations(state)
-    covariance = inverse_of_free(equations.H, state.free)
+    covariance = equations.arrow(state.free).inverse
     spread = state.information[:, None, None] * leverage(state, covariance)
     volume = _volume_weight(state, spread)
     bounded = state.bounded

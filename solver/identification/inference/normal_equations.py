@@ -1,11 +1,11 @@
 """Curvature and slope of the objective (A3), and the step to its least value within bounds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ..model import block_matrix, scaled_inverse, submatrix
+from .arrow import Arrow, Form
 from .state import State
 
 REFINEMENTS = 3
@@ -30,24 +30,24 @@ class NormalEquations:
     """Curvature, shape (n, n)."""
     g: np.ndarray
     """Slope, shape (n,)."""
+    form: Form | None = None
 
     def __add__(self, part: "NormalEquations") -> "NormalEquations":
-        return NormalEquations(H=self.H + part.H, g=self.g + part.g)
+        """Return their sum with a part that couples no two cells."""
+        return replace(self, H=self.H + part.H, g=self.g + part.g)
 
     def tilted(self, slope: np.ndarray) -> "NormalEquations":
         """Return them with a further slope, shape (n,)."""
-        return NormalEquations(self.H, self.g + slope)
+        return replace(self, g=self.g + slope)
+
+    def arrow(self, free: np.ndarray) -> Arrow:
+        """Return the curvature of what is free, with its cells eliminated."""
+        return Arrow(self.H, free, self.form)
 
     def solution(self, free: np.ndarray) -> Solution:
         """Return the least value, d = -H^-1 g, and the covariance H^-1 of what is free."""
-        covariance = inverse_of_free(self.H, free)
+        covariance = self.arrow(free).inverse
         return Solution(-covariance @ self.g, covariance)
-
-
-def inverse_of_free(H: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """Return the inverse of the rows and columns that are free, zero for what is held."""
-    inverse = scaled_inverse(submatrix(H, free))
-    return block_matrix(len(H), [(free, inverse)])
 
 
 def data_equations(state: State) -> NormalEquations:
@@ -56,17 +56,19 @@ def data_equations(state: State) -> NormalEquations:
     H = sum_i k w_i J_i^T C_i^-1 J_i + B^T B
     g = sum_i w_i J_i^T C_i^-1 e_i + B^T b
     """
-    J = state.linear.by_unknowns
+    A, dense = state.linear.by_unknowns, state.objective.dense
     e = state.errors[:, :, None]
     w = state.weights[:, None, None]
     columns = w * state.inverse_scales @ e
     pulls = columns[:, :, 0]
     B, b = state.constraints
-    slope = np.tensordot(pulls, J, 2) + B.T @ b
+    slope = B.T @ b
+    slope[:dense] += np.tensordot(pulls, A, 2)
+    slope[dense:] -= state.objective.data.by_socket(pulls).ravel()
     by_turning = _slope_by_turning(state, pulls)
     k_w = state.information[:, None, None]
     H = curvature(state, k_w * state.inverse_scales)
-    return NormalEquations(H, slope - by_turning)
+    return NormalEquations(H, slope - by_turning, state.form)
 
 
 def prior_equations(state: State, *, widened: bool = False) -> NormalEquations:
@@ -96,14 +98,15 @@ def curvature(state: State, weights: np.ndarray) -> np.ndarray:
     J_i = [A_i, -I] by the other unknowns and the centre of the sample's own socket, and zero by the
     other centres: so A_i^T V_i A_i, -V_i A_i and V_i are summed.
     """
-    A, sockets = _by_others(state)
+    objective, A = state.objective, state.linear.by_unknowns
     VA = weights @ A
     B = state.constraints.jacobian
     H = B.T @ B
     axes = 0, 1  # of samples, and of space
-    others = slice(A.shape[2])
+    others = slice(objective.dense)
     H[others, others] += np.tensordot(A, VA, (axes, axes))
-    for in_socket, centre in sockets:
+    for k, in_socket in enumerate(objective.data.in_sockets):
+        centre = objective.of_socket(k)
         across = VA[in_socket].sum(axis=0)
         H[centre, others] -= across
         H[others, centre] -= across.T
@@ -117,29 +120,16 @@ def leverage(state: State, covariance: np.ndarray) -> np.ndarray:
     With J_i as in :func:`curvature`, it is A_i S A_i^T - A_i S_c - (A_i S_c)^T + S_cc for the
     covariance S of the other unknowns, S_c theirs with the centre, and S_cc that of the centre.
     """
-    A, sockets = _by_others(state)
-    others = slice(A.shape[2])
+    objective, A = state.objective, state.linear.by_unknowns
+    others = slice(objective.dense)
     A_T = A.transpose(0, 2, 1)
     L = (A @ covariance[others, others]) @ A_T
-    for in_socket, centre in sockets:
+    for k, in_socket in enumerate(objective.data.in_sockets):
+        centre = objective.of_socket(k)
         across = A[in_socket] @ covariance[others, centre]
         L[in_socket] += covariance[centre, centre] - across
         L[in_socket] -= across.transpose(0, 2, 1)
     return L
-
-
-def _by_others(state: State) -> tuple[np.ndarray, list[tuple[np.ndarray, slice]]]:
-    """Return A, shape (N, 3, d), by all unknowns but the centres; and the sockets.
-
-    A socket is the indices of its samples, and its centre's place among the unknowns.
-    """
-    objective = state.objective
-    A = state.linear.by_unknowns[:, :, : objective.dense]
-    sockets: list[tuple[np.ndarray, slice]] = []
-    for k in range(objective.data.socket_count):
-        in_socket = np.flatnonzero(objective.data.sockets == k)
-        sockets.append((in_socket, objective.of_socket(k)))
-    return A, sockets
 
 
 @dataclass(frozen=True)
@@ -182,7 +172,7 @@ class BoundedProblem:
     def _covariance(self, at_bound: np.ndarray) -> np.ndarray:
         """Return the inverse of the curvature of what is neither held nor at its bound."""
         free = self.free & ~at_bound
-        return inverse_of_free(self.equations.H, free)
+        return self.equations.arrow(free).inverse
 
     def _step(self, at_bound: np.ndarray, covariance: np.ndarray) -> np.ndarray:
         """Return the change to the minimum, with unknowns at their bounds held there."""

@@ -46,6 +46,15 @@ class Objective:
         return slice(begin, begin + 3)
 
     @cached_property
+    def cells(self) -> list[np.ndarray]:
+        """Indices of the unknowns of sockets that measured distances tie, a cell for each tie."""
+        cells = np.arange(self.data.socket_count)
+        for length in self.data.known:
+            cells[cells == cells[length.second]] = cells[length.first]
+        of_centres = np.repeat(cells, 3)
+        return [self.dense + np.flatnonzero(of_centres == k) for k in np.unique(cells)]
+
+    @cached_property
     def _slopes(self) -> list[np.ndarray]:
         """Derivatives of the samples' places by the unknowns of each difference, (N, 3, size)."""
         return [d.slopes(self.model, self.data) for d in self.differences]
@@ -107,7 +116,9 @@ class Linearization:
     places: np.ndarray
     """Errors e_i but for the sockets' centres: of a ball in one, its place, shape (N, 3)."""
     by_unknowns: np.ndarray
-    """J_i, derivatives of the errors by all unknowns, shape (N, 3, n)."""
+    """A_i, derivatives of the errors by all unknowns but the sockets' centres, shape (N, 3, d).
+
+    By that of its own socket, the error of a sample has the derivative -1."""
     by_joints: np.ndarray
     """Jq_i, derivatives of the ball's position by the joint positions, shape (N, 3, m)."""
     volume: VolumeTerm
@@ -115,9 +126,9 @@ class Linearization:
 
     @cached_property
     def reach(self) -> np.ndarray:
-        """Mean square of how far each unknown moves the ball per axis, shape (n,)."""
-        J = self.by_unknowns
-        squares: np.ndarray = np.einsum("nij,nij->j", J, J)
+        """Mean square of how far each of these moves the ball per axis, shape (d,)."""
+        A = self.by_unknowns
+        squares: np.ndarray = np.einsum("nij,nij->j", A, A)
         return squares / self.places.size
 
 
@@ -128,38 +139,35 @@ def linearise(
 ) -> Linearization:
     """Return the samples and their derivatives at some unknowns.
 
-    The error Phi(x, q_i) - m_s(i) has the derivatives [dPhi/dx, -dm/du, 0, -I] by the model's
-    unknowns x, those of differences u, frames and sockets. A measured ball has -F y in place of the
-    socket, a measured orientation the rotation vector from F R_y to that of its link.
+    The error Phi(x, q_i) - m_s(i) has the derivatives [dPhi/dx, -dm/du, 0] by the model's unknowns
+    x, those of differences u, and frames. A measured ball has -F y in place of the socket, a
+    measured orientation the rotation vector from F R_y to that of its link.
     """
     model, data = objective.model, objective.data
     size, N = model.size, len(data.q)
-    J = np.zeros((N, 3, objective.size))
+    A = np.zeros((N, 3, objective.dense))
     balls = model.linearise(x, data)
     places = balls.points.copy()
-    J[:, :, :size] = balls.by_unknowns
+    A[:, :, :size] = balls.by_unknowns
     by_joints = balls.by_joints
     for k, frame in enumerate(frames):
         of_frame = objective.of_frame(k)
         in_frame = data.measured_in == k
         coordinates = data.points[in_frame]
         places[in_frame] -= frame.apply(coordinates)
-        J[in_frame, :, of_frame] = -frame.slopes(coordinates)
+        A[in_frame, :, of_frame] = -frame.slopes(coordinates)
         turned = data.turned_in == k
         if turned.any():
             turns = _turns_in_frame(objective, x, frame, turned)
             places[turned] = turns.points
-            J[turned, :, :size] = turns.by_unknowns
-            J[turned, :, of_frame] = -np.eye(3, 6)
+            A[turned, :, :size] = turns.by_unknowns
+            A[turned, :, of_frame] = -np.eye(3, 6)
             by_joints[turned] = turns.by_joints
     if objective.differences:
         places -= objective.moved_places(x)
-        J[:, :, size : objective.x_size] = -objective.by_differences
-    for k in range(data.socket_count):
-        in_socket, of_socket = data.sockets == k, objective.of_socket(k)
-        J[in_socket, :, of_socket] = -np.eye(3)
+        A[:, :, size : objective.x_size] = -objective.by_differences
     volume = objective.volume(x)
-    return Linearization(balls.points, places, J, by_joints, volume)
+    return Linearization(balls.points, places, A, by_joints, volume)
 
 
 def _turns_in_frame(

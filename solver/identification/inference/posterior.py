@@ -9,6 +9,7 @@ import numpy as np
 from ..data import Observations, Pose, Samples, SourceKind
 from ..model import (
     Deflection,
+    Difference,
     ExtendedModel,
     Gaussian,
     Noise,
@@ -64,9 +65,7 @@ class Posterior:
     @property
     def active(self) -> tuple[str, ...]:
         """Names of its groups that are not held at zero, but curves."""
-        return tuple(
-            group.name for group in self.groups if group.width and group.length is None
-        )
+        return active_of(self.groups)
 
     @property
     def prior_covariance(self) -> np.ndarray:
@@ -108,6 +107,11 @@ class Posterior:
         return self.model.predict(self.x, samples)
 
 
+def active_of(groups: Sequence[PriorGroup]) -> tuple[str, ...]:
+    """Return the names of priors that do not hold their members at zero, but of curves."""
+    return tuple(group.name for group in groups if group.width and group.length is None)
+
+
 @dataclass(frozen=True, eq=False)
 class FitPosterior:
     """The posterior of all unknowns of a fit: a robot, frames, sockets, and differences."""
@@ -129,9 +133,6 @@ class FitPosterior:
     at_usual_widths: tuple[np.ndarray, Gaussian] | None = None
     """The estimate, and the changes from it, that are still to be averaged over widths."""
 
-    def __post_init__(self) -> None:
-        check(self.whole)
-
     @cached_property
     def over_widths(self) -> "FitPosterior":
         """The posterior averaged over uncertain widths (A10), which models that lose do without."""
@@ -141,10 +142,14 @@ class FitPosterior:
         state = replace(self.state, groups=groups)
         return replace(self, state=state, around=around, at_usual_widths=None)
 
-    @property
+    @cached_property
     def whole(self) -> np.ndarray:
         """Covariance of all unknowns, differences and error curves included."""
-        return self.around.covariance if self.with_curves is None else self.with_curves
+        covariance = self.with_curves
+        if covariance is None:
+            covariance = self.around.covariance
+        check(covariance)
+        return covariance
 
     @property
     def gaussian(self) -> Gaussian:
@@ -158,6 +163,13 @@ class FitPosterior:
     def objective(self) -> Objective:
         """Function that was minimised."""
         return self.state.objective
+
+    def unknowns_of(self, difference: Difference) -> np.ndarray:
+        """Return the unknowns u of a difference that the fit has."""
+        objective = self.objective
+        k = objective.differences.index(difference)
+        begin = objective.model.size + sum(objective.sizes[:k])
+        return self.state.x[begin : begin + objective.sizes[k]]
 
     @property
     def model(self) -> ExtendedModel:
@@ -195,7 +207,13 @@ class FitPosterior:
     @property
     def active(self) -> tuple[str, ...]:
         """See :attr:`Posterior.active`."""
-        return self.arm.active
+        return active_of(self.groups)
+
+    @property
+    def groups(self) -> tuple[PriorGroup, ...]:
+        """The priors of the robot alone."""
+        groups = self.state.groups
+        return tuple(group for group in groups if group.members[0] < self.model.size)
 
     def changed(self, around: Gaussian) -> "FitPosterior":
         """Return the result with another Gaussian of all unknowns, as changes from the state."""
@@ -213,16 +231,14 @@ class FitPosterior:
         """The robot alone."""
         objective, state, size = self.objective, self.state, self.model.size
         rows = np.r_[:size, objective.dense : objective.size]
-        groups = tuple(group for group in state.groups if group.members[0] < size)
-        noises = dict(zip(self.data.source_kinds, state.noises, strict=True))
         return Posterior(
             model=self.model,
             data=self.data,
             x=state.x[:size],
             centres=state.centres,
             covariance=submatrix(self.whole, rows),
-            groups=groups,
-            noises=noises,
+            groups=self.groups,
+            noises=dict(zip(self.data.source_kinds, state.noises, strict=True)),
             points=state.linear.points,
             weights=self.weights,
             log_evidence=self.log_evidence,

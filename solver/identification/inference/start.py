@@ -38,6 +38,8 @@ def start(
     begin = model.size
     for difference, size in zip(objective.differences, objective.sizes, strict=True):
         groups.append(difference.prior(begin, size))
+        if previous is not None and difference in previous.objective.differences:
+            x[begin : begin + size] = previous.unknowns_of(difference)
         begin += size
     points = model.predict(x, data)
     frames = first_frames(data, points)
@@ -55,18 +57,15 @@ def start(
     if previous is None:
         noises = _nominal_noises(state, joint_noise=joint_noise)
     else:
-        arm = previous.arm
-        kinds = data.source_kinds
-        noises = [arm.noises.get(kind) or arm.noise for kind in kinds]
+        usual = previous.state.noises
+        before = dict(zip(previous.data.source_kinds, usual, strict=True))
+        noises = [before.get(kind, usual[0]) for kind in data.source_kinds]
     return replace(state, noises=tuple(noises))
 
 
 def _centres(linear: Linearization, data: Observations) -> np.ndarray:
     """Return the median of the balls in each socket, shape (S, 3) [m]."""
-    medians: list[np.ndarray] = []
-    for k in range(data.socket_count):
-        places = linear.places[data.sockets == k]
-        medians.append(np.median(places, axis=0))
+    medians = [np.median(linear.places[rows], axis=0) for rows in data.in_sockets]
     return np.reshape(medians, (-1, 3))
 
 
@@ -78,15 +77,14 @@ def _carry_over(
     at_zero: np.ndarray,
 ) -> list[PriorGroup]:
     """Put a result's unknowns into x and at_zero as far as it has them, and return its priors."""
-    before = previous.arm
     _, rows, rows_before = np.intersect1d(
-        objective.model.names, before.model.names, return_indices=True
+        objective.model.names, previous.model.names, return_indices=True
     )
-    x[rows] = before.x[rows_before]
+    x[rows] = previous.state.x[rows_before]
     # what the samples never moved is at zero as well, and yet not held there
     bounded = previous.state.bounded[rows_before]
     at_zero[rows] = bounded & (x[rows] == 0)
-    by_name = {group.name: group for group in before.groups}
+    by_name = {group.name: group for group in previous.groups}
     return [_prior_after(group, by_name.get(group.name)) for group in groups]
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..data import WORLD, Located, Pose
+from ..data import WORLD, Located, Pose, common_precision
 from ..model import (
     Noise,
     PriorGroup,
@@ -16,6 +16,7 @@ from ..model import (
     sample_scales,
     student_weights,
 )
+from .arrow import Form
 from .objective import Linearization, Objective, linearise
 
 FRAME_PRIOR_PRECISION = np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
@@ -107,7 +108,11 @@ class State:
 
     def predicted_errors(self, change: np.ndarray) -> np.ndarray:
         """Return the errors after a change of all unknowns, to first order, shape (N, 3) [m]."""
-        return self.errors + self.linear.by_unknowns @ change
+        dense = self.objective.dense
+        errors = self.errors + self.linear.by_unknowns @ change[:dense]
+        data = self.objective.data
+        errors[data.seated] -= change[dense:].reshape(-1, 3)[data.seated_sockets]
+        return errors
 
     @cached_property
     def degrees(self) -> np.ndarray:
@@ -151,6 +156,12 @@ class State:
         return Constraints(np.concatenate(slopes), np.concatenate(residuals))
 
     @property
+    def form(self) -> Form:
+        """Which unknowns the samples and the measured distances couple."""
+        F = self._lengths.jacobian.T @ common_precision(self.objective.data.known)
+        return Form(self.objective.cells, F)
+
+    @cached_property
     def _lengths(self) -> Constraints:
         """Errors l_k - d_k of distances between sockets [m], and their derivatives."""
         objective, distances = self.objective, self.objective.data.known

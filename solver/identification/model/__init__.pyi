@@ -2,6 +2,7 @@ from .bayes_factor import log_bayes_factor as log_bayes_factor
 from .bayes_factor import probabilities as probabilities
 from .bayes_factor import probabilities_by_name as probabilities_by_name
 from .blocks import block_matrix as block_matrix
+from .blocks import inverse_root as inverse_root
 from .blocks import log_determinant as log_determinant
 from .blocks import scaled_inverse as scaled_inverse
 from .blocks import submatrix as submatrix

@@ -23,6 +23,8 @@ SIZE, ZERO = 1e-3, 5e-3
 """Usual size of a difference of a place [m], and of a joint's zero [rad]."""
 CREEP = 2e-4
 """The same of a ball's place on its flange from placement to placement [m]."""
+TURNED = 10.0
+"""A target that sits elsewhere by 1 m is turned by so much, where poses tell [rad/m]."""
 
 Course = Literal["step", "drift", "slow", "each"]
 
@@ -39,6 +41,8 @@ class Difference:
     """Clock that a drift or a slow process follows."""
     at: float = 0.0
     """Of a step, the number of samples before it in the first of its placements."""
+    until: float = np.inf
+    """Of a step that is taken back, the number of samples before the one that is as at first."""
     waves: int = 1
     zero: float = 0.0
     """Of a joint's zero, about how large it is [rad]: D is its derivative half way there."""
@@ -61,13 +65,13 @@ class Difference:
 
     def courses(self, data: Observations) -> np.ndarray:
         """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
-        in_each = np.array([data.rows_of(name) for name in self.placements])
         if self.course == "each":
-            return in_each.T.astype(float)
-        first = in_each[0]
+            return 1.0 * (data.recorded_at[:, None] == self.placements)
+        first = data.rows_of(self.placements[0])
         if self.course == "step":
-            before = first & (data.index[:, 0] < self.at)
-            course = (in_each.any(axis=0) & ~before).astype(float)
+            index = data.index[:, 0]
+            as_before = first & ((index < self.at) | (index >= self.until))
+            course = (data.rows_of(*self.placements) & ~as_before).astype(float)
             # The model has what is in most placements; of two, in the last.
             if self.part != BASE and 2 * len(self.placements) >= len(data.placements):
                 course[~data.turned] -= 1
@@ -78,7 +82,7 @@ class Difference:
         if self.course == "drift":
             courses[first, 0] = s - 0.5
         else:
-            k = np.arange(1, self.waves + 1)
+            k = self.weights**-0.5
             courses[first] = np.cos(np.pi * k * s[:, None])
         return courses
 
@@ -91,7 +95,7 @@ class Difference:
             q[:, joint] -= self.zero / 2 * courses[:, 0]
             data = replace(data, q=q)
         values = model.ball.nominal if self.values is None else self.values
-        D = directions(self.part, model, data, values)
+        D = directions(self.part, model, data, values, put_on=self.course == "each")
         slopes = courses[:, None, :, None] * D[:, :, None]
         return slopes.reshape(len(courses), 3, -1)
 
@@ -113,16 +117,23 @@ def directions(
     model: ExtendedModel,
     data: Observations,
     values: np.ndarray,
+    *,
+    put_on: bool = False,
 ) -> np.ndarray:
     """Return D of all samples, shape (N, 3, d), by the values of a geometry's parameters.
 
     A base is elsewhere by three numbers; an instrument may be turned about the middle of what it
-    measured, too. A ball on the flange differs in the axes of its link, by -R; a joint that reads
-    too much by J_q.
+    measured, too. A ball on the flange differs in the axes of its link, by -R, and so does the turn
+    of a target that was ``put_on`` anew; a joint that reads too much by J_q.
     """
     ball = model.ball
     if part == BALL:
-        return -ball.rotations(values, data.q).points
+        minus_R = -ball.rotations(values, data.q).points
+        if not (put_on and data.turned.any()):
+            return minus_R
+        turned = data.turned[:, None, None]
+        by_place, by_turn = minus_R * ~turned, TURNED * minus_R * turned
+        return np.concatenate([by_place, by_turn], axis=2)
     if part != BASE:
         joint = model.robot.joint_names.index(part)
         return ball.linearise(values, data.q).by_joints[:, :, [joint]]
@@ -142,5 +153,5 @@ def _turns(balls: np.ndarray, data: Observations) -> np.ndarray:
         rows = data.rows_of(placement) & ~data.seated
         if rows.any():
             arms = balls[rows] - balls[rows].mean(axis=0)
-            turns[rows] = cross_matrices(arms) / max(float(arms.std()), 1e-6)
+            turns[rows] = cross_matrices(arms) / max(arms.std(), 1e-6)
     return turns

@@ -1,13 +1,15 @@
 """What may differ between places, and the rise of the evidence by it, to first order."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
 from ..data import Observations
-from ..inference import FitPosterior, curvature, inverse_of_free
+from ..inference import Arrow, FitPosterior, curvature
 from ..model import BALL, TYPICAL_SPREAD, Difference, directions
 
 WAVES = 8
@@ -15,40 +17,56 @@ WAVES = 8
 than the first, as those of a path whose speed is a random walk."""
 EACH = 4
 """Samples for each wave."""
+RUNS = range(2, 13)
+"""Numbers of samples in a row after which a base may fall back."""
 SIDE = 2
 """Fewest samples of a socket on either side of a step."""
 MOST_STEPS = 200
 """Samples from which on a step is looked for, of a placement."""
 MOST_OF_ALL = 1000
 """Steps of a ball or a joint that are looked for at most."""
+BATCH = 100
+"""Differences that are looked at together."""
+ROWS = 500
+"""Samples that are summed over together."""
 FACTORS = np.exp(TYPICAL_SPREAD * np.arange(0, 4))
 """Widths that are tried, as factors of the usual one."""
 
 
-def steps_of_base(data: Observations, placement: str) -> list[Difference]:
-    """Return the steps of a base that a placement's samples could tell, by their order."""
+def steps_of_base(
+    data: Observations,
+    placement: str,
+    lengths: Iterable[float],
+) -> list[Difference]:
+    """Return the steps of a base that a placement's samples could tell, by their order.
+
+    Each lasts for one of some numbers of samples; to the end where that is infinite.
+    """
     rows = data.rows_of(placement)
-    sockets = data.sockets[rows]
-    in_socket = sockets == np.unique(sockets)[:, None]
-    ranks = np.array(_ranks(data, placement))
-    after = data.index[rows, 0] >= ranks[:, None]
-    counts: np.ndarray = after.astype(int) @ in_socket.T
-    before = in_socket.sum(axis=1) - counts
-    tells = ((counts >= SIDE) & (before >= SIDE)).any(axis=1)
-    return [Difference("step", (placement,), at=at) for at in ranks[tells].tolist()]
+    in_socket = data.sockets[rows] == np.unique(data.sockets[rows])[:, None]
+    steps: list[Difference] = []
+    for at, length in product(_ranks(data, placement), lengths):
+        step = Difference("step", (placement,), at=at, until=at + length)
+        counts = in_socket @ step.courses(data)[rows, 0]
+        if np.minimum(counts, in_socket.sum(1) - counts).max() >= SIDE:
+            steps.append(step)
+    return steps
 
 
 def steps_of(data: Observations, part: str) -> list[Difference]:
     """Return the steps of a ball or a joint: from a sample on, or throughout some placements."""
     placements = data.placements
-    steps: list[Difference] = []
+    count = len(placements)
+    spans: list[tuple[int, int, float]] = []
     for begin, placement in enumerate(placements):
-        for at in _ranks(data, placement)[SIDE - 1 : 1 - SIDE]:
-            steps.append(Difference("step", placements[begin:], part, at=at))
-        for end in range(begin + 1, len(placements) + 1):
-            if end - begin < len(placements):
-                steps.append(Difference("step", placements[begin:end], part))
-    return steps[:: 1 + len(steps) // MOST_OF_ALL]
+        ranks = _ranks(data, placement)[SIDE - 1 : 1 - SIDE]
+        spans += [(begin, count, at) for at in ranks]
+        ends = range(begin + 1, count + 1)
+        spans += [(begin, end, 0.0) for end in ends if end - begin < count]
+    return [
+        Difference("step", placements[begin:end], part, at=at)
+        for begin, end, at in spans[:: 1 + len(spans) // MOST_OF_ALL]
+    ]
 
 
 def _ranks(data: Observations, placement: str) -> list[float]:
@@ -81,9 +99,24 @@ def _runs(t: np.ndarray) -> bool:
     return bool(np.isfinite(t).all() and np.ptp(t))
 
 
-def differing_balls(placements: Sequence[str]) -> Difference:
-    """Return a ball that sits a little elsewhere in each of several placements."""
-    return Difference("each", tuple(placements), part=BALL)
+def set_ups(data: Observations) -> list[Difference]:
+    """Return the targets of an instrument's placements, each of which is put on anew."""
+    measured = dict.fromkeys(data.recorded_at[~data.seated].tolist())
+    if len(measured) < 2:
+        return []
+    return [Difference("each", tuple(measured), BALL)]
+
+
+class Sums(NamedTuple):
+    """Sums over samples, see :class:`Rises`."""
+
+    A: np.ndarray
+    B: np.ndarray
+    g: np.ndarray
+
+    def plus(self, sums: "Sums") -> "Sums":
+        """Return them with those over further samples."""
+        return Sums(self.A + sums.A, self.B + sums.B, self.g + sums.g)
 
 
 @dataclass(frozen=True)
@@ -110,11 +143,11 @@ class Rises:
         return state.information[:, None, None] * state.inverse_scales
 
     @cached_property
-    def Sigma(self) -> np.ndarray:
-        """Covariance of all unknowns of the fit, shape (n, n)."""
+    def precision(self) -> Arrow:
+        """Sigma^-1, of all unknowns of the fit."""
         state = self.fit.state
-        precision = curvature(state, self.information) + state.prior_precision()
-        return inverse_of_free(precision, state.free)
+        H = curvature(state, self.information) + state.prior_precision()
+        return Arrow(H, state.free, state.form)
 
     @cached_property
     def pulls(self) -> np.ndarray:
@@ -127,37 +160,32 @@ class Rises:
         """Return the rise by each of K differences of one part, shape (K,)."""
         first, *others = differences
         fit = self.fit
-        if others:
-            slopes = directions(first.part, fit.model, fit.data, fit.arm.values)
-            courses = np.concatenate([d.courses(fit.data) for d in differences], axis=1)
-        else:
+        if not others:
             slopes = first.slopes(fit.model, fit.data)
             slopes *= np.repeat(first.weights, slopes.shape[2] // len(first.weights))
-            courses = np.ones((len(slopes), 1))
+            return self._of(slopes, np.ones((len(slopes), 1)), first.width)
+        slopes = directions(
+            first.part, fit.model, fit.data, fit.model.values(fit.state.x)
+        )
+        rises: list[np.ndarray] = []
+        for begin in range(0, len(differences), BATCH):
+            batch = differences[begin : begin + BATCH]
+            courses = np.concatenate([d.courses(fit.data) for d in batch], axis=1)
+            rises.append(self._of(slopes, courses, first.width))
+        return np.concatenate(rises)
+
+    def _of(self, slopes: np.ndarray, courses: np.ndarray, usual: float) -> np.ndarray:
+        """Return the rise by courses, shape (N, K), of directions whose usual width is given."""
+        best: np.ndarray = np.full(courses.shape[1], -np.inf)
         rows = np.flatnonzero(courses.any(axis=1) & slopes.any(axis=(1, 2)))
         if not len(rows):  # a ball on the last axis, say, which its joint does not move
-            return np.full(courses.shape[1], -np.inf)
-        return self._of(-slopes[rows], courses[rows], rows, first.width)
-
-    def _of(
-        self,
-        D: np.ndarray,
-        c: np.ndarray,
-        rows: np.ndarray,
-        usual: float,
-    ) -> np.ndarray:
-        """Return the rise by courses c, shape (R, K), of some rows, whose usual width is given."""
-        count, d = len(D), D.shape[2]
-        D_T = D.transpose(0, 2, 1)
-        DV = D_T @ self.information[rows]
-        J = self.fit.state.linear.by_unknowns[rows]
-        A = (c**2).T @ (DV @ D).reshape(count, -1)
-        B = (c.T @ (DV @ J).reshape(count, -1)).reshape(-1, d, J.shape[2])
-        g = c.T @ (D_T @ self.pulls[rows])[:, :, 0]
-        information = A.reshape(-1, d, d) - B @ self.Sigma @ B.transpose(0, 2, 1)
+            return best
+        parts = np.array_split(rows, 1 + len(rows) // ROWS)
+        sums = (self._sums(slopes[part], courses[part], part) for part in parts)
+        A, B, g = reduce(Sums.plus, sums)
+        information = A - _spread(self.precision, B)
         values, axes = np.linalg.eigh(information)
         along = (axes.transpose(0, 2, 1) @ g[:, :, None])[:, :, 0]
-        best = np.full(len(g), -np.inf)
         for factor in FACTORS.tolist():
             of_prior = (factor * usual) ** -2
             P = values.clip(min=0) + of_prior
@@ -165,3 +193,39 @@ class Rises:
             spreads = np.log(factor) / TYPICAL_SPREAD
             best = np.maximum(best, 0.5 * (rises.sum(axis=1) - spreads**2))
         return best
+
+    def _sums(self, D: np.ndarray, c: np.ndarray, rows: np.ndarray) -> Sums:
+        """Return A, B and g of some rows."""
+        objective = self.fit.objective
+        VD = self.information[rows] @ D
+        B = np.zeros((c.shape[1], D.shape[2], objective.size))
+        by_others = self.fit.state.linear.by_unknowns[rows]
+        B[:, :, : objective.dense] = _summed(c, VD, by_others)
+        sockets = objective.data.sockets[rows]
+        for k in np.unique(sockets[sockets >= 0]).tolist():
+            seated = np.flatnonzero(sockets == k)
+            of_centre = np.broadcast_to(-np.eye(3), (len(seated), 3, 3))
+            B[:, :, objective.of_socket(k)] = _summed(c[seated], VD[seated], of_centre)
+        g = _summed(c, D, self.pulls[rows])[:, :, 0]
+        return Sums(_summed(c**2, D, VD), B, g)
+
+
+def _spread(precision: Arrow, B: np.ndarray) -> np.ndarray:
+    """Return B_k Sigma B_k^T for K matrices, shape (K, d, n), as (K, d, d)."""
+    root = B @ precision.root.T
+    spread: np.ndarray = root @ root.transpose(0, 2, 1)
+    for cell, R in precision.cells:
+        of_cell = B[:, :, cell]
+        if np.any(of_cell):
+            root = of_cell @ R.T
+            spread += root @ root.transpose(0, 2, 1)
+    return spread
+
+
+def _summed(c: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return sum_i c_ik X_i^T Y_i for K courses of R samples, X_i (3, d) and Y_i (3, e)."""
+    if c.shape[1] == 1:  # which is 1
+        return np.tensordot(left, right, ((0, 1), (0, 1)))[None]
+    products = left.transpose(0, 2, 1) @ right
+    sums = c.T @ products.reshape(len(c), -1)
+    return sums.reshape(-1, *products.shape[1:])

@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import replace
 from heapq import nlargest
 from itertools import chain, groupby
-from math import log
+from math import inf, log
 
 import numpy as np
 
@@ -13,7 +13,13 @@ from ....errors import NotConverged
 from ..data import Observations
 from ..inference import FitPosterior, refit
 from ..model import BALL, BASE, PLACES, Difference
-from .candidates import Rises, courses_of, differing_balls, steps_of, steps_of_base
+from .candidates import (
+    RUNS,
+    Rises,
+    courses_of,
+    steps_of,
+    steps_of_base,
+)
 
 INDEPENDENT = 0.5
 """Share of the evidence that counts but of steps of a base: poses in a row are alike, and so are
@@ -29,19 +35,25 @@ SECANTS = 2
 def with_differences(posterior: FitPosterior) -> FitPosterior:
     """Return the fit with all differences that the data support."""
     families = _families(posterior.data, posterior.model.robot.joint_names)
+    present = posterior.objective.differences
+    families = [family for family in families if not {*family} & {*present}]
     while families:
         best, gain = _best_of(posterior, families)
         if gain < KEPT:
             break
         new = best.objective.differences[-1]
         families = [family for family in families if new not in family]
-        posterior = _without_idle(_at_its_size(best))
+        posterior = _without_idle(_at_its_size(best), present)
     return posterior
 
 
-def _without_idle(posterior: FitPosterior) -> FitPosterior:
-    """Return the fit without differences that the last one explains as well."""
+def _without_idle(
+    posterior: FitPosterior, present: Sequence[Difference]
+) -> FitPosterior:
+    """Return the fit without differences, but those present, that the last one explains as well."""
     for difference in posterior.objective.differences[:-1]:
+        if difference in present:
+            continue
         with suppress(NotConverged):
             fewer = [d for d in posterior.objective.differences if d is not difference]
             without = refit(posterior, differences=fewer, average_widths=False)
@@ -68,12 +80,13 @@ def _families(data: Observations, joints: Sequence[str]) -> list[list[Difference
     placements = data.placements
     families: list[list[Difference]] = []
     for placement in placements:
-        families.append(steps_of_base(data, placement))
+        for lengths in (inf,), RUNS:
+            families.append(steps_of_base(data, placement, lengths))
         families += [[course] for course in courses_of(data, placement)]
     families.append(steps_of(data, BALL))
     families.append([*chain(*(steps_of(data, joint) for joint in joints))])
     if len(placements) > 1:
-        families.append([differing_balls(placements)])
+        families.append([Difference("each", placements, BALL)])
     return [family for family in families if family]
 
 

@@ -5,12 +5,10 @@ from itertools import product
 import numpy as np
 import pytest
 
+from mukca.solver.identification.data import Known, common_precision, distance_covariance
+from mukca.solver.identification.inference.arrow import Arrow, Form
 from mukca.solver.identification.inference.bounds import expectation_propagation
-from mukca.solver.identification.inference.normal_equations import (
-    BoundedProblem,
-    NormalEquations,
-    inverse_of_free,
-)
+from mukca.solver.identification.inference.normal_equations import BoundedProblem, NormalEquations
 from mukca.solver.identification.model import log_determinant, scaled_inverse
 
 
@@ -22,8 +20,45 @@ def test_the_inverse_of_what_is_free_is_zero_for_what_is_held(seed):
     some = np.ix_(free, free)
     expected = np.zeros_like(H)
     expected[some] = np.linalg.inv(H[some])
-    assert inverse_of_free(H, free) == pytest.approx(expected, rel=1e-7, abs=1e-10)
+    assert Arrow(H, free).inverse == pytest.approx(expected, rel=1e-7, abs=1e-10)
     assert log_determinant(H) == pytest.approx(np.linalg.slogdet(H)[1])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_arrow_is_the_whole_curvature(seed):
+    """Two cells that share an error, beside unknowns of all samples, one of which is held."""
+    generator = np.random.default_rng(seed)
+    cells = [np.array([4, 5, 8]), np.array([6, 7])]
+    parts = []
+    for cell in cells:
+        some = generator.normal(0, 1, (12, 9))
+        some[:, np.setdiff1d(np.arange(4, 9), cell)] = 0.0
+        parts.append(some * np.logspace(-2, 2, 9))
+    J = np.concatenate(parts)
+    F = np.zeros((9, 1))
+    F[4:, 0] = 0.3 * np.logspace(-2, 2, 9)[4:]
+    H = J.T @ J - F @ F.T
+    free = np.arange(9) != 1
+    arrow = Arrow(H, free, Form(cells, F))
+    some = np.ix_(free, free)
+    expected = np.zeros_like(H)
+    expected[some] = np.linalg.inv(H[some])
+    assert arrow.inverse == pytest.approx(expected, rel=1e-7, abs=1e-12)
+    assert arrow.log_determinant == pytest.approx(np.linalg.slogdet(H[some])[1])
+    assert arrow.gaussian(np.zeros(9)).covariance == pytest.approx(expected, rel=1e-7, abs=1e-12)
+
+
+def test_readings_of_one_base_tell_less_than_others():
+    """Of seven distances three are of one base, two of another, and one is of none."""
+    bases = [0.05, 0.08, 0.05, 0.09, 0.08, 0.05]
+    lengths = [
+        Known(2 * k, 2 * k + 1, d, 1e-5 * (k + 1), on_base=True) for k, d in enumerate(bases)
+    ]
+    lengths.append(Known(0, 3, 0.05, 4e-5))
+    C, Q = distance_covariance(lengths), common_precision(lengths)
+    alone = np.linalg.inv(C) + Q @ Q.T
+    assert alone == pytest.approx(np.diag(np.diag(alone)), rel=1e-9, abs=1e-9 * alone.max())
+    assert (np.diag(alone) > np.diag(np.linalg.inv(C)))[:6].all()
 
 
 @pytest.mark.parametrize("seed", range(8))

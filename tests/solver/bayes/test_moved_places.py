@@ -60,6 +60,19 @@ def test_a_base_that_moves_is_told_and_taken_into_account(panda, fault, words):
     assert found.errors.summary.train.calibrated.mean_absolute_error < 2e-4
 
 
+def test_a_base_that_falls_back_is_told_and_its_samples_count(panda):
+    """Their weights alone would leave them out."""
+    _, placement = recorded(panda, "base@10+3:3mm")
+    found = mukca.calibrate(panda, placement, **RIGID)
+    (text,) = told(found)
+    assert "from sample 10 to sample 12, and fell back" in text
+    without = mukca.calibrate(panda, placement, as_recorded=True, **RIGID)
+    errors = [of.errors.summary.train.calibrated.mean_absolute_error for of in (found, without)]
+    assert errors[0] < 2e-4 < errors[1]
+    moved = [s for s in found.document.data[0].samples if np.linalg.norm(s.moved) > 2.5e-3]
+    assert len(moved) == 3
+
+
 def test_a_base_that_stands_still_and_blocks_in_a_row_tell_of_no_step(panda):
     assert not told(mukca.calibrate(panda, recorded(panda, "none")[1], **RIGID))
     _, blocks = recorded(panda, "base@13:0.5mm", range(24))

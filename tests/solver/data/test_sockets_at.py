@@ -1,9 +1,13 @@
 """Coordinates of sockets that people write by hand."""
 
+import numpy as np
 import pytest
+from altered import seats
 from cases import by_table
 
-from mukca.solver.identification.data import FrameError
+import mukca
+from mukca.solver.calibration import CalibrationProblem, SolveOptions, tables_of_sockets
+from mukca.solver.identification.data import FrameError, SocketAt, measure
 from mukca.solver.tables import in_placements, parse_socket_at, read_sockets_at
 
 HEADER = "frame,socket,x [mm],y [mm],z [m],deviation [mm]"
@@ -58,3 +62,38 @@ def test_a_fit_is_told_of_what_it_is_trained_on_alone():
     assert in_placements(found, ["s/front"], ["s/left"]) == found[:1]
     with pytest.raises(FrameError, match="no placement is called 'left'; there are: s/front"):
         in_placements(found, ["s/front"], [])
+
+
+def as_given(points):
+    return points
+
+
+def exchanged(points):
+    return points[:, ::-1]
+
+
+def mirrored(points):
+    return points * [1, -1, 1]
+
+
+@pytest.mark.parametrize(
+    ("reading", "told"),
+    [(as_given, ""), (exchanged, "0 and 1 are exchanged"), (mirrored, "points the other way")],
+)
+def test_a_table_that_is_read_another_way_is_told(reading, told):
+    """Wherever its frame lies, and by the nominal arm alone."""
+    robot = mukca.load_robot("panda")
+    truth, placements = mukca.simulate_recordings(robot, 3, seed=4, samples=6)
+    points = reading(np.array([seats(truth, placement) for placement in placements]))
+    table = (points + np.array([1.0, 2.0, 3.0]))[..., [1, 2, 0]]
+    located = [
+        SocketAt("table", (placement.name, k), tuple(table[i, k].tolist()), 5e-5, "table.csv")
+        for i, placement in enumerate(placements)
+        for k in (0, 1)
+    ]
+    options = SolveOptions(sockets_at=located).validated()
+    recorded = [measure(placement, robot, 0.05) for placement in placements]
+    problem = CalibrationProblem(robot, recorded, options.load, options=options)
+    findings = tables_of_sockets(problem).checks
+    assert [finding.code for finding in findings] == ["frame"] * bool(told)
+    assert all(told in finding.text for finding in findings)

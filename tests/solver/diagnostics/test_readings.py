@@ -3,6 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
+from altered import moved
+
+import mukca
+from mukca.solver.identification.data import STANDARD_LOAD, measure
 
 
 def test_a_joint_that_turns_unevenly_is_told(look, placements, change):
@@ -12,6 +17,20 @@ def test_a_joint_that_turns_unevenly_is_told(look, placements, change):
     first = look([change(p, uneven) for p in placements]).hypotheses[0]
     assert first.name == "uneven"
     assert "panda_joint4 turns unevenly" in first.text and "once a turn" in first.text
+
+
+def test_commands_of_servos_that_sag_are_told(look, placements, panda):
+    """Encoders see the sag, a file of goals does not."""
+    recorded: list[mukca.Placement] = []
+    for placement in placements:
+        torques = STANDARD_LOAD.samples(panda, measure(placement, panda, 0.1)).torques
+        sag = torques / np.sqrt(np.mean(torques**2, axis=0)).max()
+        recorded.append(moved(placement, placement.positions + 0.017 * sag))
+    survey = look(recorded)
+    first = survey.hypotheses[0]
+    assert first.name == "commands" and first.probability > 0.9
+    assert first.parameters["size"] == pytest.approx(0.017, rel=0.1)
+    assert look(placements).hypotheses[0].name == "sound"
 
 
 def test_a_joint_that_is_stuck_is_told_and_one_that_stood_still_is_not(look, placements, change):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from altered import write_samples
+from altered import moved, write_samples
 
 import mukca
 from mukca import MukcaError
@@ -20,6 +20,19 @@ def test_the_evidence_names_the_joints_whose_zeros_changed(simulated, offsets):
     assert repr(found).splitlines() == list(found.text)
     for zero, offset in zip(found.changed, offsets.values(), strict=True):
         assert abs(zero.offset - offset) < 4 * zero.standard_deviation < 2e-3
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("rounded", [False, True])
+def test_scatter_of_all_joints_is_no_zero(simulated, rounded, seed):
+    """3 mrad of noise, or whole degrees: no joint is named, nor a zero written."""
+    since = simulated.read({})
+    q = since.positions
+    noisy = q + 3e-3 * np.random.default_rng(seed).normal(size=q.shape)
+    coarse = np.deg2rad(np.rad2deg(q + 1e-3 * seed).round())
+    found = mukca.rezero(simulated.calibration, moved(since, coarse if rounded else noisy))
+    assert not found.changed and not found.decided
+    assert "All joints scatter alike" in " ".join(found.brief)
 
 
 def test_a_zero_that_such_samples_cannot_tell_is_named_and_not_found(simulated):

@@ -35,7 +35,7 @@ def thinned(folder, *counts):
 def test_good_recordings_are_told_by_what_they_would_bring(session, run):
     status, told = run("check", str(session), "--robot", "panda")
     assert status == 0 and "Nothing wrong was seen" in told
-    assert "In all 72 samples in 3 placements: calibrated on them, distances" in told
+    assert "In all 72 samples in 3 placements: calibrated on them, a distance" in told
     assert "sockets 50 mm apart (by the recording)" in told
 
 
@@ -55,7 +55,7 @@ def test_what_was_measured_and_how_well_is_heeded(session, copy, run):
     rough = ["check", str(session), *robot, "--distance", "0.0504"]
     assert "longer (+- 0.07 %) than its model" in run(*rough)[1]
     status, told = run(*rough, "--distance-deviation", "0.0005")
-    assert status == 0 and "Nothing bars a calibration; 3 remarks." in told
+    assert status == 0 and "No error was seen; 3 remarks." in told
     status, told = run(*rough, "--known", "front:0-left:0=0.4272")
     assert "sockets are 50.0 mm apart than 50.4" in told
     status, told = run(*rough[:-2], "--known", "front:0-left:0=0.4572")
@@ -92,10 +92,10 @@ def test_what_is_left_out_is_a_remark(copy, run):
     (copy / "empty").mkdir()
     status, told = run("check", str(copy), "--robot", "panda")
     assert status == 0 and "session/empty: an empty folder among the placements is left" in told
-    assert "Nothing bars a calibration; 1 remark." in told and "Nothing wrong" not in told
+    assert "No error was seen; 1 remark." in told and "Nothing wrong" not in told
     (copy / "left" / "hole_0.csv").write_text("no numbers\n")
     status, told = run("check", str(copy), "--robot", "panda")
-    assert "; the placement is left out" in told and "Nothing bars a calibration; 2 remarks" in told
+    assert "; the placement is left out" in told and "No error was seen; 2 remarks" in told
 
 
 def test_a_placement_of_few_samples_is_none_to_train_on(copy, run):
@@ -107,7 +107,7 @@ def test_a_placement_of_few_samples_is_none_to_train_on(copy, run):
 def test_a_wrong_distance_has_one_figure(recordings, run):
     folders = [str(recordings / "panda_1" / name) for name in ("front", "right")]
     _, told = run("check", *folders, "--robot", "panda", "--distance", "0.052")
-    verdict = next(line for line in told.splitlines() if line.startswith("FAIL"))
+    verdict = next(line for line in told.splitlines() if line.startswith("NOT ENOUGH"))
     assert set(re.findall(r"sockets are (\S+ mm)", verdict)) == {"49.8 mm"}
     assert set(re.findall(r"(\d+\.\d+) % (?:too|longer|off)", verdict)) == {"4.43"}
 
@@ -150,7 +150,7 @@ def test_crossval_ends_with_advice(session, run, command):
     assert status == 0
     last = told.strip().splitlines()[-1]
     assert last.startswith(("Train on all", "At these places training on all gains little")), told
-    _, _, asked = last.partition("distances in the workspace")
+    _, _, asked = last.partition("in the workspace")
     _, checked = run("check", str(session), "--robot", "panda")
     assert asked and asked in checked and "0.90 mm is asked: no other placement is needed" in asked
     result = json.loads(out)

@@ -176,6 +176,18 @@ def test_lerobot_normalised_by_the_arms_calibration(extract, moves, tmp_path):
     assert status == 2 and "info.json" in err
 
 
+@pytest.mark.parametrize("kind", ["set", "log.csv"])
+def test_parts_of_a_range_are_no_degrees(refused, moves, tmp_path, kind):
+    """Values that end at 100 exactly: nobody can make radians of them without the ranges."""
+    angles = np.array([state.position for state in finite(moves)][:100])
+    values = np.clip(100 * angles / np.abs(angles).max(), -100, 100)
+    data_set(tmp_path / "set", moves, "v3.0", np.resize(values, (len(finite(moves)), 7)), [*NAMES])
+    rows = [",".join(map(str, (i / 40, *row))) for i, row in enumerate(values)]
+    (tmp_path / "log.csv").write_text("\n".join([",".join(["t", *NAMES]), *rows]))
+    words = ("--robot", "panda", "--units", "degrees")
+    refused("values end at 100 exactly: no degrees", "extract", tmp_path / kind, *words)
+
+
 def test_servos_with_coarse_encoders(extract, moves, tmp_path):
     """Positions in ticks of 1.5 mrad, which trembling joints step over: still at rest."""
     rng = np.random.default_rng(1)

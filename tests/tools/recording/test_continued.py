@@ -67,6 +67,29 @@ def test_the_distance_is_asked_for(hand, tmp_path, typed, distance, again):
     assert written.get("distance_measured") == (distance and True)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("typed", "distance"), [("\r", 0.05), ("100\r", 0.1)])
+def test_another_distance_than_that_of_the_placement_before_is_asked_about(
+    hand, tmp_path, scripted, typed, distance
+):
+    """One base has one distance; another base may have another."""
+    front, left = tmp_path / "data/front", tmp_path / "data/left"
+    assert scripted(front, "a q", "--distance", "0.05").status == 0
+    with TerminalSession(command(hand, left, "--distance", "0.1")) as terminal:
+        terminal.wait_for("front says 50 mm, this placement 100 mm", "mm, or Enter for 50")
+        terminal.press(typed)
+        terminal.wait_for("SOCKET 0", f"sockets {1e3 * distance:g} mm")
+        terminal.press("q")
+        assert terminal.wait() == 0
+    assert json.loads((left / "placement.json").read_text())["distance"] == distance
+    right = tmp_path / "data/right"
+    with TerminalSession(command(hand, right)) as terminal:  # 50 mm, as in front
+        shown = terminal.wait_for("SOCKET 0")
+        assert "says" not in shown
+        terminal.press("q")
+        assert terminal.wait() == 0
+
+
 def test_a_distance_is_corrected_and_what_it_was_stays_known(tmp_path, scripted, capsys):
     out = tmp_path / "front"
     assert scripted(out, "a q", "--distance", "0.05").status == 0

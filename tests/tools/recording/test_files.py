@@ -111,7 +111,7 @@ def test_columns_of_another_programs_table_are_named(tmp_path, output_of, refuse
     assert one.point == pytest.approx((1.0015, 0.0185, 0.3))
     for wrong, said in (
         (["q=joint_1..3 [deg]", *place], "no column 'joint_3'; there are joint_1,"),
-        (["q=joint_1..2 [mm]", *place], "write 'q=joint_1..6 [deg]'"),
+        (["q=joint_1..2 [kg]", *place], "write 'q=joint_1..6 [deg]'"),
         (["q=joint_1..2"], "q is needed, and socket, or x, y and z"),
     ):
         refused(said, *words, *wrong, "--force")

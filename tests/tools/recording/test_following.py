@@ -84,6 +84,20 @@ def test_a_drift_that_may_be_a_base_that_moved_leaves_the_samples_before(
     assert alarm.samples[0] == 13
 
 
+def test_a_base_that_fell_back_leaves_out_the_samples_of_that_time_alone(
+    panda, session, virtual_time
+):
+    samples = led_with(panda, session, "&fault=base@10+3:3mm").samples
+    alarms = SessionAlarms(panda)
+    for count in (14, 24):
+        here = mukca.Placement("here", samples[:count], panda.joint_names, 0.05)
+        (alarm,) = alarms([here])
+        assert (alarm.words, alarm.samples) == ("BASE TIPPED", (10, 11, 12))
+        assert alarm.reason.endswith("in samples 10 to 12: x take back, k keep")
+    others = tuple(sample for sample in samples if sample.number not in alarm.samples)
+    assert not alarms([replace(here, samples=others)], doubted=samples[9:12])
+
+
 def test_balls_far_off_twice_in_a_row_are_joints(panda, session, virtual_time):
     words = "&fault=ball@13:150mm&fault=ball@14:120mm"
     *sound, first, second = led_with(panda, session, words).samples[:14]
@@ -148,6 +162,23 @@ def test_no_new_placement_is_offered_to_take_all_samples(panda, session, virtual
     (alarm,) = SessionAlarms(panda)([remaining], doubted=samples[:12])
     assert (alarm.words, alarm.samples[0]) == ("BASE MOVED", 13)
     assert alarm.reason.endswith(": k keep")
+
+
+@pytest.mark.parametrize(("size", "words"), [(3, "BALL MOVED"), (25, "TOOL CHANGED?")])
+def test_a_ball_taken_off_and_on_begins_a_placement_that_is_sound(
+    panda, session, virtual_time, size, words
+):
+    """The next placement has the ball elsewhere throughout: no key would change that."""
+    samples = led_with(panda, session, f"&fault=bent@9:{size}mm").samples
+    alarms = SessionAlarms(panda)
+    placements = [
+        mukca.Placement(name, some, panda.joint_names, 0.05)
+        for name, some in (("here", samples), ("front", samples[:8]), ("front-2", samples[8:]))
+    ]
+    alarm, *_ = alarms(placements[:1])
+    assert (alarm.words, alarm.samples[0], alarm.answers[0][0]) == (words, 9, "n")
+    assert (alarm.cause == "joints") == (size > 10)  # with another tool earlier ones tell nothing
+    assert not alarms(placements[1:])
 
 
 def test_without_a_guide_it_leads_through_the_recording(session, tmp_path, virtual_time, capsys):

@@ -15,7 +15,7 @@ import mukca
 from mukca.recorder import Placement, Sample
 from mukca.recorder.session import BLOCK, Answers, GuidanceRequest
 from mukca.solver.design import Reach
-from mukca.solver.identification.robot import BallModel, link_poses, load_robot
+from mukca.solver.identification.robot import BallModel, link_poses, load_robot, nominal_balls
 from mukca.tools.cli import RobotOptions
 from mukca.tools.recording import BackgroundGuidance, PoseSelector, goal_for
 
@@ -200,6 +200,28 @@ def test_no_joint_is_led_farther_than_the_cables_allow(panda, samples, early):
         np.abs(np.subtract(advice.target, samples[0].position)).max() for advice in (early, bound)
     )
     assert near <= 1.2 < far
+
+
+def test_poses_come_from_where_the_samples_went_and_not_where_they_cannot_be_taken(panda, samples):
+    centre = np.median(nominal_balls(panda, np.array([samples[0].position])), axis=0)
+    begin = np.array(samples[0].position)
+    near = Reach(panda).poses_between(centre, begin - 0.3, begin + 0.3, 500)[:4]
+    assert len(near) == 4
+    taken = [Sample(tuple(q), 0, number=i) for i, q in enumerate(near.tolist(), 1)]
+    selector = PoseSelector(panda, 0.05)
+
+    def routed(**answers):
+        route = selector.advise(taken, 0, answers=Answers(**answers)).route
+        return np.array([q for _, q in route])
+
+    free, confined = routed(), routed(confined=True)
+    allowed = routed(avoided=(tuple(free[0].tolist()),))
+    low, high = near.min(axis=0) - np.deg2rad(10), near.max(axis=0) + np.deg2rad(10)
+    assert np.abs(free - begin).max() > 1.5
+    assert len(confined) == len(free) and np.all((confined >= low) & (confined <= high))
+    assert np.abs(allowed - free[0]).max(axis=1).min() > np.deg2rad(20)
+    balls = nominal_balls(panda, confined)
+    assert balls == pytest.approx(np.tile(centre, (len(balls), 1)), abs=2e-3)
 
 
 def test_the_ball_is_lifted_where_no_way_keeps_it_in_its_socket(panda):

@@ -102,6 +102,25 @@ def test_a_recorder_that_was_stopped_has_its_terminal_again(hand, tmp_path):
         assert terminal.settings == terminal.before
 
 
+def test_it_is_said_aloud_by_what_the_system_has(hand, tmp_path):
+    programs, said = tmp_path / "programs", tmp_path / "said"
+    programs.mkdir()
+    speaker = programs / "espeak-ng"
+    speaker.write_text(f'#!/bin/sh\necho "$1" >> {said}\n')
+    speaker.chmod(0o755)
+    words = command(hand, tmp_path / "front", "--say")
+    with TerminalSession(words, environment={"PATH": str(tmp_path)}) as terminal:
+        terminal.wait_for("--say needs one of spd-say, espeak-ng, espeak, say")
+        assert terminal.wait() == 2
+    with TerminalSession(words, environment={"PATH": f"{programs}:/bin"}) as terminal:
+        capture(terminal, " ", "captured sample 1")
+        terminal.press("9")
+        terminal.wait_for("there is no socket 9")
+        terminal.press("q")
+        assert terminal.wait() == 0
+    assert "got 1" in said.read_text() and "there is no socket 9" in said.read_text()
+
+
 @pytest.mark.parametrize(
     ("end", "status"),
     [("closed", 129), ("SIGHUP", 129), ("SIGTERM", 143), ("SIGQUIT", 131), ("Ctrl-C", 130)],

@@ -9,6 +9,7 @@ from cases import by_table
 from kept import compare
 from record_commands import fast, read
 
+import mukca
 from mukca.recorder import METADATA, SAMPLES, Placement, Sample, sample_files
 from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.terminal import render
@@ -62,6 +63,26 @@ def test_faults_for_practice_are_told(session, tmp_path, scripted, fault, told):
     assert done.status == 0  # it is recorded whole; check says whether it is sound
     screens = Path(__file__).parent / "screens"
     compare(screens / f"{re.split('[@:]', fault)[0]}.txt", screen_after(out))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["panda", "koch"])
+def test_a_wrong_sign_and_a_wrong_unit_are_told_before_any_fault(name):
+    """The zeros of the second may be off by degrees, and its gears have play."""
+    robot = load_robot(name)
+    _, (sound,) = mukca.simulate_recordings(robot, 1, samples=6, seed=2)
+    alarms, joint = SessionAlarms(robot), len(robot.actuated) // 2
+    q = sound.positions.copy()
+    q[:, joint] *= -1
+    turned = Placement.of_arrays("turned", q, sound.sockets, robot.joint_names)
+    assert not alarms([sound])
+    for told in (turned, replace(turned, samples=turned.samples[:7])):
+        (alarm,) = alarms([told])
+        assert alarm.words == "WRONG SIGNS?" and robot.joint_names[joint] in alarm.text
+        assert alarm.answers[0].startswith("q ")
+    metres = replace(sound, distance=10 * sound.distance)
+    alarm, *_ = alarms([replace(metres, samples=sound.samples[:7])])
+    assert alarm.words == "DISTANCE?" and alarm.answers[0].startswith("m ")
 
 
 def test_a_fault_that_is_named_twice_is_one():

@@ -35,13 +35,13 @@ def test_nothing_is_assumed_of_a_task_that_nobody_named(document, report):
     assert "yes" not in words and "0.5 mm" not in words
 
 
-def test_what_is_expected_of_distances_is_told_where_none_was_measured(document, extended, report):
-    known = document.pop("uncertainty")
+def test_what_is_expected_of_distances_is_told_where_none_was_measured(document, report):
     between = report(document)["answers"]["use"]["between"]
     assert between.endswith("since no such distance is known.")
-    document["uncertainty"] = {**known, "distance_deviation": {"median": 6.8e-4, "worst": 1.5e-3}}
+    now = {"value": 6.8e-4, "low": 5e-4, "high": 1.1e-3}
+    document["better"] = {"workspace": {"before": now, "now": now, "probability": 0.5}}
     between = report(document)["answers"]["use"]["between"]
-    assert "expects 0.68 mm (one standard deviation" in between
+    assert "expects 0.68 mm anywhere in the workspace (68 %: 0.50 mm to 1.10 mm)" in between
 
 
 def test_a_recording_that_is_wrong_comes_first(document, report):

@@ -32,7 +32,7 @@ DISTANCE = "scale"
 NOTHING_WRONG = "Nothing wrong was seen."
 
 
-class _CheckOptions(cli.RobotOptions, cli.OutputOptions):
+class _CheckOptions(cli.RobotOptions, cli.TableOptions, cli.OutputOptions):
     robot: str = cli.option(
         "", "a shipped robot's name, or a URDF file; needed without --calibration", "R"
     )
@@ -97,21 +97,25 @@ class _Checked:
             causes=self.survey.hypotheses,
             better=None if accuracy is None else accuracy.better,
         )
-        rows = assessment.recording_rows(self.findings, recordings)
+        rows = assessment.recording_rows(self.findings, recordings, recordings.better)
         return assessment.judge(rows, self.survey.hypotheses)
 
     @property
     def answer(self) -> str:
-        """The verdict in a line; without one that bars a calibration, the number of remarks."""
+        """The verdict in a line; without one that bars a fit, the number of remarks."""
         verdict = self.verdict
         if verdict.status != "pass":
             return f"{verdict.title}: {verdict.text}"
         count = len(self.findings) + len(self.problem.warnings)
-        if not count:
-            return NOTHING_WRONG
-        answer = f"Nothing bars a calibration; {assessment.plural(count, 'remark')}."
-        few = [row.text for row in verdict.reasons if row.name == "samples"]
-        return " ".join([answer, *(f"{text[0].upper()}{text[1:]}." for text in few)])
+        answer = NOTHING_WRONG
+        if count:
+            answer = f"No error was seen; {assessment.plural(count, 'remark')}."
+        better = None if self.accuracy is None else self.accuracy.better
+        doubts = [row.text for row in verdict.reasons if row.name == "samples"]
+        if better is not None and better.probability < assessment.SURE:
+            odds = assessment.in_100(better.probability)
+            doubts.append(f"a calibration is not shown to be better ({odds})")
+        return " ".join([answer, *(f"{text[0].upper()}{text[1:]}." for text in doubts)])
 
     @cached_property
     def lines(self) -> list[str]:
@@ -143,6 +147,7 @@ class _Checked:
             "hypotheses": [asdict(hypothesis) for hypothesis in survey.hypotheses],
             "scale": None if accuracy is None else accuracy.scale.as_dict(),
             "predicted_distance_deviation": accuracy and accuracy.distance_deviation,
+            "better": None if accuracy is None else accuracy.better.as_dict(),
             "next_placement": {"text": self.next_placement},
             "warnings": list(self.problem.warnings),
             "verdict": self.verdict.as_said(),
@@ -164,7 +169,7 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     robot = options.load_robot()
     settings = options.settings.validated()
     placements = recorder.read_placements(
-        *options.data, as_recorded=settings.as_recorded
+        *options.data, as_recorded=settings.as_recorded, **options.table
     )
     problem = calibration.problems_of(robot, placements, (), settings)[""]
     assert isinstance(problem, calibration.InspectedProblem)

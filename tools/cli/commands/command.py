@@ -144,7 +144,7 @@ def _typed(
     for number, line in enumerate(sys.stdin, 1):
         where = f"{INPUT}:{number}"
         try:
-            table = recorder.table_of(head + line, Path(INPUT), joint_names)
+            table = recorder.foreign_table(head + line, Path(INPUT), joint_names)
             rows = recorder.rows_of(table, joint_names, forms)
         except recorder.EmptyRecordingError:
             head += line

@@ -1,52 +1,29 @@
 """``mukca convert``: recordings in another form, or of columns that users name."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import Any
 
 from .... import recorder
 from ....recorder import Placement
-from ....solver.calibration import UsageError
 from ....solver.results import OutputError, refuse_existing, write_files
-from .. import POSITIVE, Options, Terminal, argument, option
-from .named_columns import PLACE, placement_of_table
-
-
-def point_files(placement: Placement) -> dict[str, bytes]:
-    """Return the content of ``points.csv`` by its name; orientations have no place in it."""
-    lines = [",".join([*(placement.joint_names or ()), *PLACE])]
-    for sample in placement.samples:
-        if sample.point is None:
-            raise UsageError(
-                f"{placement.name}: no instrument measured it; give --to samples"
-            )
-        lines.append(",".join(map(repr, [*sample.position, *sample.point])))
-    return {"points.csv": ("\n".join(lines) + "\n").encode()}
-
+from .. import POSITIVE, TableOptions, Terminal, argument, option
 
 FORMS = {
     "samples": recorder.sample_files,
     "holes": recorder.hole_files,
-    "points": point_files,
+    "points": recorder.point_files,
+    "poses": recorder.pose_files,
 }
 
 
-class _ConvertOptions(Options):
-    path: Path = argument(
-        "a placement, or a folder of them; with --columns a table", "PATH"
-    )
+class _ConvertOptions(TableOptions):
+    path: Path = argument("a placement, a folder of them, or a table", "PATH")
     to: str = option(
         ...,
-        "samples.csv; hole_0.csv and hole_1.csv; or points.csv of an instrument",
+        "samples.csv; hole_0.csv and hole_1.csv; points.csv or poses.csv of an instrument",
         choices=FORMS,
-    )
-    columns: Sequence[str] = option(
-        (),
-        "what the columns of another program's table are, as in 'q=joint_1..6 [deg]' "
-        "'x=x_t+x_dif [mm]'; also y, z, socket, effort",
-        "NAME=COLUMNS",
     )
     out: Path = option(..., "where to write", "DIR")
     force: bool = option(False, "overwrite files in DIR")
@@ -61,11 +38,8 @@ class _ConvertOptions(Options):
 def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
     """Read all placements, then write them."""
     refuse_existing(options.out, force=options.force)
-    if options.columns:
-        placements = {options.path: placement_of_table(options.path, options.columns)}
-    else:
-        folders = recorder.find_placements([options.path])
-        placements = {folder: recorder.read_placement(folder) for folder in folders}
+    folders = recorder.find_placements([options.path])
+    placements = {f: recorder.read_placement(f, **options.table) for f in folders}
     outs: dict[Path, Path] = {}
     for folder in placements:
         out = options.out if folder == options.path else options.out / folder.name
@@ -93,9 +67,7 @@ def _files(
     """Return the files of a placement in the form that is asked for, by their names."""
     distance = placement.distance or options.distance
     files = FORMS[options.to](replace(placement, distance=distance))
-    metadata: dict[str, Any] = {}
-    if not options.columns:
-        metadata = recorder.read_metadata(folder / recorder.METADATA)
+    metadata = recorder.read_metadata(folder / recorder.METADATA)
     if metadata:
         metadata["distance"] = distance
         files |= recorder.metadata_file(metadata)

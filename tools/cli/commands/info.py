@@ -1,7 +1,7 @@
 """``mukca info``: what recordings hold."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -9,13 +9,13 @@ import numpy as np
 
 from .... import recorder
 from ....errors import fixed
-from .. import JsonOption, Terminal, argument, option
+from .. import JsonOption, TableOptions, Terminal, argument, option
 
 HALF = 0.5
 """Share of a joint's range below which the rest are turns that its readings gained or lost."""
 
 
-class _InfoOptions(JsonOption):
+class _InfoOptions(TableOptions, JsonOption):
     paths: Sequence[Path] = argument("placements, or folders of them", "PATH")
     set_distance: float | None = option(
         None,
@@ -35,14 +35,14 @@ def run_info(options: _InfoOptions, terminal: Terminal) -> int:
                 change = _change(before, options.set_distance, "changed from")
                 terminal.say(f"distance {change} in {folder / recorder.METADATA}")
     terminal.warn(*recorder.unread(options.paths))
-    placements = [_describe(folder) for folder in folders]
+    placements = [_describe(folder, options.table) for folder in folders]
     terminal.emit({"placements": placements})
     for placement in placements if not options.json else []:
         _show(placement, terminal)
     return 0
 
 
-def _describe(folder: Path) -> dict[str, Any]:
+def _describe(folder: Path, table: Mapping[str, Any]) -> dict[str, Any]:
     samples = folder / recorder.SAMPLES
     content = recorder.read_samples(samples) if samples.exists() else None
     facts: dict[str, Any] = {
@@ -60,7 +60,7 @@ def _describe(folder: Path) -> dict[str, Any]:
             | nothing
             | {"samples": {}, "joints": joints, "efforts": False, "remarks": []}
         )
-    placement = recorder.read_placement(folder)
+    placement = recorder.read_placement(folder, **table)
     # a line of words, such as a second header, is no sample
     rows = ~np.isnan(placement.positions).all(axis=1)
     positions = placement.positions[rows]
@@ -84,7 +84,7 @@ def _describe(folder: Path) -> dict[str, Any]:
         or None,
         "efforts": placement.efforts is not None,
         "distance": placement.distance,
-        "remarks": [*placement.distinct().remarks, *turned],
+        "remarks": [*recorder.distinct(placement).remarks, *turned],
     }
 
 

@@ -27,5 +27,5 @@ def in_words(
         problem.robot, problem.options.repeatability_mm
     )
     return assessment.predicted_in_words(
-        accuracy.distance_deviation, accuracy.length, repeatability
+        accuracy.better.workspace.now, accuracy.length, repeatability
     )

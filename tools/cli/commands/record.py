@@ -44,6 +44,10 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         )
         if asked:
             metadata = recording.with_distance(metadata, terminal)
+        is_new = not (options.out / recorder.SAMPLES).exists()
+        if is_new and metadata.sockets > 1 and not options.scripted:
+            beside = recording.recorded_beside(options.out, robot)
+            metadata = recording.with_distance_of_base(metadata, beside, terminal)
         calibrated = options.calibration and calibration.load_calibration(
             one_arm(options.calibration)
         )

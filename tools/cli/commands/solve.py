@@ -1,16 +1,21 @@
 """``mukca solve``: calibrate a robot from recordings."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any, TypeAlias
 
 from .... import recorder
 from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
+from ....solver.identification import robot as robot_models
 from ... import report
 from ...report import figures
 from .. import (
     DetailsOptions,
     RobotsOptions,
+    TableOptions,
     Terminal,
     argument,
     option,
@@ -20,11 +25,12 @@ from .. import (
 from .placement_errors import show_errors
 from .solve_details import show_details
 
+Result: TypeAlias = "calibration.MultiRobotCalibration | calibration.Calibration"
 MORE = "--details shows limits, joints and choices"
 """Begin of the last line of the screen."""
 
 
-class _CalibrateOptions(RobotsOptions, DetailsOptions):
+class _CalibrateOptions(RobotsOptions, TableOptions, DetailsOptions):
     train: Sequence[Path] = argument("placements to fit", "TRAIN")
     test: Sequence[Path] = option((), "placements held out", "HELD_OUT")
     settings: SolveOptions = part(SolveOptions)
@@ -44,7 +50,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     outputs: dict[str, str] = {}
     if options.out and not refusals:
         pages = report.report_files
-        outputs = result.save(options.out, force=options.force, pages=pages)
+        # The folder was looked at before it held the recordings of tables.
+        outputs = result.save(options.out, force=True, pages=pages)
     for name, arm in arms.items():
         saved = arm.saved_in(options.out / name) if options.out and outputs else arm
         _show_steps(name, saved, terminal, details=options.details)
@@ -100,16 +107,19 @@ def _show_steps(
 
 def calibrated(
     options: _CalibrateOptions, terminal: Terminal
-) -> "tuple[calibration.MultiRobotCalibration | calibration.Calibration, list[str]]":
+) -> "tuple[Result, list[str]]":
     """Calibrate by the options; return remarks on the placements, too."""
     robots = options.load_robots()
     training, tested, left_out = split_by_robot(options.train, options.test, robots)
     settings = vars(options.settings)
-    as_recorded = options.settings.as_recorded
+    how = {"as_recorded": options.settings.as_recorded, **options.table}
     train: dict[str, list[recorder.Placement]] = {}
     test: dict[str, list[recorder.Placement]] = {}
-    for name in robots:
-        to_fit, held_out = _read(training[name], tested[name], as_recorded=as_recorded)
+    for name, robot in robots.items():
+        to_fit, held_out = _read(training[name], tested[name], how)
+        if options.out is not None:
+            keep = partial(_kept, robot=robot, out=options.out, terminal=terminal)
+            to_fit, held_out = list(map(keep, to_fit)), list(map(keep, held_out))
         train |= {name: to_fit} if to_fit else {}
         test |= {name: held_out} if held_out else {}
     with terminal.progress() as progress:
@@ -121,6 +131,22 @@ def calibrated(
     return result, left_out
 
 
+def _kept(
+    placement: "recorder.Placement",
+    robot: "robot_models.Robot",
+    out: Path,
+    terminal: Terminal,
+) -> "recorder.Placement":
+    """Return a placement; of a table as the recording that is written beside the results."""
+    if not placement.is_table:
+        return placement
+    placement = placement.for_joints(robot.joint_names)
+    folder = out / "recordings" / placement.name
+    files = results.write_files(folder, recorder.own_files(placement)).values()
+    terminal.say(*(f"Wrote {file}, what was read of the table" for file in files))
+    return replace(placement, files=tuple(files), is_table=False)
+
+
 def _warn(terminal: Terminal, document: "results.CalibrationDocument") -> None:
     """Show what was set right, and what is wrong in the recordings."""
     terminal.warn(*document.warnings)
@@ -130,7 +156,7 @@ def _warn(terminal: Terminal, document: "results.CalibrationDocument") -> None:
 
 
 def _read(
-    training: Sequence[Path], tested: Sequence[Path], *, as_recorded: bool
+    training: Sequence[Path], tested: Sequence[Path], how: Mapping[str, Any]
 ) -> "tuple[list[recorder.Placement], list[recorder.Placement]]":
     """Return a robot's placements to train on and to test on; see :func:`mukca.read_placements`."""
     if not training and not tested:
@@ -138,12 +164,12 @@ def _read(
     folders = {folder.resolve() for folder in recorder.find_placements(training)}
     train = list[recorder.Placement]()
     test = list[recorder.Placement]()
-    for placement in recorder.read_placements(
-        *training, *tested, as_recorded=as_recorded
-    ):
+    for placement in recorder.read_placements(*training, *tested, **how):
         is_trained = placement.path is not None and placement.path.resolve() in folders
         (train if is_trained else test).append(placement)
-    return (train, test) if train else (recorder.read_placements(*training), test)
+    return (
+        (train, test) if train else (recorder.read_placements(*training, **how), test)
+    )
 
 
 def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:

@@ -48,17 +48,8 @@ def _remarks(result: "results.CalibrationDocument") -> list[str]:
     ]
     lines += result.choices or ()
     lines += _frame_lines(result.frames or ())
+    lines += assessment.intervals_in_words(result.better)
     if result.uncertainty is not None:
-        distance = result.uncertainty.distance_deviation
-        of_urdf = (
-            ""
-            if distance.alone is None
-            else f"; the URDF alone {1e3 * distance.alone:.2f} mm"
-        )
-        lines.append(
-            f"Predicted error of distances in the workspace, 1 sigma: median "
-            f"{1e3 * distance.median:.2f} mm, worst {1e3 * distance.worst:.2f} mm{of_urdf}."
-        )
         lines += [f"Not observable: {text}." for text in result.uncertainty.cannot_see]
     return lines
 

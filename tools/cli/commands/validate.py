@@ -17,7 +17,7 @@ MOST_PLACEMENTS = 3
 """Placements whose largest errors and distances are shown; of more it is the mean errors."""
 
 
-class ValidateOptions(cli.OutputOptions):
+class ValidateOptions(cli.TableOptions, cli.OutputOptions):
     """Options of ``mukca validate``, which ``mukca check --calibration`` has, too."""
 
     calibration: Path = cli.argument(
@@ -72,7 +72,7 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     robot = calibrated.robot
     settings = options.settings
     placements = settings.payloads.carried_by(
-        cli.read_data(options.data, settings), others=True
+        cli.read_data(options.data, settings, options.table), others=True
     )
     load = calibrated.load
     settings = replace(settings, payload=load.payload, gravity=load.gravity)
@@ -93,6 +93,9 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
         )
     terminal.warn(*validity.warnings)
     errors = validity.errors
+    for finding in validity.findings:
+        terminal.warn(str(finding), level=finding.level)
+    told = [f"{finding.level}: {finding}" for finding in validity.findings]
     lines = [*validity.odds, *validity.not_shown]
     terminal.say(validity.text)
     show_errors(errors, terminal, short=len(errors) > MOST_PLACEMENTS)
@@ -110,5 +113,7 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
         "likeliest": validity.likeliest,
         "verdict": validity.as_dict(),
     }
-    emit_with_page(options, terminal, (validity.text, *lines, repr(errors)), result)
+    emit_with_page(
+        options, terminal, (validity.text, *told, *lines, repr(errors)), result
+    )
     return validity.verdict.exit_status

@@ -6,6 +6,7 @@ from .answers import least_allowed as least_allowed
 from .answers import mostly_allowed as mostly_allowed
 from .answers import use_text as use_text
 from .collect import report_figures as report_figures
+from .command_lines import as_options as as_options
 from .comparison_types import ComparisonDocument as ComparisonDocument
 from .comparison_types import ErrorsAtPlacement as ErrorsAtPlacement
 from .comparison_words import comparison_sentence as comparison_sentence
@@ -16,7 +17,6 @@ from .model_comparison import contenders_of as contenders_of
 from .model_comparison import shared_data as shared_data
 from .notes import NOTED as NOTED
 from .notes import session_notes as session_notes
-from .recommendations import as_options as as_options
 from .recommendations import steps as steps
 from .templates import environment as environment
 from .templates import lines as lines

@@ -7,6 +7,7 @@ import numpy as np
 from ....solver import assessment, diagnostics
 from ....solver.assessment import area
 from ....solver.identification.data import as_point
+from ....solver.results import Diagnostic
 from . import types
 from .templates import text
 from .types import Answer
@@ -128,7 +129,7 @@ def _use_answer(result: assessment.Assessment) -> types.UseAnswer:
         _TEXTS,
         "between",
         found=limits.get("between_placements"),
-        uncertainty=uncertainty,
+        better=result.predictions.document.better,
     )
     return types.UseAnswer(
         rows=tuple(rows),
@@ -248,11 +249,18 @@ def placements_with_errors(result: assessment.Assessment) -> list[int]:
     An error of all placements is of all of them only where none has one alone.
     """
     checks = result.predictions.document.checks or ()
-    wheres = [check.where for check in checks if check.level == "error"]
-    paths = " ".join(f"/{where}/" for where in wheres)
-    faulty = [i for i, row in enumerate(result.placements) if f"/{row.name}/" in paths]
-    everywhere = diagnostics.EVERYWHERE in wheres
+    errors = [check for check in checks if check.level == "error"]
+    faulty = placements_named(result, errors)
+    everywhere = any(error.where == diagnostics.EVERYWHERE for error in errors)
     return [*range(len(result.placements))] if everywhere and not faulty else faulty
+
+
+def placements_named(
+    result: assessment.Assessment, checks: Sequence[Diagnostic]
+) -> list[int]:
+    """Return the indices of the placements that findings name."""
+    paths = " ".join(f"/{check.where}/" for check in checks)
+    return [i for i, row in enumerate(result.placements) if f"/{row.name}/" in paths]
 
 
 def farthest_held_out(result: assessment.Assessment) -> tuple[int, float] | None:

@@ -2,35 +2,35 @@
 
 import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 
-from ....errors import MukcaError
 from ....solver.assessment import (
     Assessment,
     PlacementReport,
+    Verdict,
     area,
     joined,
     joints_wrong,
     mm,
+    most_readings,
+    short_mm,
 )
 from ....solver.diagnostics import farthest_place
 from ....solver.identification.data import (
     CALIPER_DEVIATION,
     DEFAULT_DISTANCE,
     SAMPLES_ADVISED,
-    Measurement,
     as_point,
-    evaluate,
+    readings_of,
 )
-from ....solver.identification.paper import build_problem, solve
 from ....solver.results import CalibrationDocument, Role
-from .answers import farthest_held_out, placements_with_errors
-from .command_lines import as_options, one_robot, record_command, solve_command
+from .answers import farthest_held_out
+from .command_lines import record_command, solve_command
+from .mending import mending_steps, steps_where_something_moved
 from .recorded_already import (
     UnusedPlacement,
     placement_to_hold_out,
@@ -38,6 +38,9 @@ from .recorded_already import (
 )
 from .types import Step
 
+DOUBTED_SIZE = 3e-3
+"""Share from which an arm that came out longer or shorter asks for another reading of its base:
+that of eight real arms in ten is smaller."""
 _SPAN = 0.5
 """A distance in the workspace [m]."""
 BESIDE = 0.2
@@ -45,23 +48,35 @@ BESIDE = 0.2
 
 
 def steps(result: Assessment) -> list[Step]:
-    """Return the next step for a calibration; none where the verdict is PASS."""
-    return list(islice(_steps(result), 1))
+    """Return the next step for a calibration; of a PASS, at most another reading of its base.
+
+    A step that is expected to make the error larger is none.
+    """
+    return list(islice(filter(_leads_on, _steps(result)), 1))
+
+
+def _leads_on(step: Step) -> bool:
+    return step.before is None or step.after is None or step.after < step.before
 
 
 def _steps(result: Assessment) -> Iterator[Step]:
     """Yield steps, the most useful first."""
     verdict = result.verdict
     placements = result.placements
-    if verdict.status == "pass":
-        return
     document = result.predictions.document
     status = verdict.status_of
-    if status("data_checks") != "pass":
-        yield from _mend(result)
-    if {status("scale"), status("distance_given")} != {"pass"}:
+    passes = verdict.status == "pass"
+    if status("data_checks") not in ("pass", "warning") and not passes:
+        yield from mending_steps(result)
+        return
+    size = {status("scale"), status("distance_given")}
+    if not size <= {"pass", "warning"} or _is_to_be_read_again(result):
         yield from _measure(document, placements)
-    is_proved = any(row.role == "test" for row in placements)
+    if passes:
+        return
+    if not verdict.use:
+        yield from steps_where_something_moved(result)
+    is_proved = _is_proved(verdict)
     unused = unused_placements(result)
     rows = (*verdict.limits, *verdict.reasons)
     missed = any(row.status in ("fail", "not enough") for row in rows)
@@ -89,16 +104,19 @@ def _steps(result: Assessment) -> Iterator[Step]:
     yield _forecast(document, None, text, record_command(document))
 
 
-def _mend(result: Assessment) -> Iterator[Step]:
-    """Yield the steps to leave out what is wrong in the recordings, or to look at it."""
+def _is_proved(verdict: Verdict) -> bool:
+    """Tell whether something that was not trained on has an error."""
+    rows = (*verdict.limits, *verdict.reasons)
+    return any(r.name == "mean_absolute_error" and r.found is not None for r in rows)
+
+
+def _is_to_be_read_again(result: Assessment) -> bool:
+    """Tell whether the arm came out so long or short that its base is read a second time."""
     document = result.predictions.document
-    yield from _leave_out(result)
-    text = "See what is wrong in the recordings; mend it, or leave it out by solve --leave-out"
-    folders = list(dict.fromkeys(row.folder for row in document.data))
-    keys = ("distance", "known", "zeros")
-    same = as_options({key: document.settings.get(key) for key in keys})
-    command = shlex.join(["mukca", "check", *folders, *one_robot(document), *same])
-    yield Step(text, command, "figures that can be believed")
+    if document.scale is None or result.verdict.status_of("scale") == "warning":
+        return False  # the URDF explains it
+    is_doubted = abs(document.scale.value) >= DOUBTED_SIZE
+    return is_doubted and most_readings(document.placements) == 1
 
 
 def _measure_points(document: CalibrationDocument, *, is_proved: bool) -> Step:
@@ -108,7 +126,9 @@ def _measure_points(document: CalibrationDocument, *, is_proved: bool) -> Step:
     if not is_proved:
         text += ", and hold some of them out by solve --test"
         words = "an error that nothing was fitted to"
-    return Step(text, solve_command(document), words)
+    role: Role = "train" if is_proved else "test"
+    command = solve_command(document, added={"more_points": role})
+    return Step(text, command, words)
 
 
 def _train_on_held_out(result: Assessment) -> Iterator[Step]:
@@ -204,21 +224,35 @@ def _measure(
     scale = document.scale
     if not any(row.distance for row in placements) or joints_wrong(document.checks):
         return
+    readings = readings_of(document.settings.get("distance")) or _recorded_once(
+        placements
+    )
     text = "Measure the sockets' distance, and type what you read"
-    command = solve_command(document, settings_given={"distance": "MEASURED"})
+    if readings:
+        text = "Measure the sockets' distance a second time, and type that reading too"
+    given = [*readings, "MEASURED"]
+    command = solve_command(document, settings_given={"distance": given})
     if scale is None:
         yield Step(text, command, "an arm of the right size")
         return
     deviation = scale.deviation or CALIPER_DEVIATION / DEFAULT_DISTANCE
     before = abs(scale.value) * _SPAN
     after = deviation * _SPAN
-    words = f"a distance of {_SPAN:g} m is known to {mm(after)}"
-    if before > after:
-        words = (
-            f"if it was wrong, the error of a distance of {_SPAN:g} m falls from {mm(before)} to "
-            f"{mm(after)}; if you read the same, a length of the model is wrong"
-        )
+    if before <= after:
+        yield Step(text, command, f"a distance of {_SPAN:g} m is known to {mm(after)}")
+        return
+    words = (
+        f"if it was wrong, the error of a distance of {_SPAN:g} m falls from {mm(before)} to "
+        f"{mm(after)}; if you read the same, a length of the model is wrong"
+    )
     yield Step(text, command, words, before, after)
+
+
+def _recorded_once(placements: Sequence[PlacementReport]) -> tuple[float, ...]:
+    """Return the distance that placement.json has, if it is one of all placements [m]."""
+    rows = [row for row in placements if row.distance_source == "recording"]
+    distances = {row.distance for row in rows if row.distance is not None}
+    return tuple(distances) if len(distances) == 1 else ()
 
 
 def _forecast(
@@ -226,48 +260,19 @@ def _forecast(
 ) -> Step:
     """Return a step with what the posterior forecasts of it, where it does."""
     rows = () if document.outlook is None else document.outlook.forecasts
-    forecasts = {row.placement: row.distance_deviation for row in rows}
-    if document.uncertainty is None or name not in forecasts:
+    forecasts = {row.placement: row.share for row in rows if row.share is not None}
+    if document.better is None or name not in forecasts:
         why = "only --method auto makes one"
         if document.method == "auto":
             why = "none of the places that were tried for it is within the arm's reach"
         return Step(text, command, f"no forecast: {why}")
-    accuracy = document.uncertainty.distance_deviation
-    before = accuracy.median
-    after = forecasts[name]
+    share = forecasts[name]
+    before = document.better.workspace.now.value
+    after = before * share
     # several arms have a workspace each
-    workspace = f" in {document.arm_name}'s own workspace" if document.arm_name else ""
-    falls = f"falls from {mm(before)} to {mm(after)}"
-    words = f"the predicted error of distances{workspace}, trained on it too, {falls}"
+    workspace = f"{document.arm_name}'s own workspace" if document.arm_name else ""
+    words = (
+        f"a distance in {workspace or 'the workspace'} is wrong by about {short_mm(after)} mm in "
+        f"place of {short_mm(before)}"
+    )
     return Step(text, command, words, before, after)
-
-
-def _leave_out(result: Assessment) -> Iterator[Step]:
-    """Yield the step to leave out placements with errors, with what Eq. (5) expects of it."""
-    predictions = result.predictions
-    bad = placements_with_errors(result)
-    faulty = {result.placements[i].name for i in bad}
-    paired = [p for p in predictions.placements if p.measured.has_distance]
-    training = [p.measured for p in paired if p.role == "train"]
-    remaining = [m for m in training if m.name not in faulty]
-    judges = [p.measured for p in paired if p.role == "test" and p.name not in faulty]
-    if not remaining or not judges or len(remaining) == len(training):
-        return
-
-    def held_out(train: Sequence[Measurement]) -> float:
-        problem = build_problem(predictions.robot, train)
-        x = solve(problem).x
-        errors = (evaluate(problem.model.points(x, m.positions), m) for m in judges)
-        return sum(error.mean_absolute_error for error in errors) / len(judges)
-
-    with suppress(MukcaError):
-        before = held_out(training)
-        after = held_out(remaining)
-        text = f"Leave out {joined([result.predictions.names[i] for i in bad])}"
-        command = solve_command(
-            predictions.document, moves=dict.fromkeys(sorted(faulty))
-        )
-        words = (
-            f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}"
-        )
-        yield Step(text, command, words, before, after)

@@ -6,7 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ....errors import fixed
-from ....solver.assessment import area, joined, mm, percent, plural, short_where
+from ....solver.assessment import (
+    area,
+    intervals_in_words,
+    joined,
+    mm,
+    percent,
+    plural,
+    short_where,
+)
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -19,7 +27,17 @@ def each(rows: Iterable[object], form: str) -> list[str]:
     return [form.format(row) for row in rows]
 
 
-_FILTERS = (area, each, fixed, joined, mm, percent, plural, short_where)
+_FILTERS = (
+    area,
+    each,
+    fixed,
+    intervals_in_words,
+    joined,
+    mm,
+    percent,
+    plural,
+    short_where,
+)
 
 
 @cache

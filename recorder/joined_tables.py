@@ -1,0 +1,126 @@
+"""Two tables of the same rows made one: by a column that both have, or by their order."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial, reduce
+from pathlib import Path
+
+from .cells import number_of
+from .foreign_tables import read_table
+from .recording_error import RecordingError
+from .tables import Table
+
+TABLES = (".csv", ".tsv", ".txt", ".dat", ".xlsx")
+"""Endings of files that are read as tables."""
+
+
+def tables_at(path: Path) -> list[Path]:
+    """Return the tables that a path names: one, or several as in ``joints.csv+points.csv``."""
+    names = [str(path)] if path.exists() else str(path).split("+")
+    files = list(map(Path, names))
+    named = [f.is_file() and f.suffix.lower() in TABLES for f in files]
+    return files if all(named) else []
+
+
+def read_joined(path: Path, on: str = "") -> Table:
+    """Return the table that a path names, or several as one by :func:`joined`."""
+    return reduce(partial(joined, on=on), map(read_table, tables_at(path)))
+
+
+def joined(first: Table, second: Table, on: str = "") -> Table:
+    """Return the rows of two tables side by side, in the order of the first.
+
+    Args:
+        first: A table; messages name its lines.
+        second: Another one.
+        on: Name of a column of both, or its number, by whose cells rows belong together; empty for
+            tables of which each row belongs to the same one of the other.
+
+    Raises:
+        RecordingError: Their rows are not as many, no such column, or one of its cells is twice
+            there.
+    """
+    header = None
+    if first.header or second.header:
+        header = (*_or_blank(first, first.header), *_or_blank(second, second.header))
+    units = ()
+    if first.units or second.units:
+        units = (*_or_blank(first, first.units), *_or_blank(second, second.units))
+    pairs = [(i, i) for i in range(len(first.rows))]
+    notes = (*first.notes, *second.notes)
+    if on:
+        pairs, remarks = _by_cells(first, second, on)
+        notes = (*notes, *remarks)
+        # The cells of the second table's column say nothing more.
+        k = _column(second, on)
+        width = len(first.rows[0]) + k
+        header = header and (*header[:width], "", *header[width + 1 :])
+    elif len(first.rows) != len(second.rows):
+        raise RecordingError(
+            f"{first.file} has {len(first.rows)} rows, {second.file} has {len(second.rows)}; join "
+            "them by a column of both, --on NAME"
+        )
+    else:
+        words = "rows of both files belong together in their order"
+        notes = (*notes, f"{first.file}, {second.file}: {words}")
+    rows = tuple((*first.rows[i], *second.rows[j]) for i, j in pairs)
+    lines = tuple(first.lines[i] for i, _ in pairs)
+    return replace(
+        first, header=header, units=units, lines=lines, rows=rows, notes=notes
+    )
+
+
+def _or_blank(table: Table, cells: tuple[str, ...] | None) -> tuple[str, ...]:
+    return cells or ("",) * len(table.rows[0])
+
+
+def _column(table: Table, on: str) -> int:
+    """Return the index of the column by which tables are joined."""
+    names = [column.name for column in table.columns]
+    cells = list(map(str.strip, table.header or ()))
+    for called in (cells, names, [str(i + 1) for i in range(len(names))]):
+        if called.count(on) == 1:
+            return called.index(on)
+    there = ", ".join(filter(None, cells)) or f"1 to {len(names)}"
+    raise RecordingError(f"{table.file}: no column --on {on!r}; there are {there:.150}")
+
+
+def _by_cells(
+    first: Table, second: Table, on: str
+) -> tuple[list[tuple[int, int]], list[str]]:
+    """Return pairs of rows whose cells in a column are the same, and remarks on the others."""
+    keys = _keys(first, _column(first, on))
+    keys_of_second = _keys(second, _column(second, on))
+    rows_of_second = {key: j for j, key in enumerate(keys_of_second)}
+    pairs = [(i, rows_of_second[k]) for i, k in enumerate(keys) if k in rows_of_second]
+    if not pairs:
+        raise RecordingError(
+            f"{first.file}, {second.file}: no row has the same {on!r} in both"
+        )
+    remarks: list[str] = []
+    for table, own, of_other in (
+        (first, keys, keys_of_second),
+        (second, keys_of_second, keys),
+    ):
+        alone = [i for i, key in enumerate(own) if key not in set(of_other)]
+        lines = ", ".join(str(table.lines[i]) for i in alone)
+        if alone:
+            remarks.append(
+                f"{table.file}: {len(alone)} rows have no {on!r} of the other file and are left "
+                f"out (lines {lines:.80})"
+            )
+    return pairs, remarks
+
+
+def _keys(table: Table, column: int) -> Sequence[str | float]:
+    """Return the cells of a column, numbers as such; a RecordingError where one is twice there."""
+    cells = [row[column].strip() for row in table.rows]
+    keys = [cell if (n := number_of(cell)) is None else n for cell in cells]
+    key, count = Counter(keys).most_common(1)[0]
+    if count > 1:
+        i = len(keys) - 1 - keys[::-1].index(key)
+        raise RecordingError(
+            f"{table.where(i)}: {cells[i]!r} is twice in the column by which rows are joined"
+        )
+    return keys

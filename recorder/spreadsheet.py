@@ -1,0 +1,124 @@
+"""XLSX files as text: the first sheet that holds cells, each row on the line of its number."""
+
+import re
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree
+from zipfile import BadZipFile, ZipFile
+from zlib import error as ZlibError  # noqa: N812 (a class)
+
+from .cells import NO_TEXT, with_signs
+from .recording_error import RecordingError
+
+_MAIN = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
+_RELATION = "{http://schemas.openxmlformats.org/officeDocument/2006/relationships}id"
+_BOOK = "xl/workbook.xml"
+LARGEST_PART = 50_000_000
+"""Size that no sheet exceeds, unpacked [bytes]."""
+MOST_CELLS = 5_000_000
+_PLACE = re.compile(r"([A-Z]{1,3})([1-9]\d{0,6})")
+"""Column and row of a cell, as AB12."""
+_DAMAGED = (
+    BadZipFile,
+    ElementTree.ParseError,
+    LookupError,
+    UnicodeDecodeError,
+    NotImplementedError,
+    RuntimeError,
+    EOFError,
+    ValueError,
+    OSError,
+    ZlibError,
+)
+"""What a stranger's archive may raise."""
+
+
+def sheet_text(content: bytes, file: Path) -> tuple[str, list[str]]:
+    """Return the cells of an XLSX file as CSV, and the names of sheets that are not read.
+
+    Raises:
+        RecordingError: It is none, is damaged, or is too large; the message names the file.
+    """
+    try:
+        with ZipFile(BytesIO(content)) as archive:
+            return _first_sheet(archive)
+    except _DAMAGED:
+        raise RecordingError(f"{file}: {NO_TEXT}") from None
+
+
+def _first_sheet(archive: ZipFile) -> tuple[str, list[str]]:
+    strings = _shared_strings(archive)
+    texts = {name: _text(archive, part, strings) for name, part in _sheets(archive)}
+    filled = [name for name, text in texts.items() if text.strip()]
+    return (with_signs(texts[filled[0]]), filled[1:]) if filled else ("", [])
+
+
+def _root(archive: ZipFile, part: str) -> ElementTree.Element:
+    """Return the root of a part; a ValueError where it is too large or declares entities."""
+    with archive.open(part) as stream:
+        data = stream.read(LARGEST_PART + 1)
+    text = data.decode("utf-8-sig")
+    if len(data) > LARGEST_PART or "<!DOCTYPE" in text:
+        raise ValueError(part)
+    return ElementTree.fromstring(text)  # noqa: S314 (without declarations, see above)
+
+
+def _sheets(archive: ZipFile) -> Iterator[tuple[str, str]]:
+    """Yield name and part of each sheet, in the order of the book."""
+    relations = _root(archive, "xl/_rels/workbook.xml.rels")
+    targets = {r.get("Id"): r.get("Target", "") for r in relations}
+    for sheet in _root(archive, _BOOK).iter(f"{_MAIN}sheet"):
+        target = targets[sheet.get(_RELATION)]
+        part = str(PurePosixPath("/xl") / target).lstrip("/")
+        if part.startswith("xl/worksheets/"):
+            yield sheet.get("name", ""), part
+
+
+def _shared_strings(archive: ZipFile) -> list[str]:
+    if "xl/sharedStrings.xml" not in archive.namelist():
+        return []
+    strings = _root(archive, "xl/sharedStrings.xml")
+    return [_words(item) for item in strings.iter(f"{_MAIN}si")]
+
+
+def _words(element: ElementTree.Element) -> str:
+    """Return the text of a cell on one line, without the marks of its pronunciation."""
+    runs = [element, *element.findall(f"{_MAIN}r")]
+    texts = [run.findtext(f"{_MAIN}t") or "" for run in runs]
+    return " ".join("".join(texts).split())
+
+
+def _text(archive: ZipFile, part: str, strings: list[str]) -> str:
+    """Return the cells of a sheet as CSV; a ValueError where one has no place or two."""
+    rows: dict[int, dict[int, str]] = {}
+    for cell in _root(archive, part).iter(f"{_MAIN}c"):
+        match = _PLACE.fullmatch(cell.get("r", ""))
+        if match is None:
+            raise ValueError(part)
+        column = 0
+        for letter in match[1]:
+            column = 26 * column + ord(letter) - ord("A") + 1
+        rows.setdefault(int(match[2]), {})[column] = _content(cell, strings)
+    width = max((max(cells) for cells in rows.values()), default=0)
+    if width * len(rows) > MOST_CELLS:
+        raise ValueError(part)
+    lines = [""] * max(rows, default=0)
+    for number, cells in rows.items():
+        filled = [cells.get(column, "") for column in range(1, width + 1)]
+        lines[number - 1] = ",".join(filled) if any(filled) else ""
+    return "\n".join(lines) + "\n"
+
+
+def _content(cell: ElementTree.Element, strings: list[str]) -> str:
+    """Return a number as the sheet keeps it, or words between quotes."""
+    kind = cell.get("t", "n")
+    value = cell.findtext(f"{_MAIN}v") or ""
+    if kind == "n":
+        return value
+    inline = cell.find(f"{_MAIN}is")
+    words = value if inline is None else _words(inline)
+    if kind == "s":
+        words = strings[int(value)]
+    escaped = words.replace('"', "'")
+    return f'"{escaped}"' if escaped else ""

@@ -1,0 +1,140 @@
+"""A table of another program as a placement: its names, or a user, tell what the columns are."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from .coordinates import AXES, TURNS
+from .joined_tables import read_joined, tables_at
+from .named_columns import NamedColumns, named_columns
+from .placement import Placement
+from .placement_names import placement_name
+from .points import placement_of_points, unit_quaternion
+from .recording_error import RecordingError
+from .sample import LAST_SOCKET, Sample
+from .suggested_columns import place_of, suggestion
+from .tables import Table
+
+_LISTED = 8
+
+
+def read_table_placement(
+    path: Path, columns: Sequence[str] = (), on: str = ""
+) -> Placement:
+    """Return the placement of a table, or of several whose rows belong together.
+
+    Args:
+        path: A file, or several as in ``joints.csv+points.csv``.
+        columns: Its columns, as :func:`.named_columns` reads them; none to find them by names.
+        on: The column by which rows of several files belong together; empty for their order.
+
+    Raises:
+        RecordingError: A file is no table, or its columns are not told; the message says how.
+    """
+    table = read_joined(path, on)
+    stems = "+".join(file.stem for file in tables_at(path))
+    name = placement_name(table.file.with_name(stems))
+    if columns:
+        placement = _placement(table, named_columns(table, columns), name)
+    else:
+        placement = _by_names(table, name)
+    advice = suggestion(table)
+    return replace(placement, files=(path,), is_table=True, suggestion=advice)
+
+
+def _by_names(table: Table, name: str) -> Placement:
+    """Return the placement of a table whose columns tell themselves."""
+    try:
+        return placement_of_points(table, name)
+    except RecordingError as error:
+        sockets = [c for c in table.columns if c.words == ("socket",)]
+        if len(sockets) == 1:
+            joints = table.joints(sockets)
+            positions = np.array(table.numbers(joints, gaps=True))
+            names = tuple(column.name for column in joints)
+            numbers = {"q": positions, "socket": np.array(table.numbers(sockets))}
+            return _placement(table, NamedColumns(numbers, names, ()), name)
+        if place_of(table):
+            raise
+        raise RecordingError(
+            f"{table.file}: no header tells its joints and x, y, z; say which columns they are, "
+            f"here or by mukca convert, as in {suggestion(table)}"
+        ) from error
+
+
+def _placement(table: Table, named: NamedColumns, name: str) -> Placement:
+    """Return the placement of columns that are named; what is not named is found by names."""
+    numbers = dict(named.numbers)
+    names = named.joints
+    if not set(AXES) & set(numbers) and "socket" not in numbers:
+        place = place_of(table)
+        if place is not None:
+            xyz = np.array(table.numbers(place, gaps=True))
+            numbers |= {axis: xyz[:, i : i + 1] for i, axis in enumerate(AXES)}
+            named = replace(named, used=(*named.used, *place))
+    is_measured = set(AXES) <= set(numbers)
+    if "q" not in numbers and table.header:
+        joints = table.joints(named.used)
+        numbers["q"] = np.array(table.numbers(joints, gaps=True))
+        names = tuple(column.name for column in joints)
+    if "q" not in numbers or not (is_measured or "socket" in numbers):
+        raise RecordingError(
+            f"{table.file}: --columns: q is needed, and socket, or x, y and z; as in "
+            f"{suggestion(table)}"
+        )
+    return _of_numbers(table, numbers, names if table.header else None, name)
+
+
+def _of_numbers(
+    table: Table,
+    numbers: dict[str, np.ndarray],
+    joint_names: tuple[str, ...] | None,
+    name: str,
+) -> Placement:
+    """Return the placement of numbers by what they are; rows without a place are left out."""
+    forms = [form for form in TURNS if set(form) <= set(numbers)]
+    turn = forms[0] if forms else ()
+    measured = [n for n in (*AXES, *turn) if n in numbers]
+    samples: list[Sample] = []
+    lost: list[int] = []
+    for i in range(len(table.rows)):
+        where = table.where(i)
+        row = {key: tuple(values[i].tolist()) for key, values in numbers.items()}
+        if measured and all(np.isnan(row[key]).all() for key in measured):
+            lost.append(table.lines[i])
+            continue
+        for key in (*measured, "q", "socket"):
+            if np.isnan(row.get(key, ())).any():
+                raise RecordingError(f"{where}: {key} is no finite number")
+        socket = row.get("socket", (0.0,))[0]
+        if not 0 <= socket <= LAST_SOCKET or socket % 1:
+            raise RecordingError(
+                f"{where}: socket {socket:g} is no number from 0 to 999"
+            )
+        sample = Sample(row["q"], int(socket), row.get("effort"), where=where)
+        if measured:
+            x, y, z = (row[axis][0] for axis in AXES)
+            sample = replace(sample, point=(x, y, z))
+        if turn:
+            angles = tuple(row[key][0] for key in turn)
+            orientation = unit_quaternion(angles, turn, where)
+            sample = replace(sample, turn=angles, orientation=orientation)
+        samples.append(sample)
+    if not samples:
+        raise RecordingError(f"{table.file}: no row has numbers in these columns")
+    notes = [*table.notes]
+    if lost:
+        lines = ", ".join(map(str, lost[:_LISTED])) + ", .." * (len(lost) > _LISTED)
+        notes.append(
+            f"{table.file}: {len(lost)} rows without a place are left out (lines {lines})"
+        )
+    return Placement(
+        name=name,
+        samples=tuple(samples),
+        joint_names=joint_names,
+        files=(table.file,),
+        remarks=tuple(notes),
+        poses_of="flange" if turn else None,
+    )
