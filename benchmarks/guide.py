@@ -222,7 +222,7 @@ def missing(robot: Robot, placements: list[Placement]) -> str:
     """Return what a solving says, if that is a FAIL or NOT ENOUGH DATA."""
     zeros = is_coarse(repeatability_of(robot, None)) or None
     verdict = calibrate(robot, placements, zeros=zeros).verdict
-    if verdict.kind == "not_enough" or verdict.status == "fail":
+    if verdict.kind == "not_enough" or verdict.status in ("better", "fail"):
         counts = "+".join(str(len(p.samples)) for p in placements)
         return f"{counts} samples, {verdict.title}: {verdict.text}"
     return ""

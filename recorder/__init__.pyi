@@ -73,6 +73,11 @@ from .samples import capture_line as capture_line
 from .samples import header_line as header_line
 from .samples import mark_line as mark_line
 from .samples import read_samples as read_samples
+from .stops import STOPS as STOPS
+from .stops import StopFinder as StopFinder
+from .stops import Stops as Stops
+from .stops import follow_to_stops as follow_to_stops
+from .stops import read_stops as read_stops
 from .stream_log import StreamLog as StreamLog
 from .stream_log import next_log_file as next_log_file
 from .stream_log import read_stream_log as read_stream_log

@@ -1,6 +1,7 @@
 """The documents lead where they say, and none is left out of the site."""
 
 import importlib.util
+import inspect
 import itertools
 import json
 import math
@@ -241,3 +242,24 @@ def test_figures_are_those_of_the_benchmarks():
     assert len(arms) == 4 and [row for row in arms if row not in text] == []
     assert f"{nominal} mm nominal" in text and f"**{full} mm**" in text
     assert f"{refitted} mm with the reflector's place refitted, {urdf} mm by the URDF alone" in text
+
+
+@pytest.mark.slow
+def test_the_page_of_python_is_typed(tmp_path):
+    pytest.importorskip("pyright", reason="the extra lint is not installed")
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs/python.md").read_text(), re.S)
+    (tmp_path / "page.py").write_text("".join(["# pyright: strict\n", *blocks]))
+    settings = {"extraPaths": [str(ROOT.parent)], "reportUnusedExpression": "none"}
+    (tmp_path / "pyrightconfig.json").write_text(json.dumps(settings))
+    words = [sys.executable, "-m", "pyright", "--pythonpath", sys.executable, "page.py"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+    assert len(blocks) > 4 and done.returncode == 0, done.stdout
+
+
+def test_what_a_public_function_returns_is_public():
+    names = set(mukca.__all__)
+    for name in names:
+        value = getattr(mukca, name)
+        if inspect.isfunction(value):
+            said = str(inspect.signature(value).return_annotation)
+            assert set(re.findall(r"mukca\.[\w.]+\.(\w+)", said)) <= names, said

@@ -67,13 +67,13 @@ def conclude(
     elif doubts:
         kind = "not_enough"
     elif certain:
-        status, kind = ("fail", "better") if held_back else ("pass", None)
+        status, kind = ("better", "better") if held_back else ("pass", None)
     elif certain is None or any(row.name in FEW for row in held_back):
         kind = "not_enough"
     scope: Scope | None = None
     if status == "pass":
         scope = "workspace" if _is_kept(rows, WORKSPACE) else "recorded_places"
-    use = status == "pass" or kind == "better"
+    use = status in ("pass", "better")
     first = [*contradiction, *doubts, *held_back]
     untold = contradiction or [row for row in doubts if row.name in UNTOLD]
     stated = None if untold else better

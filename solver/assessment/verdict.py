@@ -10,7 +10,7 @@ from ..results import Better, Document, Hypothesis
 from .formatting import joined
 from .limits import LIMITS, LimitResult, Status
 
-Outcome = Literal["pass", "fail", "incomplete"]
+Outcome = Literal["pass", "better", "fail", "incomplete"]
 Kind = Literal["better", "no_better", "not_enough", "not_validated"]
 Scope = Literal["workspace", "recorded_places"]
 INSTRUMENT = (
@@ -21,14 +21,14 @@ NEEDED = ("mean_absolute_error", "distance_error", "data_checks")
 """Rows without which nothing is validated."""
 STAMPS: dict[tuple[str, str | None], str] = {
     ("pass", None): "PASS",
-    ("fail", "better"): "BETTER",
+    ("better", "better"): "BETTER",
     ("fail", None): "FAIL",
     ("incomplete", "no_better"): "NO BETTER",
     ("incomplete", "not_enough"): "NOT ENOUGH DATA",
     ("incomplete", "not_validated"): "NOT VALIDATED",
 }
 """Titles of verdicts by status and kind."""
-_EXIT: dict[Outcome, int] = {"pass": 0, "fail": 1, "incomplete": 3}
+_EXIT: dict[Outcome, int] = {"pass": 0, "better": 1, "fail": 1, "incomplete": 3}
 
 
 class Premise(Document):
@@ -50,7 +50,7 @@ class Verdict(Document):
 
     status: Outcome
     kind: Kind | None
-    """``better`` (a ``fail`` of limits), or the reason of ``incomplete``; None for others."""
+    """``better``, for a status that says so, or the reason of ``incomplete``; None for others."""
     scope: Scope | None
     """Places for which a PASS holds; None for others."""
     title: str
@@ -76,7 +76,7 @@ class Verdict(Document):
     @property
     def colour(self) -> Outcome:
         """Status that its colour shows: a better model that misses a limit is no success."""
-        return "incomplete" if self.kind == "better" else self.status
+        return "incomplete" if self.status == "better" else self.status
 
     @property
     def stamp(self) -> str:
@@ -130,8 +130,9 @@ def judge(
     failed = [row.name for row in rows if row.status == "fail"]
     statuses = {row.status for row in rows}
     if failed:
-        kind = "better" if better and set(failed) <= set(LIMITS) else None
-        return verdict_of(rows, causes, "fail", kind)
+        if better and set(failed) <= set(LIMITS):
+            return verdict_of(rows, causes, "better", "better")
+        return verdict_of(rows, causes, "fail")
     if "not enough" in statuses:
         return verdict_of(rows, causes, "incomplete", "not_enough")
     if gaps_of(rows):

@@ -16,6 +16,7 @@ from .joint_path import JointPath as JointPath
 from .joint_path import find_jumps as find_jumps
 from .loading import calibration_files as calibration_files
 from .loading import load_calibration as load_calibration
+from .loading import load_cell as load_cell
 from .located_sockets import tables_of_sockets as tables_of_sockets
 from .multi_robot_calibration import MultiRobotCalibration as MultiRobotCalibration
 from .option import Method as Method

@@ -4,6 +4,7 @@ import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from html import escape
 from pathlib import Path
 
 import msgspec
@@ -262,6 +263,13 @@ class Calibration(FittedModel):
         ]
         verdict = f"Verdict: {self.verdict.title}. {self.verdict.text}"
         return "\n".join([*lines, repr(self.errors), "", *textwrap.wrap(verdict, 100)])
+
+    def _repr_html_(self) -> str:
+        """Return the verdict and the errors for notebooks."""
+        title, *lines = map(
+            escape, (self.verdict.title, *self.verdict.answer, repr(self.errors))
+        )
+        return f"<h4>{title}</h4><pre>{'<br/>'.join(lines)}</pre>"
 
 
 def _are_in(measured: Measurement, row: results.PlacementSamples) -> bool:

@@ -12,7 +12,14 @@ from ...errors import ON_FLANGE
 from ..identification.robot import check_controller, ur_controller
 from ..poses import Goal, pose_on_flange
 from ..results import CalibratedRobot
-from .joint_path import JointPath, along, check_nearby, find_jumps, not_reached
+from .joint_path import (
+    JointPath,
+    along,
+    check_within,
+    find_jumps,
+    not_reached,
+    reached_rows,
+)
 from .options import check_keywords
 from .poses import (
     HERE,
@@ -70,16 +77,16 @@ class FullModel(SampleModel):
 
         A program that knows the URDF alone is then exact, tilts of the joints included. Positions
         are as the encoders read them, shape (..., m) [rad], given and returned; of the setup a
-        payload counts.
+        payload counts. Where the arm is singular they may be far from q; a row for which there are
+        none is NaN.
 
         Raises:
-            CommandError: There are none nearby: the arm is singular, or has fewer than six joints.
+            CommandError: No row has any: the arm is singular, or has fewer than six joints.
         """
         arm = self.kinematics(**setup).calibrated
         rows = arm.positions(q, stacked=True)
         solutions = arm.of_urdf.solve(arm.poses(rows)[0][:, :12], rows)
-        check_nearby(solutions, rows)
-        return solutions.positions.reshape(np.shape(q))
+        return reached_rows(solutions).reshape(np.shape(q))
 
     def kinematics(self, **setup: "Unpack[Setup]") -> "FullModel":
         """Return the kinematics of a tool, with a payload and a base, by which all methods compute.
@@ -139,6 +146,7 @@ class FullModel(SampleModel):
         pose: ArrayLike,
         near: ArrayLike | None = None,
         prefer: ArrayLike | None = None,
+        within: float | None = None,
         **setup: "Unpack[Setup]",
     ) -> np.ndarray:
         """Return the joint positions to command, so that the true tool stands at a pose.
@@ -153,14 +161,16 @@ class FullModel(SampleModel):
                 the middle of the ranges.
             prefer: Posture to be near where the pose leaves a choice, as of a seventh joint,
                 likewise; None for ``near``.
+            within: Refuse a solution by which a joint is farther from ``near`` [rad, m], as on
+                another branch of the arm; None for any.
             setup: Tool, payload and base, see :class:`Setup`.
 
         Returns:
             Shape (m,) or (N, m) [rad].
 
         Raises:
-            CommandError: A pose was not reached; it holds the nearest joint positions, what is
-                left, and the joint at its limit.
+            CommandError: A pose was not reached, or not ``within``; it holds the nearest joint
+                positions, what is left, and the joint at its limit.
             PoseError: Numbers that are no pose.
         """
         on = self.kinematics(**setup)
@@ -171,6 +181,10 @@ class FullModel(SampleModel):
             joint = on.calibrated.stopped(solutions.positions[row])
             where = f"pose {row}" if leading else "pose"
             raise not_reached(where, solutions, row, joint)
+        if within is not None:
+            arm = on.calibrated
+            starts = arm.starts(near, len(targets), "near")
+            check_within(solutions, starts, within, arm.robot.joint_names)
         return solutions.positions.reshape(*leading, solutions.positions.shape[1])
 
     def goal(self, pose: ArrayLike) -> tuple[Goal, np.ndarray]:

@@ -18,8 +18,6 @@ FAR = 20.0
 """No arm is this large [m]."""
 BEYOND = 0.1
 """Distance left [m] from which a pose is out of the arm's reach, not only of the start."""
-FARTHEST = 0.1
-"""Largest shift of a joint that makes up for what a URDF cannot say [rad, m]."""
 
 
 class CommandError(MukcaError):
@@ -101,17 +99,37 @@ def along(
     )
 
 
-def check_nearby(solutions: Solutions, rows: np.ndarray) -> None:
-    """Refuse positions of a URDF that are far from those of the full model, or lead elsewhere."""
-    is_far = np.abs(solutions.positions - rows).max(axis=1, initial=0) > FARTHEST
-    for row in np.flatnonzero(is_far | ~solutions.reached)[:1].tolist():
+def reached_rows(solutions: Solutions) -> np.ndarray:
+    """Return positions of a URDF that put its flange where the full model has it, shape (N, m).
+
+    Where there are none the row is NaN, unless no row has any: that is refused.
+    """
+    reached = solutions.reached
+    if reached.any() or not reached.size:
+        return np.where(reached[:, None], solutions.positions, np.nan)
+    raise CommandError(
+        "no joint positions nearby put the URDF's flange where the full model has its flange. "
+        f"{1e3 * solutions.left[0, 0]:.3g} mm and {1e3 * solutions.left[0, 1]:.3g} mrad are left: "
+        "the arm is singular there, or has fewer than six joints",
+        solutions,
+        0,
+    )
+
+
+def check_within(
+    solutions: Solutions, near: np.ndarray, within: float, joints: tuple[str, ...]
+) -> None:
+    """Refuse positions of another branch: a joint would turn farther than ``within`` [rad, m]."""
+    ways = np.abs(solutions.positions - near)
+    for row in np.flatnonzero(ways.max(axis=1, initial=0) > within)[:1].tolist():
+        joint = joints[int(ways[row].argmax())]
         raise CommandError(
-            f"row {row}: no joint positions nearby put the URDF's flange where the full model has "
-            f"its flange. {1e3 * solutions.left[row, 0]:.3g} mm and "
-            f"{1e3 * solutions.left[row, 1]:.3g} mrad are left. Change this row or leave it out: "
-            "the arm is singular there, or has fewer than six joints",
+            f"pose {row}: only on another branch, by which {joint} would turn by "
+            f"{ways[row].max():.3g} rad, beyond within={within:g}; give poses between them, or "
+            "another near",
             solutions,
             row,
+            joint,
         )
 
 

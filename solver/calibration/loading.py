@@ -1,7 +1,6 @@
 """Calibrations read from files: of one robot, or of several that were calibrated together."""
 
 from pathlib import Path
-from typing import Any
 
 from .. import results
 from ..identification.robot import shipped_robots
@@ -43,24 +42,40 @@ def calibration_files(file: str | Path) -> dict[str, Path]:
     return {name: path.parent / name / "calibration.json" for name in names}
 
 
-def load_calibration(file: str | Path) -> Calibration | Any:
-    """Read what a calibration's ``save`` wrote.
+def load_calibration(file: str | Path) -> Calibration:
+    """Read what :meth:`.Calibration.save` wrote; :func:`load_cell` reads that of several robots.
 
     Args:
-        file: ``calibration.json``, or ``arms.json`` of several robots, or a folder with one.
-
-    Returns:
-        A :class:`Calibration`, or of several robots a :class:`MultiRobotCalibration`: no type
-        checker can know which.
+        file: ``calibration.json``, or its folder.
 
     Raises:
-        DocumentError: Missing, of another format, or damaged; the line names the key. Or a file
-            beside it, such as its URDF, is edited or of another calibration.
+        DocumentError: Missing, of another format, of several robots, or damaged; the line names the
+            key. Or a file beside it, such as its URDF, is edited or of another calibration.
     """
     files = calibration_files(file)
+    if "" not in files:
+        raise results.DocumentError(
+            f"{file}: of several robots; mukca.load_cell reads them, or name the folder of one: "
+            f"{', '.join(files)}"
+        )
+    return Calibration.of_file(files[""])
+
+
+def load_cell(file: str | Path) -> MultiRobotCalibration:
+    """Read what was calibrated together: :meth:`.MultiRobotCalibration.save` wrote it.
+
+    Args:
+        file: ``arms.json``, or its folder.
+
+    Raises:
+        DocumentError: As by :func:`load_calibration`, or of a single robot.
+    """
+    files = calibration_files(file)
+    if "" in files:
+        raise results.DocumentError(
+            f"{file}: of a single robot; mukca.load_calibration reads it"
+        )
     loaded = {name: Calibration.of_file(path) for name, path in files.items()}
-    if "" in loaded:
-        return loaded[""]
     arms = _arms(next(iter(files.values())).parents[1] / "arms.json")
     return MultiRobotCalibration(loaded, arms)
 

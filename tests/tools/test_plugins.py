@@ -74,7 +74,7 @@ def test_help_lists_verbs_and_formats_by_the_description_of_their_package(typed)
     assert "  info         show what is in recordings\n" in out
     status, out, err = typed("export", "--help")
     assert (status, err) == (0, "")
-    assert "  heron    the Heron, an arm that does not exist\n" in out
+    assert "  heron       the Heron, an arm that does not exist\n" in out
     assert out.count("  mdh ") == 1
 
 

@@ -3,7 +3,9 @@
 import json
 import subprocess
 import sys
+from html import escape
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from msgspec.structs import replace
@@ -144,13 +146,24 @@ def test_several_arms_are_one_set(tmp_path):
     arms = MultiRobotCalibration({"left": single, "right": single}, ARMS)
     out = tmp_path / "out"
     arms.save(out)
-    assert sorted(mukca.load_calibration(out)) == ["left", "right"]
+    assert sorted(mukca.load_cell(out)) == ["left", "right"]
+    with pytest.raises(mukca.MukcaError, match=r"several robots; mukca.load_cell .* left, right"):
+        mukca.load_calibration(out)
+    with pytest.raises(mukca.MukcaError, match=r"single robot; mukca\.load_cal"):
+        mukca.load_cell(SET)
     settings = {**single.document.settings, "zeros": True}
     other = Calibration(replace(single.document, settings=settings))
     other.save(out / "right", force=True)
     assert mukca.load_calibration(out / "right").document.settings["zeros"]
     with pytest.raises(mukca.MukcaError, match=r"right/calibration.json: not the one that arms"):
-        mukca.load_calibration(out)
+        mukca.load_cell(out)
+
+
+def test_a_notebook_shows_the_verdict_and_the_errors():
+    single = mukca.load_calibration(SET)
+    page = single._repr_html_()
+    ElementTree.fromstring(f"<div>{page}</div>")
+    assert escape(single.verdict.answer[0]) in page and single.errors[0].name in page
 
 
 def test_a_base_stands_where_the_document_says_in_each_frame_that_there_is():

@@ -96,7 +96,7 @@ def test_arms_that_shared_one_base_are_written_without_where_they_stand(cell, tm
     assert "two placements cure it, three are better" in told
     assert f"Wrote {out / 'arms.json'}, and a folder for each robot" in told
     assert not (out / "arms.urdf").exists() and (out / "right" / "report.html").is_file()
-    arms = mukca.load_calibration(out)
+    arms = mukca.load_cell(out)
     assert [bool(arm.postures) for arm in arms.document.arms] == [True, False]
     for refused in (lambda: arms.pose("right"), arms.urdf):
         with pytest.raises(mukca.MukcaError, match="free to turn"):
@@ -113,7 +113,7 @@ def tools_meet(out, later, true_panda, command, refused):
     (row,) = json.loads(text)["tool_to_tool"]
     assert status == 0 and row["samples"] == [16, 16] and row["pairs"] == 64
     assert "PASS: 95 % of the distances" in told
-    calibration, errors = mukca.load_calibration(out), []
+    calibration, errors = mukca.load_cell(out), []
     left, right = recorded
     for a, b in zip(left, right, strict=True):
         balls = calibration["left"].ball(a.positions)
@@ -136,7 +136,7 @@ def tools_meet(out, later, true_panda, command, refused):
 def used_again(out, cell, command):
     """What was written of both is read back by all that reads calibrations."""
     (out / "arms.json").write_text((out / "arms.json").read_text().replace('"format"', '"older"'))
-    arms = mukca.load_calibration(out)
+    arms = mukca.load_cell(out)
     left, right = arms["left"], arms["right"]
     q, at = [0.1, -0.4, 0.2, -2.0, 0.1, 1.7, 0.8], [0.3, -1.2, 1.5, -1.0, 1.2, 0.4]
     apart = np.linalg.inv(arms.pose("right").matrix @ right.flange(at)) @ left.flange(q)

@@ -52,19 +52,25 @@ _KEYWORDS = [
 
 def write(request: Request) -> Exported:
     """Return the C file, and the header that declares what is in it."""
-    file = request.file
     request.require_ending(".c")
-    name = file.stem
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in _KEYWORDS:
-        raise ExportError(
-            f"--out {file}: its functions are named after it, so name it like one, as in panda.c"
-        )
+    name = name_of_functions(request)
     payload = request.options.get("payload")
     calibrated = request.calibration.kinematics(payload=payload).calibrated
     source = _source(request, calibrated)
     header = _header(request, calibrated)
     usage = f"Compile {name}.c with your program, include {name}.h; the flange is {request.flange}."
     return Exported({f"{name}.c": source, f"{name}.h": header}, (), (usage,))
+
+
+def name_of_functions(request: Request) -> str:
+    """Return the file's name, after which functions of C are named; refuse what is none."""
+    name = request.file.stem
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in _KEYWORDS:
+        raise ExportError(
+            f"--out {request.file}: its functions are named after it, so name it like one, as in "
+            f"panda{request.file.suffix}"
+        )
+    return name
 
 
 def _source(request: Request, calibrated: PosedRobot) -> bytes:
@@ -97,7 +103,7 @@ def _source(request: Request, calibrated: PosedRobot) -> bytes:
         number=len(robot.actuated),
         curves=None if curves is None else curves.T.tolist(),
         curved=[word for word, value in values.items() if ca.depends_on(value, d)],
-        names=", ".join(map(_literal, robot.joint_names)),
+        names=", ".join(map(literal, robot.joint_names)),
         step=step,
         LAST=f"{calibrated.last_step:g}",
         limits=[", ".join(side) for side in limits],
@@ -163,7 +169,7 @@ def _flange(request: Request) -> int:
     return links.index(request.flange)
 
 
-def _literal(text: str) -> str:
+def literal(text: str) -> str:
     """Return a text as a string of C: UTF-8, and octal what C could read otherwise."""
     letters = [chr(byte) for byte in text.encode()]
     safe = [

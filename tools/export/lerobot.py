@@ -67,8 +67,6 @@ def write(request: Request) -> Exported:
     _check_signs(request)
     motors = read_lerobot(request.like)
     zeros = _zeros(request, motors)
-    shifted = _shifted(motors, zeros, make)
-    written = {name: asdict(motor) for name, motor in shifted.items()}
     made_from = {
         **asdict(request.identity),
         "calibration_file": request.like.name,
@@ -76,7 +74,7 @@ def write(request: Request) -> Exported:
         "zeros": [asdict(zero) for zero in zeros],
     }
     files = {
-        request.file.name: (json.dumps(written, indent=4) + "\n").encode(),
+        request.file.name: _as_json(_shifted(motors, zeros, make)),
         f"{request.file.name}.mukca.json": (
             json.dumps(made_from, indent=2) + "\n"
         ).encode(),
@@ -93,6 +91,22 @@ def write(request: Request) -> Exported:
         "trained before see other angles.",
     )
     return Exported(files, losses_without(request), lines)
+
+
+def with_zeros(
+    like: Path, make: str, joints: Sequence[str], ticks: Mapping[str, int]
+) -> bytes:
+    """Return lerobot's file, by which the positions of some of an arm's joints grow by ticks."""
+    motors = read_lerobot(like)
+    by_motor = _motors_of(like, joints, motors)
+    zeros = [Zero(j, by_motor[j], n * TICK, 0.0, n) for j, n in ticks.items()]
+    return _as_json(_shifted(motors, zeros, make))
+
+
+def _as_json(motors: Mapping[str, MotorCalibration]) -> bytes:
+    """Return lerobot's file of motors."""
+    written = {name: asdict(motor) for name, motor in motors.items()}
+    return (json.dumps(written, indent=4) + "\n").encode()
 
 
 def _check_signs(request: Request) -> None:
@@ -119,7 +133,7 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
     coefficients = {c.name: c for c in document.coefficients or () if c.name in names}
     if not coefficients:
         raise ExportError("--to lerobot: no zeros were looked for; solve with --zeros")
-    by_motor = _motors_of(request, joints, motors)
+    by_motor = _motors_of(request.like or Path(), joints, motors)
     zeros: list[Zero] = []
     for joint, name in zip(joints, names, strict=True):
         zero = coefficients[name].value
@@ -137,7 +151,7 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
 
 
 def _motors_of(
-    request: Request, joints: Sequence[str], motors: Mapping[str, MotorCalibration]
+    like: Path, joints: Sequence[str], motors: Mapping[str, MotorCalibration]
 ) -> dict[str, str]:
     """Return the motor of each joint: that of its name, else that of its place along the arm.
 
@@ -151,7 +165,7 @@ def _motors_of(
         if len(candidates) != 1:
             what = f"{', '.join(candidates)} all have" if candidates else "no motor has"
             raise ExportError(
-                f"{request.like}: {what} the id {number}, by which the motor of {joint} is known; "
+                f"{like}: {what} the id {number}, by which the motor of {joint} is known; "
                 "give the file of this arm alone, or call its motors as the model its joints: "
                 f"{', '.join(joints)}"
             )

@@ -7,9 +7,10 @@ B_i^-1 L_i is constant, and so the body's new pose is B'_i = K_i L_i^-1 B_i.
 
 import re
 from collections.abc import Iterator, Mapping
+from functools import reduce
 from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
@@ -20,7 +21,14 @@ from ...solver.calibration import pose_of_numbers
 from ...solver.identification.data import kabsch_rotation
 from ...solver.identification.robot import end_of_tag, turn, with_attributes, with_edits
 from .mjcf_joints import MjcfJoints, read_joints
-from .request import Exported, ExportError, Request, after_last_exported, losses_without
+from .request import (
+    Exported,
+    ExportError,
+    Request,
+    after_last_exported,
+    losses_without,
+    plain,
+)
 
 _TURNS = re.compile(rb"\s(euler|axisangle|xyaxes|zaxis)\s*=\s*(\"[^\"]*\"|'[^']*')")
 SAME_AXIS = 2e-3
@@ -50,9 +58,10 @@ def write(request: Request) -> Exported:
     motions = base @ calibrated @ np.linalg.inv(aligned)
     before = np.concatenate([np.eye(4)[None], motions[:-1]])
     poses = np.linalg.inv(before @ joints.parents) @ motions @ joints.poses
-    holder, text = _with_places(
-        request.like, dict(zip(joints.bodies, poses, strict=True))
-    )
+    last = motions[-1] @ joints.poses[-1]
+    sites = _sites(request, cast("np.ndarray", np.linalg.inv(last)) @ base)
+    places = dict(zip(joints.bodies, poses, strict=True))
+    holder, text = _with_places(request.like, places, joints.bodies[-1], sites)
     provenance = "; ".join(request.identity.lines())
     # of the main file, model.text("mukca") reads it
     added = f'<custom><text name="mukca" data={quoteattr(provenance)}/></custom>'
@@ -64,8 +73,24 @@ def write(request: Request) -> Exported:
     text = with_edits(text, [(end, end, f"  {added}\n".encode())])
     if request.file.resolve().parent != holder.resolve().parent:
         lines.append(f"Put it beside {holder}: what it includes is looked for there.")
-    losses = losses_without(request, after_last_exported(request, robot.joint_names))
+    held = after_last_exported(request, robot.joint_names)[:-1]
+    losses = losses_without(request, held)
     return Exported({request.file.name: text}, losses, tuple(lines))
+
+
+def _sites(request: Request, to_body: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the poses of the ball and of tools that were found, (4, 4), by names of sites.
+
+    ``to_body`` takes the base at zero to the last joint's body.
+    """
+    origins = pose_of_numbers(request.origins)
+    to_flange = to_body @ reduce(np.matmul, origins[:-1])
+    sites = {"mukca_ball": to_flange @ origins[-1]}
+    for tool in request.calibration.document.tools:
+        if tool.parent == request.flange:
+            place = pose_of_numbers([*tool.xyz, *tool.rpy])
+            sites[f"mukca_{plain(tool.name)}"] = to_flange @ place
+    return sites
 
 
 def _links(origins: Any, request: Request) -> np.ndarray:
@@ -144,30 +169,46 @@ def _turns_between(
     return normals * (angles / np.maximum(sines, TINY))[:, None], angles
 
 
-def _with_places(model: Path, places: Mapping[str, np.ndarray]) -> tuple[Path, bytes]:
-    """Return the one file that holds some bodies, with other poses on their parents, (4, 4)."""
-    import mujoco
+def _with_places(
+    model: Path,
+    places: Mapping[str, np.ndarray],
+    last: str,
+    sites: Mapping[str, np.ndarray],
+) -> tuple[Path, bytes]:
+    """Return the one file that holds some bodies, with other poses on their parents, (4, 4).
 
+    The last body gets sites, by name, of poses in its frame.
+    """
     for file, data, begins in _files(model, model.parent, places):
         if len(begins) < len(places):
             continue
         edits: list[tuple[int, int, bytes]] = []
         for body, begin in begins.items():
             end = end_of_tag(data, begin)
-            T = places[body]
-            quat = np.empty(4)
-            mujoco.mju_mat2Quat(quat, T[:3, :3].ravel())
-            numbers = {"pos": T[:3, 3].tolist(), "quat": quat.tolist()}
-            attributes = {
-                key: " ".join(map(repr, values)) for key, values in numbers.items()
-            }
-            tag = with_attributes(_TURNS.sub(b"", data[begin:end]), attributes)
+            tag = _placed(_TURNS.sub(b"", data[begin:end]), places[body])
+            if body == last:
+                tags = [
+                    _placed(f"<site name={quoteattr(name)}/>".encode(), T)
+                    for name, T in sites.items()
+                ]
+                tag = b"\n".join([tag, *tags])
             edits.append((begin, end, tag))
         return file, with_edits(data, edits)
     raise ExportError(
         f"{model}: neither it nor a file that it includes holds all bodies of the arm: "
         f"{', '.join(body or '(one without a name)' for body in places)}"
     )
+
+
+def _placed(tag: bytes, T: np.ndarray) -> bytes:
+    """Return a tag with another pose, (4, 4)."""
+    import mujoco
+
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, np.ascontiguousarray(T[:3, :3]).ravel())
+    numbers = {"pos": T[:3, 3].tolist(), "quat": quat.tolist()}
+    attributes = {key: " ".join(map(repr, values)) for key, values in numbers.items()}
+    return with_attributes(tag, attributes)
 
 
 def _files(

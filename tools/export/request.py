@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -39,6 +39,8 @@ class ExportOptions(TypedDict, total=False):
     """The link that carries a tool; None for the one that carries the ball."""
     payload: tuple[float, Sequence[float]] | None
     """Mass on the flange [kg] and its centre there [m], in place of that of the recordings."""
+    rows: int | None
+    """Number of offsets of each joint."""
     tools: Mapping[str, Sequence[float]]
     """Links to add: x y z [m], roll pitch yaw [rad] in the flange's frame, by name."""
 
@@ -221,11 +223,6 @@ def losses_without(
 ) -> tuple[Loss, ...]:
     """Return what a format leaves out, which cannot change the origins of some joints."""
     calibrated = request.calibration.calibrated
-    robot = request.calibration.robot
-    data = request.calibration.document.data
-    recorded = [s.position for s in chain(*(row.samples for row in data))]
-    poses = np.array(recorded), workspace(robot, ANYWHERE)
-    geometric = [calibrated.geometric_ball(q) for q in poses]
     losses: list[Loss] = []
     if calibrated.deflection.extensions:
         words = (
@@ -233,11 +230,12 @@ def losses_without(
             + ", ".join(calibrated.deflection.extensions)
             + ")"
         )
-        # Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
-        balls = [calibrated.ball(q) for q in poses]
-        pairs = zip(geometric, balls, strict=True)
-        aligned = [kabsch(places, truths).apply(places) for places, truths in pairs]
-        losses.append(_loss(words, aligned, balls))
+        losses.append(
+            cost_at_poses(request, words, calibrated.geometric_ball, calibrated.ball)
+        )
+    robot = request.calibration.robot
+    poses = recorded(request), workspace(robot, ANYWHERE)
+    geometric = [calibrated.geometric_ball(q) for q in poses]
     exported = calibrated.geometry
     nominal = calibrated.model.nominal
     joints = [parameter.joint for parameter in calibrated.parameters]
@@ -251,6 +249,28 @@ def losses_without(
         if loss.largest > 0:
             losses.append(loss)
     return tuple(losses)
+
+
+def recorded(request: Request) -> np.ndarray:
+    """Return the joint positions that were recorded, shape (N, m) [rad]."""
+    rows = request.calibration.document.data
+    return np.array([s.position for s in chain(*(row.samples for row in rows))])
+
+
+Balls = Callable[[np.ndarray], np.ndarray]
+"""The ball's centres at joint positions, shapes (N, 3) [m] and (N, m) [rad]."""
+
+
+def cost_at_poses(request: Request, what: str, balls: Balls, truths: Balls) -> Loss:
+    """Return what balls cost that are not where they truly are.
+
+    Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
+    """
+    poses = recorded(request), workspace(request.calibration.robot, ANYWHERE)
+    targets = [truths(q) for q in poses]
+    pairs = zip(map(balls, poses), targets, strict=True)
+    aligned = [kabsch(places, goals).apply(places) for places, goals in pairs]
+    return _loss(what, aligned, targets)
 
 
 def _loss(

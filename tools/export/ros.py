@@ -12,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from ...errors import LARGEST_DOCUMENT, ON_FLANGE, ROTATION, read_bytes, read_json
+from ...solver.calibration import pose_of_numbers, quaternion_of
 from ...solver.identification.robot import (
     COMPONENTS,
     ModelError,
@@ -110,6 +111,28 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
         f"--to {request.format}: the parent of {first.name} is {first.parent}, in {vendor.makes} "
         f"{prefix}{vendor.root}; solve by a model with that link and --base {prefix}{vendor.root}; "
         "--to xacro works for any arm"
+    )
+
+
+def write_tesseract(request: Request) -> Exported:
+    """Return the calibration that an SRDF of Tesseract names, without the ball's joint."""
+    request.require_ending(".yaml", ".yml")
+    joints = request.calibration.robot.joints[:-1]
+    poses = pose_of_numbers(request.origins[:-1])
+    turns = quaternion_of(poses[:, :3, :3])
+    rows = [
+        (
+            json.dumps(joint.name),
+            *([_number(x) for x in row.tolist()] for row in numbers),
+        )
+        for joint, *numbers in zip(joints, poses[:, :3, 3], turns, strict=True)
+    ]
+    about = request.identity.lines()
+    content = filled("tesseract.yaml.j2", about=about, joints=rows)
+    ball = request.calibration.robot.ball_joint.name
+    line = f'Name it in the SRDF: <calibration_config filename="{request.file.name}"/>'
+    return Exported(
+        {request.file.name: content}, losses_without(request, [ball]), (line,)
     )
 
 

@@ -15,4 +15,5 @@ from .session_alarms import SessionAlarms as SessionAlarms
 from .session_start import SessionStart as SessionStart
 from .session_start import page_of as page_of
 from .setup import record_session as record_session
+from .stops import record_stops as record_stops
 from .zero_guidance import ZeroSelector as ZeroSelector

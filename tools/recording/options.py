@@ -152,6 +152,12 @@ class _TestOptions(Options, group="in two minutes"):
     quick: bool = option(
         False, "take ten poses in one socket: is this arm worth calibrating?"
     )
+    stops: bool = option(
+        False,
+        "lead each joint to both of its stops once, without a ball; mukca rezero --stops then "
+        "tells zeros",
+        unless="quick calibration keys",
+    )
     calibration: Path | None = option(
         None,
         "say whether this calibration still holds (exit status 1 if not). Without --quick: "

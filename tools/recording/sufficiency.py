@@ -94,7 +94,7 @@ def sufficiency_of(
     if row is None or row.found is None:
         return None
     verdict = solved.verdict
-    failed = verdict.status == "fail" and not verdict.use
+    failed = verdict.status == "fail"
     passes_near = verdict.status_of(NEAR) == "pass"
     asked = [
         r

@@ -278,3 +278,32 @@ def test_virtual_positions_make_the_urdf_exact(bent_panda):
     assert 1e-4 < np.abs(virtual - q).max() < 0.03
     with pytest.raises(CommandError, match="fewer than six"):
         arm("so101").virtual_positions(np.full(5, 0.3))
+
+
+def test_a_singular_row_costs_no_other_row():
+    """Wrists that are straight reach what the URDF has by a far turn, or not at all."""
+    made = arm("ur5e")
+    model = FullModel(replace(made.calibrated, exported=made.calibrated.values + 1e-4))
+    q = np.random.default_rng(0).uniform(-1.5, 1.5, (80, 6))
+    q[:40, 4] = 0.0
+    virtual = model.virtual_positions(q)
+    held = ~np.isnan(virtual).any(axis=1)
+    assert np.isnan(virtual[~held]).all() and 0.6 < held.mean() < 1
+    assert np.abs(virtual - q)[held].max() > 0.1
+    off = model.geometric.flange(virtual[held]) - model.flange(q[held])
+    assert np.abs(off).max() < 2e-9
+    with pytest.raises(CommandError, match="singular"):
+        model.virtual_positions(q[np.flatnonzero(~held)[0]])
+
+
+def test_another_branch_is_refused(bent_panda):
+    """The nearest solution to a pose beyond a full turn of the flange is that much away."""
+    there = np.array(POSTURE)
+    there[6] -= 1.2
+    pose = bent_panda.flange(there)
+    for within in (None, 1.3):
+        q = bent_panda.command(pose, near=POSTURE, within=within)
+        assert np.abs(bent_panda.flange(q) - pose).max() < 1e-9
+    with pytest.raises(mukca.CommandError, match=r"pose 0: .* panda_joint7 .* within=0.5") as said:
+        bent_panda.command(pose, near=POSTURE, within=0.5)
+    assert said.value.joint == "panda_joint7" and said.value.left.max() < 1e-9

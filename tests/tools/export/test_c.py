@@ -35,9 +35,11 @@ def compile_(*words):
 class Model:
     """The functions of a C file, on rows of joint positions."""
 
-    def __init__(self, file):
-        library = file.with_suffix(".so")
-        compile_("cc", "-std=c99", "-O0", *STRICT, "-shared", "-fPIC", file, "-o", library, "-lm")
+    def __init__(self, file, *words):
+        library = file.with_suffix(".so" if not words else ".other.so")
+        compile_(
+            "cc", "-std=c99", "-O0", *STRICT, *words, "-shared", "-fPIC", file, "-o", library, "-lm"
+        )
         self.file, self.name, self.compiled = file, file.stem, ctypes.CDLL(str(library))
 
     def __call__(self, function, q, size):
@@ -197,6 +199,15 @@ def test_any_name_of_a_joint_is_a_string_of_c(calibrations, tmp_path):
     mukca.export(mukca.load_calibration(file), "c", tmp_path / "odd.c")
     library = Model(tmp_path / "odd.c").compiled
     assert (ctypes.c_char_p * 7).in_dll(library, "odd_joint_names")[0].decode() == name
+
+
+def test_a_program_says_when_a_pose_is_reached(arm):
+    """Metres beyond reach are reached by a program that asks for no more."""
+    q = np.array([0.1, 0.5, 0.2, -0.7, 0.1, 1.7, 0.8])
+    T = arm("flange", q[None], 16).reshape(4, 4)
+    T[0, 3] += 3.0
+    assert command_pose(arm, T, q)[0] == -1
+    assert command_pose(Model(arm.file, "-DARM_TOLERANCE=9"), T, q)[0] == 0
 
 
 def test_what_is_no_number_is_said(arm):

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from cases import by_table
-from imagined import configurations, rigid
+from imagined import configurations, edited, rigid
 
 import mukca
 from mukca import load_robot
@@ -122,7 +122,11 @@ def test_mujoco_reads_back_the_calibrated_arm(export, imagined, tmp_path):
     assert np.abs(found - expected).max() < 1e-9
     found = balls(mine, robot, last, ball_on_last_body(calibration), q)
     assert np.abs(found - expected).max() > 1e-4
-    assert "the ball's place" in said and "Keyframes" in said
+    assert "the ball's place" not in said and "Keyframes" in said
+    model = mujoco.MjModel.from_xml_path(str(out))
+    site = model.site("mukca_ball")
+    assert model.body(site.bodyid[0]).name == last
+    assert np.abs(site.pos - ball_on_last_body(calibration)).max() < 1e-9
 
 
 def motions(model, names, q):
@@ -206,6 +210,25 @@ def test_one_of_two_arms_in_files_that_a_scene_includes(export, refused, calibra
     refused("name the model that includes it", "export", *words)
 
 
+def test_a_tool_that_was_found_has_a_site(export, calibrations, tmp_path):
+    xyz, parent = [0.01, 0.02, 0.1], load_robot("panda").ball_joint.parent
+    tool = {"name": "tip", "parent": parent, "xyz": xyz, "rpy": [0.3, 0, 0]}
+    tool["covariance"] = [[0.0] * 3] * 3
+
+    def add(document):
+        document["tools"] = [tool, {**tool, "name": "camera", "parent": "panda_link0"}]
+
+    file = edited(calibrations / "panda.json", tmp_path / "panda.json", add)
+    mine, out = tmp_path / "mine.xml", tmp_path / "corrected.xml"
+    mine.write_text(model_of(load_robot("panda")))
+    assert export(file, "--to", "mjcf", "--like", mine, "--out", out)[0] == 0
+    model = mujoco.MjModel.from_xml_path(str(out))
+    assert [model.site(i).name for i in range(model.nsite)] == ["mukca_ball", "mukca_tip"]
+    origin = mukca.load_calibration(file).calibrated.origins[-1]
+    apart = np.linalg.norm(model.site("mukca_tip").pos - model.site("mukca_ball").pos)
+    assert abs(apart - np.linalg.norm(xyz - origin[:3])) < 1e-12
+
+
 def test_all_else_is_untouched_to_the_byte(export, calibrations, tmp_path):
     mine, out = tmp_path / "mine.xml", tmp_path / "corrected.xml"
     text = model_of(load_robot("panda"))
@@ -219,7 +242,9 @@ def test_all_else_is_untouched_to_the_byte(export, calibrations, tmp_path):
 
     added = re.compile(r'  <custom><text name="mukca" data="[^"]*sha256[^"]*"/></custom>\n')
     assert len(added.findall(corrected)) == 1
-    assert without_places(added.sub("", corrected)) == without_places(text)
+    site = re.compile(r'\n<site name="mukca_ball" [^>]*/>')
+    kept = site.sub("", added.sub("", corrected))
+    assert without_places(kept) == without_places(text)
     assert not re.search(r"panda_joint\d_body\"[^>]*axisangle", corrected)
     assert 'name="cover" axisangle' in corrected
     assert mine.read_text() == text

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from imagined import configurations, edited, poses
+from imagined import configurations, edited, poses, rigid
 
 import mukca
 from mukca import load_calibration
@@ -81,6 +81,23 @@ def check_yaml(file, calibration, format_, endings, export, folder):
     assert np.abs(positions(nominal, flange, q) - expected).max() > 1e-3
     assert f"the ball's place on {flange}" in said
     assert "mukca" in yaml.safe_load(out.read_text())
+
+
+def test_tesseracts_joints_stand_where_the_urdf_has_them(export, calibrations, tmp_path):
+    """Each is put there by a command that changes a joint's origin."""
+    for name in ("ur5e", "panda", "uf850"):
+        file, out = calibrations / f"{name}.json", tmp_path / f"{name}.yaml"
+        assert export(file, "--to", "tesseract", "--out", out)[0] == 0
+        calibration = load_calibration(file)
+        *joints, ball = calibration.robot.joints
+        read = yaml.safe_load(out.read_text())["calibration"]["joints"]
+        assert list(read) == [joint.name for joint in joints] and ball.name not in read
+        for row, origin in zip(read.values(), calibration.calibrated.origins[:-1], strict=True):
+            place = [row["position"][axis] for axis in "xyz"]
+            x, y, z, w = (row["orientation"][axis] for axis in "xyzw")
+            R = pinocchio.Quaternion(w, x, y, z).matrix()
+            assert np.abs(place - origin[:3]).max() < 1e-15
+            assert np.abs(R - rigid(origin)[:3, :3]).max() < 1e-14
 
 
 @pytest.mark.parametrize("name", ["panda", "fr3", "ur3e", "ur5e", "ur10e"])

@@ -14,7 +14,7 @@ from ...export import format_table
 from .. import JsonOption, PayloadOptions, Terminal, argument, for_each_arm, option
 
 FORMATS = format_table()
-LIST = "\n".join(f"  {name:<8} {format_.line}" for name, format_ in FORMATS.items())
+LIST = "\n".join(f"  {name:<11} {format_.line}" for name, format_ in FORMATS.items())
 
 
 class _ExportOptions(PayloadOptions, JsonOption):
@@ -50,6 +50,9 @@ class _ExportOptions(PayloadOptions, JsonOption):
     servos: Literal["feetech", "dynamixel"] | None = option(
         None, "(lerobot) the make of the arm's servos"
     )
+    rows: int | None = option(
+        None, "(joint-table) offsets of each joint (default: 64)", "N"
+    )
     serial_number: str | None = option(
         None, "serial number of the arm (default: as noted while recording)", "TEXT"
     )
@@ -68,11 +71,11 @@ def run_export(options: _ExportOptions, terminal: Terminal) -> int:
             f"{places}; it was accepted by --accept-distorted"
         )
     with suppress(MukcaError):  # not every file that can be exported can be judged
-        if loaded.verdict.status == "fail" and not loaded.verdict.use:
+        if loaded.verdict.status == "fail":
             terminal.warn(
                 f"{options.calibration}: {loaded.verdict.title}: do not use it yet"
             )
-    names = ("serial_number", "force", "like", "joints", "servos", "flange")
+    names = ("serial_number", "force", "like", "joints", "servos", "flange", "rows")
     settings = {name: getattr(options, name) for name in names}
     exported = export.export(
         loaded,

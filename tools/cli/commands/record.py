@@ -31,6 +31,8 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
     with _interruptible():
         terminal.say_at_once("loading ...")
         robot = options.load_robot()
+        if options.stops:
+            return recording.record_stops(options, robot, terminal)
         newest = recorder.newest_folder(options.out)
         if newest != options.out:
             name = options.out.name

@@ -2,16 +2,18 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import chain
 from pathlib import Path
+from typing import Literal
 
 from .... import recorder
 from ....errors import JOINT_POSITION, LENGTH
 from ....solver import calibration, partial
 from ....solver.calibration import UsageError
 from ....solver.identification import robot
-from ... import cameras
+from ....solver.results import refuse_existing, write_files
+from ... import cameras, export
 from .. import DetailsOptions, Terminal, argument, one_arm, option
 from .report import emit_with_page
 
@@ -145,10 +147,24 @@ class _RezeroOptions(DetailsOptions):
     distance: float | None = option(
         None, "distance of the sockets' centres in metres", "M"
     )
+    stops: bool = option(
+        False,
+        "by the stops that mukca record --stops wrote into the calibration's folder, and now into "
+        "DATA; --out then names a new file of lerobot's, by --like and --servos",
+        unless="joint stood ball_moved distance",
+    )
+    like: Path | None = option(
+        None, "the arm's present calibration file of lerobot's", "FILE", needs="stops"
+    )
+    servos: Literal["feetech", "dynamixel"] | None = option(
+        None, "the make of the arm's servos", needs="stops"
+    )
 
 
 def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
     """Print each joint's zero, and write the calibration with the new ones."""
+    if options.stops:
+        return _zeros_by_stops(options, terminal)
     options.check_out()
     zeros = partial.rezero(
         arm_of(options.calibration),
@@ -168,6 +184,43 @@ def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
         identified.values()
     )
     return 0 if complete and zeros.decided and not zeros.other else 3
+
+
+def _zeros_by_stops(options: _RezeroOptions, terminal: Terminal) -> int:
+    """Print each joint's zero by its stops, and write lerobot's file with the new ones."""
+    single = len(options.data) == 1
+    if not single or (options.out and not (options.like and options.servos)):
+        raise UsageError(
+            "rezero --stops: give one folder of mukca record --stops; --out needs --like FILE and "
+            "--servos feetech or dynamixel"
+        )
+    before = recorder.read_stops(_folder_of(options.calibration))
+    after = recorder.read_stops(options.data[0])
+    zeros = partial.zeros_by_stops(before.ranges, after.ranges, after.wrapped)
+    terminal.say(*zeros.text)
+    outputs = dict[str, str]()
+    if options.out and options.like and options.servos:
+        if "signs=" in after.driver:
+            raise UsageError(
+                f"{after.driver}: read with signs=.., which lerobot does not know; shift the zeros "
+                "by hand"
+            )
+        ticks = {zero.joint: zero.counts for zero in zeros.changed}
+        joints = tuple(before.ranges)
+        data = export.with_zeros(options.like, options.servos, joints, ticks)
+        files = {options.out.name: data}
+        refuse_existing(options.out.parent, files, force=options.force)
+        written = write_files(options.out.parent, files)
+        outputs = {name: str(path) for name, path in written.items()}
+        terminal.say(*(f"Wrote {path}" for path in outputs.values()))
+    rows = [asdict(zero) for zero in zeros.joints]
+    terminal.emit({"zeros": rows, "untold": zeros.untold, "outputs": outputs})
+    return 0 if zeros.joints else 3
+
+
+def _folder_of(file: Path) -> Path:
+    """Return the folder of a calibration."""
+    return file.parent if file.is_file() else file
 
 
 def arm_of(file: Path) -> "calibration.Calibration | robot.Robot":

@@ -34,11 +34,11 @@ def compare_tools(
     Raises:
         UsageError: A single robot, or fewer than two arms with placements held out.
     """
-    arms = calibration.load_calibration(file)
-    if not isinstance(arms, MultiRobotCalibration):
+    if "" in calibration.calibration_files(file):
         raise UsageError(
             f"{file}: --tool-to-tool needs arms that were calibrated together"
         )
+    arms = calibration.load_cell(file)
     by_robot, _, _ = cli.split_by_robot(paths, (), arms)
     by_robot = {name: folders for name, folders in by_robot.items() if folders}
     held_out = _held_out(arms, _measured(arms, by_robot, settings), terminal)
