@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 from .... import recorder
 from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
+from ....solver.identification import data
 from ....solver.identification import robot as robot_models
 from ... import report
 from ...report import figures
@@ -124,8 +125,8 @@ def calibrated(
         test |= {name: held_out} if held_out else {}
     with terminal.progress() as progress:
         if "" in robots:
-            data = train.get("", []), test.get("", [])
-            result = calibration.calibrate(robots[""], *data, progress, **settings)
+            sets = train.get("", []), test.get("", [])
+            result = calibration.calibrate(robots[""], *sets, progress, **settings)
         else:
             result = calibration.calibrate(robots, train, test, progress, **settings)
     return result, left_out
@@ -141,6 +142,7 @@ def _kept(
     if not placement.is_table:
         return placement
     placement = placement.for_joints(robot.joint_names)
+    data.measure(placement, robot)  # what is refused is not written
     folder = out / "recordings" / placement.name
     files = results.write_files(folder, recorder.own_files(placement)).values()
     terminal.say(*(f"Wrote {file}, what was read of the table" for file in files))
