@@ -1,7 +1,6 @@
 """``mukca solve``: calibrate a robot from recordings."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -9,8 +8,6 @@ from typing import Any, TypeAlias
 from .... import recorder
 from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
-from ....solver.identification import data
-from ....solver.identification import robot as robot_models
 from ... import report
 from ...report import figures
 from .. import (
@@ -23,6 +20,7 @@ from .. import (
     part,
     split_by_robot,
 )
+from .kept_tables import kept
 from .placement_errors import show_errors
 from .solve_details import show_details
 
@@ -34,6 +32,9 @@ MORE = "--details shows limits, joints and choices"
 class _CalibrateOptions(RobotsOptions, TableOptions, DetailsOptions):
     train: Sequence[Path] = argument("placements to fit", "TRAIN")
     test: Sequence[Path] = option((), "placements held out", "HELD_OUT")
+    exit_zero: bool = option(
+        False, "end with 0 where the model is to be used, though BETTER", group="output"
+    )
     settings: SolveOptions = part(SolveOptions)
 
 
@@ -63,8 +64,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
         terminal.say(*(pair.text for pair in result.document.between.values()))
     if not options.details:
         terminal.say(f"{MORE}; the report has all." if outputs else f"{MORE}.")
+    usable = all(arm.verdict.use for arm in arms.values())
     if not refusals:
-        usable = all(arm.verdict.use for arm in arms.values())
         terminal.say(*_closing_lines(outputs, usable=usable))
     verdicts = {name: arm.verdict.as_said() for name, arm in arms.items()}
     if isinstance(result, Mapping):
@@ -72,6 +73,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     else:
         fit = result.result.as_dict()
         terminal.emit({**fit, "outputs": outputs, "verdict": verdicts[""]})
+    if options.exit_zero and usable and not refusals:
+        return 0
     return assessment.worst(arm.verdict.exit_status for arm in arms.values())
 
 
@@ -119,7 +122,7 @@ def calibrated(
     for name, robot in robots.items():
         to_fit, held_out = _read(training[name], tested[name], how)
         if options.out is not None:
-            keep = partial(_kept, robot=robot, out=options.out, terminal=terminal)
+            keep = partial(kept, robot=robot, out=options.out, terminal=terminal)
             to_fit, held_out = list(map(keep, to_fit)), list(map(keep, held_out))
         train |= {name: to_fit} if to_fit else {}
         test |= {name: held_out} if held_out else {}
@@ -130,23 +133,6 @@ def calibrated(
         else:
             result = calibration.calibrate(robots, train, test, progress, **settings)
     return result, left_out
-
-
-def _kept(
-    placement: "recorder.Placement",
-    robot: "robot_models.Robot",
-    out: Path,
-    terminal: Terminal,
-) -> "recorder.Placement":
-    """Return a placement; of a table as the recording that is written beside the results."""
-    if not placement.is_table:
-        return placement
-    placement = placement.for_joints(robot.joint_names)
-    data.measure(placement, robot)  # what is refused is not written
-    folder = out / "recordings" / placement.name
-    files = results.write_files(folder, recorder.own_files(placement)).values()
-    terminal.say(*(f"Wrote {file}, what was read of the table" for file in files))
-    return replace(placement, files=tuple(files), is_table=False)
 
 
 def _warn(terminal: Terminal, document: "results.CalibrationDocument") -> None:
