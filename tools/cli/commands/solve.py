@@ -25,6 +25,11 @@ from .placement_errors import show_errors
 from .solve_details import show_details
 
 Result: TypeAlias = "calibration.MultiRobotCalibration | calibration.Calibration"
+LEROBOT = (
+    "lerobot loads a file of motors: mukca export {} --to lerobot --servos feetech "
+    "--like my_arm.json --out my_arm_new.json writes the new one."
+)
+"""The next step for an arm made of servos."""
 MORE = "--details shows limits, joints and choices"
 """Begin of the last line of the screen."""
 
@@ -67,6 +72,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     usable = all(arm.verdict.use for arm in arms.values())
     if not refusals:
         terminal.say(*_closing_lines(outputs, usable=usable))
+        if usable and options.settings.zeros and "urdf" in outputs:
+            terminal.say(LEROBOT.format(outputs["calibration"]))
     verdicts = {name: arm.verdict.as_said() for name, arm in arms.items()}
     if isinstance(result, Mapping):
         terminal.emit({**result.as_dict(), "outputs": outputs, "verdicts": verdicts})
