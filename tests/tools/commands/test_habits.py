@@ -68,7 +68,7 @@ def test_a_number_of_another_country_or_unit_is_met_with_the_right_one(refused, 
 
 
 def test_what_is_to_be_used_ends_with_zero_if_asked(session, command):
-    words = ("solve", session, *WORDS.split())
+    words = ("solve", session / "front", *WORDS.split())
     status, out, _ = command(*words)
     assert status and "USE IT" in out
     assert command(*words, "--exit-zero")[0] == 0
