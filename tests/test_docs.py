@@ -151,6 +151,52 @@ def test_the_page_of_an_arm_reads_a_table_of_ones_own(page, command, tmp_path, m
         assert np.allclose([1e3 * np.array(s.point) for s in read.samples], points)
 
 
+QUERIES = {
+    "NOT ENOUGH DATA": "report",
+    "sockets-at": "print frames",
+    "own column names": "recording",
+    "mukca.toml": "use",
+    "exit status": "messages",
+    "filament": "print",
+    "caliper": "print",
+    "certificate": "report",
+    "lerobot": "so101",
+    "freedrive": "universal-robots",
+    "MuJoCo": "use",
+    "DH table": "use",
+    "backlash": "so101",
+    "hand-eye camera": "hold",
+    "tool centre point": "hold",
+    "left out": "report",
+    "two arms": "frames",
+    "bag": "extract",
+    "residuals": "report",
+    "Tab key": "install",
+}
+"""What a user types, and the pages that are meant."""
+
+
+@pytest.mark.parametrize("query", QUERIES)
+def test_a_search_finds_the_page_that_is_meant(query):
+    """Among the first three; a section counts by its words, and its heading's count more."""
+    words = query.lower().split()
+    scores = {}
+    for page in PAGES:
+        text = page.read_text()
+        if "exclude: true" in text.partition("#")[0] or page.stem == "benchmarks":
+            continue
+        for section in re.split(r"^(?=#)", text.lower(), flags=re.M):
+            if all(word in section for word in words):
+                heading = section.partition("\n")[0]
+                share = sum(map(section.count, words)) / (1 + len(section) / 2000)
+                score = 10 * sum(word in heading for word in words) + share
+                score += 5 * (query.lower() in section)
+                scores[page.stem] = max(score, scores.get(page.stem, 0))
+    first = sorted(scores, key=scores.get, reverse=True)[:3]
+    assert set(first) & set(QUERIES[query].split()), first
+    assert "api" not in scores
+
+
 def test_every_verb_is_in_the_documents():
     from mukca.tools.cli import VERBS
 
