@@ -30,10 +30,12 @@ SHIPPED = re.compile(
 
 
 def look_inside(wheel):
-    """Refuse a wheel that holds a test, a page of documentation or an example."""
+    """Refuse a wheel with tests, pages or examples, or of another size than docs/install.md has."""
     names = zipfile.ZipFile(wheel).namelist()
     strange = [name for name in names if not SHIPPED.match(name)]
     assert not strange, strange
+    megabytes = f"the wheel has {wheel.stat().st_size / 1e6:.1f} MB"
+    assert megabytes in (ROOT / "docs/install.md").read_text(), megabytes
     print(f"{wheel.name}: {len(names)} files, {wheel.stat().st_size / 1e3:.0f} kB")
 
 

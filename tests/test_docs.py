@@ -125,6 +125,79 @@ def test_every_cause_has_the_page_that_the_program_names(tmp_path):
     assert names | {"index"} == {page.stem for page in (ROOT / "docs/causes").glob("*.md")}
 
 
+OWN_TABLE = re.compile(r"mukca solve t\.csv --robot (\w+) (--columns 'q=A1\.\.(\d)[^\n]*) --out")
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if "## Proven on" in p.read_text()])
+def test_the_page_of_an_arm_reads_a_table_of_ones_own(page, command, tmp_path, monkeypatch):
+    """Its command, and the same as the refusal of that table words it."""
+    monkeypatch.chdir(tmp_path)
+    name, columns, count = OWN_TABLE.findall(page.read_text())[0]
+    robot = mukca.load_robot(name)
+    truth, (placement,) = mukca.simulate_recordings(robot, 1, samples=10, seed=1)
+    heads = [*(f"A{i + 1}" for i in range(int(count))), *"XYZ"]
+    points = 1e3 * truth.ball(placement.positions) + [6000, 0, 0]  # a frame of its own
+    rows = np.hstack([np.degrees(placement.positions), points])
+    np.savetxt("t.csv", rows, delimiter=",", header=",".join(heads), comments="")
+    status, _, refusal = command("solve", "t.csv", "--robot", name, "--out", "calibrated")
+    told = re.findall(r"'([^']*)'", refusal)
+    assert status == 2 and len(told) == 4, refusal
+    assert not Path("calibrated").exists()  # where the second command writes
+    for out, own in (("page", shlex.split(columns)[1:]), ("refusal", told)):
+        assert (
+            command("convert", "t.csv", "--to", "points", "--out", out, "--columns", *own)[0] == 0
+        )
+        (read,) = mukca.read_placements(out)
+        assert np.allclose(read.positions, placement.positions)
+        assert np.allclose([1e3 * np.array(s.point) for s in read.samples], points)
+
+
+QUERIES = {
+    "NOT ENOUGH DATA": "report",
+    "sockets-at": "print frames",
+    "own column names": "recording",
+    "mukca.toml": "use",
+    "exit status": "messages",
+    "filament": "print",
+    "caliper": "print",
+    "certificate": "report",
+    "lerobot": "so101",
+    "freedrive": "universal-robots",
+    "MuJoCo": "use",
+    "DH table": "use",
+    "backlash": "so101",
+    "hand-eye camera": "hold",
+    "tool centre point": "hold",
+    "left out": "report",
+    "two arms": "frames",
+    "bag": "extract",
+    "residuals": "report",
+    "Tab key": "install",
+}
+"""What a user types, and the pages that are meant."""
+
+
+@pytest.mark.parametrize("query", QUERIES)
+def test_a_search_finds_the_page_that_is_meant(query):
+    """Among the first three; a section counts by its words, and its heading's count more."""
+    words = query.lower().split()
+    scores = {}
+    for page in PAGES:
+        text = page.read_text()
+        if "exclude: true" in text.partition("#")[0] or page.stem == "benchmarks":
+            continue
+        for section in re.split(r"^(?=#)", text.lower(), flags=re.M):
+            if all(word in section for word in words):
+                heading = section.partition("\n")[0]
+                share = sum(map(section.count, words)) / (1 + len(section) / 2000)
+                score = 10 * sum(word in heading for word in words) + share
+                score += 5 * (query.lower() in section)
+                scores[page.stem] = max(score, scores.get(page.stem, 0))
+    first = sorted(scores, key=scores.get, reverse=True)[:3]
+    assert set(first) & set(QUERIES[query].split()), first
+    assert "api" not in scores
+
+
 def test_every_verb_is_in_the_documents():
     from mukca.tools.cli import VERBS
 

@@ -10,7 +10,7 @@ from cases import by_table
 
 from mukca.solver.identification.robot import load_robot, shipped_robots
 from mukca.tools.cli import main
-from mukca.tools.printables import MOUNTS, BallPart, PrintableError, SocketBase
+from mukca.tools.printables import MOUNTS, BallPart, PrintableError, SocketBase, build_parts
 
 FOLDER = Path(__file__).parents[1] / "docs"
 TEXT = (FOLDER / "print.md").read_text()
@@ -69,3 +69,17 @@ def test_the_ball_of_a_shipped_model_is_where_its_printed_mount_holds_it(robot):
     ball = load_robot(robot).joints[-1]
     assert ball.parent == mount.links[robot]
     assert np.multiply(1000, ball.origin.xyz) == pytest.approx(BallPart(mount).position, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_the_list_of_what_to_buy_holds_for_every_mount():
+    """Grams of the lightest and the heaviest ball, and hours of the base and of both balls."""
+    readme = (FOLDER.parent / "README.md").read_text()
+    balls = [printed_parts.ball(name).facts for name in MOUNTS]
+    base = next(build_parts(SocketBase(), {})).facts
+    grams = [1000 * ball["mass"]["PLA"] for ball in balls]
+    assert f"{1000 * base['mass']['PLA']:.0f} g for the base" in readme
+    assert f"{min(grams):.0f} to {max(grams):.0f} g for the ball" in readme
+    base_hours, *hours = [part["print_time"] / 3600 for part in (base, *balls)]
+    times = f"{base_hours:.1f} hours, and the ball in {min(hours):.1f} to {max(hours):.1f}."
+    assert times in " ".join(readme.split())

@@ -28,6 +28,10 @@ class Quantiles(Document):
     p95: float
     """19 of 20 samples have no larger error."""
     max: float
+    rms: float | None = None
+    """Root of the mean square."""
+    std: float | None = None
+    """Standard deviation about the mean."""
 
 
 class RoleSummary(Summary):
@@ -95,9 +99,11 @@ class SampleErrors(ByModel[Point]):
 
 
 def quantiles(errors: np.ndarray) -> Quantiles:
-    """Return the median, the 95th percentile and the maximum of some errors."""
+    """Return the median, the 95th percentile, the maximum, rms and spread of some errors."""
     median, high = np.quantile(errors, (0.5, 0.95)).tolist()
-    return Quantiles(median=median, p95=high, max=float(np.max(errors)))
+    rms = float(np.sqrt(np.mean(errors**2)))
+    largest, spread = float(np.max(errors)), float(np.std(errors))
+    return Quantiles(median=median, p95=high, max=largest, rms=rms, std=spread)
 
 
 def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
@@ -168,8 +174,10 @@ def placement_reports(
     return tuple(reports)
 
 
-def sample_errors(predictions: Predictions) -> tuple[SampleErrors, ...]:
-    """Return the deviation of every sample from its socket's mean, thinned out where many."""
+def sample_errors(
+    predictions: Predictions, most: int | None = DRAWN
+) -> tuple[SampleErrors, ...]:
+    """Return the deviation of every sample from its socket's mean, thinned out to ``most``."""
     rows: list[SampleErrors] = []
     for index, placement in enumerate(predictions.judged):
         recorded = placement.measured.placement.samples
@@ -186,7 +194,7 @@ def sample_errors(predictions: Predictions) -> tuple[SampleErrors, ...]:
                 weight=sample.weight,
             )
             rows.append(row)
-    return tuple(rows[:: -(-len(rows) // DRAWN)])
+    return tuple(rows if most is None else rows[:: -(-len(rows) // most)])
 
 
 class KnownDistanceErrors(Document):

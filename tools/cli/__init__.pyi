@@ -21,6 +21,7 @@ from .console import write_error as write_error
 from .defect import report_defect as report_defect
 from .each_arm import for_each_arm as for_each_arm
 from .each_arm import one_arm as one_arm
+from .lab_file import lab_words as lab_words
 from .robots import DISTANCES as DISTANCES
 from .robots import SPREADS as SPREADS
 from .robots import WINDOWS as WINDOWS

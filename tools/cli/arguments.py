@@ -239,9 +239,14 @@ def _check_range(entry: "Field[Any]", value: Any) -> None:
     expected = words.get((low, high), f"{low:g} to {high:g}")
     for number in _each(value):
         if not low <= number <= high:
-            unit = " metres" if entry.name.endswith("distance") else ""
+            advice = ""
+            if entry.name.endswith("distance"):
+                metres = number / 1e3
+                advice = " metres"
+                if low <= metres <= high:
+                    advice += f"; did you mean {metres:g}?"
             raise UsageError(
-                f"{_typed(entry.name)} {number:g}: expected {expected}{unit}"
+                f"{_typed(entry.name)} {number:g}: expected {expected}{advice}"
             )
 
 

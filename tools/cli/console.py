@@ -5,6 +5,7 @@ All that the program writes to a terminal is written here, and cleaned; JSON is 
 
 import os
 import sys
+import time
 from contextlib import contextmanager
 from functools import cached_property
 from itertools import chain
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 PIPED_WIDTH = 120
 """Width of a table that goes to a file or another program, where no line has to be broken."""
+SILENCE = 30.0
+"""Time between lines of long work that goes to a file or another program [s]."""
 SCREEN = (24, 80)
 """Lines and columns of a terminal's screen, into which an answer goes."""
 
@@ -29,14 +32,23 @@ SCREEN = (24, 80)
 class Terminal:
     """Streams of a command; a ``brief`` one is part of another, and says only its result."""
 
-    def __init__(self, *, json: bool = False, brief: bool = False) -> None:
+    def __init__(
+        self,
+        *,
+        json: bool = False,
+        brief: bool = False,
+        quiet: bool = False,
+        verbose: bool = False,
+    ) -> None:
         self.json = json
         self.brief = brief
+        self.quiet = quiet
+        self.verbose = verbose
 
     @cached_property
     def console(self) -> "Console":
         """A rich console on the people's stream; plain text where that is no terminal."""
-        console = _clean_console(stderr=self.json)
+        console = _clean_console(stderr=self.json, quiet=self.quiet)
         console.soft_wrap = not console.is_terminal
         if not console.is_terminal and "COLUMNS" not in os.environ:
             console.width = PIPED_WIDTH
@@ -44,9 +56,12 @@ class Terminal:
 
     @contextmanager
     def progress(self, total: int | None = None) -> "Generator[Callable[[str], None]]":
-        """Show a progress bar on a terminal; yield a function that takes the name of each step."""
-        if not sys.stderr.isatty():
-            yield lambda _: None
+        """Show a progress bar on a terminal; yield a function that takes the name of each step.
+
+        Elsewhere a line says how far long work is, at most one in :data:`SILENCE` seconds.
+        """
+        if self.quiet or self.verbose or not sys.stderr.isatty():
+            yield self._step_lines(total)
             return
         from rich.markup import escape
         from rich.progress import Progress
@@ -55,8 +70,26 @@ class Terminal:
             task = bar.add_task("", total=total)
             yield lambda step: bar.update(task, description=escape(step), advance=1)
 
+    def _step_lines(self, total: int | None) -> "Callable[[str], None]":
+        """Return a function that writes the name of a step, where none was for a while."""
+        done = 0
+        silence = 0.0 if self.verbose else SILENCE
+        last = time.monotonic()
+
+        def tell(step: str) -> None:
+            nonlocal done, last
+            done += 1
+            now = time.monotonic()
+            if not self.quiet and now - last >= silence:
+                last = now
+                write_error(f"{done}{f' of {total}' if total else ''}: {step}")
+
+        return tell
+
     def say(self, *texts: str) -> None:
         """Write lines for people, broken between words where a terminal is narrower."""
+        if self.quiet:
+            return
         _write(sys.stderr if self.json else sys.stdout, texts)
 
     def say_rows(
@@ -116,10 +149,10 @@ class Terminal:
             sys.stdout.write(encode(value).decode() + "\n")
 
 
-def _clean_console(*, stderr: bool) -> "Console":
+def _clean_console(*, stderr: bool, quiet: bool = False) -> "Console":
     from .clean_console import CleanConsole
 
-    return CleanConsole(stderr=stderr, highlight=False)
+    return CleanConsole(stderr=stderr, quiet=quiet, highlight=False)
 
 
 def write_error(line: str) -> None:

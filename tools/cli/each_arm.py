@@ -28,7 +28,12 @@ class _TerminalOfArm(Terminal):
     """Terminal that names its arm above the first line, and keeps the JSON."""
 
     def __init__(self, terminal: Terminal, name: str) -> None:
-        super().__init__(json=terminal.json, brief=terminal.brief)
+        super().__init__(
+            json=terminal.json,
+            brief=terminal.brief,
+            quiet=terminal.quiet,
+            verbose=terminal.verbose,
+        )
         self.name = name
         self.is_headed = False
         self.result: Any = None

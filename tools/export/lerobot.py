@@ -24,6 +24,8 @@ from .request import Exported, ExportError, Request, losses_without
 TICK = 2 * math.pi / 4096
 SIGNS = {"feetech": -1, "dynamixel": 1}
 """Sign of a homing offset in the position, by the make of the servos."""
+TELLING = 2.0
+"""A zero of so many deviations is written, too: less is left of it than there was."""
 MOST_TICKS = 100
 """A larger shift would bring the servo's own limits too far off the joint's [ticks]."""
 LARGEST_OFFSET = {"feetech": 2047, "dynamixel": 1 << 20}
@@ -80,17 +82,23 @@ def write(request: Request) -> Exported:
         ).encode(),
         f"{request.file.stem}.urdf": _urdf(request, zeros),
     }
-    changed = any(zero.ticks for zero in zeros)
-    lines = (
-        *map(str, zeros),
-        "lerobot asks once whether to write the new file to the motors; it has no effect before."
-        if changed
-        else f"Nothing changes: every homing offset is that of {request.like} already.",
-        f"Then load {request.file.stem}.urdf, not calibrated.urdf, which holds the old zeros.",
-        "The recorded ends stay: each joint's own lie so many ticks off them. Policies that were "
-        "trained before see other angles.",
-    )
-    return Exported(files, losses_without(request), lines)
+    most = max(abs(zero.ticks) for zero in zeros)
+    urdf = f"{request.file.stem}.urdf"
+    lines = [*map(str, zeros)]
+    if most:
+        lines += [
+            f"lerobot loads {request.file}, and asks once whether to write it to the motors; it "
+            "has no effect before.",
+            f"Then load {urdf}, not calibrated.urdf, which holds the old zeros.",
+            f"The recorded ends stay: the joints' own lie up to {most} ticks off them. Policies "
+            "that were trained before see other angles.",
+        ]
+    else:
+        lines += [
+            f"Nothing changes: every homing offset is that of {request.like} already.",
+            f"Load {urdf} or calibrated.urdf.",
+        ]
+    return Exported(files, losses_without(request), tuple(lines))
 
 
 def with_zeros(
@@ -140,7 +148,7 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
         deviation = coefficients[name].standard_deviation
         ticks = round(zero / TICK)
         why = ""
-        if deviation > DECIDED:
+        if deviation > max(DECIDED, abs(zero) / TELLING):
             why = "not decided by the data, left as it is"
         elif abs(ticks) > MOST_TICKS:
             why = f"{fixed(ticks, 0, '+')} ticks are too many: calibrate by lerobot anew first"

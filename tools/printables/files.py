@@ -99,6 +99,11 @@ def _drawing(part: Part) -> bytes:
         centre=(round(middle, 2), round(above, 2)),
         right=x_right,
         circles=part.circles,
+        balls=[
+            (round(middle + ball.x, 2), round(y, 2), ball.diameter / 2, text)
+            for ball in part.balls
+            for y, text in ((front - ball.z, ""), (above - ball.y, ball.text))
+        ],
         notes=notes,
     ).encode()
 

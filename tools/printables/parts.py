@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, partial, reduce
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -51,6 +51,16 @@ def rendered(template: str, **values: Any) -> list[str]:
     return [line for line in text.splitlines() if line]
 
 
+class Ball(NamedTuple):
+    """A ball in a socket: its centre in the part's frame, its diameter, and words [mm]."""
+
+    x: float
+    y: float
+    z: float
+    diameter: float
+    text: str
+
+
 @dataclass(frozen=True)
 class Part:
     """A part that passed its checks."""
@@ -65,6 +75,8 @@ class Part:
     """Values of x between which a drawing tells the distance."""
     circles: Sequence[tuple[float, str]] = ()
     """Diameters of circles of holes about its axis, and a drawing's words for each."""
+    balls: Sequence[Ball] = ()
+    """Balls that lie in it, as a drawing shows them."""
     facts: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Properties of it, in SI units, as JSON has them."""
 
@@ -126,9 +138,12 @@ def base_part(base: SocketBase) -> Part:
         facts["sockets_in_base"] = _metres(base.sockets_in_base)
         facts["second_axis_height"] = _metres(ARMS[base.arm].shoulder)
     levels = [(0.0, base.height)]
-    return _checked(
-        base.name, base.solid(), facts, BASE, levels=levels, spans=base.spans
-    )
+    balls = [
+        Ball(*centre, base.height, base.ball, f"socket {i}, dust hole")
+        for i, centre in enumerate(base.centres)
+    ]
+    drawing = {"levels": levels, "spans": base.spans, "balls": balls}
+    return _checked(base.name, base.solid(), facts, BASE, **drawing)
 
 
 def ball_part(name: str, ball: BallPart) -> Part:

@@ -24,6 +24,7 @@ from .plots import (
     map_sentence,
     plots_of,
 )
+from .residual_table import RESIDUALS, residual_table
 
 
 def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, bytes]]:
@@ -39,7 +40,9 @@ def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, byte
             msgspec.structs.replace(plot.caption, section=section) for plot in group
         ]
     document = msgspec.structs.replace(report, plots=tuple(captions))
-    return document, _files("report", document, report_page(document, plots))
+    files = _files("report", document, report_page(document, plots))
+    files[RESIDUALS] = residual_table(assessment.predictions)
+    return document, files
 
 
 def _files(name: str, document: Document, html: str) -> dict[str, bytes]:
@@ -168,7 +171,7 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
 
 
 def _settings_text(settings: Mapping[str, Any]) -> str:
-    """Return the settings that were given, each by its name and values."""
+    """Return the settings that were given, a line for each, by its name and values."""
     words: list[str] = []
     for name, value in settings.items():
         if value in (None, [], (), "", False):
@@ -177,7 +180,7 @@ def _settings_text(settings: Mapping[str, Any]) -> str:
         if isinstance(value, list | tuple):
             values = cast("list[Any]", value)
         words.append(" ".join((name, *map(str, values))))
-    return ", ".join(words)
+    return "\n".join(words)
 
 
 def build_comparison(result: ComparisonDocument) -> dict[str, bytes]:

@@ -62,7 +62,10 @@ def check_distance(distance: float, where: str = "") -> float:
             "number of metres, for example 0.05"
         )
     if not _SHORTEST_BASE <= metres <= _LONGEST_BASE:
+        advice = ", for example 0.05"
+        if _SHORTEST_BASE <= metres / 1e3 <= _LONGEST_BASE:
+            advice = f"; did you mean {metres / 1e3:g}?"
         raise MeasurementError(
-            f"{where}distance {distance!r}: metres are expected, for example 0.05"
+            f"{where}distance {distance!r}: metres are expected{advice}"
         )
     return metres

@@ -81,6 +81,13 @@ def test_the_drawing_of_a_base_has_what_a_caliper_reads(name):
     page = ElementTree.fromstring(encode("svg", printed_parts.base(name)))
     texts = [text.text for text in page.iter("{http://www.w3.org/2000/svg}text")]
     assert [float(text or "") for text in texts[4:7]] == [base.distance, base.outside, base.inside]
+    circles = list(page.iter("{http://www.w3.org/2000/svg}circle"))  # two views of each ball
+    assert len(circles) == 2 * base.sockets == 2 * sum("dust hole" in text for text in texts)
+    assert {2 * float(circle.get("r") or "") for circle in circles} == {base.ball}
+    (xs, ys) = np.transpose([[float(c.get(k) or "") for k in ("cx", "cy")] for c in circles[1::2]])
+    centres = np.array(base.centres)
+    assert np.allclose(xs - xs[0], (centres - centres[0])[:, 0], atol=0.02)
+    assert np.allclose(ys - ys[0], -(centres - centres[0])[:, 1], atol=0.02)
     lines = [line.get("d") or "" for line in page.iter("{http://www.w3.org/2000/svg}path")]
     ends = [re.findall(r"[\d.]+", line) for line in lines if line.count("L") == 1][4:7]
     lengths = [float(x2) - float(x1) for x1, _, x2, _ in ends]

@@ -1,5 +1,6 @@
 """The report: its figures are those of its page, and it speaks of the data at hand."""
 
+import csv
 import json
 import math
 import re
@@ -172,3 +173,19 @@ def hole_grid():
         for a, b in combinations(HOLES, 2)
         for k in (0, 1)
     )
+
+
+def test_the_table_of_residuals_has_each_sample_of_the_figures(auto):
+    """Its errors are those of the page: their median and rms are the placement's."""
+    with (auto / "residuals.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    report = json.loads((auto / "report.json").read_text())
+    assert len(rows) == sum(sum(row["samples"]) for row in report["placements"])
+    for placement in report["placements"]:
+        mine = [row for row in rows if row["placement"] == placement["name"]]
+        errors = np.array([float(row["calibrated_error [mm]"]) for row in mine]) / 1e3
+        quantiles = placement["quantiles"]["calibrated"]
+        assert {row["role"] for row in mine} == {placement["role"]}
+        assert np.median(errors) == pytest.approx(quantiles["median"], abs=2e-8)
+        assert np.sqrt(np.mean(errors**2)) == pytest.approx(quantiles["rms"], abs=2e-8)
+        assert errors.std() == pytest.approx(quantiles["std"], abs=2e-8)

@@ -17,7 +17,7 @@ from ....recorder import POSE_FORMS, RecordingError
 from ....solver import calibration, results
 from ....solver.assessment import plural
 from ....solver.calibration import UsageError
-from .. import PayloadOptions, Terminal, argument, one_arm, option
+from .. import JsonOption, PayloadOptions, Terminal, argument, one_arm, option
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,7 +32,7 @@ INPUT = "standard input"
 ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 
 
-class _PathOptions(PayloadOptions):
+class _PathOptions(PayloadOptions, JsonOption):
     tool: str | None = option(
         None,
         "a link that stands still on the flange; or its place there in metres and turn in "
@@ -200,16 +200,20 @@ def written(
 
     A file appears whole or not at all; on standard output rows appear at once, and before the
     first the header, so that a program can write a pose to the one end and read at the other.
+    JSON has them all at the end.
     """
     out = None if str(options.out) == "-" else options.out
     if out is not None:
         results.refuse_existing(out.parent, [out.name], force=options.force)
     lines = [quoted(header)]
+    numbers: list[list[float]] = []
 
     def write(*rows: "np.ndarray") -> None:
         lines.extend(",".join(map(repr, row.tolist())) for row in rows)
-        if out is None:
-            terminal.say(*lines)
+        if terminal.json:
+            numbers.extend(row.tolist() for row in rows)
+        elif out is None:
+            Terminal().say(*lines)  # what was asked for, however quiet the terminal is
             lines.clear()
 
     if str(source) == "-":
@@ -218,6 +222,8 @@ def written(
     if out is not None:
         results.write_files(out.parent, {out.name: ("\n".join(lines) + "\n").encode()})
         terminal.say(f"Wrote {plural(len(lines) - 1, 'row')} to {out}")
+    outputs = [] if out is None else [str(out)]
+    terminal.emit({"columns": [*header], "rows": numbers, "outputs": outputs})
 
 
 class _PosesOptions(_PathOptions):

@@ -8,7 +8,7 @@ from pathlib import Path
 from .... import recorder
 from ....recorder import Placement
 from ....solver.results import OutputError, refuse_existing, write_files
-from .. import POSITIVE, TableOptions, Terminal, argument, option
+from .. import POSITIVE, JsonOption, TableOptions, Terminal, argument, option
 
 FORMS = {
     "samples": recorder.sample_files,
@@ -18,7 +18,7 @@ FORMS = {
 }
 
 
-class _ConvertOptions(TableOptions):
+class _ConvertOptions(TableOptions, JsonOption):
     path: Path = argument("a placement, a folder of them, or a table", "PATH")
     to: str = option(
         ...,
@@ -46,6 +46,8 @@ def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
         if out.resolve() == folder.resolve():
             raise OutputError(f"{out}: is what is read; choose another --out")
         outs[folder] = out
+    outputs: list[str] = []
+    all_losses: list[str] = []
     for folder, placement in placements.items():
         terminal.warn(*placement.remarks)
         out = outs[folder]
@@ -55,9 +57,13 @@ def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
             # Keys of an earlier recording there say nothing of this one.
             files = recorder.metadata_file({}) | files
         written = write_files(out, files)
+        outputs += map(str, written.values())
         terminal.say(*(f"Wrote {file}" for file in written.values()))
         if options.to == "holes":
-            terminal.warn(*(f"{folder}: {loss}" for loss in _losses(placement)))
+            losses = [f"{folder}: {loss}" for loss in _losses(placement)]
+            terminal.warn(*losses)
+            all_losses += losses
+    terminal.emit({"outputs": outputs, "losses": all_losses})
     return 0
 
 

@@ -10,6 +10,7 @@ import errno
 import gc
 import os
 import re
+import shlex
 import sys
 from collections.abc import Collection, Sequence
 from importlib.util import find_spec
@@ -19,7 +20,7 @@ from typing import NoReturn
 from ...._version import __version__
 from ....drivers import PluginError
 from ....errors import MukcaError
-from .. import Terminal, write_error
+from .. import Terminal, lab_words, write_error
 from .verbs import VERBS, Verb, by_group, verb_of, verb_table
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EBADF, errno.EDQUOT)
@@ -28,6 +29,10 @@ UNREACHABLE = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP)
 """Errors of a path that was typed, where no verb tells them."""
 GARBAGE = 20_000
 """New objects after which Python looks for garbage; its own 700 cost a twentieth of a solve."""
+QUIET = "say nothing but warnings, errors, and what --json asks for"
+VERBOSE = "say each step of long work, and --details where there are"
+LOUDNESS = ("json", "quiet", "verbose")
+"""Options that every verb's terminal knows."""
 EXAMPLES = 2
 """Examples that ``--help`` shows."""
 
@@ -42,6 +47,8 @@ TYPED = {
 OPTION = re.compile(r"--?[A-Za-z]")
 """Begin of a word that is an option, not a negative number."""
 PLAIN = {
+    r"^argument (\S+): invalid \w+ value: ('-?\d+),(\d+\w*')": r"\1 \2,\3: not a number; "
+    r"did you mean \2.\3?",
     r"^argument (\S+): invalid int value: (.*)": r"\1 \2: not a whole number",
     r"^argument (\S+): invalid \w+ value: (.*)": r"\1 \2: not a number",
     r"^argument (\S+): invalid choice: (\S+) \(choose from (.*)\)": r"\1 \2: choose among \3",
@@ -71,6 +78,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             errors="replace" if errors == "strict" else errors, line_buffering=True
         )
     words = list(sys.argv[1:] if argv is None else argv)
+    if words[:1] == ["help"]:
+        words = [*words[1:], "--help"]
     verb = words[0] if words else None
     try:
         parser = build_parser(verb, words)
@@ -81,8 +90,11 @@ def main(argv: Sequence[str] | None = None) -> int:
             advice = f"mukca --help lists them{meant(verb, verb_table())}"
             write_error(f"mukca: no verb is called {verb!r}; {advice}")
             return 2
+        words += _of_lab(parser, words)
         arguments = parser.parse_args(words)
-        terminal = Terminal(json=bool(getattr(arguments, "json", False)))
+        loudness = {name: getattr(arguments, name, False) for name in LOUDNESS}
+        arguments.details = getattr(arguments, "details", False) or arguments.verbose
+        terminal = Terminal(**loudness)
         status = run_verb(arguments, terminal)
         sys.stdout.flush()
         return status
@@ -108,6 +120,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         _write_nowhere()
         write_error(f"mukca {verb}: what it says cannot be written: {error.strerror}")
         return 1
+
+
+def _of_lab(parser: "_Parser", words: Sequence[str]) -> list[str]:
+    """Return the options that a lab typed once, after they were told."""
+    if not {"-h", "--help", "--help-all"}.isdisjoint(words):
+        return []
+    file, options = lab_words(words, parser.names)
+    if options:
+        write_error(f"{file}: {shlex.join(options)}")
+    return options
 
 
 def _write_nowhere() -> None:
@@ -170,9 +192,7 @@ def meant(word: str, names: Collection[str]) -> str:
     return f"; did you mean {name_by_letters[matches[0]]}?" if matches else ""
 
 
-def build_parser(
-    verb: str | None, words: Sequence[str] = ()
-) -> argparse.ArgumentParser:
+def build_parser(verb: str | None, words: Sequence[str] = ()) -> "_Parser":
     """Return the parser; only the given verb's own options are filled in."""
     parser = _Parser(
         prog="mukca",
@@ -222,8 +242,10 @@ def _fill(
     if hidden:
         more = f"{hidden} more option{'s' * (hidden > 1)}, and all about them"
     parser.add_argument("--help-all", action="help", help=more)
+    parser.add_argument("-q", "--quiet", action="store_true", help=QUIET)
+    parser.add_argument("-v", "--verbose", action="store_true", help=VERBOSE)
     parser.epilog = text if everything else _in_short(text)
-    return [*names, "-h", "--help", "--help-all"]
+    return [*names, "-h", "--help", "--help-all", "-q", "--quiet", "-v", "--verbose"]
 
 
 def _in_short(text: str) -> str:

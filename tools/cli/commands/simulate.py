@@ -12,7 +12,7 @@ from ....errors import MukcaError
 from ....solver.calibration import load_calibration
 from ....solver.results import OutputError, encode, refuse_existing, write_files
 from ... import experiments, simulation
-from .. import JsonOption, Options, Terminal, option
+from .. import JsonOption, Terminal, option
 from .main import build_parser, run_verb
 
 SEEDS = (0, 2**63)
@@ -197,9 +197,16 @@ SPEED = 10
 KEYS = "keys.txt"
 
 
-class _DemoOptions(Options):
+class _DemoOptions(JsonOption):
     out: Path = option(Path("demo"), "folder to write to", "DIR")
     force: bool = option(False, "overwrite results in DIR")
+
+
+class _TerminalOfPart(Terminal):
+    """Terminal of a verb that is part of the demo, which has JSON of its own."""
+
+    def emit(self, value: object) -> None:
+        """Write nothing."""
 
 
 def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
@@ -214,7 +221,9 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
     for name in names:
         _remove_simulated(recordings / name)
     simulate_hand(out / "hand", out / KEYS, DISTANCE)
-    brief = Terminal(json=terminal.json, brief=True)
+    loudness = {"json": terminal.json, "quiet": terminal.quiet}
+    brief = _TerminalOfPart(**loudness, brief=True)
+    part = _TerminalOfPart(**loudness, verbose=terminal.verbose)
     for name in names:
         driver = f"mock:{out / 'hand' / name}?follow&rate=100&speed={SPEED}&move=0.6"
         words = ["record", "--robot", "panda", "--driver", driver]
@@ -227,28 +236,29 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
         if status != 0:
             return status
     words = ["solve", str(recordings), "--robot", "panda", "--out", str(calibrated)]
-    status = _typed([*words, "--force"] if options.force else words, terminal)
+    status = _typed([*words, "--force"] if options.force else words, part)
     if status == 0:
         terminal.say(f"Recordings:      {recordings}")
         terminal.say(f"Calibrated URDF: {calibrated / 'calibrated.urdf'}")
         terminal.say(f"Report:          {calibrated / 'report.html'}")
         terminal.say(NEXT.format(hand=out / "hand" / names[0]))
-        terminal.say(*_summary(calibrated))
+        before, now = _mean_errors(calibrated)
+        report = calibrated / "report.html"
+        terminal.say(
+            "",
+            f"It was: {1e3 * before:.2f} mm, the mean error at places left out, ball refitted.",
+            f"It is:  {1e3 * now:.3f} mm there; {calibrated / 'calibrated.urdf'} is by all places.",
+            f"Open:   {report}",
+        )
+        terminal.emit({"before": before, "now": now, "report": str(report)})
     return status
 
 
-def _summary(folder: Path) -> list[str]:
-    """Return what the demo arm's error was, what it is, and which file to open."""
+def _mean_errors(folder: Path) -> tuple[float, float]:
+    """Return the mean error of the demo arm before and now [m]."""
     summary = load_calibration(folder).errors.summary.left_out
     assert summary is not None  # there are three placements
-    before = 1e3 * summary.before.mean_absolute_error
-    now = 1e3 * summary.loaded.mean_absolute_error
-    return [
-        "",
-        f"It was: {before:.2f} mm, the mean error at places left out, ball refitted.",
-        f"It is:  {now:.3f} mm there; {folder / 'calibrated.urdf'} is by all places.",
-        f"Open:   {folder / 'report.html'}",
-    ]
+    return summary.before.mean_absolute_error, summary.loaded.mean_absolute_error
 
 
 def _remove_simulated(folder: Path) -> None:

@@ -1,7 +1,6 @@
 """``mukca solve``: calibrate a robot from recordings."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -9,7 +8,6 @@ from typing import Any, TypeAlias
 from .... import recorder
 from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
-from ....solver.identification import robot as robot_models
 from ... import report
 from ...report import figures
 from .. import (
@@ -22,10 +20,16 @@ from .. import (
     part,
     split_by_robot,
 )
+from .kept_tables import kept
 from .placement_errors import show_errors
 from .solve_details import show_details
 
 Result: TypeAlias = "calibration.MultiRobotCalibration | calibration.Calibration"
+LEROBOT = (
+    "lerobot loads a file of motors: mukca export {} --to lerobot --servos feetech "
+    "--like my_arm.json --out my_arm_new.json writes the new one."
+)
+"""The next step for an arm made of servos."""
 MORE = "--details shows limits, joints and choices"
 """Begin of the last line of the screen."""
 
@@ -33,6 +37,9 @@ MORE = "--details shows limits, joints and choices"
 class _CalibrateOptions(RobotsOptions, TableOptions, DetailsOptions):
     train: Sequence[Path] = argument("placements to fit", "TRAIN")
     test: Sequence[Path] = option((), "placements held out", "HELD_OUT")
+    exit_zero: bool = option(
+        False, "end with 0 where the model is to be used, though BETTER", group="output"
+    )
     settings: SolveOptions = part(SolveOptions)
 
 
@@ -62,15 +69,19 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
         terminal.say(*(pair.text for pair in result.document.between.values()))
     if not options.details:
         terminal.say(f"{MORE}; the report has all." if outputs else f"{MORE}.")
+    usable = all(arm.verdict.use for arm in arms.values())
     if not refusals:
-        usable = all(arm.verdict.use for arm in arms.values())
         terminal.say(*_closing_lines(outputs, usable=usable))
+        if usable and options.settings.zeros and "urdf" in outputs:
+            terminal.say(LEROBOT.format(outputs["calibration"]))
     verdicts = {name: arm.verdict.as_said() for name, arm in arms.items()}
     if isinstance(result, Mapping):
         terminal.emit({**result.as_dict(), "outputs": outputs, "verdicts": verdicts})
     else:
         fit = result.result.as_dict()
         terminal.emit({**fit, "outputs": outputs, "verdict": verdicts[""]})
+    if options.exit_zero and usable and not refusals:
+        return 0
     return assessment.worst(arm.verdict.exit_status for arm in arms.values())
 
 
@@ -118,33 +129,17 @@ def calibrated(
     for name, robot in robots.items():
         to_fit, held_out = _read(training[name], tested[name], how)
         if options.out is not None:
-            keep = partial(_kept, robot=robot, out=options.out, terminal=terminal)
+            keep = partial(kept, robot=robot, out=options.out, terminal=terminal)
             to_fit, held_out = list(map(keep, to_fit)), list(map(keep, held_out))
         train |= {name: to_fit} if to_fit else {}
         test |= {name: held_out} if held_out else {}
     with terminal.progress() as progress:
         if "" in robots:
-            data = train.get("", []), test.get("", [])
-            result = calibration.calibrate(robots[""], *data, progress, **settings)
+            sets = train.get("", []), test.get("", [])
+            result = calibration.calibrate(robots[""], *sets, progress, **settings)
         else:
             result = calibration.calibrate(robots, train, test, progress, **settings)
     return result, left_out
-
-
-def _kept(
-    placement: "recorder.Placement",
-    robot: "robot_models.Robot",
-    out: Path,
-    terminal: Terminal,
-) -> "recorder.Placement":
-    """Return a placement; of a table as the recording that is written beside the results."""
-    if not placement.is_table:
-        return placement
-    placement = placement.for_joints(robot.joint_names)
-    folder = out / "recordings" / placement.name
-    files = results.write_files(folder, recorder.own_files(placement)).values()
-    terminal.say(*(f"Wrote {file}, what was read of the table" for file in files))
-    return replace(placement, files=tuple(files), is_table=False)
 
 
 def _warn(terminal: Terminal, document: "results.CalibrationDocument") -> None:

@@ -30,7 +30,13 @@ SECTIONS: tuple[tuple[str, tuple[Maker, ...]], ...] = (
     ),
 )
 """The page shows the plot of the first section with the verdict, the next with the answers."""
-FOLDED = ("errors-2d", "patterns", "history", "parameters", "curves", "groups")
+FOLDED = (
+    "predicted-found",
+    *("errors-3d", "errors-2d", "error-map", "cross-placement", "joints", "arm-3d"),
+    "patterns",
+    *("order", "coverage"),
+    *("history", "parameters", "curves", "groups"),
+)
 """Plots that the page shows where somebody asks for them."""
 
 
