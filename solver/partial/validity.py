@@ -57,6 +57,8 @@ class Validity(Changes):
     """The reason of the verdict; and the next step, empty where all is well."""
     measured: Sequence[Measurement]
     """The samples."""
+    as_made: bool = False
+    """True where a limit is missed, though nothing became worse since the calibration was made."""
     findings: Sequence[Diagnostic] = ()
     """Errors and warnings that a look at the recordings gave, on which the verdict rests, too."""
 
@@ -64,6 +66,20 @@ class Validity(Changes):
     def warnings(self) -> tuple[str, ...]:
         """Remarks on the samples."""
         return tuple(chain.from_iterable(m.warnings for m in self.measured))
+
+    @property
+    def drifted(self) -> bool:
+        """True where the arm is no more what was calibrated."""
+        return self.verdict.status == "fail" and not self.as_made
+
+    @property
+    def brief(self) -> str:
+        """The state of the calibration in few words."""
+        if self.drifted:
+            return self.change or "errors grew"
+        if self.verdict.status == "incomplete":
+            return "not known"
+        return "as calibrated, beyond its limit" if self.as_made else "valid"
 
     @property
     def text(self) -> str:
@@ -165,6 +181,7 @@ def what_changed(
         verdict=verdict,
         said=said,
         measured=measured,
+        as_made=reason.as_made,
         findings=findings,
     )
 
