@@ -101,7 +101,12 @@ class Changes:
     @property
     def changed(self) -> bool:
         """True where something changed."""
-        return 1 - self.probabilities.get(NOTHING, 1.0) > CHANGED
+        return self.probability > CHANGED
+
+    @property
+    def probability(self) -> float:
+        """Probability that anything changed; 0 where that was not compared."""
+        return 1 - self.probabilities.get(NOTHING, 1.0)
 
     @property
     def change(self) -> str:

@@ -41,6 +41,8 @@ from .sockets import too_few
 
 CERTAIN = 0.99
 """Probability from which the change of a joint's zero is none that small errors excuse."""
+SURE_OF_CHANGE = 0.95
+"""Probability from which one of many arms is called changed: beside it stands no other evidence."""
 LEAST_SHOWN = 0.01
 """Probability below which an explanation is not shown."""
 
@@ -69,14 +71,22 @@ class Validity(Changes):
 
     @property
     def drifted(self) -> bool:
-        """True where the arm is no more what was calibrated."""
-        return self.verdict.status == "fail" and not self.as_made
+        """True where the arm is surely no more what was calibrated."""
+        failed = self.verdict.status == "fail" and not self.as_made
+        return failed and not self.doubtful
+
+    @property
+    def doubtful(self) -> bool:
+        """True where a change is more probable than not, but not sure."""
+        return self.changed and self.probability < SURE_OF_CHANGE
 
     @property
     def brief(self) -> str:
         """The state of the calibration in few words."""
         if self.drifted:
             return self.change or "errors grew"
+        if self.doubtful:
+            return f"something may have changed ({100 * self.probability:.0f} %)"
         if self.verdict.status == "incomplete":
             return "not known"
         return "as calibrated, beyond its limit" if self.as_made else "valid"

@@ -24,6 +24,8 @@ FAILED = ("FAIL", "NO BETTER", "refused")
 """Verdicts on a session whose numbers say nothing of a fleet."""
 MEAN = "mean_absolute_error"
 """Name of the limit on the errors of a check."""
+AGAIN = "Record 6 more samples in each of two sockets: that decides."
+"""Advice where a change is more probable than not, but not sure."""
 
 
 @dataclass(frozen=True)
@@ -212,12 +214,12 @@ def _check(
         samples=sum(len(placement.samples) for placement in placements),
         mean_absolute_error=None if new is None else new.loaded.mean_absolute_error,
         limit=row and row.limit,
-        status=validity.verdict.status,
+        status="incomplete" if validity.doubtful else validity.verdict.status,
         kind=validity.verdict.kind,
         changed=validity.drifted,
         change=validity.brief,
         reason=reason,
-        advice=advice,
+        advice=AGAIN if validity.doubtful else advice,
     )
 
 

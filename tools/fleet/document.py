@@ -22,8 +22,8 @@ class FleetCheck(Document):
     limit: float | None
     """Limit on this error [m]."""
     status: Outcome
+    """Of the verdict of ``mukca validate``; ``incomplete`` where a change is not sure."""
     kind: Kind | None
-    """Of the verdict of ``mukca validate``."""
     changed: bool
     """True where the arm is no more what was calibrated."""
     change: str
