@@ -32,6 +32,8 @@ from .formatting import short_where as short_where
 from .held_out import NEAREST as NEAREST
 from .limits import BAND as BAND
 from .limits import LIMITS as LIMITS
+from .limits import NEAR as NEAR
+from .limits import WORKSPACE as WORKSPACE
 from .limits import LimitResult as LimitResult
 from .limits import Limits as Limits
 from .limits import Options as Options
