@@ -79,9 +79,9 @@ def shares_within(calibration: mukca.Calibration, measured: Measurement) -> list
     halves = [HeldOut(samples.only(part), measured.points[part]) for part in parts]
     shares: list[list[float]] = []
     for half, other in (halves, halves[::-1]):
-        factor = misfit(posterior, [other])
-        longest = tail(posterior, [other], factor) ** 2
-        levels = (CHI_SQUARES[0], CHI_SQUARES[1] * longest)
+        unseen = [(posterior, other)]
+        factor, longest = misfit(unseen), tail(unseen)
+        levels = (CHI_SQUARES[0], CHI_SQUARES[1] * longest**2)
         shares.append(within(posterior, half, factor, levels))
     return (100 * np.mean(shares, axis=0)).tolist()
 

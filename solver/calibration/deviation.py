@@ -54,31 +54,30 @@ class FittedModel(FullModel):
     def misfit(self) -> float:
         """Error of held-out samples beyond the posterior, in units of the noise of the fit.
 
-        A root mean square; 0 without held-out samples, or too few.
+        A root mean square. Where folds left samples out, of these. 0 without such samples, or too
+        few.
         """
-        return misfit(self.posterior, self._held_out)
+        stored = self.document.misfit
+        return misfit(self._unseen) if stored is None else stored
 
     @cached_property
     def tail(self) -> float:
-        """Factor t on 95 % of a normal distribution that held-out samples need, 1 or more.
+        """Factor t on 95 % of a normal distribution that left-out samples need, 1 or more.
 
         95 of 100 are within t times the 95 % of :meth:`deviation`. Real errors have a tail.
         """
-        return tail(self.posterior, self._held_out, self.misfit)
+        stored = self.document.tail
+        return tail(self._unseen) if stored is None else stored
 
     @cached_property
-    def _held_out(self) -> list[HeldOut]:
+    def _unseen(self) -> list[tuple[Posterior, HeldOut]]:
         robot, load, names = self.robot, self.calibrated.load, self.robot.joint_names
         places: list[HeldOut] = []
         for row in self.document.data:
-            if row.role != "test":
-                continue
-            held = measure(row.placement(names), robot, sockets=1, load=load)
-            if held.kind == "points":
-                places.append(HeldOut(load.samples(robot, held), held.points))
-            else:
-                places += map(HeldOut, load.by_socket(robot, held))
-        return places
+            if row.role == "test":
+                held = measure(row.placement(names), robot, sockets=1, load=load)
+                places += HeldOut.of(robot, load, held)
+        return [(self.posterior, place) for place in places]
 
     def deviation(
         self,

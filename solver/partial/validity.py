@@ -143,7 +143,7 @@ def what_changed(
 
     Args:
         calibration: The calibration.
-        data: Samples since, 6 in each of two sockets; of points, another probe's tip is refitted.
+        data: Samples since, 6 in each of two sockets; of points, frame and target are refitted.
         stood: Placement of the calibration whose base still stands where it stood, or should.
         distance: Between the sockets' centres [m]; None for the recording's.
         repeatability: Of the arm, from which its limits follow [m]; None for what is known of it.
@@ -156,8 +156,8 @@ def what_changed(
     document = calibration.document
     measured = _as_read_now(calibration, as_list(data), distance)
     changes, now = changes_since(calibration, measured, stood, ball_moved=ball_moved)
-    tip = probe_shift(calibration, measured, ball_moved=ball_moved)
-    errors = calibration.errors_of(measured, other_tip=tip is not None)
+    tip = probe_shift(calibration, measured)
+    errors = calibration.errors_of(measured, other_tip=True)
     limits = limits_of(document, calibration.source, Options(repeatability))
     new = _summary_now(errors, now)
     compared = bool(changes.probabilities)
@@ -171,7 +171,7 @@ def what_changed(
         rows = [limit_row("samples", "not enough", few, text=few[:-1])]
         changes = replace(changes, untold=())
     else:
-        then = document.summary.test or document.summary.train
+        then = document.summary.proof or document.summary.train
         since = LaterErrors(new, then, limits, rows)
         reason = reason_of(changes, since).followed_by(probe_words(tip))
         excused = not since.failed and _is_excused(
@@ -224,7 +224,7 @@ def _as_read_now(
     """Return checked placements, their joints as zeros found since read them."""
     robot, load = calibration.robot, calibration.load
     measured = [
-        measure(placement, robot, distance, sockets=1, load=load)
+        measure(calibration.at_scale(placement), robot, distance, sockets=1, load=load)
         for placement in placements
     ]
     check_distinct(measured)
@@ -247,7 +247,7 @@ def _is_excused(
     They do not excuse that of a joint's zero, but by a calibration without the full model: a rigid
     chain's own errors look like one.
     """
-    held_out = document.summary.test
+    held_out = document.summary.proof
     before = held_out.calibrated.mean_absolute_error if held_out else 0.0
     small = new.calibrated.mean_absolute_error <= before
     if changes.cause is None:

@@ -16,13 +16,14 @@ where 7.815 is what 95 % of the squares of three normal numbers stay below. The 
 counting samples, so errors of any distribution keep it (Vovk, Gammerman and Shafer 2005).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ..identification.data import IDENTITY, Samples, fit_pose
+from ..identification.data import IDENTITY, Load, Measurement, Samples, fit_pose
 from ..identification.inference import Posterior
+from ..identification.robot import Robot
 from .projections import basis_of, bisected, outside, rows_of, shifts_of
 from .uncertainty import covariance_of
 from .whitening import whitened
@@ -45,12 +46,33 @@ class HeldOut(NamedTuple):
     points: np.ndarray | None = None
     """Balls in the instrument's frame, shape (N, 3) [m]; None for those of one socket."""
 
+    @classmethod
+    def of(cls, robot: Robot, load: Load, measured: Measurement) -> "list[HeldOut]":
+        """Return the samples of a placement by their places."""
+        if measured.kind == "points":
+            return [cls(load.samples(robot, measured), measured.points)]
+        return [*map(cls, load.by_socket(robot, measured))]
 
-def misfit(posterior: Posterior, places: Sequence[HeldOut]) -> float:
-    """Return f by held-out samples; 0 where they are too few."""
-    samples = _all_by_axes(posterior, places)
+
+def misfit(places: Iterable[tuple[Posterior, HeldOut]]) -> float:
+    """Return f by samples and posteriors that do not hold them; 0 where they are too few."""
+    samples = _all_by_axes(places)
+    return 0.0 if samples is None else _misfit(samples)
+
+
+def tail(places: Iterable[tuple[Posterior, HeldOut]]) -> float:
+    """Return t by the same samples, 1 or more; 1 where they are too few."""
+    samples = _all_by_axes(places)
     if samples is None:
-        return 0.0
+        return 1.0
+    by_size = np.sort(_squares(samples, _misfit(samples) ** 2))
+    rank = int(np.ceil(LEVEL * (len(by_size) + 1)))
+    largest = by_size[min(rank, len(by_size)) - 1]
+    return max(float(largest / SQUARE) ** 0.5, 1.0)
+
+
+def _misfit(samples: "ByAxes") -> float:
+    """Return f, by which the mean of the squares is that of three normal numbers."""
 
     def is_beyond(squares: np.ndarray) -> np.ndarray:
         return np.array([_squares(samples, square).mean() > AXES for square in squares])
@@ -58,17 +80,6 @@ def misfit(posterior: Posterior, places: Sequence[HeldOut]) -> float:
     low = np.zeros(1)
     squares = bisected(is_beyond, low, low + LARGEST, HALVINGS)
     return float(squares[0]) ** 0.5
-
-
-def tail(posterior: Posterior, places: Sequence[HeldOut], factor: float) -> float:
-    """Return t by held-out samples and their misfit, 1 or more; 1 where they are too few."""
-    samples = _all_by_axes(posterior, places)
-    if samples is None:
-        return 1.0
-    by_size = np.sort(_squares(samples, factor**2))
-    rank = int(np.ceil(LEVEL * (len(by_size) + 1)))
-    largest = by_size[min(rank, len(by_size)) - 1]
-    return max(float(largest / SQUARE) ** 0.5, 1.0)
 
 
 def within(
@@ -97,9 +108,13 @@ def _squares(samples: ByAxes, square: float) -> np.ndarray:
     return ratios.sum(axis=1)
 
 
-def _all_by_axes(posterior: Posterior, places: Sequence[HeldOut]) -> ByAxes | None:
+def _all_by_axes(places: Iterable[tuple[Posterior, HeldOut]]) -> ByAxes | None:
     """Return the samples of places with more than two; None where they are too few."""
-    parts = [_by_axes(posterior, p) for p in places if len(p.samples.q) > AXES - 1]
+    parts = [
+        _by_axes(posterior, place)
+        for posterior, place in places
+        if len(place.samples.q) >= AXES
+    ]
     if sum(len(part.errors) for part in parts) < FEWEST:
         return None
     shares, errors = (np.concatenate(rows) for rows in zip(*parts, strict=True))

@@ -110,10 +110,9 @@ def _inside(folder: Path) -> list[Path]:
 def calibrate_arm(arm: ArmFolder) -> FleetArm:
     """Calibrate one arm by each of its sessions, write the results, and say what is next.
 
-    Of a session's placements the last by name is held out, where there are two or more. Each
-    session also checks the calibration that stands, and does nothing else where it is too small
-    to calibrate. A calibration stands until a later one passes. An arm that cannot be calibrated
-    says why in :attr:`FleetArm.error`, and stops no other.
+    Each session also checks the calibration that stands, and does nothing else where it is too
+    small to calibrate. A calibration stands until a later one passes. An arm that cannot be
+    calibrated says why in :attr:`FleetArm.error`, and stops no other.
     """
     checks: list[FleetCheck] = []
     sessions: list[FleetSession] = []
@@ -132,10 +131,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
                 checks.append(_check(arm, name, *stands, placements))
                 if _is_too_small(placements):
                     continue
-            first, *remainder = placements
-            calibration = calibrate(
-                robot, [first, *remainder[:-1]], test=remainder[-1:], **settings
-            )
+            calibration = calibrate(robot, placements, **settings)
             session = _session(arm, name, calibration)
             sessions.append(session)
             passed = session.status == "pass" or session.kind == "better"
@@ -154,9 +150,9 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
 
 
 def _is_too_small(placements: Sequence[Placement]) -> bool:
-    """Tell whether nothing could be held out, or too few samples would be trained on."""
-    trained = sum(len(placement.samples) for placement in placements[:-1])
-    return trained < 2 * LEAST_SAMPLES
+    """Tell whether nothing can be left out, or too few samples would be trained on without it."""
+    counts = [len(placement.samples) for placement in placements]
+    return sum(counts) - max(counts) < 2 * LEAST_SAMPLES
 
 
 def _session(arm: ArmFolder, name: str, calibration: Calibration) -> FleetSession:
@@ -166,14 +162,15 @@ def _session(arm: ArmFolder, name: str, calibration: Calibration) -> FleetSessio
     outputs: dict[str, str] = {}
     if not document.distorted:
         outputs = calibration.save(arm.out / name, force=True, pages=lambda _: files)
-    summary = document.summary.test or document.summary.train
+    proof = document.summary.proof
+    summary = proof or document.summary.train
     assert summary is not None  # something was trained on
     verdict = report.verdict
     return FleetSession(
         name=name,
         placements=len(document.placements),
         samples=sum(sum(row.samples) for row in document.placements),
-        held_out=document.summary.test is not None,
+        held_out=proof is not None,
         nominal=summary.before.mean_absolute_error,
         calibrated=summary.loaded.mean_absolute_error,
         distance_error=summary.loaded.distance_error,

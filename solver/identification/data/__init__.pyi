@@ -3,8 +3,10 @@ from .checks import SAMPLES_ADVISED as SAMPLES_ADVISED
 from .checks import as_flange_poses as as_flange_poses
 from .checks import measure as measure
 from .checks import order_said as order_said
+from .copies import NEAREST as NEAREST
 from .copies import check_distinct as check_distinct
 from .copies import copied_sockets as copied_sockets
+from .copies import is_copy as is_copy
 from .frame_starts import first_frames as first_frames
 from .frames import IDENTITY as IDENTITY
 from .frames import FrameError as FrameError
@@ -15,10 +17,12 @@ from .frames import check_base as check_base
 from .frames import fit_pose as fit_pose
 from .frames import kabsch as kabsch
 from .frames import kabsch_rotation as kabsch_rotation
+from .frames import nearest_rotation as nearest_rotation
 from .frames import place_frames as place_frames
 from .instrument import HandEye as HandEye
 from .instrument import check_orientations as check_orientations
 from .instrument import hand_eye as hand_eye
+from .known import CALIPER_DEVIATION as CALIPER_DEVIATION
 from .known import SEAT_DEVIATION as SEAT_DEVIATION
 from .known import WORLD as WORLD
 from .known import Known as Known
@@ -42,7 +46,7 @@ from .measurements import STANDARD_LOAD as STANDARD_LOAD
 from .measurements import Load as Load
 from .measurements import Measurement as Measurement
 from .measurements import TooFewError as TooFewError
-from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION
+from .metrics import FOLDS as FOLDS
 from .metrics import Metrics as Metrics
 from .metrics import cost_terms as cost_terms
 from .metrics import evaluate as evaluate
@@ -70,4 +74,3 @@ from .socket_distance import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .socket_distance import check_distance as check_distance
 from .tips import TipSamples as TipSamples
 from .tips import tip_shift as tip_shift
-from .tips import with_tip as with_tip

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..data import Observations
 from ..inference import Arrow, FitPosterior, curvature
-from ..model import TYPICAL_SPREAD, Difference, directions
+from ..model import BALL, TYPICAL_SPREAD, Difference, directions
 
 WAVES = 8
 """Waves of a slow process at most: the k-th goes to and fro k / 2 times, and is k^2 times smaller
@@ -97,6 +97,14 @@ def courses_of(data: Observations, placement: str) -> list[Difference]:
 def _runs(t: np.ndarray) -> bool:
     """Return True for a clock that is known of all samples, and runs."""
     return bool(np.isfinite(t).all() and np.ptp(t))
+
+
+def set_ups(data: Observations) -> list[Difference]:
+    """Return the targets of an instrument's placements, each of which is put on anew."""
+    measured = dict.fromkeys(data.recorded_at[~data.seated].tolist())
+    if len(measured) < 2:
+        return []
+    return [Difference("each", tuple(measured), BALL)]
 
 
 class Sums(NamedTuple):
