@@ -31,8 +31,8 @@ SCATTER = (
     "another arm's calibration?"
 )
 WHOSE_FLANGE = (
-    "That is the flange of this calibration, which may be a millimetre and more from the metal: use "
-    "the tip with this calibration alone."
+    "That is the flange of this calibration, which may be a millimetre and more from the metal: "
+    "use the tip with this calibration alone."
 )
 """The ball's place is all that a calibration saw; the flange follows from the nominal model."""
 ELSEWHERE, POSTURES = 6, 8
