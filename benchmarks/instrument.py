@@ -25,7 +25,7 @@ import mukca
 from mukca.recorder import Placement
 from mukca.solver.identification.data import Measurement, measure
 from mukca.solver.identification.robot import Robot
-from mukca.solver.studies import HeldOut, misfit, within
+from mukca.solver.studies import HeldOut, misfit, tail, within
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 
 CHI_SQUARES = (3.506, 7.815)
@@ -77,11 +77,12 @@ def shares_within(calibration: mukca.Calibration, measured: Measurement) -> list
     samples = load.samples(calibration.robot, measured)
     parts = slice(0, None, 2), slice(1, None, 2)
     halves = [HeldOut(samples.only(part), measured.points[part]) for part in parts]
-    factors = [misfit([(posterior, half)]) for half in halves]
-    shares = [
-        within(posterior, half, factor, CHI_SQUARES)
-        for half, factor in zip(halves, factors[::-1], strict=True)
-    ]
+    shares: list[list[float]] = []
+    for half, other in (halves, halves[::-1]):
+        unseen = [(posterior, other)]
+        factor, longest = misfit(unseen), tail(unseen)
+        levels = (CHI_SQUARES[0], CHI_SQUARES[1] * longest**2)
+        shares.append(within(posterior, half, factor, levels))
     return (100 * np.mean(shares, axis=0)).tolist()
 
 

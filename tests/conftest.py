@@ -226,7 +226,7 @@ def curved(shared):
 
     def make(folder):
         others = ("compliance", "tilt", "transmission")
-        mukca.calibrate(robot, train, without=others, no_proof=True).save(folder)
+        mukca.calibrate(robot, train, without=others).save(folder)
 
     return mukca.load_calibration(shared("curved", make)), train, later
 

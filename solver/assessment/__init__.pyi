@@ -31,6 +31,8 @@ from .formatting import short_names as short_names
 from .formatting import short_where as short_where
 from .limits import BAND as BAND
 from .limits import LIMITS as LIMITS
+from .limits import NEAR as NEAR
+from .limits import WORKSPACE as WORKSPACE
 from .limits import LimitResult as LimitResult
 from .limits import Limits as Limits
 from .limits import Options as Options

@@ -1,6 +1,7 @@
 # keep: Zeros, Tool, CameraPose, Validity
 from .camera_pose import Camera as Camera
 from .camera_pose import CameraPose as CameraPose
+from .camera_pose import Scale as Scale
 from .camera_pose import handeye as handeye
 from .found_zeros import Zeros as Zeros
 from .joint_zeros import rezero as rezero

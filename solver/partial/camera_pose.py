@@ -26,8 +26,13 @@ from .task import FAR, NoiseBelief, Rows, Task
 from .updated import LIMIT, Found, found, not_enough, signed
 
 Camera = Literal["on-arm", "beside"]
+Scale = Literal["board", "exact"]
 DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
 """Noise of a detector before its poses are seen."""
+SIZE_UNTOLD = (
+    "These views do not tell the size of the board: vary its distance and turn it about two axes; "
+    "the pose is by the size that was said."
+)
 FARTHEST = 50.0
 """Distance beyond which no camera sees a board [m]."""
 OPPOSITE: dict[str, Camera] = {"on-arm": "beside", "beside": "on-arm"}
@@ -62,6 +67,8 @@ class CameraPose(Found):
     """Outliers among the views, in words."""
     size: float = 1.0
     """Factor on the places that the camera measured: the board's size by what was said of it."""
+    size_told: bool = True
+    """False where the views do not tell it, and it stays as it was said."""
 
     @property
     def quaternion(self) -> tuple[float, ...]:
@@ -79,7 +86,9 @@ class CameraPose(Found):
             *self.untold,
             f"{frame.name} in {frame.parent}: {self.place}; qx qy qz qw {turned}",
             f"Views left out are {1e3 * place:.2f} mm and {1e3 * turn:.2f} mrad off (rms).",
-            f"Multiply places that the camera measures by {self.size:.4f}.",
+            f"Multiply places that the camera measures by {self.size:.4f}."
+            if self.size_told
+            else SIZE_UNTOLD,
             *publisher,
             *self.notes,
             *self.outliers,
@@ -120,6 +129,7 @@ def handeye(
     name: str = "camera",
     *,
     limit: float = LIMIT,
+    scale: Scale = "board",
 ) -> CameraPose:
     """Find where a camera is, by poses of a board in it.
 
@@ -130,6 +140,8 @@ def handeye(
         camera: ``on-arm`` with the board fixed, ``beside`` with the board on the arm.
         name: Of the camera's link in the URDF.
         limit: Standard deviation in any direction, above which the views are not enough [m].
+        scale: ``exact`` where an instrument measured the places, ``board`` where they are as large
+            as a printed board was said to be.
 
     Raises:
         UsageError: Too few views, the other kind of camera, or poses the other way round.
@@ -141,10 +153,13 @@ def handeye(
         raise UsageError(
             f"--camera {camera}: choose among {', '.join(get_args(Camera))}"
         )
+    if scale not in get_args(Scale):
+        raise UsageError(f"--scale {scale}: choose among {', '.join(get_args(Scale))}")
     prior = prior_of(calibration)
     with order_said(as_list(data), prior.robot.joint_names):
         task = camera_task(prior, as_list(data), camera)
-        system, wrong_size = with_right_size(fit(task))
+        task = replace(task, exact_size=scale == "exact")
+        system, wrong_size, size_told = with_right_size(fit(task))
     state = system.state
     if camera == "on-arm":
         pose, target = system.tool, system.place
@@ -169,6 +184,7 @@ def handeye(
         residuals=system.residuals,
         outliers=_outliers(system),
         size=float(np.exp(system.size)),
+        size_told=size_told,
     )
 
 

@@ -31,6 +31,13 @@ CHANGED = 0.5
 where nothing changed, and in 95 of 100 where a joint moved by 1 mrad."""
 MOST_SAMPLES = 150
 """Samples that are compared at most; with more, the model's own misfit would show."""
+CHANGE_WORDS = {
+    "tool": "the ball or tool was moved",
+    "base": "the base was moved",
+    LENGTHS: "the sockets' distance is off",
+    EVERYTHING: "not the arm, or not the state, that was calibrated",
+}
+"""Changes that are no joint's."""
 FAR_MOVED = 4.0
 """Standard deviations beyond which the ball is reported as moved."""
 PUT_ON_AGAIN = 2e-3
@@ -48,13 +55,17 @@ class NearestCause:
     """Mean absolute error [m]."""
     unit: str
 
+    def size(self, sign: str = "") -> str:
+        """Return the offset with its unit, with its sign as for a format."""
+        offset = self.offset if sign else abs(self.offset)
+        if self.unit == "rad":
+            return f"{fixed(math.degrees(offset), 2, sign)} deg"
+        return f"{fixed(1e3 * offset, 2, sign)} mm"
+
     def text(self, share: str) -> str:
         """Return it in words, with its probability."""
-        size = f"{fixed(1e3 * self.offset, 2, '+')} mm"
-        if self.unit == "rad":
-            size = f"{fixed(math.degrees(self.offset), 2, '+')} deg"
         return (
-            f"nearest cause {self.joint} ({share}): with {size} added to what it reads, "
+            f"nearest cause {self.joint} ({share}): with {self.size('+')} added to what it reads, "
             f"{mm(self.error)} are left"
         )
 
@@ -90,7 +101,21 @@ class Changes:
     @property
     def changed(self) -> bool:
         """True where something changed."""
-        return 1 - self.probabilities.get(NOTHING, 1.0) > CHANGED
+        return self.probability > CHANGED
+
+    @property
+    def probability(self) -> float:
+        """Probability that anything changed; 0 where that was not compared."""
+        return 1 - self.probabilities.get(NOTHING, 1.0)
+
+    @property
+    def change(self) -> str:
+        """The most probable change in few words; empty where nothing changed."""
+        if not self.changed:
+            return ""
+        if self.cause is not None:
+            return f"{self.cause.joint} changed by {self.cause.size()}"
+        return CHANGE_WORDS.get(self.likeliest, f"{self.likeliest} changed")
 
 
 def changes_since(

@@ -32,30 +32,41 @@ from .zeros import (
     zero_deviations,
 )
 
-WRONG_SIZE, PRIOR_WRONG = 0.1, 0.05
+WRONG_SIZE, PRIOR_WRONG = 0.05, 0.05
 """Relative deviation of a size that is wrong, and the prior probability that it is."""
+NARROW = 0.1
+"""Share of that deviation from which on views say too little of the size."""
 SCATTER = 2e-2
 """Scatter of views beyond which no size explains them [m]."""
 CHANGED, MENTIONED = 0.7, 0.2
 """Probabilities of a changed zero from which it is told, and mentioned."""
 
 
-def with_right_size(system: System) -> tuple[System, tuple[str, ...]]:
-    """Return the fit by the size that the evidence prefers, and a sentence if another was said."""
+def with_right_size(system: System) -> tuple[System, tuple[str, ...], bool]:
+    """Return the fit by the size that the evidence prefers, a sentence if another was said.
+
+    And whether the views tell the size: where its posterior is nearly as wide as the prior of
+    wrong sizes, it stays as it was said.
+    """
     task = system.task
+    if task.exact_size:
+        return system, (), True
     resized = fit(task.freeing({task.scale.start: WRONG_SIZE}))
+    deviation = float(resized.posterior_covariance(task.scale)[0, 0]) ** 0.5
+    if deviation > NARROW * WRONG_SIZE:
+        return system, (), False
     odds = math.log(PRIOR_WRONG / (1 - PRIOR_WRONG))
     gain = resized.log_evidence() - system.log_evidence()
     if gain + odds < 0 or resized.state.noise.place > SCATTER:
-        return system, ()
+        return system, (), True
     percent = 100 * math.expm1(resized.size)
-    deviation = float(resized.posterior_covariance(task.scale)[0, 0]) ** 0.5
     smaller = "smaller" if percent < 0 else "larger"
-    return resized, (
+    words = (
         f"The views fit if the board or tag is {abs(percent):.1f} % (+- {100 * deviation:.1f}) "
         f"{smaller} than was said: measure it, and detect it again by what you read. The pose is "
-        "by the size that fits.",
+        "by the size that fits."
     )
+    return resized, (words,), True
 
 
 @dataclass(frozen=True)

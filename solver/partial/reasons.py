@@ -7,14 +7,14 @@ from typing import NamedTuple
 from ..assessment import LimitResult, Limits, mm
 from ..results import Summary
 from .changes import Changes
-from .evidence import LENGTHS, NOTHING
+from .evidence import EVERYTHING, LENGTHS, NOTHING
 
 WORSE = 1.5
 """Factor on the errors of the calibration itself, beyond which errors are new."""
 NEXT = {
     "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
     "base": "The base was moved: leave out --stood.",
-    "everything": "No single joint explains it: mukca rezero says whether several zeros do. Else, "
+    EVERYTHING: "No single joint explains it: mukca rezero says whether several zeros do. Else, "
     "is it another arm's calibration? If not, record placements, and calibrate again.",
 }
 
@@ -73,9 +73,21 @@ class LaterErrors:
 
     @property
     def is_no_worse(self) -> bool:
-        """True where the full model's errors are no larger than when it was made."""
+        """True where the full model's errors are about as large as when it was made."""
         now = self.new.calibrated.mean_absolute_error
         return self.before is not None and now <= WORSE * self.before
+
+    @property
+    def since_made(self) -> str:
+        """The errors now and when it was made, of which model each, as a sentence's end."""
+        now, then = self.new.loaded.mean_absolute_error, self.then
+        assert then is not None  # asked where they are no worse
+        if now <= WORSE * then.loaded.mean_absolute_error:
+            return "but no worse than when it was made"
+        made = mm(then.loaded.mean_absolute_error)
+        return (
+            f"{made} when it was made; corrected joint positions are no worse than then"
+        )
 
     @property
     def drifted(self) -> str:
@@ -116,8 +128,7 @@ def reason_of(changes: Changes, errors: LaterErrors) -> Reason:
         text = f"{errors.wrong_length}, limit {longest}"
         return Reason(f"{text}; check --distance, and calibrate again.")
     if changes.changed:
-        cause = f"{changes.likeliest}, with a probability of {changes.share}"
-        text = f"{errors.drifted}; nearest cause: {cause}."
+        text = f"{errors.drifted}; {changes.change} ({changes.share})."
         return Reason(text, NEXT[changes.likeliest])
     if any(row.name == "mean_absolute_error" for row in errors.failed):
         return _of_large_errors(errors)
@@ -140,9 +151,7 @@ def _kept_when_corrected(errors: LaterErrors) -> Reason | None:
 def _of_large_errors(errors: LaterErrors) -> Reason:
     """Return the reason where nothing changed, but the errors are beyond their limit."""
     if errors.is_no_worse:
-        text = (
-            f"beyond its limit ({errors.figures}), but no worse than when it was made."
-        )
+        text = f"beyond its limit ({errors.figures}), {errors.since_made}."
         return Reason(text, "Calibrate again with more placements.", as_made=True)
     text = f"{errors.drifted}. No single joint explains it: calibrate again."
     return Reason(text)
@@ -159,10 +168,12 @@ def _of_small_errors(changes: Changes, errors: LaterErrors) -> Reason:
         text = f"within its limits ({errors.figures}), but look: {checks.text}."
         return Reason(text)
     error = row_of.get("mean_absolute_error")
-    is_beyond = error is not None and error.status == "warning"
-    still = "still as when it was made" if is_beyond else "still valid"
-    odds = _odds(changes)
-    return Reason(f"{still} ({errors.figures}){odds and ': '}{odds}.")
+    odds = f": {odds}" if (odds := _odds(changes)) else ""
+    if error is None or error.status != "warning":
+        return Reason(f"still valid ({errors.figures}){odds}.")
+    now = mm(errors.new.loaded.mean_absolute_error)
+    limit = f"the limit of {mm(error.limit or 0.0)} is for the mean of more samples"
+    return Reason(f"no change shows ({now} by these few samples; {limit}){odds}.")
 
 
 def _odds(changes: Changes) -> str:

@@ -107,6 +107,8 @@ class Task:
     """Standard deviations by which the prior of some unknowns is widened."""
     distances: Sequence[tuple[int, int, float]] = ()
     """Known distances: two places, and how far they are apart [m]."""
+    exact_size: bool = False
+    """True where an instrument measured places, whose size is right."""
     start: HandEye | None = None
     """Where U's rotation and the one place begin; None for places at the median of the tips."""
 
@@ -176,7 +178,7 @@ class Task:
         n = len(self.prior.mean)
         deviations = np.full(self.size, FAR)
         deviations[self.tool_turn] = ANY_TURN
-        deviations[self.scale] = SIZE
+        deviations[self.scale] = 0.0 if self.exact_size else SIZE
         deviations[self.places[:, 3:]] = ANY_TURN
         S = np.diag(deviations**2)
         S[:n, :n] = self.prior.covariance

@@ -30,6 +30,11 @@ SCATTER = (
     "Touches scatter by {:.1f} mm: did the point give way, are they several points, or is it "
     "another arm's calibration?"
 )
+WHOSE_FLANGE = (
+    "That is the flange of this calibration, which may be a millimetre and more from the metal: "
+    "use the tip with this calibration alone."
+)
+"""The ball's place is all that a calibration saw; the flange follows from the nominal model."""
 ELSEWHERE, POSTURES = 6, 8
 """Points elsewhere at which the tip's spread is predicted, and postures at each."""
 NEAR, FAR_OUT, HIGH = 0.35, 0.65, 0.25
@@ -54,7 +59,7 @@ class Tool(Found):
     def brief(self) -> tuple[str, ...]:
         """The tip and what it is good for, line by line; reasons not to rely on it come first."""
         place = f"{self.frame.name} on {self.frame.parent}: {self.place}"
-        lines = [*self.untold, place]
+        lines = [*self.untold, place, WHOSE_FLANGE]
         if any(self.frame.rpy):
             angles = signed(self.frame.rpy, 5)
             lines.append(f"roll pitch yaw {angles} rad")

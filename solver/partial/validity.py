@@ -41,6 +41,8 @@ from .sockets import too_few
 
 CERTAIN = 0.99
 """Probability from which the change of a joint's zero is none that small errors excuse."""
+SURE_OF_CHANGE = 0.95
+"""Probability from which one of many arms is called changed: beside it stands no other evidence."""
 LEAST_SHOWN = 0.01
 """Probability below which an explanation is not shown."""
 
@@ -57,6 +59,8 @@ class Validity(Changes):
     """The reason of the verdict; and the next step, empty where all is well."""
     measured: Sequence[Measurement]
     """The samples."""
+    as_made: bool = False
+    """True where a limit is missed, though nothing became worse since the calibration was made."""
     findings: Sequence[Diagnostic] = ()
     """Errors and warnings that a look at the recordings gave, on which the verdict rests, too."""
 
@@ -64,6 +68,28 @@ class Validity(Changes):
     def warnings(self) -> tuple[str, ...]:
         """Remarks on the samples."""
         return tuple(chain.from_iterable(m.warnings for m in self.measured))
+
+    @property
+    def drifted(self) -> bool:
+        """True where the arm is surely no more what was calibrated."""
+        failed = self.verdict.status == "fail" and not self.as_made
+        return failed and not self.doubtful
+
+    @property
+    def doubtful(self) -> bool:
+        """True where a change is more probable than not, but not sure."""
+        return self.changed and self.probability < SURE_OF_CHANGE
+
+    @property
+    def brief(self) -> str:
+        """The state of the calibration in few words."""
+        if self.drifted:
+            return self.change or "errors grew"
+        if self.doubtful:
+            return f"something may have changed ({100 * self.probability:.0f} %)"
+        if self.verdict.status == "incomplete":
+            return "not known"
+        return "as calibrated, beyond its limit" if self.as_made else "valid"
 
     @property
     def text(self) -> str:
@@ -165,6 +191,7 @@ def what_changed(
         verdict=verdict,
         said=said,
         measured=measured,
+        as_made=reason.as_made,
         findings=findings,
     )
 

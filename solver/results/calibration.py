@@ -237,6 +237,8 @@ class CalibrationDocument(Result):
     misfit: float | None = None
     """Error of left-out samples beyond the posterior, in units of the noise of their fit; None
     where nothing was left out."""
+    tail: float | None = None
+    """Factor by which 95 of 100 left-out samples need more than normal errors do; None likewise."""
     posterior: estimates.StoredPosterior | None = None
     """None by the paper's method, of several robots, and in older files."""
 

@@ -5,11 +5,13 @@ from .geometric_projection import project_to_geometry as project_to_geometry
 from .held_out_error import error_parts as error_parts
 from .held_out_misfit import HeldOut as HeldOut
 from .held_out_misfit import misfit as misfit
+from .held_out_misfit import tail as tail
 from .held_out_misfit import within as within
 from .identifiability import weak_directions as weak_directions
 from .improvement import Models as Models
 from .improvement import better_than_nominal as better_than_nominal
 from .patterns import error_patterns as error_patterns
+from .pose_covariance import movement_covariances as movement_covariances
 from .pose_covariance import pose_covariances as pose_covariances
 from .postures import arm_length as arm_length
 from .predicted_errors import workspace_errors as workspace_errors

@@ -2,12 +2,18 @@
 
 The posterior says what the samples leave uncertain of a model that is right. Held-out residuals e_i
 show how far it is from right. With A_i their derivatives by the unknowns, Sigma the posterior
-covariance of these, and N_i the noise of the fit, the misfit f is the least number for which
+covariance of these, and N_i the noise of the fit, the misfit f is the least number for which the
+mean of the samples'
 
-    e_i^T (A_i Sigma A_i^T + f^2 N_i)^-1 e_i < 7.815
+    s_i = e_i^T S_i^-1 e_i        S_i = A_i Sigma A_i^T + f^2 N_i
 
-in 95 of 100 samples: that is what 95 % of the squares of three numbers stay below. The level is met
-by counting samples, so errors of any distribution keep it (Vovk, Gammerman and Shafer 2005).
+is 3 or less: one deviation is then the root mean square of an error. Errors of real arms have more
+large ones than a normal distribution. So their tail t is stated apart: 95 of 100 samples have
+
+    s_i < 7.815 t^2
+
+where 7.815 is what 95 % of the squares of three normal numbers stay below. The level is met by
+counting samples, so errors of any distribution keep it (Vovk, Gammerman and Shafer 2005).
 """
 
 from collections.abc import Iterable, Sequence
@@ -23,11 +29,14 @@ from .uncertainty import covariance_of
 from .whitening import whitened
 
 LEVEL, SQUARE = 0.95, 7.815
+AXES = 3
 FEWEST = 10
 """Held-out samples below which they say nothing."""
 HALVINGS = 60
 LARGEST = 1e6
 """Largest f^2."""
+SMALLEST = 1e-12
+"""Least f^2, which a direction that no unknown moves is divided by."""
 
 
 class HeldOut(NamedTuple):
@@ -47,16 +56,30 @@ class HeldOut(NamedTuple):
 
 def misfit(places: Iterable[tuple[Posterior, HeldOut]]) -> float:
     """Return f by samples and posteriors that do not hold them; 0 where they are too few."""
-    squares: list[float] = []
-    for posterior, place in places:
-        if len(place.samples.q) > 2:
-            squares += _squares_of_misfit(posterior, place).tolist()
-    count = len(squares)
-    if count < FEWEST:
-        return 0.0
-    rank = int(np.ceil(LEVEL * (count + 1)))
-    by_size = sorted(squares)
-    return by_size[min(rank, count) - 1] ** 0.5
+    samples = _all_by_axes(places)
+    return 0.0 if samples is None else _misfit(samples)
+
+
+def tail(places: Iterable[tuple[Posterior, HeldOut]]) -> float:
+    """Return t by the same samples, 1 or more; 1 where they are too few."""
+    samples = _all_by_axes(places)
+    if samples is None:
+        return 1.0
+    by_size = np.sort(_squares(samples, _misfit(samples) ** 2))
+    rank = int(np.ceil(LEVEL * (len(by_size) + 1)))
+    largest = by_size[min(rank, len(by_size)) - 1]
+    return max(float(largest / SQUARE) ** 0.5, 1.0)
+
+
+def _misfit(samples: "ByAxes") -> float:
+    """Return f, by which the mean of the squares is that of three normal numbers."""
+
+    def is_beyond(squares: np.ndarray) -> np.ndarray:
+        return np.array([_squares(samples, square).mean() > AXES for square in squares])
+
+    low = np.zeros(1)
+    squares = bisected(is_beyond, low, low + LARGEST, HALVINGS)
+    return float(squares[0]) ** 0.5
 
 
 def within(
@@ -66,28 +89,8 @@ def within(
     levels: Sequence[float],
 ) -> list[float]:
     """Return the shares of samples whose e^T S^-1 e, S with this misfit, is below some levels."""
-    shares, errors = _by_axes(posterior, place)
-    variances = shares + factor**2
-    ratios = errors**2 / variances
-    squares: np.ndarray = ratios.sum(axis=1)
+    squares = _squares(_by_axes(posterior, place), factor**2)
     return [float(np.mean(squares < level)) for level in levels]
-
-
-def _squares_of_misfit(
-    posterior: Posterior,
-    place: HeldOut,
-) -> np.ndarray:
-    """Return the least f^2 for which each sample is within its 95 %, shape (N,)."""
-    shares, errors = _by_axes(posterior, place)
-
-    def is_beyond(squares: np.ndarray) -> np.ndarray:
-        variances = shares + squares[:, None]
-        ratios = errors**2 / variances
-        return ratios.sum(axis=1) > SQUARE
-
-    low = np.zeros(len(shares))
-    high = low + LARGEST
-    return bisected(is_beyond, low, high, HALVINGS)
 
 
 class ByAxes(NamedTuple):
@@ -97,6 +100,25 @@ class ByAxes(NamedTuple):
     """s: variances by the unknowns, shape (N, 3)."""
     errors: np.ndarray
     """V^T L^-1 e_i, shape (N, 3)."""
+
+
+def _squares(samples: ByAxes, square: float) -> np.ndarray:
+    """Return e^T S^-1 e of samples, S with a squared misfit, shape (N,)."""
+    ratios = samples.errors**2 / (samples.shares + max(square, SMALLEST))
+    return ratios.sum(axis=1)
+
+
+def _all_by_axes(places: Iterable[tuple[Posterior, HeldOut]]) -> ByAxes | None:
+    """Return the samples of places with more than two; None where they are too few."""
+    parts = [
+        _by_axes(posterior, place)
+        for posterior, place in places
+        if len(place.samples.q) >= AXES
+    ]
+    if sum(len(part.errors) for part in parts) < FEWEST:
+        return None
+    shares, errors = (np.concatenate(rows) for rows in zip(*parts, strict=True))
+    return ByAxes(shares, errors)
 
 
 def _by_axes(posterior: Posterior, place: HeldOut) -> ByAxes:

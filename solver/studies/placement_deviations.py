@@ -10,7 +10,7 @@ from ..identification.inference import Posterior
 from ..results import CalibratedRobot, Fit, Measurements, PlacementErrors, Study
 from .base_errors import BaseErrors, length_deviation
 from .base_length import BaseLength
-from .held_out_misfit import HeldOut, misfit
+from .held_out_misfit import HeldOut, misfit, tail
 from .uncertainty import predicted_deviation
 
 
@@ -44,15 +44,23 @@ def left_out(
 
 def misfit_of_folds(fit: Fit, measurements: Measurements) -> float | None:
     """Return f by what folds leave out; None without folds."""
-    if not measurements.folds:
-        return None
+    return misfit(_unseen(fit, measurements)) if measurements.folds else None
+
+
+def tail_of_folds(fit: Fit, measurements: Measurements) -> float | None:
+    """Return t by what folds leave out; None without folds."""
+    return tail(_unseen(fit, measurements)) if measurements.folds else None
+
+
+def _unseen(fit: Fit, measurements: Measurements) -> list[tuple[Posterior, HeldOut]]:
+    """Return what folds leave out, each place with the posterior of its fold."""
     robot, load = measurements.robot, fit.calibrated.load
-    places: list[tuple[Posterior, HeldOut]] = []
-    for posterior, placements in measurements.unseen(fit):
-        for measured in placements:
-            held_out = HeldOut.of(robot, load, measured)
-            places += [(posterior, place) for place in held_out]
-    return misfit(places)
+    return [
+        (posterior, place)
+        for posterior, placements in measurements.unseen(fit)
+        for measured in placements
+        for place in HeldOut.of(robot, load, measured)
+    ]
 
 
 def _deviations(
@@ -82,3 +90,4 @@ def _deviations(
 PLACEMENTS = Study("placements", placements, ("placements",))
 LEFT_OUT = Study("left_out", left_out, ("left_out",))
 MISFIT = Study("misfit", misfit_of_folds)
+TAIL = Study("tail", tail_of_folds)

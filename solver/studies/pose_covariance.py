@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..identification.data import Samples
+from ..identification.data import IDENTITY, Samples
 from ..identification.effects import curve_values, splines
 from ..identification.inference import Posterior
 from ..identification.model import ExtendedModel
@@ -69,6 +69,77 @@ def pose_covariances(
     return covariances
 
 
+def movement_covariances(
+    posterior: Posterior,
+    poses: Samples,
+    places: np.ndarray,
+    *,
+    around: Samples,
+    of_ball: bool = False,
+    misfit: float = 0.0,
+) -> np.ndarray:
+    """Return the covariances of movements from the first pose to each other, shape (N - 1, 6, 6).
+
+    With e_0 and e the errors of place and turn of both poses in the base, d from the first place to
+    the other, and w the turn of the rigid motion that fits the errors of the ball at ``around``
+    best, the error of the movement is
+
+        e - L z        z = [e_0, w]        L = [I, [-[d]x, 0]^T]
+
+    So nothing of a base that stands elsewhere, or turned, is left in it. With H the derivatives of
+    z, the covariance of e and z is J Sigma H^T. Other arguments are those of
+    :func:`pose_covariances`.
+    """
+    Sigma = covariance_of(posterior)
+    C = pose_covariances(posterior, poses, places, of_ball=of_ball, misfit=misfit)
+    first = slice(1)
+    unneeded = _of_ball(posterior.model)[: 0 if of_ball else None]
+    J_0, by_joints = _derivatives(posterior, poses.only(first), places[first])
+    J_0[:, :, unneeded] = 0.0
+    scalars = J_0.shape[2]
+    H = np.zeros((9, len(Sigma)))
+    H[:6, :scalars] = J_0[0]
+    H[6:] = _base_turn(posterior, around)
+    has_curves = posterior.deflection.curves is not None
+    if has_curves:
+        knots, weights = _knots(poses.q[first], scalars)
+        by_knots = by_joints[0, :, :, None] * weights[0]
+        H[:6, knots[0].ravel()] = by_knots.reshape(6, -1)
+    across = Sigma @ H.T
+    of_first = H @ across
+    of_first[:6, :6] = C[0]
+    movements = np.empty((len(places) - 1, 6, 6))
+    for begin in range(1, len(places), BATCH):
+        rows = slice(begin, begin + BATCH)
+        J, by_joints = _derivatives(posterior, poses.only(rows), places[rows])
+        J[:, :, unneeded] = 0.0
+        mixed = J @ across[:scalars]
+        if has_curves:
+            knots, weights = _knots(poses.q[rows], scalars)
+            mixed += by_joints @ np.einsum("njw,njwd->njd", weights, across[knots])
+        L = _leaving(places[rows] - places[0])
+        back = L.swapaxes(1, 2)
+        mixed = mixed @ back
+        part = slice(begin - 1, begin - 1 + BATCH)
+        movements[part] = C[rows] + L @ of_first @ back - mixed - mixed.swapaxes(1, 2)
+    return movements
+
+
+def _leaving(offsets: np.ndarray) -> np.ndarray:
+    """Return L, of movements along offsets (N, 3), shape (N, 6, 9)."""
+    L = np.tile(np.eye(6, 9), (len(offsets), 1, 1))
+    L[:, :3, 6:] = np.cross(np.eye(3), offsets[:, None]).swapaxes(1, 2)
+    return L
+
+
+def _base_turn(posterior: Posterior, around: Samples) -> np.ndarray:
+    """Return how the unknowns turn the whole arm: by a rigid motion that fits best, (3, size)."""
+    points, J, _ = posterior.linearise(around)
+    motions = rows_of(IDENTITY.slopes(points))
+    by_unknowns, *_ = np.linalg.lstsq(motions, rows_of(J), rcond=None)
+    return by_unknowns[:3]
+
+
 class PoseSlopes(NamedTuple):
     """Derivatives of N poses: of their places, then of their turns."""
 
@@ -127,9 +198,7 @@ def _of_curves(
     """
     m = q.shape[1]
     scalars = J.shape[2]
-    index, weights = splines(q)
-    joints = np.arange(m, dtype=np.int64)
-    places: np.ndarray = scalars + index * m + joints[:, None]
+    places, weights = _knots(q, scalars)
     with_scalars = Sigma[:, :scalars][places]
     S = np.einsum("njw,njws->njs", weights, with_scalars)
     knots = places.reshape(len(q), -1)
@@ -145,3 +214,11 @@ def _of_curves(
     by_curves = by_joints @ B @ across
     mixed = by_joints @ S @ J.swapaxes(1, 2)
     return by_curves + mixed + mixed.swapaxes(1, 2)
+
+
+def _knots(q: np.ndarray, scalars: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return which unknowns curves have at positions, and their weights, shape (N, m, 4) each."""
+    m = q.shape[1]
+    index, weights = splines(q)
+    joints = np.arange(m, dtype=np.int64)
+    return scalars + index * m + joints[:, None], weights

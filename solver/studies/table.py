@@ -7,7 +7,7 @@ from .frames import FRAMES
 from .held_out_error import ERROR_PARTS
 from .knowledge import UNCERTAINTY
 from .patterns import ERROR_PATTERNS
-from .placement_deviations import LEFT_OUT, MISFIT, PLACEMENTS
+from .placement_deviations import LEFT_OUT, MISFIT, PLACEMENTS, TAIL
 from .size import SCALE
 from .standard_deviations import COEFFICIENTS, GROUPS, PARAMETERS
 
@@ -18,6 +18,7 @@ STUDIES: tuple[Study, ...] = (
     PLACEMENTS,
     LEFT_OUT,
     MISFIT,
+    TAIL,
     CURVES,
     WARNINGS,
     ERROR_PARTS,

@@ -3,11 +3,12 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from altered import turned, write_samples
+from altered import moved, turned, write_samples
 from kept import says
 
 import mukca
@@ -43,22 +44,64 @@ def test_a_fleet_is_calibrated_and_compared(fleet, tmp_path, answer):
     assert all(
         row["held_out"] and row["calibrated"] < row["nominal"] / 4 for row in one["sessions"]
     )
-    assert one["sessions"][1]["drift"]["status"] == "pass"
-    drift = two["sessions"][1]["drift"]
-    assert drift["status"] == "fail" and "panda_joint4" in drift["text"]
+    assert [check["change"] for check in one["checks"]] == ["valid"]
+    (check,) = two["checks"]
+    assert check["status"] == "fail" and check["changed"]
+    assert check["change"] == "panda_joint4 changed by 0.57 deg"
+    assert two["again"].startswith("Load the new calibrated.urdf")  # by a session of full size
     assert three["sessions"] == [] and "hole_1.csv" in three["error"]
     assert "Mend the recordings" in three["again"]
     check_parameters(result["parameters"], [one["sessions"][1], two["sessions"][1]])
-    advice = "mukca rezero --joint panda_joint4 finds its zero."
-    assert drift["text"] == f"Verdict: FAIL: {drift['reason']} {advice}"
+    assert check["advice"] == "mukca rezero --joint panda_joint4 finds its zero."
     for session in one["sessions"]:
         assert Path(session["outputs"]["urdf"]).is_file()
     page = (out / "fleet.html").read_text()
     says("fleet", page)
-    assert page.count("2026-05-02 at 2026-06-01") == 2  # dates are left out of what is kept
+    assert page.count("changed by 0.57 deg since 2026-05-02; calibrated: PASS") >= 1
     links = re.findall(r'href="([^":]+)"', page)
     assert links == ["arm-1/2026-06-01/report.html", "arm-2/2026-06-01/report.html"]
     assert all((out / link).is_file() for link in links)
+
+
+@pytest.fixture(scope="module")
+def months():
+    """A calibration by 2 x 24 samples in June, and placements for checks by 6 + 6."""
+    robot = mukca.load_robot("panda")
+    _, placements = mukca.simulate_recordings(robot, 5, samples=12, seed=7)
+    rows = (0, 1, 2, 3, 4, 5, 12, 13, 14, 15, 16, 17)
+    checks = [replace(p, samples=tuple(p.samples[i] for i in rows)) for p in placements[3:]]
+    return placements[:3], checks
+
+
+def test_a_session_too_small_to_calibrate_checks_the_calibration_that_stands(
+    months, tmp_path, answer
+):
+    """Whatever changed is told in its month, and no other arm is; a missed month is told too."""
+    june, (july, august) = months
+    slipped = moved(august, august.positions - 0.003 * (np.arange(7) == 3))
+    lasts = {"changes": slipped, "stays": august, "away": None}
+    for turns, (arm, last) in enumerate(lasts.items()):
+        sessions = {f"2026-06-01/{name}": p for name, p in zip("abc", june, strict=True)}
+        sessions |= {"2026-07-01/check": july, "2026-08-03/check": last}
+        for name, placement in sessions.items():
+            if placement is not None:  # with its base turned: no samples are the same
+                q = placement.positions + 0.1 * turns * (np.arange(7) == 0)
+                write_samples(tmp_path / "fleet" / arm / name, moved(placement, q))
+    words = ("--robot", "panda", "--processes", "1", "--out", tmp_path / "out")
+    result = answer("fleet", tmp_path / "fleet", *words, status=1)
+    told = [(row["arm"], row["session"], row["text"]) for row in result["months"]]
+    june, july = ("2026-06-01", "calibrated: PASS"), ("2026-07-01", "valid")
+    change = "panda_joint4 changed by 0.17 deg since 2026-06-01"
+    lasts = {
+        "changes": ("2026-08-03", change),
+        "away": ("2026-08", "not checked since 2026-07-01"),
+        "stays": ("2026-08-03", "valid"),
+    }
+    assert told == [(arm, *row) for arm, last in lasts.items() for row in (last, july, june)]
+    assert [arm["name"] for arm in result["arms"] if "again" in arm] == ["changes"]
+    assert all(len(arm["sessions"]) == 1 for arm in result["arms"])  # June's stands
+    assert (tmp_path / "out/fleet.html").read_text().count('class="panel"') == 3
+    assert all((row["mean_absolute_error"] or 0) < 2e-4 for row in result["months"][1:])
 
 
 def check_parameters(rows, sessions):

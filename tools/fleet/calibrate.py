@@ -10,18 +10,22 @@ from typing import Any
 
 from ...errors import MukcaError
 from ...recorder import Placement, is_placement, placements_in, read_placement
-from ...solver.assessment import stamp_of
+from ...solver.assessment import LEAST_SAMPLES, stamp_of
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
 from ...solver.identification.data import copied_sockets
 from ...solver.identification.robot import load_robot
 from ...solver.results import ParameterValue, agreement
 from ..report import build_report
-from .document import FleetArm, FleetCurves, FleetDrift, FleetParameter, FleetSession
+from .document import FleetArm, FleetCheck, FleetCurves, FleetParameter, FleetSession
 
 MODEL = "robot.urdf"
 """An arm's own model, where its folder has one."""
 FAILED = ("FAIL", "NO BETTER", "refused")
 """Verdicts on a session whose numbers say nothing of a fleet."""
+MEAN = "mean_absolute_error"
+"""Name of the limit on the errors of a check."""
+AGAIN = "Record 6 more samples in each of two sockets: that decides."
+"""Advice where a change is more probable than not, but not sure."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +110,11 @@ def _inside(folder: Path) -> list[Path]:
 def calibrate_arm(arm: ArmFolder) -> FleetArm:
     """Calibrate one arm by each of its sessions, write the results, and say what is next.
 
-    An arm that cannot be calibrated says why in :attr:`FleetArm.error`, and stops no other.
+    Each session also checks the calibration that stands, and does nothing else where it is too
+    small to calibrate. A calibration stands until a later one passes. An arm that cannot be
+    calibrated says why in :attr:`FleetArm.error`, and stops no other.
     """
+    checks: list[FleetCheck] = []
     sessions: list[FleetSession] = []
     error = arm.copied
     model = arm.folder / MODEL
@@ -117,28 +124,38 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
     settings = vars(arm.settings)
     try:
         robot = load_robot(**arguments)
-        before: tuple[str, Calibration] | None = None
+        stands: tuple[str, Calibration] | None = None
         for name, folders in find_sessions(arm.folder).items() if error is None else ():
             placements = [read_placement(folder) for folder in folders]
+            if stands is not None:
+                checks.append(_check(arm, name, *stands, placements))
+                if _is_too_small(placements):
+                    continue
             calibration = calibrate(robot, placements, **settings)
-            drift = None if before is None else _drift(arm, *before, placements)
-            sessions.append(_session(arm, name, calibration, drift))
-            if not calibration.document.distorted:
-                before = name, calibration
+            session = _session(arm, name, calibration)
+            sessions.append(session)
+            passed = session.status == "pass" or session.kind == "better"
+            if passed or (stands is None and not calibration.document.distorted):
+                stands = name, calibration
     except MukcaError as reason:
         error = " ".join(str(reason).split()).replace(f"{arm.folder}/", "")
     return FleetArm(
         name=arm.folder.name,
         robot=arguments["robot"],
         sessions=tuple(sessions),
+        checks=tuple(checks),
         error=error,
-        again=_next_step(sessions, error),
+        again=_next_step(sessions, checks, error),
     )
 
 
-def _session(
-    arm: ArmFolder, name: str, calibration: Calibration, drift: FleetDrift | None
-) -> FleetSession:
+def _is_too_small(placements: Sequence[Placement]) -> bool:
+    """Tell whether nothing can be left out, or too few samples would be trained on without it."""
+    counts = [len(placement.samples) for placement in placements]
+    return sum(counts) - max(counts) < 2 * LEAST_SAMPLES
+
+
+def _session(arm: ArmFolder, name: str, calibration: Calibration) -> FleetSession:
     document = calibration.document
     saved = calibration if document.distorted else calibration.saved_in(arm.out / name)
     report, files = build_report(saved.assessment)
@@ -164,49 +181,67 @@ def _session(
         text=calibration.refusal(accept_distorted=False)
         or f"{verdict.title}: {verdict.text}",
         todo=report.todo[0] if report.todo else None,
-        drift=drift,
         parameters=document.parameters,
         curves=document.curves,
         outputs=outputs,
     )
 
 
-def _drift(
-    arm: ArmFolder, since: str, reference: Calibration, placements: Sequence[Placement]
-) -> FleetDrift:
+def _check(
+    arm: ArmFolder,
+    name: str,
+    since: str,
+    reference: Calibration,
+    placements: Sequence[Placement],
+) -> FleetCheck:
     """Return how a calibration does on recordings that were made after it."""
     settings = arm.settings.validated()
     repeatability = (
         None if settings.repeatability_mm is None else settings.repeatability_mm / 1e3
     )
-    changes = arm.what_changed(
+    validity = arm.what_changed(
         reference, placements, distance=settings.distance, repeatability=repeatability
     )
-    summary = changes.errors.summary.test or changes.errors.summary.train
-    assert summary is not None  # there is data
-    return FleetDrift(
+    new = validity.errors.summary.test
+    row = next((row for row in validity.verdict.limits if row.name == MEAN), None)
+    reason, advice = validity.said
+    return FleetCheck(
+        session=name,
         since=since,
-        mean_absolute_error=summary.loaded.mean_absolute_error,
-        status=changes.verdict.status,
-        text=changes.text,
-        reason=changes.said[0],
+        samples=sum(len(placement.samples) for placement in placements),
+        mean_absolute_error=None if new is None else new.loaded.mean_absolute_error,
+        limit=row and row.limit,
+        status="incomplete" if validity.doubtful else validity.verdict.status,
+        kind=validity.verdict.kind,
+        changed=validity.drifted,
+        change=validity.brief,
+        reason=reason,
+        advice=AGAIN if validity.doubtful else advice,
     )
 
 
-def _next_step(sessions: Sequence[FleetSession], error: str | None) -> str | None:
+def _next_step(
+    sessions: Sequence[FleetSession], checks: Sequence[FleetCheck], error: str | None
+) -> str | None:
     """Return the next thing to record or to do; None where all is well."""
     if error is not None:
         return f"Mend the recordings: {error}"
     last = sessions[-1]
+    check = checks[-1] if checks else None
+    if check is not None and check.session != last.name:
+        if check.status == "pass":
+            return None
+        since = f" since {check.since}" if check.since else ""
+        return f"{check.change}{since}: {check.advice or check.reason}"
     if last.status == "refused":
         return "Measure the sockets' distance, and check the recordings; then calibrate again"
     if last.status != "pass":
         cause = last.text.partition(": ")[2].partition(". ")[0]
         return f"{last.todo.text if last.todo else 'Look at its report'}. {cause}"
-    if last.drift is not None and last.drift.status == "fail":
-        old = f"that of {last.drift.since}" if last.drift.since else "the one before"
+    if check is not None and check.changed:
+        old = f"that of {check.since}" if check.since else "the one before"
         urdf = Path(last.outputs["urdf"]).name
-        return f"Load the new {urdf} in place of {old}: {last.drift.reason}"
+        return f"Load the new {urdf} in place of {old}: {check.reason}"
     return None
 
 

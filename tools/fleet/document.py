@@ -1,29 +1,36 @@
 """The document ``fleet.json``: many arms, each calibrated by its own recordings; in SI units."""
 
-from itertools import chain
-from pathlib import Path
 from typing import Literal
-from urllib.parse import quote
 
-from ...solver.assessment import Kind, Outcome, Scope, mm, plural, stamp_of
+from ...solver.assessment import Kind, Outcome, Scope
 from ...solver.results import CurveAgreement, Document, ErrorCurves, ParameterValue
-from ..report import render
 from ..report.figures import Step
 
-FORMAT = "mukca-fleet-1"
+FORMAT = "mukca-fleet-2"
 
 
-class FleetDrift(Document):
-    """Errors of the session before's calibration on the recordings of this one."""
+class FleetCheck(Document):
+    """The calibration that stands, on the recordings of a later session."""
 
+    session: str
+    """Name of the later session."""
     since: str
-    """Name of the session before."""
-    mean_absolute_error: float
-    status: str
-    """Of the verdict of ``mukca validate``."""
-    text: str
+    """Name of the session of the calibration."""
+    samples: int
+    mean_absolute_error: float | None
+    """Of ``calibrated.urdf`` on the recordings of the later session [m]."""
+    limit: float | None
+    """Limit on this error [m]."""
+    status: Outcome
+    """Of the verdict of ``mukca validate``; ``incomplete`` where a change is not sure."""
+    kind: Kind | None
+    changed: bool
+    """True where the arm is no more what was calibrated."""
+    change: str
+    """What changed, in few words."""
     reason: str
-    """The text without the advice that follows it."""
+    advice: str
+    """The next step; empty where all is well."""
 
 
 class FleetSession(Document):
@@ -48,7 +55,6 @@ class FleetSession(Document):
     answer: tuple[str, ...] = ()
     """Its verdict in two lines: what the errors were and are, and whether to load it."""
     todo: Step | None = None
-    drift: FleetDrift | None = None
     parameters: tuple[ParameterValue, ...] = ()
     curves: ErrorCurves | None = None
     """Error curves of its joints; None where the data support none."""
@@ -61,20 +67,52 @@ class FleetArm(Document):
     name: str
     robot: str
     sessions: tuple[FleetSession, ...]
-    """By name, which begins with the date where there are several."""
+    """Calibrations by name, which begins with the date where there are several."""
+    checks: tuple[FleetCheck, ...] = ()
+    """Of the calibration that stood, in each session after it."""
     error: str | None = None
     """The reason that there is no calibration, or none of the last sessions."""
     again: str | None = None
     """The next thing to record or to do; None where all is well."""
 
     @property
+    def last_check(self) -> FleetCheck | None:
+        """The check of the last session; None where that is the first."""
+        return self.checks[-1] if self.checks else None
+
+    @property
+    def later_check(self) -> FleetCheck | None:
+        """The check of the last session, where that is no calibration."""
+        check = self.last_check
+        return check if check and check.session != self.sessions[-1].name else None
+
+    @property
+    def changed(self) -> bool:
+        """True where the arm changed before its last session."""
+        return self.last_check is not None and self.last_check.changed
+
+    @property
     def exit_status(self) -> int:
-        """Exit status that the arm alone would give: 1 for a FAIL or a drift, 3 if open."""
-        last = self.sessions[-1] if self.sessions and self.error is None else None
-        if last is None or last.status in ("fail", "refused"):
+        """Exit status that the arm alone would give: 1 for a FAIL or a change, 3 if open."""
+        if not self.sessions or self.error is not None or self.changed:
             return 1
-        drifted = last.drift is not None and last.drift.status == "fail"
-        return 1 if drifted else 3 if last.status == "incomplete" else 0
+        if self.later_check is not None:
+            return 3 if self.later_check.status == "incomplete" else 0
+        status = self.sessions[-1].status
+        return (
+            1 if status in ("fail", "refused") else 3 if status == "incomplete" else 0
+        )
+
+
+class FleetMonth(Document):
+    """One arm in one session, or in a month without any."""
+
+    arm: str
+    session: str
+    """Name of the session; the month as 2026-06 where there is none."""
+    mean_absolute_error: float | None
+    """At places that no fit saw [m]: a held-out placement, or the samples of a check."""
+    text: str
 
 
 class FleetParameter(Document):
@@ -108,59 +146,8 @@ class FleetDocument(Document):
 
     format: str
     arms: tuple[FleetArm, ...]
+    months: tuple[FleetMonth, ...] = ()
+    """By arm, those that changed first, and the last session first."""
     parameters: tuple[FleetParameter, ...]
     curves: tuple[FleetCurves, ...] = ()
     """Of all pairs of arms of one type that have them."""
-
-
-def fleet_page(result: FleetDocument) -> str:
-    """Return the fleet as HTML."""
-    summary = summary_of(result)
-    return render(
-        "fleet.html.j2",
-        result,
-        result=result,
-        summary=summary,
-        status=_status,
-        link=_link,
-    )
-
-
-def summary_of(result: FleetDocument) -> str:
-    """Return the state of the fleet in a sentence."""
-    last = [
-        arm.sessions[-1].status if arm.error is None else "error" for arm in result.arms
-    ]
-    passed = last.count("pass")
-    todo = sum(arm.again is not None for arm in result.arms)
-    sessions = chain(*(arm.sessions[-1:] for arm in result.arms))
-    drifts = [session.drift for session in sessions if session.drift is not None]
-    drifted = sum(drift.status == "fail" for drift in drifts)
-    arms = plural(len(result.arms), "arm")
-    return f"{passed} of {arms} pass; {drifted} drifted since the session before; {todo} to look at"
-
-
-def line_of(arm: FleetArm) -> tuple[str, str, str, str, str]:
-    """Return an arm's row for a terminal: name, session, nominal, calibrated, verdict."""
-    if not arm.sessions:
-        return (arm.name, "-", "-", "-", "no calibration")
-    session = arm.sessions[-1]
-    status = _status(session) if arm.error is None else "no new calibration"
-    return (
-        arm.name,
-        session.name or "-",
-        mm(session.nominal),
-        mm(session.calibrated),
-        status,
-    )
-
-
-def _status(session: FleetSession) -> str:
-    return stamp_of(session.status, session.kind)
-
-
-def _link(arm: FleetArm) -> str:
-    """Return the address of the report of an arm's last session, as seen from the page."""
-    session = arm.sessions[-1]
-    parts = (arm.name, session.name, Path(session.outputs["report"]).name)
-    return "/".join(quote(part) for part in parts if part)

@@ -1,12 +1,25 @@
 """Content of a sheet to sign: what was measured at places that the fit did not see."""
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-from ...errors import MukcaError
-from ...solver.assessment import BAND, RoleSummaries, Verdict, mm, plural
-from ...solver.results import CalibrationDocument, Provenance
+from ...errors import MukcaError, fixed
+from ...solver.assessment import (
+    BAND,
+    NEAR,
+    WORKSPACE,
+    LimitResult,
+    Quantiles,
+    RoleSummaries,
+    Verdict,
+    mm,
+    plural,
+    short_where,
+)
+from ...solver.identification.data import Metrics
+from ...solver.results import CalibrationDocument, Provenance, calibrated_robot
 from . import figures
 from .figures import ReportDocument
 
@@ -14,6 +27,33 @@ BLANK = "_" * 24
 """What nobody noted is filled in by hand."""
 UNKNOWN = "\N{EN DASH}"
 """For what the calibration's file does not keep."""
+NOTES = {
+    "number": "Certificate number",
+    **figures.NOTED,
+    "place": "Place",
+    "instrument": "Instrument, make and type",
+    "instrument_serial_number": "Its serial number",
+    "instrument_certificate": "Its certificate",
+    "instrument_uncertainty": "Its uncertainty (k = 2)",
+    "due": "Date due",
+}
+"""Titles of what people note, by their keys; the instrument measured the sockets or points."""
+PREDICTED = (NEAR, WORKSPACE)
+"""Limits on figures that the posterior predicts."""
+RULE = (
+    "Rule of decision: a measured figure passes at its limit or below, as measured where its "
+    "95 % interval (k = 1.96) goes beyond. It fails only by more than one standard deviation. A "
+    "predicted figure passes where the upper end of its 68 % interval is at its limit or below."
+)
+VOID = (
+    "The calibration is void after a collision, a repair, or the change of a motor, an encoder or "
+    "a joint's zero, with another load than stated, and for joints beyond the stated range. "
+    "Check it by mukca validate after any of these, and until the date due."
+)
+NO_ROBOT_STANDARD = (
+    "The errors above are neither the pose accuracy AP nor the pose repeatability RP of ISO 9283, "
+    "and nobody may state them as such. The program's maker is no accredited laboratory."
+)
 MOST_HASHES = 12
 """Hashes on the sheet; the others are in calibration.json."""
 
@@ -48,12 +88,24 @@ class Sheet:
     signatures: Sequence[str] = ("Measured by, date", "Accepted by, date")
 
 
-def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
+def sheet_of(
+    document: CalibrationDocument,
+    report: ReportDocument,
+    notes: Mapping[str, str] | None = None,
+) -> Sheet:
     """Return the content of the sheet of a calibration.
 
+    Args:
+        document: The calibration.
+        report: Its report.
+        notes: Texts by the keys of :data:`NOTES`; they take the place of those recorded.
+
     Raises:
-        CertificateError: Nothing was left out.
+        CertificateError: Nothing was left out, or a note has no place on the sheet.
     """
+    for key in notes or {}:
+        if key not in NOTES:
+            raise CertificateError(f"--note {key}: choose among {', '.join(NOTES)}")
     role, held_out = report.summary.judged
     if role == "train":
         raise CertificateError(
@@ -66,7 +118,7 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
     placements = plural(held_out.placements, "placement")
     samples = plural(held_out.samples, "sample")
     errors = Section(
-        title=f"Errors at {words} places",
+        title=f"Measured errors at {words} places",
         lead=f"{placements}, {samples}, {lead}.",
         heads=("model", "mean", "95 % below", "largest"),
         rows=_rows(report.summary),
@@ -74,15 +126,16 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
     )
     limits = Section(
         title="Limits",
-        heads=("on", "found, 95 % interval", "at most", ""),
-        rows=_limits(report),
-        paragraphs=_doubts(report.verdict),
+        heads=("on", "measured, k = 1.96", "predicted, 68 % interval", "at most", ""),
+        rows=[_limit_row(row) for row in report.verdict.limits],
+        paragraphs=[*_doubts(report.verdict), *_origin_of_limits(report), RULE],
     )
     sections = (
-        Section(rows=_facts(document, report)),
+        Section(rows=_facts(document, report, notes or {})),
         errors,
         limits,
         _answer(report),
+        Section(title="Scope", paragraphs=(VOID, NO_ROBOT_STANDARD)),
         _origin(report.provenance),
     )
     return Sheet(
@@ -107,27 +160,48 @@ def _answer(report: ReportDocument) -> Section:
 def _origin(provenance: Provenance) -> Section:
     """Return versions of the programs, and hashes of the model, the URDF and the recordings."""
     versions = [f"{name} {version}" for name, version in provenance.versions.items()]
-    model = ("model", provenance.model_sha256)
+    model = ("model, its URDF with the ball's joint", provenance.model_sha256)
+    recordings = provenance.data_sha256.items()
+    named = [(short_where(file), digest) for file, digest in recordings]
     outputs = (provenance.output_sha256 or {}).items()
     return Section(
         title="Versions and SHA-256",
         lead=", ".join(versions),
-        small=_hashes([model, *outputs, *provenance.data_sha256.items()]),
+        small=_hashes([model, *outputs, *named]),
     )
 
 
 def _facts(
-    document: CalibrationDocument, report: ReportDocument
+    document: CalibrationDocument, report: ReportDocument, notes: Mapping[str, str]
 ) -> list[tuple[str, str]]:
     """Return what is known of the arm and of the recording, a title and a text each."""
     files = list(chain.from_iterable(data.files for data in document.data))
-    notes = figures.session_notes(files)
+    recorded = figures.session_notes(files)
+    rows = [
+        (title, notes.get(key) or recorded.get(title, BLANK))
+        for key, title in NOTES.items()
+    ]
     return [
-        *((title, notes.get(title, BLANK)) for title in figures.NOTED.values()),
+        *rows,
         ("Calibrated on", report.provenance.created[:10]),
         ("Payload at the ball", f"{document.load.payload:g} kg"),
+        ("Range of joints", _ranges(document)),
         ("Measured with", report.distance_text),
     ]
+
+
+def _ranges(document: CalibrationDocument) -> str:
+    """Return the range of each joint over all samples, in words."""
+    samples = chain.from_iterable(row.samples for row in document.data)
+    positions = zip(*(sample.position for sample in samples), strict=True)
+    joints = calibrated_robot(document, "calibration").robot.actuated
+    words: list[str] = []
+    for joint, values in zip(joints, positions, strict=True):
+        is_length = joint.type == "prismatic"
+        factor, unit = (1e3, "mm") if is_length else (math.degrees(1), "deg")
+        low, high = (fixed(factor * value, 0) for value in (min(values), max(values)))
+        words.append(f"{joint.name} {low} to {high} {unit}")
+    return "; ".join(words)
 
 
 def _hashes(hashes: Iterable[tuple[str, str]]) -> list[str]:
@@ -140,42 +214,56 @@ def _hashes(hashes: Iterable[tuple[str, str]]) -> list[str]:
 
 
 def _rows(summary: RoleSummaries) -> list[list[str]]:
-    """Return errors at held-out places by each model: mean, 95 %, largest."""
+    """Return errors at held-out places by each model: mean, 95 %, largest.
+
+    The nominal model stands first as it does best: with its ball refitted, or with that given.
+    """
     held_out = summary.judged[1]
-    nominal = held_out.quantiles.nominal
-    loaded = held_out.quantiles.loaded
-    mean = held_out.nominal.mean_absolute_error
+    by_model = held_out.quantiles
     rows: list[tuple[str, float, float | None, float]] = []
-    rows.append(("nominal model", mean, nominal.p95, nominal.max))
+
+    def add(title: str, metrics: Metrics, quantiles: Quantiles | None) -> None:
+        largest = metrics.max_error if quantiles is None else quantiles.max
+        p95 = quantiles and quantiles.p95
+        rows.append((title, metrics.mean_absolute_error, p95, largest))
+
+    add("nominal model", held_out.nominal, by_model.nominal)
     if (refitted := held_out.ball_refitted) is not None:
-        mean = refitted.mean_absolute_error
-        rows.append(("nominal model, ball refitted", mean, None, refitted.max_error))
-    rows.append(
-        ("calibrated.urdf", held_out.loaded.mean_absolute_error, loaded.p95, loaded.max)
-    )
+        add("nominal model, ball refitted", refitted, None)
+    rows.sort(key=lambda row: row[1])
+    add("calibrated.urdf", held_out.loaded, by_model.loaded)
+    if held_out.geometric is not None:
+        add("corrected joint positions", held_out.calibrated, by_model.calibrated)
     return [
         [title, *(UNKNOWN if error is None else mm(error, 3) for error in errors)]
         for title, *errors in rows
     ]
 
 
-def _limits(report: ReportDocument) -> list[list[str]]:
-    """Return each limit, what was measured with its 95 % interval, and whether it is kept."""
-    rows: list[list[str]] = []
-    for row in report.verdict.limits:
-        measured = "not measured" if row.found is None else mm(row.found, 3)
-        if row.interval is not None:
-            measured += (
-                f" (68 %: {mm(row.interval.low, 3)} to {mm(row.interval.high, 3)})"
-            )
-        if row.found is not None and row.deviation is not None:
-            measured += f" \N{PLUS-MINUS SIGN}{mm(BAND * row.deviation, 3)}"
-        agreed = "none" if row.limit is None else mm(row.limit, 3)
-        status = f"{row.status}, as measured" if row.doubt else row.status
-        if row.status == "not enough" and row.deviation is not None:
-            status = "not decided"
-        rows.append([row.title, measured, agreed, status])
-    return rows
+def _limit_row(row: LimitResult) -> list[str]:
+    """Return a limit, the figure measured or predicted, and whether the limit is kept."""
+    words = "not measured" if row.found is None else mm(row.found, 3)
+    if row.found is not None and row.deviation is not None:
+        words += f" \N{PLUS-MINUS SIGN}{mm(BAND * row.deviation, 3)}"
+    if row.interval is not None:
+        low, high = mm(row.interval.low, 3), mm(row.interval.high, 3)
+        words = f"{mm(row.interval.value, 3)} ({low} to {high})"
+    columns = ["", words] if row.name in PREDICTED else [words, ""]
+    agreed = "none" if row.limit is None else mm(row.limit, 3)
+    status = f"{row.status}, as measured" if row.doubt else row.status
+    if row.status == "not enough" and row.deviation is not None:
+        status = "not decided"
+    return [row.title, *columns, agreed, status]
+
+
+def _origin_of_limits(report: ReportDocument) -> list[str]:
+    """Return where the limits come from, in a sentence; nothing where there is none."""
+    rows = [row for row in report.verdict.limits if row.limit is not None]
+    if not rows:
+        return []
+    origins = [f"{row.title}: {row.reason.partition('; ')[0]}" for row in rows]
+    source = report.limits.repeatability_source
+    return [f"Origin of the limits: {'; '.join(origins)}. Repeatability: {source}."]
 
 
 def _doubts(verdict: Verdict) -> list[str]:

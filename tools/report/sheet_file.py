@@ -1,5 +1,6 @@
 """A certificate: one sheet to sign, as a page or as a PDF."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from ...solver.results import CalibrationDocument
@@ -23,14 +24,18 @@ def check_certificate(file: Path | None) -> None:
 
 
 def certificate(
-    document: CalibrationDocument, report: ReportDocument, kind: str
+    document: CalibrationDocument,
+    report: ReportDocument,
+    kind: str,
+    notes: Mapping[str, str] | None = None,
 ) -> bytes:
     """Return the sheet of a calibration as a file of a kind, ``.html`` or ``.pdf``.
 
     Raises:
-        CertificateError: Nothing was held out, or a PDF's fonts lack a letter.
+        CertificateError: Nothing was held out, a note has no place on the sheet, or a PDF's fonts
+            lack a letter.
     """
-    sheet = sheet_of(document, report)
+    sheet = sheet_of(document, report, notes)
     if kind == ".html":
         return render("certificate.html.j2", sheet, sheet=sheet).encode(
             "utf-8", "replace"

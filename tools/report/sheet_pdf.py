@@ -48,6 +48,7 @@ class _Page:
         self.pdf.core_fonts_encoding = LETTERS
         self.pdf.set_margin(MARGIN)
         self.pdf.set_auto_page_break(True, MARGIN)
+        self.pdf.footer = self.footer
         self.pdf.set_creation_date(datetime.fromisoformat(sheet.created))
         self.pdf.set_title(f"Certificate, {sheet.title}")
         self.pdf.add_page()
@@ -60,6 +61,13 @@ class _Page:
     def file(self) -> bytes:
         """Return the PDF."""
         return bytes(self.pdf.output())
+
+    def footer(self) -> None:
+        """Write the number of the page, and of all, below it."""
+        height = self.font(0.7)
+        self.pdf.set_y(-MARGIN + height)
+        words = f"Page {self.pdf.page_no()} of {self.pdf.str_alias_nb_pages}"
+        self.pdf.cell(0, height, words, align="R")
 
     def font(
         self, scale: float = 1.0, style: str = "", family: str = "Helvetica"

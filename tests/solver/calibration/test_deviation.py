@@ -1,12 +1,14 @@
 """How well poses are known: covariances of the flange and of tools on it."""
 
+from copy import copy
+
 import numpy as np
 import pytest
 
 import mukca
 from mukca.solver.calibration import UsageError
 from mukca.solver.identification.robot import workspace
-from mukca.solver.studies import HeldOut, distance_slopes, misfit, within
+from mukca.solver.studies import HeldOut, distance_slopes, misfit, tail, within
 from mukca.solver.studies.uncertainty import covariance_of
 
 FLAWS = {"compliance": 5e-5, "tilt": 3e-5, "transmission": 2e-4}
@@ -14,17 +16,22 @@ FLAWS = {"compliance": 5e-5, "tilt": 3e-5, "transmission": 2e-4}
 
 @pytest.fixture(scope="module", params=["smooth", "with curves"])
 def arm(request):
+    """A calibration whose deviations are those of its posterior alone."""
     if request.param == "with curves":
-        return request.getfixturevalue("curved")[0]
-    robot = mukca.load_robot("ur5e")
-    _, placements = mukca.simulate_recordings(robot, 2, samples=20, seed=2, **FLAWS)
-    return mukca.calibrate(robot, placements, without=("curves",), no_proof=True)
+        arm = request.getfixturevalue("curved")[0]
+    else:
+        robot = mukca.load_robot("ur5e")
+        _, placements = mukca.simulate_recordings(robot, 2, samples=20, seed=2, **FLAWS)
+        arm = mukca.calibrate(robot, placements, without=("curves",))
+    assert arm.misfit > 0  # its folds left samples out
+    bare = copy(arm)
+    bare.misfit = 0.0
+    return bare
 
 
 @pytest.mark.slow
 def test_it_is_the_ball_s_own_covariance_in_any_shape_and_frame(arm):
     q, posterior = workspace(arm.robot, 6), arm.posterior
-    assert arm.misfit == 0  # nothing was held out
     _, J, _ = posterior.linearise(arm.load.at(arm.robot, q))
     expected = J @ covariance_of(posterior) @ J.swapaxes(1, 2)
     at_ball = arm.deviation(q.reshape(2, 3, -1), tool=arm.robot.tip)
@@ -48,6 +55,26 @@ def test_distances_have_the_deviations_that_calibrations_state(arm):
     first, second = arm.deviation(q, tool=arm.robot.tip)[:, :3, :3]
     bound = sum(np.linalg.eigvalsh(block)[-1] ** 0.5 for block in (first, second))
     assert 0 < stated < bound
+    assert arm.distance_deviation(q[1], q[0], tool=arm.robot.tip) == pytest.approx(stated, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_movement_is_known_far_better_than_the_place_in_the_base(arm):
+    q, tip = workspace(arm.robot, 5), arm.robot.tip
+    places = arm.deviation(q, tool=tip)
+    movements = arm.deviation(q.reshape(1, 5, -1), relative_to=q[0], tool=tip)
+    assert movements.shape == (1, 5, 6, 6)
+    assert movements == pytest.approx(movements.swapaxes(2, 3), abs=1e-15)
+    still = np.trace(movements[0, 0, :3, :3])
+    assert still < 1e-3 * np.trace(places[0, :3, :3])  # no movement, no error
+    shares = np.trace(movements[0, 1:, :3, :3], axis1=1, axis2=2) / np.trace(
+        places[1:, :3, :3], axis1=1, axis2=2
+    )
+    assert shares.max() < 0.2
+    turned = np.diag([-1.0, -1, 1, 1])  # a base that stands elsewhere turns the axes alone
+    R = np.kron(np.eye(2), turned[:3, :3])
+    elsewhere = arm.deviation(q, relative_to=q[0], tool=tip, base=turned)
+    assert elsewhere == pytest.approx(R @ movements[0] @ R.T, abs=1e-12)
 
 
 @pytest.mark.slow
@@ -61,6 +88,12 @@ def test_a_long_tool_turns_with_the_flange(arm):
         A = np.eye(6)
         A[:3, 3:] = -np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
         assert there == pytest.approx(A @ C @ A.T, rel=1e-6, abs=1e-12)
+
+
+def mean_square(posterior, place, factor):
+    """The mean of e^T S^-1 e, by the shares of samples below each level."""
+    levels = np.linspace(0, 300, 60001)
+    return np.trapezoid(1 - np.array(within(posterior, place, factor, levels)), levels)
 
 
 @pytest.mark.slow
@@ -81,9 +114,14 @@ def test_errors_of_held_out_samples_count():
     assert np.trace(grown, axis1=1, axis2=2).min() > 1e-8
     posterior, samples = doubtful.posterior, doubtful.load.at(robot, q)
     places = [HeldOut(samples.only(held.sockets == k)) for k in (0, 1)]
-    assert misfit([(posterior, place) for place in places]) == pytest.approx(doubtful.misfit)
-    shares = [within(posterior, place, doubtful.misfit, [7.815])[0] for place in places]
+    unseen = [(posterior, place) for place in places]
+    assert misfit(unseen) == pytest.approx(doubtful.misfit)
+    assert tail(unseen) == pytest.approx(doubtful.tail)
+    level = 7.815 * doubtful.tail**2
+    shares = [within(posterior, place, doubtful.misfit, [level])[0] for place in places]
     assert 0.95 <= np.mean(shares) < 1
+    squares = [mean_square(posterior, place, doubtful.misfit) for place in places]
+    assert np.mean(squares) == pytest.approx(3, rel=1e-3)  # one deviation is an rms
     assert misfit([(posterior, HeldOut(samples.only(slice(6))))]) == 0
 
 

@@ -122,6 +122,32 @@ def test_the_size_of_the_board_is_an_unknown_and_a_wrong_one_is_told(
         assert not told or ("larger" in told[0]) == (factor < 1)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_size_that_no_view_tells_stays_as_it_was_said(simulated, found_by, sound, seed):
+    """Two joints alone move: the camera is near its place, and asks for other distances."""
+    generator = np.random.default_rng(seed)
+    q = np.tile(simulated.later.positions[0], (30, 1))
+    q[:, 5:] += generator.uniform(-0.5, 0.5, (30, 2))
+    board = board_seen(flanges(simulated.truth, q), "beside")
+    board[:, :3, 3] += generator.normal(0, 5e-4, (30, 3))
+    found = found_by("beside", np.hstack([q, columns_of(board)]))
+    off = np.array(found.frame.xyz) - np.array(sound("beside").frame.xyz)
+    assert not found.size_told and found.size == pytest.approx(1, abs=0.01)
+    assert "do not tell the size of the board: vary its distance" in " ".join(found.brief)
+    assert np.linalg.norm(off) < 0.02
+    assert sound("beside").size_told
+
+
+def test_an_instrument_s_places_are_of_the_right_size(simulated, found_by, sound):
+    rows = views(simulated, "beside")
+    found = found_by("beside", rows, scale="exact")
+    assert found.size == 1 and found.size_told and not found.untold
+    off = np.array(found.frame.xyz) - np.array(sound("beside").frame.xyz)
+    assert np.linalg.norm(off) < 2e-3
+    with pytest.raises(MukcaError, match="--scale large: choose among board, exact"):
+        found_by("beside", rows, scale="large")
+
+
 @pytest.mark.parametrize(("camera", "joint"), [("on-arm", 1), ("beside", 3), ("on-arm", 5)])
 def test_a_zero_that_changed_since_is_told(simulated, found_by, sound, camera, joint):
     rows = views(simulated, camera)

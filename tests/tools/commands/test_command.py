@@ -53,7 +53,7 @@ def test_it_is_what_python_says(folder, command):
     assert np.linalg.norm(rows[:, 3:], axis=1) == pytest.approx(1)
 
 
-def test_beside_each_pose_stands_how_well_it_is_known(command, tmp_path):
+def test_beside_each_pose_stands_how_well_it_is_known(command, refused, tmp_path):
     arm = mukca.load_calibration(STORED)
     q = arm.calibrated.middle + np.zeros((2, 7))
     write_rows(tmp_path / "joints.csv", q.tolist(), arm.robot.joint_names)
@@ -62,6 +62,15 @@ def test_beside_each_pose_stands_how_well_it_is_known(command, tmp_path):
     assert (status, header[-1]) == (0, "rz_deviation")
     variances = np.diagonal(arm.deviation(q), axis1=1, axis2=2)
     assert np.array(rows, dtype=float)[:, 7:] ** 2 == pytest.approx(variances)
+    start = (q[0] + 0.2).tolist()
+    words = ("--deviation", f"--relative-to={','.join(map(str, start))}")
+    _, out, _ = command("poses", STORED, tmp_path / "joints.csv", *words)
+    _, *rows = (line.split(",") for line in out.splitlines())
+    moved = np.diagonal(arm.deviation(q, relative_to=start), axis1=1, axis2=2)
+    assert np.array(rows, dtype=float)[:, 7:] ** 2 == pytest.approx(moved)
+    assert moved[0, :3].sum() < variances[0, :3].sum() / 4
+    few = ("--deviation", "--relative-to=1,2")
+    refused("--relative-to 1,2: give 7 numbers", "poses", STORED, tmp_path / "joints.csv", *few)
 
 
 @by_table("lines", "said")

@@ -39,6 +39,49 @@ def test_the_sheet_has_errors_limits_verdict_and_digests(run, calibrated, tmp_pa
     assert all(page.count(html.escape(row["text"])) == 1 for row in report["rests_on"])
 
 
+def test_what_is_measured_and_what_is_predicted_have_columns_of_their_own(
+    run, calibrated, tmp_path
+):
+    sheet = tmp_path / "sheet.html"
+    run(calibrated / "calibration.json", "--out", tmp_path, "--certificate", sheet)
+    report = json.loads((tmp_path / "report.json").read_text())
+    page = sheet.read_text()
+    cells = [re.findall(r"<t[dh]>(.*?)</t[dh]>", row) for row in re.findall(r"<tr>.*?</tr>", page)]
+    by_title = {row[0]: row[1:3] for row in cells if len(row) == 5}
+    measured, predicted = by_title.pop("on")
+    assert measured.startswith("measured") and predicted.startswith("predicted")
+    for row in report["verdict"]["limits"]:
+        measured, predicted = by_title[row["title"]]
+        assert bool(predicted) is row["name"].startswith("predicted") and bool(
+            measured
+        ) is not bool(predicted)
+        if predicted and "interval" in row:
+            low, value, high = (
+                f"{1e3 * row['interval'][key]:.3f} mm" for key in ("low", "value", "high")
+            )
+            assert predicted == f"{value} ({low} to {high})"
+    assert str(calibrated) not in page and "/tmp" not in page  # no path of this computer
+    models = [row[0] for row in cells if len(row) == 4]
+    errors = report["summary"]["test"]
+    fair = min(("nominal", "ball_refitted"), key=lambda name: errors[name]["mean_absolute_error"])
+    assert ("refitted" in models[1]) is (fair == "ball_refitted")  # the fair one first
+    assert ("corrected joint positions" in models) is ("geometric" in errors)
+    assert "ISO 9283" in page and "Range of joints" in page and "void" in page
+
+
+def test_notes_fill_their_lines_and_no_other_is_taken(run, refused, calibrated, tmp_path):
+    sheet = tmp_path / "sheet.html"
+    words = (calibrated / "calibration.json", "--out", tmp_path, "--certificate", sheet)
+    run(*words, "--note", "instrument=Caliper <A>", "--note", "place=Hall 3")
+    page = sheet.read_text()
+    assert "<th>Place</th><td>Hall 3</td>" in page and "Caliper &lt;A&gt;" in page
+    assert "<th>Date due</th><td>____" in page
+    refused(
+        "--note colour: choose among number, ", "report", *words, "--force", "--note", "colour=red"
+    )
+    refused("--note place: write KEY=TEXT", "report", *words, "--force", "--note", "place")
+
+
 def test_what_nobody_noted_is_left_to_fill_in(run, calibrated, tmp_path):
     sheet = tmp_path / "sheet.html"
     run(calibrated / "calibration.json", "--out", tmp_path, "--certificate", sheet)
@@ -105,6 +148,7 @@ def test_a_pdf_has_the_words_of_the_page_on_one_a4(run, pdf_of, calibrated, tmp_
     run(calibration, "--out", tmp_path, "--force", "--certificate", tmp_path / "sheet.html")
     body = (tmp_path / "sheet.html").read_text().partition("<body>")[2]
     words = html.unescape(re.sub(r"<[^>]*>", " ", body)).split()
+    words += ["Page", "1", "of", "1"]
     assert len(words) > 100 and "".join(sorted(texts(pdf))) == "".join(sorted(words))
     assert pdf_of(calibration) == pdf  # so that a sheet that is up to date stays
 

@@ -18,6 +18,7 @@ from ....solver import calibration, results
 from ....solver.assessment import plural
 from ....solver.calibration import UsageError
 from .. import JsonOption, PayloadOptions, Terminal, argument, one_arm, option
+from .tool import numbers
 
 if TYPE_CHECKING:
     import numpy as np
@@ -236,6 +237,13 @@ class _PosesOptions(_PathOptions):
         "also write how well each pose is known: standard deviations of its place [m], and of "
         "its turn about the axes of the base [rad]",
     )
+    relative_to: str = option(
+        "",
+        "joint positions [rad]: the deviations are those of the movement from there, which is "
+        "known far better than a place in the base",
+        "Q1,Q2,..",
+        needs="deviation",
+    )
 
 
 def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
@@ -244,6 +252,8 @@ def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
 
     calibrated = calibration.load_calibration(one_arm(options.calibration))
     setup = options.setup()
+    joints = len(calibrated.robot.joint_names)
+    start = numbers(options.relative_to, "--relative-to", (joints,)) or None
     header = (*FORMS[1], *DEVIATIONS) if options.deviation else FORMS[1]
     with written(options, terminal, header, options.joints) as write:
         for q, wheres in streamed(
@@ -253,7 +263,7 @@ def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
                 T = calibrated.flange(q, **setup)
                 columns = [T[:, :3, 3], calibration.quaternion_of(T[:, :3, :3])]
                 if options.deviation:
-                    covariances = calibrated.deviation(q, **setup)
+                    covariances = calibrated.deviation(q, relative_to=start, **setup)
                     columns.append(np.sqrt(np.diagonal(covariances, axis1=1, axis2=2)))
             write(*np.hstack(columns))
     return 0

@@ -39,6 +39,7 @@ def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
     result = fleet.FleetDocument(
         format=fleet.FORMAT,
         arms=tuple(arms),
+        months=fleet.months_of(arms),
         parameters=fleet.compare_parameters(arms),
         curves=fleet.compare_curves(arms),
     )
@@ -56,7 +57,7 @@ def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
 
 def show_in_short(result: "fleet.FleetDocument", terminal: cli.Terminal) -> None:
     """Show the state of the fleet: a sentence, a table, and as many next steps as fit."""
-    arms = sorted(result.arms, key=_urgency)
+    arms = sorted(result.arms, key=fleet.urgency)
     heads = ("mean error", *HEADS[1:])
     rows: list[Sequence[str]] = [heads, *map(fleet.line_of, arms[:MOST_ROWS])]
     if len(arms) > MOST_ROWS:
@@ -73,11 +74,6 @@ def _aligned(row: Sequence[str]) -> str:
     name, session, before, now, verdict = row
     cells = f"{name[-NAME:]:{NAME}} {session[-SESSION:]:{SESSION}} {before:>9} {now:>9}"
     return f"{cells}  {verdict}"
-
-
-def _urgency(arm: "fleet.FleetArm") -> tuple[bool, bool]:
-    """Return what sorts arms that failed before others to look at, and those before the sound."""
-    return arm.again is None, bool(fleet.last_sessions([arm]))
 
 
 def _steps(arms: "Sequence[fleet.FleetArm]") -> list[str]:

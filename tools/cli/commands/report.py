@@ -7,7 +7,7 @@ from typing import Any
 from .... import recorder
 from ....solver import assessment, results
 from ....solver.assessment import millimetres, short_names
-from ....solver.calibration import SolveOptions
+from ....solver.calibration import SolveOptions, UsageError
 from ....solver.identification.data import check_distinct, measure
 from ....solver.results import write_files
 from ... import cli, report
@@ -55,6 +55,14 @@ class _ReportOptions(cli.OutputOptions):
         "FILE.pdf|.html",
         group="output",
     )
+    note: Sequence[str] = cli.option(
+        (),
+        "what the sheet says of number, place, due, instrument, instrument_serial_number, "
+        "instrument_certificate, instrument_uncertainty, serial_number, operator or temperature",
+        "KEY=TEXT",
+        group="output",
+        needs="certificate",
+    )
     out: Path | None = cli.option(
         None, "folder to write to (default: beside CALIBRATION)", "DIR"
     )
@@ -86,7 +94,9 @@ def _report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     sheet = options.certificate
     signed: dict[str, bytes] = {}
     if sheet is not None:
-        content = report.certificate(document, document_of_report, sheet.suffix.lower())
+        notes = _notes(options.note)
+        kind = sheet.suffix.lower()
+        content = report.certificate(document, document_of_report, kind, notes)
         signed[sheet.name] = content
         new_files(sheet.parent, signed, force=options.force)
     folder = options.calibration.parent if options.out is None else options.out
@@ -101,6 +111,17 @@ def _report(options: _ReportOptions, terminal: cli.Terminal) -> int:
         open_page(folder / PAGE, terminal)
     terminal.emit(document_of_report)
     return document_of_report.verdict.exit_status
+
+
+def _notes(words: Sequence[str]) -> dict[str, str]:
+    """Return notes by their keys."""
+    notes: dict[str, str] = {}
+    for note in words:
+        key, sign, text = note.partition("=")
+        if not (sign and text.strip()):
+            raise UsageError(f"--note {note}: write KEY=TEXT, as in place='Hall 3'")
+        notes[key.strip()] = text.strip()
+    return notes
 
 
 def _report_written(

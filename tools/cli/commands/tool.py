@@ -243,6 +243,10 @@ class _HandeyeOptions(DetailsOptions):
     )
     camera: "partial.Camera" = option(..., "the camera is on the arm, or beside it")
     name: str = option("camera", "name of the camera's link", "LINK")
+    scale: "partial.Scale" = option(
+        "board",
+        "of the poses' places: exact for an instrument, or as large as a board was said to be",
+    )
     near: str = option(
         "",
         "posture near which the views were taken [rad], with poses of the flange in place of "
@@ -298,7 +302,14 @@ def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
         cameras.joints_of(calibrated, view, start, options.camera) for view in views
     ]
     limit = _limit(options.limit_mm)
-    pose = partial.handeye(calibrated, views, options.camera, options.name, limit=limit)
+    pose = partial.handeye(
+        calibrated,
+        views,
+        options.camera,
+        options.name,
+        limit=limit,
+        scale=options.scale,
+    )
     finish(pose, options, terminal)
     return 3 if pose.untold else 0
 
