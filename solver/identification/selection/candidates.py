@@ -3,13 +3,19 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
-from itertools import product
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
 
 from ..data import Observations
-from ..inference import Arrow, FitPosterior, curvature
+from ..inference import (
+    Arrow,
+    FitPosterior,
+    NormalEquations,
+    data_equations,
+    prior_equations,
+)
 from ..model import TYPICAL_SPREAD, Difference, directions
 
 WAVES = 8
@@ -54,19 +60,24 @@ def steps_of_base(
 
 
 def steps_of(data: Observations, part: str) -> list[Difference]:
-    """Return the steps of a ball or a joint: from a sample on, or throughout some placements."""
-    placements = data.placements
-    count = len(placements)
-    spans: list[tuple[int, int, float]] = []
-    for begin, placement in enumerate(placements):
+    """Return the steps of a ball or a joint amid a placement, from which on it differs."""
+    steps: list[Difference] = []
+    for begin, placement in enumerate(data.placements):
         ranks = _ranks(data, placement)[SIDE - 1 : 1 - SIDE]
-        spans += [(begin, count, at) for at in ranks]
-        ends = range(begin + 1, count + 1)
-        spans += [(begin, end, 0.0) for end in ends if end - begin < count]
-    return [
-        Difference("step", placements[begin:end], part, at=at)
-        for begin, end, at in spans[:: 1 + len(spans) // MOST_OF_ALL]
-    ]
+        on = data.placements[begin:]
+        steps += [Difference("step", on, part, at=at) for at in ranks]
+    return steps[:: 1 + len(steps) // MOST_OF_ALL]
+
+
+def steps_between(data: Observations, part: str) -> list[Difference]:
+    """Return the steps of a ball or a joint between placements, which some in a row have.
+
+    The first has none: where it alone differs, all others have one.
+    """
+    placements = data.placements
+    spans = combinations(range(1, len(placements) + 1), 2)
+    steps = [Difference("step", placements[begin:end], part) for begin, end in spans]
+    return steps[:: 1 + len(steps) // MOST_OF_ALL]
 
 
 def _ranks(data: Observations, placement: str) -> list[float]:
@@ -119,11 +130,12 @@ class Rises:
     the information of the samples, and Sigma the covariance of all other unknowns,
 
         A = sum_i c_i^2 D_i^T V_i D_i       B = sum_i c_i D_i^T V_i J_i
-        g = sum_i c_i w_i D_i^T C_i^-1 e_i
+        g = sum_i c_i w_i D_i^T C_i^-1 e_i + B d
         S = (A - B Sigma B^T + 1 / s^2)^-1
         (g^T S g + log |S| - log |s^2|) / 2
 
-    at the most probable width s. All are sums over the samples that a difference concerns.
+    at the most probable width s. d is the change by which the fit is still away from where it has no
+    slope. All are sums over the samples that a difference concerns.
     """
 
     fit: FitPosterior
@@ -135,11 +147,21 @@ class Rises:
         return state.information[:, None, None] * state.inverse_scales
 
     @cached_property
+    def equations(self) -> NormalEquations:
+        """L to second order about the fit."""
+        state = self.fit.state
+        equations = data_equations(state) + prior_equations(state)
+        return equations.tilted(state.linear.volume.slope)
+
+    @cached_property
     def precision(self) -> Arrow:
         """Sigma^-1, of all unknowns of the fit."""
-        state = self.fit.state
-        H = curvature(state, self.information) + state.prior_precision()
-        return Arrow(H, state.free, state.form)
+        return self.equations.arrow(self.fit.state.free)
+
+    @cached_property
+    def change(self) -> np.ndarray:
+        """d = - Sigma l, shape (n,)."""
+        return -self.precision.inverse @ self.equations.g
 
     @cached_property
     def pulls(self) -> np.ndarray:
@@ -176,6 +198,7 @@ class Rises:
         sums = (self._sums(slopes[part], courses[part], part) for part in parts)
         A, B, g = reduce(Sums.plus, sums)
         information = A - _spread(self.precision, B)
+        g = g + B @ self.change
         values, axes = np.linalg.eigh(information)
         along = (axes.transpose(0, 2, 1) @ g[:, :, None])[:, :, 0]
         for factor in FACTORS.tolist():
@@ -216,7 +239,7 @@ def _spread(precision: Arrow, B: np.ndarray) -> np.ndarray:
 
 def _summed(c: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Return sum_i c_ik X_i^T Y_i for K courses of R samples, X_i (3, d) and Y_i (3, e)."""
-    if c.shape[1] == 1:  # which is 1
+    if c.shape[1] == 1 and (c == 1).all():
         return np.tensordot(left, right, ((0, 1), (0, 1)))[None]
     products = left.transpose(0, 2, 1) @ right
     sums = c.T @ products.reshape(len(c), -1)

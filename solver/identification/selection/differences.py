@@ -17,6 +17,7 @@ from .candidates import (
     RUNS,
     Rises,
     courses_of,
+    steps_between,
     steps_of,
     steps_of_base,
 )
@@ -77,8 +78,9 @@ def _families(data: Observations, joints: Sequence[str]) -> list[list[Difference
         for lengths in (inf,), RUNS:
             families.append(steps_of_base(data, placement, lengths))
         families += [[course] for course in courses_of(data, placement)]
-    families.append(steps_of(data, BALL))
-    families.append([*chain(*(steps_of(data, joint) for joint in joints))])
+    for steps in steps_of, steps_between:
+        families.append(steps(data, BALL))
+        families.append([*chain(*(steps(data, joint) for joint in joints))])
     if len(placements) > 1:
         families.append([Difference("each", placements, BALL)])
     return [family for family in families if family]
