@@ -11,8 +11,9 @@ if TYPE_CHECKING:
     import numpy as np
     from typing_extensions import Self
 
-Clock = Literal["index", "time", "temperature"]
-CLOCKS: tuple[Clock, ...] = ("index", "time", "temperature")
+Clock = Literal["index", "time", "temperature", "reverse"]
+CLOCKS: tuple[Clock, ...] = ("index", "time", "temperature", "reverse")
+"""The last is the index where the sockets were recorded in the reverse order."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class Samples(SampleRows):
     """Moments that hold the joints, shape (N, 3 m) [N m]: about the joints' own axes, which are
     their torques, then about the first axes across, then about the second."""
     clocks: "np.ndarray | None" = None
-    """Index, time and temperature from the first sample of its placement on, shape (N, 3), NaN
-    where not known; None for poses that are no samples."""
+    """:data:`CLOCKS` from the first sample of its placement on, shape (N, 4), NaN where not known;
+    None for poses that are no samples."""
 
     @classmethod
     def unloaded(cls, q: "np.ndarray") -> "Self":

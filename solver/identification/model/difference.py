@@ -36,7 +36,7 @@ class Difference:
     """Those that it concerns."""
     part: str = BASE
     clock: Clock = "index"
-    """Clock that a drift or a slow process follows."""
+    """Clock that it follows: of a step, one of the two orders."""
     at: float = 0.0
     """Of a step, the number of samples before it in the first of its placements."""
     until: float = np.inf
@@ -46,6 +46,18 @@ class Difference:
     """Of a joint's zero, about how large it is [rad]: D is its derivative half way there."""
     values: np.ndarray | None = field(default=None, compare=False)
     """The geometry by which D is worked out; None for the nominal one."""
+
+    @property
+    def ordered(self) -> bool:
+        """True for what would be elsewhere by another order of recording."""
+        return self.at > 0 or self.course == "drift"
+
+    def contradicts(self, other: "Difference") -> bool:
+        """Return True where another one has the placement's sockets in the other order."""
+        both = self.ordered and other.ordered
+        clocks = {self.clock, other.clock}
+        same = self.placements[0] == other.placements[0]
+        return both and same and clocks == {"index", "reverse"}
 
     @property
     def weights(self) -> np.ndarray:
@@ -68,7 +80,7 @@ class Difference:
             return in_each.T.astype(float)
         first = data.rows_of(self.placements[0])
         if self.course == "step":
-            index = data.index[:, 0]
+            index = data.clock(self.clock)[:, 0]
             as_before = first & ((index < self.at) | (index >= self.until))
             course = (data.rows_of(*self.placements) & ~as_before).astype(float)
             # The model has what is in most placements; of two, in the last.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..data import Observations
+from ..data import Clock, Observations
 from ..inference import (
     Arrow,
     FitPosterior,
@@ -16,7 +16,7 @@ from ..inference import (
     data_equations,
     prior_equations,
 )
-from ..model import TYPICAL_SPREAD, Difference, directions
+from ..model import BASE, TYPICAL_SPREAD, Difference, directions
 
 WAVES = 8
 """Waves of a slow process at most: the k-th goes to and fro k / 2 times, and is k^2 times smaller
@@ -46,26 +46,28 @@ def steps_of_base(
 ) -> list[Difference]:
     """Return the steps of a base that a placement's samples could tell, by their order.
 
-    Each lasts for one of some numbers of samples; to the end where that is infinite.
+    Each lasts for one of some numbers of samples; to the end where that is infinite. Of those that
+    both orders have, as runs amid a socket, there is one.
     """
     rows = data.rows_of(placement)
     in_socket = data.sockets[rows] == np.unique(data.sockets[rows])[:, None]
-    steps: list[Difference] = []
-    for at, length in product(_ranks(data, placement), lengths):
-        step = Difference("step", (placement,), at=at, until=at + length)
-        counts = in_socket @ step.courses(data)[rows, 0]
+    steps: dict[bytes, Difference] = {}
+    for (clock, at), length in product(_starts(data, placement), lengths):
+        step = Difference("step", (placement,), BASE, clock, at, at + length)
+        course = step.courses(data)[rows, 0]
+        counts = in_socket @ course
         if np.minimum(counts, in_socket.sum(1) - counts).max() >= SIDE:
-            steps.append(step)
-    return steps
+            steps.setdefault(course.tobytes(), step)
+    return [*steps.values()]
 
 
 def steps_of(data: Observations, part: str) -> list[Difference]:
     """Return the steps of a ball or a joint amid a placement, from which on it differs."""
     steps: list[Difference] = []
     for begin, placement in enumerate(data.placements):
-        ranks = _ranks(data, placement)[SIDE - 1 : 1 - SIDE]
         on = data.placements[begin:]
-        steps += [Difference("step", on, part, at=at) for at in ranks]
+        starts = _starts(data, placement, SIDE)
+        steps += [Difference("step", on, part, clock, at) for clock, at in starts]
     return steps[:: 1 + len(steps) // MOST_OF_ALL]
 
 
@@ -80,33 +82,51 @@ def steps_between(data: Observations, part: str) -> list[Difference]:
     return steps[:: 1 + len(steps) // MOST_OF_ALL]
 
 
-def _ranks(data: Observations, placement: str) -> list[float]:
-    """Return the samples of a placement from which on something may differ, evenly chosen."""
-    ranks = np.sort(data.index[data.rows_of(placement), 0])[1:]
-    if len(ranks) > MOST_STEPS:
-        even = np.linspace(0, len(ranks) - 1, MOST_STEPS)
-        ranks = ranks[even.astype(int)]
-    return ranks.tolist()
+def _starts(
+    data: Observations, placement: str, side: int = 1
+) -> list[tuple[Clock, float]]:
+    """Return the samples of a placement from which on something may differ, evenly chosen.
+
+    They are counted in each of the orders in which it may be, with some left on either side.
+    """
+    starts: list[tuple[Clock, float]] = []
+    for clock in _orders(data, placement):
+        index = np.sort(data.clock(clock)[data.rows_of(placement), 0])
+        ranks = index[side : len(index) + 1 - side]
+        if len(ranks) > MOST_STEPS:
+            even = np.linspace(0, len(ranks) - 1, MOST_STEPS)
+            ranks = ranks[even.astype(int)]
+        starts += [(clock, at) for at in ranks.tolist()]
+    return starts
 
 
-def courses_of(data: Observations, placement: str) -> list[Difference]:
-    """Return the drifts and slow processes of a base, by its placement's clocks."""
+def courses_of(data: Observations, placement: str) -> list[list[Difference]]:
+    """Return the drifts of a base, and its slow processes, by its placement's clocks."""
     rows = data.rows_of(placement)
     waves = min(WAVES, int(rows.sum()) // EACH)
     if not waves:
         return []
     by_order = Difference("drift", (placement,))
-    slow: list[Difference] = []
+    families: list[list[Difference]] = []
+    clocks = _orders(data, placement)
     for clock in ("time", "temperature"):
-        if _runs(data.clock(clock)[rows, 0]):
-            slow.append(replace(by_order, course="slow", clock=clock, waves=waves))
-    is_timed = any(course.clock == "time" for course in slow)
-    drift = replace(by_order, clock="time") if is_timed else by_order
-    return [drift, *slow]
+        if _runs(data, clock, placement):
+            slow = replace(by_order, course="slow", clock=clock, waves=waves)
+            families.append([slow])
+    if _runs(data, "time", placement):
+        clocks = ["time"]
+    return [[replace(by_order, clock=clock) for clock in clocks], *families]
 
 
-def _runs(t: np.ndarray) -> bool:
-    """Return True for a clock that is known of all samples, and runs."""
+def _orders(data: Observations, placement: str) -> list[Clock]:
+    """Return the orders in which a placement may have been recorded."""
+    either = _runs(data, "reverse", placement)
+    return ["index", "reverse"] if either else ["index"]
+
+
+def _runs(data: Observations, clock: Clock, placement: str) -> bool:
+    """Return True for a clock that is known of all samples of a placement, and runs."""
+    t = data.clock(clock)[data.rows_of(placement), 0]
     return bool(np.isfinite(t).all() and np.ptp(t))
 
 
@@ -134,8 +154,8 @@ class Rises:
         S = (A - B Sigma B^T + 1 / s^2)^-1
         (g^T S g + log |S| - log |s^2|) / 2
 
-    at the most probable width s. d is the change by which the fit is still away from where it has no
-    slope. All are sums over the samples that a difference concerns.
+    at the most probable width s; d is the step that the fit itself would still take. All are sums
+    over the samples that a difference concerns.
     """
 
     fit: FitPosterior
@@ -160,7 +180,7 @@ class Rises:
 
     @cached_property
     def change(self) -> np.ndarray:
-        """d = - Sigma l, shape (n,)."""
+        """The step d that the fit would still take, shape (n,)."""
         return -self.precision.inverse @ self.equations.g
 
     @cached_property
