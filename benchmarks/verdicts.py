@@ -40,7 +40,7 @@ from mukca.solver.identification.robot import (
     BallModel,
     Origin,
     choose_parameters,
-    even_bodies,
+    crude_bodies,
     link_poses,
     parse_robot,
     scan,
@@ -350,7 +350,7 @@ def several_lengths(w: World, size: float) -> None:
 
 
 def soft_base(w: World, size: float) -> None:
-    bodies = w.robot.bodies or even_bodies(w.robot.joints)
+    bodies = w.robot.bodies or crude_bodies(w.robot.joints)
     unlike = np.exp(MASS_ERROR * w.generator.normal(size=len(bodies)))
     masses = unlike * [body.mass for body in bodies]
     centres = np.array([[*body.centre, 1.0] for body in bodies])

@@ -19,7 +19,7 @@ from .errors import (
     placement_reports,
     role_summaries,
 )
-from .held_out import between_row, error_rows, held_out_rows
+from .held_out import between_row, error_rows, held_out_rows, measured_errors
 from .limits import LimitResult, Limits, Options, limits_of
 from .predictions import Coverage, Predictions, coverage, predict
 from .scale_check import rests_on
@@ -69,7 +69,12 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
     causes, proved = document.hypotheses or (), held_out[0].found is not None
     held_out_summary = document.summary.test if proved else None
     verdict = conclude(
-        rows, document.better, held_out_summary, rests_on(document), causes
+        rows,
+        document.better,
+        held_out_summary,
+        rests_on(document),
+        causes,
+        measured_errors(predictions),
     )
     tolerance = TOLERANCE if options.task is None else options.task
     summary = role_summaries(predictions, tolerance)

@@ -6,6 +6,7 @@ from msgspec.structs import replace
 
 from ..results import Better, Hypothesis, Summary
 from .error_words import corrected_joints_in_words, figures_in_words, in_100
+from .held_out import MeasuredErrors
 from .limits import LIMITS, NEAR, WORKSPACE, LimitResult
 from .verdict import (
     INSTRUMENT,
@@ -40,6 +41,7 @@ def conclude(
     held_out: Summary | None,
     rests_on: Sequence[Premise] = (),
     causes: Sequence[Hypothesis] = (),
+    measured: MeasuredErrors | None = None,
 ) -> Verdict:
     """Return the verdict on a calibration.
 
@@ -49,13 +51,15 @@ def conclude(
         held_out: Errors held out, which decide then.
         rests_on: What the answer relies on.
         causes: Explanations of the recordings, the most probable first.
+        measured: True errors at held-out points, the authority where there are any.
     """
     contradiction = [
         row for row in rows if row.status == "fail" and row.name not in LIMITS
     ]
     doubts = [row for row in rows if row.status == "not enough" and row.name in DOUBTS]
     held_back = _held_back(rows)
-    certain = is_better(better, held_out)
+    proved = measured and measured.is_better
+    certain = is_better(better, held_out) if proved is None else proved
     status: Outcome = "incomplete"
     kind: Kind | None = "no_better"
     if contradiction:
@@ -74,9 +78,15 @@ def conclude(
     untold = contradiction or [row for row in doubts if row.name in UNTOLD]
     stated = None if untold else better
     unshown = [row for row in rows if row.doubt]
+    odds = "" if stated is None else f" ({in_100(stated.probability)})"
+    if measured is not None and proved is not None:
+        odds = f" ({measured.text})"
     lines = _answer(
-        stated, first, unshown, scope, rests_on, use=use, certain=bool(certain)
+        stated, first, unshown, scope, rests_on, odds, use=use, certain=bool(certain)
     )
+    if measured is not None:
+        sizes = [row for row in rows if row.name == "scale" and row.status == "warning"]
+        lines += [sentence(row.text) for row in sizes]
     if better and untold:
         lines = [CONTRADICTED, *lines]
     verdict = verdict_of(rows, causes, status, kind, scope)
@@ -120,13 +130,13 @@ def _answer(
     unshown: Sequence[LimitResult],
     scope: Scope | None,
     premises: Sequence[Premise],
+    odds: str,
     *,
     use: bool,
     certain: bool,
 ) -> list[str]:
     """Return the answer: the errors, whether to load the model, why or on what it relies."""
     corrected = None if better is None else better.corrected_probability
-    odds = "" if better is None else f" ({in_100(better.probability)})"
     reason = [sentence(row.text) for row in first[:1]]
     lines = [] if better is None else [figures_in_words(better)]
     if use:

@@ -53,6 +53,7 @@ def rows_of_the_fit(
         [p.measured for p in predictions.of_role("train")],
         [p.measured for p in predictions.of_role("test")],
         document.scale,
+        scale_settled=document.settings.get("scale") is not None,
         assumed=assumed_distances(document),
         readings=most_readings(document.placements),
         tied=bool(document.settings.get("known")),
@@ -78,6 +79,8 @@ class Recordings:
     held_out: Sequence[Measurement] = ()
     scale: Scale | None = None
     """By how much a fit makes the arm larger than its model; None where it does not settle."""
+    scale_settled: bool = False
+    """True where the user gave the scale of what measured points."""
     assumed: Sequence[float] = ()
     """Distances between sockets that nobody measured [m]."""
     readings: int = 1
@@ -112,7 +115,11 @@ def recording_rows(
             recordings.causes,
             recordings.readings,
         )
-        rows.append(scale_row(scale, distance, checks, causes, readings=readings))
+        settled = recordings.scale_settled
+        row = scale_row(
+            scale, distance, checks, causes, readings=readings, settled=settled
+        )
+        rows.append(row)
     samples = samples_row(recordings.trained, recordings.held_out, tied=recordings.tied)
     return [*rows, _where_better(samples, recordings.better)]
 

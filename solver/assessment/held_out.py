@@ -6,6 +6,7 @@ Distances are judged, too: a model that shrinks to a point has small errors and 
 from collections.abc import Mapping, Sequence
 from statistics import NormalDist, fmean
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,6 +40,8 @@ SIGNIFICANCE = 0.05
 """Probability that the distance errors of a sound calibration are called implausible."""
 USUAL_DRIFT = 1e-3
 """Usual size of a drift from the first sample to the last [m]."""
+DEVIATIONS = 2.0
+"""Standard deviations by which true errors have to fall, to be better beyond chance."""
 LEAST_FREEDOM = 10
 """Degrees of freedom below which no drift is estimated."""
 
@@ -104,6 +107,52 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
         status = "warning" if proving else "not evaluated"
         results.append(limit_row("held_out", status, words, text=words))
     return [*results, *_distance_deviations(rows)]
+
+
+class MeasuredErrors(NamedTuple):
+    """True errors at held-out points, before a calibration and by ``calibrated.urdf`` [m]."""
+
+    before: float
+    now: float
+    deviation: float
+    """Of the latter, by its scatter."""
+    points: int
+
+    @property
+    def is_better(self) -> bool | None:
+        """True where the errors fell by more than chance, False where they grew; None between."""
+        if self.now + DEVIATIONS * self.deviation < self.before:
+            return True
+        return False if self.now >= self.before else None
+
+    @property
+    def text(self) -> str:
+        """The errors in words."""
+        return (
+            f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points held out"
+        )
+
+
+def measured_errors(predictions: Predictions) -> MeasuredErrors | None:
+    """Return the true errors at held-out points that prove something; None without any."""
+    reasons = why_not_held_out(predictions)
+    pairs = [
+        (row, prediction)
+        for row, prediction in zip(
+            predictions.document.placements, predictions.placements, strict=True
+        )
+        if row.role == "test" and row.kind == "points" and not reasons[row.name]
+    ]
+    if not pairs:
+        return None
+    rows = [row for row, _ in pairs]
+    deviations = _deviations_of([prediction for _, prediction in pairs], rows)
+    return MeasuredErrors(
+        mean_metrics([row.before for row in rows]).mean_absolute_error,
+        mean_metrics([row.loaded for row in rows]).mean_absolute_error,
+        deviations["mean_absolute_error"],
+        sum(sum(row.samples) for row in rows),
+    )
 
 
 def _deviations_of(

@@ -1,6 +1,6 @@
 """Predictions of the ball in each sample by all models, and the joint ranges that these cover."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -25,15 +25,18 @@ from ..results import (
     Document,
     DocumentError,
     ModelName,
+    PlacementSamples,
     RecordedSample,
     Role,
+    TargetPrediction,
     calibrated_robot,
     misfit,
+    target_predictions,
 )
 from .formatting import short_names
 
 Point = tuple[float, float, float]
-Frames = dict[ModelName, dict[str, Pose]]
+Frames = Mapping[str, Mapping[str, Pose]]
 DRAWN = 3000
 """Samples drawn at most; all figures are computed from all of them."""
 _AGREE = 1e-6
@@ -111,20 +114,29 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     """Return what the models of a calibration predict for its samples; raises DocumentError."""
     calibration = calibrated_robot(document, source)
     measured = measurements_of(document, calibration.robot)
-    models = calibration.models.items()
-    points = [
-        ByModel(**{name: model.predict(m) for name, model in models}) for m in measured
-    ]
-    rows = list(zip(document.data, measured, points, strict=True))
-    training = [(p, m) for row, m, p in rows if row.role == "train"]
+    models: dict[str, CalibratedRobot] = {**calibration.models}
+    pairs = list(zip(document.data, measured, strict=True))
+    training = [m for row, m in pairs if row.role == "train"]
     frames: Frames = {
-        name: fit_frames([(p.of(name), m) for p, m in training]) for name in MODELS
+        name: fit_frames([(model.predict(m), m) for m in training])
+        for name, model in models.items()
     }
     placements = [
-        PlacementPrediction(m, row.role, p, row.by_socket, frames) for row, m, p in rows
+        _placement(row, m, target_predictions(models, m, frames)) for row, m in pairs
     ]
     _check(document, placements, source)
     return Predictions(document, source, calibration, tuple(placements))
+
+
+def _placement(
+    row: PlacementSamples,
+    measured: Measurement,
+    predictions: Mapping[str, TargetPrediction],
+) -> PlacementPrediction:
+    """Return a placement, and what each model predicts for it."""
+    points = ByModel(**{name: p.points for name, p in predictions.items()})
+    frames = {name: predictions[name].frames or {} for name in predictions}
+    return PlacementPrediction(measured, row.role, points, row.by_socket, frames)
 
 
 def measurements_of(document: CalibrationDocument, robot: Robot) -> list[Measurement]:

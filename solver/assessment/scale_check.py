@@ -28,6 +28,8 @@ OF_MODEL = ("length", "angle", "version")
 """Causes in the numbers of the URDF."""
 LIKELY_MODEL = 0.1
 """Probability of these from which they are likelier than so small an error of a distance."""
+INSTRUMENT_SCALE = 0.015
+"""Largest scale that an instrument, or an arm, is off by; more is another unit."""
 DOUBTED = 0.01
 """Probability of such a cause from which it is no small one."""
 MOVEMENTS = (*_MOVED, "movement")
@@ -169,12 +171,14 @@ def scale_row(
     causes: Sequence[Hypothesis] = (),
     *,
     readings: int = 1,
+    settled: bool = False,
 ) -> LimitResult:
     """Return whether the arm's size is believable, and what else may explain it where it is not.
 
     What is wrong in the URDF explains it, unless a wrong distance is a probable cause as well. It
     hangs on a ``distance`` between sockets [m] and the ``readings`` that agree on it; 0 where an
-    instrument measured points. Two readings are believed: it is then the model that is wrong.
+    instrument measured points, whose scale is ``settled`` where the user gave it. Two readings are
+    believed: it is then the model that is wrong.
     """
     level = size_level(scale.value, scale.deviation, distance, readings)
     text = scale_text(scale)
@@ -193,6 +197,13 @@ def scale_row(
     if joints_wrong(checks):
         text += "; the joints explain it, see the data checks: mend them before the distance"
         return _row_of_size("fail", text)
+    if not distance and abs(scale.value) < INSTRUMENT_SCALE:
+        if not settled:
+            text += (
+                ": the instrument's lengths are, or the arm's. Measure a known length by it: "
+                f"--scale {1 + scale.value:.4f} if it comes out so much too long, --scale 1 if not"
+            )
+        return _row_of_size("warning", text)
     if not distance:
         text += "; check that the measured points are in metres"
         return _row_of_size("fail" if level == "error" else "not enough", text)

@@ -1,7 +1,7 @@
 """A calibration as people use it: print, predict, save, load again, validate."""
 
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder import Placement
+from ...recorder import Placement, Sample
 from .. import results
 from ..assessment import (
     Assessment,
@@ -22,6 +22,7 @@ from ..assessment import (
 )
 from ..assessment import Options as AssessmentOptions
 from ..identification.data import Measurement, measure, one_blas_thread
+from .checking import at_scale
 from .deviation import FittedModel
 from .errors import Errors, compared_models, placement_errors
 from .option import UsageError
@@ -198,7 +199,10 @@ class Calibration(FittedModel):
                 "no placement to validate on; read some by mukca.read_placements"
             )
         return self.errors_of(
-            [measure(p, self.robot, sockets=1, load=self.load) for p in several]
+            [
+                measure(self.at_scale(p), self.robot, sockets=1, load=self.load)
+                for p in several
+            ]
         )
 
     def errors_of(
@@ -214,6 +218,10 @@ class Calibration(FittedModel):
             role = "train" if self.was_trained_on(m) else "test"
             rows.append(placement_errors(models, role, m, other_tip=other_tip))
         return Errors(sorted(rows, key=lambda row: row.role == "test"))
+
+    def at_scale(self, placement: Placement) -> Placement:
+        """Return a placement at the scale of the instrument that the calibration was told."""
+        return at_scale(placement, self.document.settings.get("scale"))
 
     def was_trained_on(self, measured: Measurement) -> bool:
         """Tell whether the robot was fitted to most of these samples, in whatever form they are."""
@@ -258,11 +266,14 @@ class Calibration(FittedModel):
 
 def _are_in(measured: Measurement, row: results.PlacementSamples) -> bool:
     """Return whether most samples are in a placement of a calibration, in whatever order."""
-    ours = [
-        tuple(np.round(sample.position, SAME_DIGITS).tolist())
-        for sample in measured.placement.samples
-    ]
-    theirs = [
-        tuple(np.round(sample.position, SAME_DIGITS).tolist()) for sample in row.samples
-    ]
+    ours = _rounded(measured.placement.samples)
+    theirs = _rounded(row.samples)
     return 2 * len(set(theirs).intersection(ours)) > len(ours)
+
+
+def _rounded(
+    samples: Iterable[Sample | results.RecordedSample],
+) -> list[tuple[float, ...]]:
+    """Return joints, and points: a plan may be measured twice, through the same postures."""
+    rows = ((*sample.position, *(sample.point or ())) for sample in samples)
+    return [tuple(np.round(row, SAME_DIGITS).tolist()) for row in rows]

@@ -12,11 +12,18 @@ from .inspected_problem import InspectedProblem
 from .options import SolveOptions
 from .problem import CalibrationProblem
 from .setting_right import mended
+from .target_alignment import aligned, as_recorded
 
 
 def inspected(problem: CalibrationProblem) -> InspectedProblem:
     """Return recordings set right, with all findings on them, and where to record next."""
-    problem, done = mended(problem)
+    view, originals = aligned(problem)
+    view, done = mended(view)
+    problem = replace(
+        view,
+        measurements=tuple(as_recorded(m, originals) for m in view.measurements),
+        test=tuple(as_recorded(m, originals) for m in view.test),
+    )
     place = None
     if any(measured.kind == "sockets" for _, measured in problem.placements):
         text = next_placement(problem.robot, problem.survey)

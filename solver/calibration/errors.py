@@ -1,6 +1,7 @@
 """Errors of a calibration and of the models compared with it: by placement, role, iteration."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, SupportsIndex, overload
 
@@ -162,17 +163,16 @@ def placement_errors(
 ) -> results.PlacementErrors:
     """Return the errors of a placement by models, each with its own poses of instruments' frames.
 
-    ``other_tip``: of points measured with another probe, whose tip is refitted by each model.
+    ``other_tip``: of points, see :func:`.target_predictions`.
     """
-    metrics: dict[str, Any] = {}
-    for name, model in models.items():
-        turned = measured.has_orientations and name != BALL_REFITTED
-        rotations = model.rotations(measured) if turned else None
-        points = model.predict(measured)
-        if other_tip:
-            points = data.with_tip(points, model.rotations(measured), measured)
-        frame = (frames or {}).get(name)
-        metrics[name] = data.evaluate(points, measured, frame, rotations)
+    predictions = results.target_predictions(
+        models, measured, frames or {}, put_on=other_tip
+    )
+    metrics: dict[str, Any] = {
+        name: prediction.metrics(measured) for name, prediction in predictions.items()
+    }
+    if refitted := metrics.get(BALL_REFITTED):
+        metrics[BALL_REFITTED] = replace(refitted, orientation_error=None)
     paired = measured if measured.kind == "sockets" else None
     return results.PlacementErrors(
         name=measured.name,

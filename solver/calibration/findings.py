@@ -10,6 +10,7 @@ from ..diagnostics import SIZE_BY_DISTANCE, by_fit, where_of
 from ..identification.data import CLOCKS, Observations
 from ..identification.inference import FitPosterior
 from ..identification.model import BALL, BASE, Difference
+from ..identification.selection import set_ups
 from ..results import Diagnostic, Fit, Hypothesis, Scale, Study
 from .problem import CalibrationProblem
 
@@ -36,7 +37,8 @@ def findings(
     full = fit.full
     if full is not None:
         count = len(full.objective.differences)
-        diagnostics += [_told(problem, full, k) for k in range(count)]
+        told = (_told(problem, full, k) for k in range(count))
+        diagnostics += filter(None, told)
     if not distorted and abs(scale.value) < HOLDS:
         diagnostics = [d for d in diagnostics if not _is_refuted(d, problem)]
     sized = hypotheses(fit, problem, scale, distorted)
@@ -86,9 +88,11 @@ def sized_hypotheses(
     return tuple(by_fit(h, scale.value) for h in problem.hypotheses)
 
 
-def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic:
-    """Return the k-th difference of a fit as a diagnostic."""
+def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic | None:
+    """Return the k-th difference of a fit as a diagnostic; None for targets put on anew."""
     difference = fit.objective.differences[k]
+    if difference in set_ups(fit.data):
+        return None
     name = difference.placements[0]
     measured = next(m for m in problem.measurements if m.name == name)
     text = _in_words(fit, k)
@@ -124,7 +128,8 @@ def _in_words(posterior: FitPosterior, k: int) -> str:
         moved = float(np.linalg.norm(np.ptp(course, axis=0)))
         words = WORDS[difference.course].format(_millimetres(moved, deviation), since)
     elif difference.part == BALL:
-        sizes = np.linalg.norm(unknowns.reshape(-1, 3), axis=1)
+        of_placements = unknowns.reshape(len(difference.weights), -1)
+        sizes = np.linalg.norm(of_placements[:, :3], axis=1)
         amount = _millimetres(float(sizes.max()), deviation)
         words = f"the ball sits {amount} elsewhere on its flange {since}"
     else:

@@ -12,6 +12,7 @@ from ..results import CalibratedRobot, Scale
 from .findings import reworded, sized_hypotheses
 from .inspector import Inspector
 from .problem import CalibrationProblem
+from .target_alignment import aligned
 
 WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
 """Added to the advice on a joint's gain."""
@@ -55,8 +56,11 @@ class InspectedProblem(CalibrationProblem):
             self, measurements=super().at_rest(shifts, calibrated).measurements
         )
         inspector = Inspector(self.robot, self.options, self.options.distances, {})
-        training = [_at_rest(m, calibrated) for m in moved.measurements]
-        survey = inspector.look(training, self.test)
+        view, originals = aligned(self)
+        training = view.measurements
+        if not originals:
+            training = [_at_rest(m, calibrated) for m in moved.measurements]
+        survey = inspector.look(training, view.test)
         if self.effects:
             survey = with_gain(survey)
         before = self.survey.diagnostics

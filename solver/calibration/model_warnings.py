@@ -2,13 +2,12 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from .. import results
-from ..identification.data import Measurement
 from ..identification.robot import Robot, choose_parameters
 from .option import UsageError
 from .options import SolveOptions
@@ -17,18 +16,16 @@ LOCKED = math.radians(6)
 """A pitch nearer than this to 90 degrees leaves roll and yaw hardly two turns."""
 
 
-def model_warnings(
-    robot: Robot, data: Sequence[Measurement], options: SolveOptions
-) -> Iterator[str]:
+def model_warnings(robot: Robot, options: SolveOptions) -> Iterator[str]:
     """Yield what is to be said of a robot's model before its recordings are fitted."""
     if options.free and not options.prior and Path(robot.source).suffix == ".urdf":
         yield from _held_as_exact(robot)
     if options.method == "paper":
         yield from _locked_angles(robot, options)
-    elif not robot.bodies and not all(m.efforts is not None for m in data):
+    elif robot.masses_assumed:
         yield (
-            f"{robot.source}: the URDF has no masses, so how the arm bends under its weight is not "
-            "fitted; give its links <inertial> with <mass> and <origin>"
+            f"{robot.source}: the URDF has no masses; each link counts as a mass half way to the "
+            "next joint, so stiffnesses are right but for a common factor, and efforts do not count"
         )
 
 
@@ -67,11 +64,11 @@ def _locked_angles(robot: Robot, options: SolveOptions) -> Iterator[str]:
 
 
 def check_zeros(robot: Robot, options: SolveOptions) -> None:
-    """Refuse zeros that the URDF could not hold."""
+    """Refuse to look for zeros where the URDF could hold none."""
     parameters = choose_parameters(robot, options.free, options.fix)
     angles = Counter(
         parameter.joint for parameter in parameters if parameter.unit == "rad"
     )
-    for joint in robot.actuated if options.zeros else ():
-        if joint.type == "prismatic" or angles[joint.name] < 3:
-            raise UsageError(f"--zeros: {joint.name} must turn, and its angles be free")
+    turning = [joint for joint in robot.actuated if joint.type != "prismatic"]
+    if options.zeros and not any(angles[joint.name] == 3 for joint in turning):
+        raise UsageError("--zeros: a joint must turn, and its angles be free")

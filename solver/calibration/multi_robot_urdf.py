@@ -102,10 +102,9 @@ def _in_one_file(robots: Sequence[Placed]) -> bytes:
     text = first.text
     for arm in robots[1:]:
         flange = arm.robot.loaded_with.get("flange")
-        ball = arm.robot.loaded_with.get("ball")
-        if flange is not None and ball is not None and arm.robot.tip not in text.links:
-            x, y, z = ball
-            with_ball = add_link(text, flange, Origin((x, y, z)), arm.robot.tip)
+        if flange is not None and arm.robot.tip not in text.links:
+            origin = arm.robot.ball_joint.origin
+            with_ball = add_link(text, flange, origin, arm.robot.tip)
             text = scan(with_ball, first.source)
     changed: dict[str, Origin] = {}
     for arm in reversed(robots):

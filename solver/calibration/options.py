@@ -33,6 +33,7 @@ class CalibrateOptions(TypedDict, total=False):
     flange_poses: bool
     repeatability_mm: float | None
     accept_distorted: bool
+    scale: float | None
     known: Sequence[str | Path | KnownDistance]
     sockets_at: str | Path | Sequence[str | Path | SocketAt]
     distance_deviation: float | None
@@ -110,6 +111,13 @@ class SolveOptions:
     accept_distorted: bool = _option(
         "export even a model that does not reproduce the sockets' distance", unset=False
     )
+    scale: float | None = _auto(
+        "measured points are divided by it: 1.01 for an instrument whose lengths come out 1 % too "
+        "long, 1 for one that was checked against a known length",
+        "S",
+        within=(0.5, 2.0),
+        unit="a factor near 1",
+    )
     known: Sequence[str | Path | KnownDistance] = _auto(
         "further measured distances between sockets, to which the fit keeps as closely as their "
         "standard deviation S says; or a file with one a line, or a table with from, to, "
@@ -136,7 +144,8 @@ class SolveOptions:
         choices=(*EXTENSIONS, "joint-noise"),
     )
     zeros: bool | None = _auto(
-        "the joints' zeros may be off by degrees: for arms made of servos",
+        "the joints' zeros may be off by degrees: for arms made of servos; but of joints that "
+        "slide, or whose angles --fix holds",
         default=False,
     )
     prior: str | Path | None = _auto(

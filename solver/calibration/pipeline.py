@@ -68,9 +68,9 @@ def calibrate(
         progress: Called with a word for each model that is fitted.
         options: Fields of :class:`.SolveOptions`, which ``mukca solve --help-all`` explains. Of
             both methods: method, distance, free, fix, as_recorded, leave_out,
-            flange_poses, repeatability_mm, accept_distorted. Of ``auto`` alone: known, sockets_at,
-            distance_deviation, without, zeros, prior, remounted, payload, gravity. Of ``paper``
-            alone: optimizer, regularization, max_iterations.
+            flange_poses, repeatability_mm, accept_distorted. Of ``auto`` alone: scale, known,
+            sockets_at, distance_deviation, without, zeros, prior, remounted, payload,
+            gravity. Of ``paper`` alone: optimizer, regularization, max_iterations.
 
     Raises:
         UsageError: An option that cannot be, or belongs to the other method.

@@ -77,7 +77,7 @@ def _measured(
     warnings += [f"{error}; it is left out" for error in (*errors, *errors_held_out)]
     data = (*training, *held_out)
     check_distinct(data)
-    warnings += model_warnings(robot, data, options)
+    warnings += model_warnings(robot, options)
     warnings += chain.from_iterable(m.warnings for m in data)
     return CalibrationProblem(
         robot,

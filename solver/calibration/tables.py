@@ -15,9 +15,10 @@ from .fit import Methods
 from .located_sockets import tables_of_sockets
 from .outlook import OUTLOOK
 from .preparation import Check
+from .set_ups import set_up_anew
 
 METHODS = Methods(with_joint_curves, studies.project_to_geometry)
-CHECKS: Sequence[Check] = (inspected, lone_sockets, tables_of_sockets)
+CHECKS: Sequence[Check] = (set_up_anew, inspected, lone_sockets, tables_of_sockets)
 STUDIES: Sequence[Study] = (
     *studies.STUDIES,
     findings.CHECKS,

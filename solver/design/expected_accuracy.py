@@ -202,14 +202,16 @@ def accuracy_by(
     errors = workspace_errors(arm, load)
     if not np.isfinite(errors.median):
         return None
-    better = _better(arm, load, [m.positions for m in measurements])
+    better = _better(arm, load, measurements)
     distorted = any(
         is_distorted(arm.predict(load.samples(robot, m)), m) for m in measurements
     )
     return Accuracy(errors.median, scale(arm), errors.length, better, distorted)
 
 
-def _better(posterior: Posterior, load: Load, recorded: Sequence[np.ndarray]) -> Better:
+def _better(
+    posterior: Posterior, load: Load, recorded: Sequence[Measurement]
+) -> Better:
     """Return the errors of distances by the nominal model, its ball put right, and by the fit."""
     model = posterior.model
     of_ball = np.array([p.of_ball for p in model.parameters])

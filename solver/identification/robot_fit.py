@@ -1,8 +1,12 @@
 """The fit of one robot to its measurements, with the choice of effects beyond its geometry."""
 
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from ...errors import NotConverged
 from .data import (
     STANDARD_LOAD,
     Load,
@@ -26,11 +30,14 @@ from .selection import (
     choose_models,
     joint_offsets_in_words,
     search,
+    set_ups,
     with_differences,
 )
 
 JOINT_NOISE = "joint-noise"
 """Named beside the extensions: the noise of the joints."""
+HELD = 1e-8
+"""Deviation of a joint's zero that is held [rad]."""
 Progress = Callable[[str], None]
 """Called with a word for each model that is fitted."""
 Prior = GivenPrior | None
@@ -103,14 +110,19 @@ def fit(
         _geometric_model(recordings, first, options),
         data,
         joint_noise=JOINT_NOISE not in options.without,
+        differences=() if options.alike else set_ups(data),
         average_widths=False,
     )
+    if differences := geometric.objective.differences:
+        about = [replace(d, values=geometric.arm.values) for d in differences]
+        with suppress(NotConverged):
+            geometric = refit(geometric, differences=about, average_widths=False)
     stages = _stages(first, options.without)
     scalar = [name for name in stages if name != CURVE.extension]
     searched = search(geometric, scalar, options.progress)
     if not options.alike:
         differences = with_differences(searched.best).objective.differences
-        if differences:
+        if differences != geometric.objective.differences:
             geometric = refit(geometric, differences=differences, average_widths=False)
             searched = search(geometric, scalar, options.progress)
     choice = choose_models(searched.models)
@@ -148,7 +160,22 @@ def _geometric_model(
         if effect is not CURVE and not names.isdisjoint(coefficients):
             effects.append(effect.name)
     model = extend(robot, parameters, effects)
+    if prior is None and options.zeros:
+        prior = _without_zeros(robot, parameters)
     return replace(model, given=prior, seen=recordings.effects)
+
+
+def _without_zeros(robot: Robot, parameters: Sequence[Parameter]) -> Prior:
+    """Return what holds the zeros that a URDF cannot: of slides, and where angles are not free."""
+    angles = [p.joint for p in parameters if p.unit == "rad"]
+    joints = [
+        joint.name
+        for joint in robot.actuated
+        if joint.type == "prismatic" or angles.count(joint.name) < 3
+    ]
+    names = EFFECTS["zero"].coefficient_names(joints)
+    count = len(names)
+    return GivenPrior(tuple(names), np.zeros(count), HELD**2 * np.eye(count))
 
 
 def _stages(first: Sequence[str], without: Collection[str]) -> list[str]:

@@ -8,19 +8,14 @@ from ..assessment import mm
 from ..calibration import Calibration
 from ..identification.data import Measurement, TipSamples, evaluate, tip_shift
 
-SHIFTED = 5e-3
-"""Shift of a tip from which it is another probe's [m]: less may be a zero that moved."""
 SHARE = 0.5
 """Share of the errors that a shift leaves at most, if it is the cause."""
 
 
-def probe_shift(
-    calibration: Calibration, data: Sequence[Measurement], *, ball_moved: bool
-) -> float | None:
+def probe_shift(calibration: Calibration, data: Sequence[Measurement]) -> float | None:
     """Return how far the tip sits from the ball of the calibration [m]; None for the same tip.
 
-    Where the ball is said to have moved (``ball_moved``), any shift counts that explains the
-    errors.
+    Any shift counts that explains the errors: a target is put on anew from day to day.
     """
     calibrated, shifts = calibration.calibrated, list[float]()
     for measured in data:
@@ -31,7 +26,7 @@ def probe_shift(
         before = evaluate(points, measured).mean_absolute_error
         after = evaluate(points + rotations @ shift, measured).mean_absolute_error
         size = float(np.linalg.norm(shift))
-        if after < SHARE * before and (ball_moved or size > SHIFTED):
+        if after < SHARE * before:
             shifts.append(size)
     return max(shifts, default=None)
 
@@ -40,4 +35,4 @@ def probe_words(shift: float | None) -> str:
     """Return a sentence on a tip that was refitted; empty for the same tip."""
     if shift is None:
         return ""
-    return f" The tip was refitted: it sits {mm(shift)} from the calibration's, as another probe's."
+    return f" The tip was refitted: it sits {mm(shift)} from the calibration's."

@@ -117,7 +117,7 @@ def what_changed(
 
     Args:
         calibration: The calibration.
-        data: Samples since, 6 in each of two sockets; of points, another probe's tip is refitted.
+        data: Samples since, 6 in each of two sockets; of points, frame and target are refitted.
         stood: Placement of the calibration whose base still stands where it stood, or should.
         distance: Between the sockets' centres [m]; None for the recording's.
         repeatability: Of the arm, from which its limits follow [m]; None for what is known of it.
@@ -130,8 +130,8 @@ def what_changed(
     document = calibration.document
     measured = _as_read_now(calibration, as_list(data), distance)
     changes, now = changes_since(calibration, measured, stood, ball_moved=ball_moved)
-    tip = probe_shift(calibration, measured, ball_moved=ball_moved)
-    errors = calibration.errors_of(measured, other_tip=tip is not None)
+    tip = probe_shift(calibration, measured)
+    errors = calibration.errors_of(measured, other_tip=True)
     limits = limits_of(document, calibration.source, Options(repeatability))
     new = _summary_now(errors, now)
     compared = bool(changes.probabilities)
@@ -197,7 +197,7 @@ def _as_read_now(
     """Return checked placements, their joints as zeros found since read them."""
     robot, load = calibration.robot, calibration.load
     measured = [
-        measure(placement, robot, distance, sockets=1, load=load)
+        measure(calibration.at_scale(placement), robot, distance, sockets=1, load=load)
         for placement in placements
     ]
     check_distinct(measured)

@@ -71,6 +71,8 @@ from .placements import Role as Role
 from .placements import Summaries as Summaries
 from .placements import Summary as Summary
 from .posed_robot import PosedRobot as PosedRobot
+from .predicted_targets import TargetPrediction as TargetPrediction
+from .predicted_targets import target_predictions as target_predictions
 from .study import Study as Study
 from .study import studied as studied
 from .worth import Apart as Apart

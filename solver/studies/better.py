@@ -26,7 +26,7 @@ def better(fit: Fit, measurements: Measurements, ball: Place | None) -> Better |
         calibrated.geometric_ball,
         corrected=calibrated.exported is not None,
     )
-    recorded = [m.positions for _, m in measurements.placements]
+    recorded = [m for _, m in measurements.placements]
     return better_than_nominal(
         fit.posterior, calibrated.load, models, recorded, measurements.test
     )

@@ -43,7 +43,7 @@ def better_than_nominal(
     posterior: Posterior,
     load: Load,
     models: Models,
-    recorded: Sequence[np.ndarray],
+    recorded: Sequence[Measurement],
     held_out: Sequence[Measurement] = (),
 ) -> Better:
     """Return the errors of distances before and now, and the probability that they are smaller.
@@ -52,7 +52,7 @@ def better_than_nominal(
         posterior: What the samples trained on tell of the arm.
         load: Load of the joints while recording.
         models: The models to compare.
-        recorded: Joint positions of each placement, shape (N, m) [rad].
+        recorded: The placements.
         held_out: Placements whose samples and distances bear on the arm, too.
     """
     robot = posterior.model.robot

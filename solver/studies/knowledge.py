@@ -12,7 +12,7 @@ def uncertainty(fit: Fit, measurements: Measurements) -> Uncertainty:
     assert posterior is not None
     load = fit.calibrated.load
     exported = fit.calibrated.exported
-    recorded = [m.positions for _, m in measurements.placements]
+    recorded = [m for _, m in measurements.placements]
     weak = weak_directions(posterior)
     return Uncertainty(
         weak_directions=weak,

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..identification.robot import Robot, even_bodies, link_poses
+from ..identification.robot import Robot, crude_bodies, link_poses
 from .pattern_evidence import PatternRows
 from .projections import rows_of, unit
 
@@ -119,8 +119,8 @@ def _time(rows: PatternRows) -> Quantity:
 
 
 def _middle(robot: Robot, q: np.ndarray) -> np.ndarray:
-    """Return the arm's centre of mass, of even masses where the model has none, (N, 3) [m]."""
-    bodies = robot.bodies or even_bodies(robot.joints)
+    """Return the arm's centre of mass, of crude masses where the model has none, (N, 3) [m]."""
+    bodies = robot.bodies or crude_bodies(robot.joints)
     masses = [body.mass for body in bodies]
     links = [body.joint + 1 for body in bodies]
     poses = link_poses(robot.joints, q)[:, links]

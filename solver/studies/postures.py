@@ -25,6 +25,8 @@ def poses_near(
     recorded: np.ndarray,
     counts: tuple[int, int],
     margin: float,
+    *,
+    sway: float = SWAY,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return configurations like those recorded, with the ball at places near theirs.
 
@@ -33,6 +35,7 @@ def poses_near(
         recorded: Joint positions, shape (N, m) [rad].
         counts: Number of places, and of postures at each; those out of limits or reach are left.
         margin: Standard deviation of a place from a recorded one, per axis [m].
+        sway: Of a posture from the one that it begins at [rad]; 0 for that of its own place.
 
     Returns:
         Joint positions, shape (M, m) [rad], and the index of each one's place, shape (M,).
@@ -51,8 +54,8 @@ def poses_near(
     indices = np.arange(place_count)
     places = np.repeat(indices, posture_count)
     targets = centres[places]
-    q = any_of_recorded(len(places))
-    q = q + generator.normal(0, SWAY, q.shape)
+    q = any_of_recorded(len(places)) if sway else q[places]
+    q = q + generator.normal(0, sway, q.shape)
     for _ in range(ROUNDS):
         linear = ball.linearise(ball.nominal, q)
         shifts = targets - linear.points

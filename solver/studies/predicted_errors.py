@@ -5,11 +5,11 @@ from statistics import NormalDist
 
 import numpy as np
 
-from ..identification.data import Load
+from ..identification.data import Load, Measurement
 from ..identification.inference import Posterior
 from ..identification.robot import Robot, workspace
 from ..results import DistanceDeviation
-from .postures import poses_near
+from .postures import SWAY, poses_near
 from .projections import bisected, pair_lengths
 from .uncertainty import distance_deviations
 
@@ -73,7 +73,7 @@ def workspace_errors(
 def errors_near(
     posterior: Posterior,
     load: Load,
-    recorded: Sequence[np.ndarray],
+    recorded: Sequence[Measurement],
     exported: np.ndarray | None,
 ) -> DistanceDeviation | None:
     """Return the predicted errors of distances near recorded places, where they are largest.
@@ -91,16 +91,17 @@ def errors_near(
 
 def neighbourhoods(
     robot: Robot,
-    recorded: Sequence[np.ndarray],
+    recorded: Sequence[Measurement],
 ) -> list[np.ndarray]:
     """Return an even number of poses near each recorded place that has two in reach.
 
-    Near is some 0.1 m from a place, in configurations like those recorded there. Each placement has
-    joint positions of shape (N, m) [rad].
+    Near is some 0.1 m from a place, in configurations like those recorded there; of measured points
+    each is a neighbour of one recorded posture.
     """
     nearby: list[np.ndarray] = []
-    for rows in recorded:
-        q, _ = poses_near(robot, rows, (NEARBY, 1), NEAR)
+    for m in recorded:
+        sway = SWAY if m.kind == "sockets" else 0.0
+        q, _ = poses_near(robot, m.positions, (NEARBY, 1), NEAR, sway=sway)
         pairs = len(q) // 2
         if pairs:
             nearby.append(q[: 2 * pairs])

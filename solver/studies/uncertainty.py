@@ -137,8 +137,9 @@ def distance_deviations(
 
 @lru_cache(maxsize=1)  # it takes a while
 def covariance_of(posterior: Posterior) -> np.ndarray:
-    """Return the covariance of the model's unknowns; play moves samples of servos together."""
-    if any(effect.zeros for effect in posterior.model.effects):
+    """Return the covariance of the model's unknowns; play moves seated samples of servos alike."""
+    of_servos = any(effect.zeros for effect in posterior.model.effects)
+    if of_servos and posterior.data.seated.any():
         return with_correlated_errors(posterior)
     return posterior.of_unknowns
 

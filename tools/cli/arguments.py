@@ -207,13 +207,10 @@ def _keywords(kind: Any, about: Mapping[str, Any]) -> dict[str, Any]:
         if about.get("repeated"):
             keywords["action"] = "append"
         else:
-            several = isinstance(about["metavar"], tuple)
-            # an option that is typed twice adds to what it had
-            keywords |= (
-                {"nargs": len(about["metavar"])}
-                if several
-                else {"nargs": "+", "action": "extend"}
-            )
+            words: tuple[str, ...] | str = about["metavar"]
+            keywords["nargs"] = len(words) if isinstance(words, tuple) else "+"
+            if get_origin(kind) is Sequence:
+                keywords["action"] = "extend"  # typed twice, it adds to what it had
         kind = get_args(kind)[0]
         kind = get_args(kind)[0] if get_origin(kind) is UnionType else kind
     if kind is float:

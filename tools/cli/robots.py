@@ -32,7 +32,8 @@ class RobotOptions(Options, group="robot"):
     )
     ball: tuple[float, float, float] | None = option(
         None,
-        "with --flange: the ball's centre in that link's frame, in metres",
+        "with --flange: the ball's centre in that link's frame, in metres; points and poses do "
+        "without",
         ("X", "Y", "Z"),
     )
 
@@ -72,9 +73,10 @@ class RobotsOptions(Options, group="robot"):
         "LINK",
         repeated=True,
     )
-    ball: tuple[float, float, float] | None = option(
-        None,
-        "with --flange: the ball's centre in that link's frame, in metres",
+    ball: Sequence[str] = option(
+        (),
+        "with --flange: the ball's centre in that link's frame, in metres; points and poses do "
+        "without (of several robots NAME=X Y Z)",
         ("X", "Y", "Z"),
     )
 
@@ -84,6 +86,7 @@ class RobotsOptions(Options, group="robot"):
         base = _by_name(self.base, "base", by_name)
         tip = _by_name(self.tip, "tip", by_name)
         flange = _by_name(self.flange, "flange", by_name)
+        balls = _balls(self.ball, by_name)
         ball = robots.BALL_LINK
         twice = len(set(by_name.values())) < len(by_name)
         return {
@@ -92,7 +95,7 @@ class RobotsOptions(Options, group="robot"):
                 base=base[name],
                 tip=tip[name] or (f"{name}_{ball}" if twice and flange[name] else ball),
                 flange=flange[name],
-                ball=self.ball if flange[name] or not name else None,
+                ball=balls[name] if flange[name] or not name else None,
             )
             for name, robot in by_name.items()
         }
@@ -155,6 +158,25 @@ def _by_name(
                 f"--{key} {words}: no robot is called {name!r}; there are: {names}"
             )
         by_name |= {name: link} if link else dict.fromkeys(sources, words)
+    return by_name
+
+
+def _balls(
+    words: Sequence[str], sources: Mapping[str, str]
+) -> dict[str, list[float] | None]:
+    """Balls of the robots, from three words each; one without a name is for all of them [m]."""
+    by_name: dict[str, list[float] | None] = dict.fromkeys(sources)
+    for k in range(0, len(words), 3):
+        name, _, x = words[k].rpartition("=")
+        given = "--ball " + " ".join(words[k : k + 3])
+        if name and ("" in sources or name not in sources):
+            there = "one robot needs no name" if "" in sources else ", ".join(sources)
+            raise UsageError(f"{given}: no robot is called {name!r}; {there}")
+        try:
+            place = [float(word) for word in (x, *words[k + 1 : k + 3])]
+        except ValueError:
+            raise UsageError(f"{given}: give three numbers, in metres") from None
+        by_name |= {name: place} if name else dict.fromkeys(sources, place)
     return by_name
 
 

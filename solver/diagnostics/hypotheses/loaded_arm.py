@@ -8,7 +8,7 @@ import numpy as np
 from ...identification.data import STANDARD_LOAD, Load, Samples
 from ...identification.effects import CURVE, EFFECTS, GAIN, Effect
 from ...identification.model import ExtendedModel, Prediction, design_matrix, extend
-from ...identification.robot import Parameter, Robot, even_bodies
+from ...identification.robot import Parameter, Robot, crude_bodies
 from .layout import Layout
 
 SMALLEST_TURN = 1e-6
@@ -80,8 +80,8 @@ class LoadedArm(Layout):
 
     @cached_property
     def heavy(self) -> Robot:
-        """The robot; without masses in its model with one at each joint, since it bends as well."""
-        bodies = self.robot.bodies or even_bodies(self.robot.joints)
+        """The robot; without masses with crude ones, since it bends as well."""
+        bodies = self.robot.bodies or crude_bodies(self.robot.joints)
         return replace(self.robot, bodies=bodies)
 
     @cached_property

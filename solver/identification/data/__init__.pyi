@@ -15,10 +15,12 @@ from .frames import check_base as check_base
 from .frames import fit_pose as fit_pose
 from .frames import kabsch as kabsch
 from .frames import kabsch_rotation as kabsch_rotation
+from .frames import nearest_rotation as nearest_rotation
 from .frames import place_frames as place_frames
 from .instrument import HandEye as HandEye
 from .instrument import check_orientations as check_orientations
 from .instrument import hand_eye as hand_eye
+from .known import CALIPER_DEVIATION as CALIPER_DEVIATION
 from .known import SEAT_DEVIATION as SEAT_DEVIATION
 from .known import WORLD as WORLD
 from .known import Known as Known
@@ -42,7 +44,7 @@ from .measurements import STANDARD_LOAD as STANDARD_LOAD
 from .measurements import Load as Load
 from .measurements import Measurement as Measurement
 from .measurements import TooFewError as TooFewError
-from .metrics import CALIPER_DEVIATION as CALIPER_DEVIATION
+from .metrics import FOLDS as FOLDS
 from .metrics import Metrics as Metrics
 from .metrics import cost_terms as cost_terms
 from .metrics import evaluate as evaluate
@@ -71,4 +73,3 @@ from .socket_distance import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .socket_distance import check_distance as check_distance
 from .tips import TipSamples as TipSamples
 from .tips import tip_shift as tip_shift
-from .tips import with_tip as with_tip

@@ -75,6 +75,12 @@ def measure(
     )
     if measured.kind == "points":
         _check_points(measured)
+    elif robot.ball_unknown:
+        flange = robot.ball_joint.parent
+        raise MeasurementError(
+            f"{placement.where}: in sockets, where the ball sits on {flange!r} must be known: "
+            "--ball X Y Z"
+        )
     else:
         _check_sockets(measured, sockets)
     with order_said([placement], robot.joint_names):

@@ -32,7 +32,7 @@ def with_plausible_efforts(placement: Placement, robot: Robot, load: Load) -> Pl
     """Return a placement without efforts that contradict the model, and a remark that says so."""
     efforts = placement.efforts
     q = placement.positions
-    if efforts is None or len(q) < ENOUGH or not robot.bodies:
+    if efforts is None or len(q) < ENOUGH or robot.masses_assumed:
         return placement
     moments = gravity_moments(robot, q, load.gravity, load.payload)
     tau = moments[:, : q.shape[1]]

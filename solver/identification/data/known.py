@@ -12,8 +12,9 @@ import numpy as np
 
 from ....errors import MukcaError
 from .measurements import Measurement
-from .metrics import CALIPER_DEVIATION
 
+CALIPER_DEVIATION = 3e-5
+"""Standard deviation of a socket distance measured with a caliper [m]."""
 SEAT_DEVIATION = 1e-5
 """Standard deviation of the distance between a base's sockets from one placement to the next [m]:
 bolting it down bends it a little, and dust keeps the ball from its seat."""

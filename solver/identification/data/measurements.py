@@ -239,11 +239,11 @@ class Load:
     ) -> Samples:
         """Return an arm at joint positions q, shape (N, m) [rad], with the moments that hold it.
 
-        Torques about the joints' own axes are as measured unless ``efforts`` is None. The moments
-        across them always follow from the masses.
+        Torques about the joints' own axes are as measured unless ``efforts`` is None, or the masses
+        are assumed: no factor is known then. The moments across them always follow from the masses.
         """
         moments = gravity_moments(robot, q, self.gravity, self.payload)
-        if efforts is not None:
+        if efforts is not None and not robot.masses_assumed:
             moments[:, : q.shape[1]] = efforts
         return Samples(q, moments, clocks)
 

@@ -11,10 +11,9 @@ import numpy as np
 
 from ..robot import rotation_vectors
 from .frames import Pose, fit_pose
+from .known import CALIPER_DEVIATION
 from .measurements import Measurement
 
-CALIPER_DEVIATION = 3e-5
-"""Standard deviation of a socket distance measured with a caliper [m]."""
 FOLDS = 10
 """Parts of a placement of points; each is judged in the frame that the others give."""
 

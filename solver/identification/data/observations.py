@@ -7,8 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from .known import WORLD, KnownDistance, SocketAt
-from .metrics import CALIPER_DEVIATION
+from .known import CALIPER_DEVIATION, WORLD, KnownDistance, SocketAt
 from .places import Places, RobotRecordings, places_of
 from .samples import Samples, joined
 

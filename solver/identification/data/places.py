@@ -12,6 +12,7 @@ import numpy as np
 from ..robot import Robot
 from .frames import FrameError, FrameObservations
 from .known import (
+    CALIPER_DEVIATION,
     WORLD,
     Known,
     KnownDistance,
@@ -22,7 +23,6 @@ from .known import (
     find_socket,
 )
 from .measurements import STANDARD_LOAD, Load, Measurement
-from .metrics import CALIPER_DEVIATION
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from .frames import IDENTITY, fit_pose
-from .measurements import Measurement
 
 ROUNDS = 8
 """Steps of Gauss-Newton; the tip is linear, and the frame turns hardly once it is fitted."""
@@ -24,6 +23,12 @@ class TipSamples(NamedTuple):
     """R, orientations of the ball's link by it, shape (N, 3, 3)."""
     measured: np.ndarray
     """y, as measured, shape (N, 3) [m]."""
+
+    def distances(self, shift: np.ndarray) -> np.ndarray:
+        """Return the distances that a shift of the tip leaves, shape (N,) [m]."""
+        tips = self.points + self.rotations @ shift
+        places = fit_pose(self.measured, tips).apply(self.measured)
+        return np.linalg.norm(places - tips, axis=1)
 
 
 def tip_shift(frames: Sequence[TipSamples]) -> np.ndarray:
@@ -49,17 +54,3 @@ def tip_shift(frames: Sequence[TipSamples]) -> np.ndarray:
             np.concatenate(columns), np.concatenate(offsets), rcond=None
         )[0]
     return shift
-
-
-def with_tip(
-    points: np.ndarray, rotations: np.ndarray, measured: Measurement
-) -> np.ndarray:
-    """Return where a model has the tip that fits measured points best, shape (N, 3) [m].
-
-    Balls in sockets stay as they are.
-    """
-    if measured.kind != "points":
-        return points
-    return points + rotations @ tip_shift(
-        [TipSamples(points, rotations, measured.points)]
-    )

@@ -7,6 +7,9 @@ import numpy as np
 from ..robot import BallModel, Parameter, angles_near, rotation
 from .posterior import Posterior
 
+NONE = 1e-7
+"""A zero that is held is smaller [rad], [m]."""
+
 
 def with_joint_offsets(posterior: Posterior) -> np.ndarray:
     """Return the geometric parameters of a model, its zeros put into them, shape (geometry,)."""
@@ -33,7 +36,7 @@ def offsets_in_origins(
     changed: list[int] = []
     pairs = zip(model.robot.actuated, offsets.tolist(), strict=True)
     for joint, offset in pairs:
-        if not offset:
+        if abs(offset) < NONE:
             continue
         j = model.robot.joints.index(joint)
         R = frames[j, :, 1:4]

@@ -9,6 +9,7 @@ import numpy as np
 from ..data import Observations, Pose, Samples, SourceKind
 from ..model import (
     Deflection,
+    Difference,
     ExtendedModel,
     Gaussian,
     Noise,
@@ -162,6 +163,13 @@ class FitPosterior:
     def objective(self) -> Objective:
         """Function that was minimised."""
         return self.state.objective
+
+    def unknowns_of(self, difference: Difference) -> np.ndarray:
+        """Return the unknowns u of a difference that the fit has."""
+        objective = self.objective
+        k = objective.differences.index(difference)
+        begin = objective.model.size + sum(objective.sizes[:k])
+        return self.state.x[begin : begin + objective.sizes[k]]
 
     @property
     def model(self) -> ExtendedModel:

@@ -38,6 +38,8 @@ def start(
     begin = model.size
     for difference, size in zip(objective.differences, objective.sizes, strict=True):
         groups.append(difference.prior(begin, size))
+        if previous is not None and difference in previous.objective.differences:
+            x[begin : begin + size] = previous.unknowns_of(difference)
         begin += size
     points = model.predict(x, data)
     frames = first_frames(data, points)

@@ -23,6 +23,8 @@ SIZE, ZERO = 1e-3, 5e-3
 """Usual size of a difference of a place [m], and of a joint's zero [rad]."""
 CREEP = 2e-4
 """The same of a ball's place on its flange from placement to placement [m]."""
+TURNED = 10.0
+"""A target that sits elsewhere by 1 m is turned by so much, where poses tell [rad/m]."""
 
 Course = Literal["step", "drift", "slow", "each"]
 
@@ -76,8 +78,7 @@ class Difference:
     def courses(self, data: Observations) -> np.ndarray:
         """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
         if self.course == "each":
-            in_each = np.array([data.rows_of(name) for name in self.placements])
-            return in_each.T.astype(float)
+            return 1.0 * (data.recorded_at[:, None] == self.placements)
         first = data.rows_of(self.placements[0])
         if self.course == "step":
             index = data.clock(self.clock)[:, 0]
@@ -106,7 +107,7 @@ class Difference:
             q[:, joint] -= self.zero / 2 * courses[:, 0]
             data = replace(data, q=q)
         values = model.ball.nominal if self.values is None else self.values
-        D = directions(self.part, model, data, values)
+        D = directions(self.part, model, data, values, put_on=self.course == "each")
         slopes = courses[:, None, :, None] * D[:, :, None]
         return slopes.reshape(len(courses), 3, -1)
 
@@ -128,16 +129,23 @@ def directions(
     model: ExtendedModel,
     data: Observations,
     values: np.ndarray,
+    *,
+    put_on: bool = False,
 ) -> np.ndarray:
     """Return D of all samples, shape (N, 3, d), by the values of a geometry's parameters.
 
     A base is elsewhere by three numbers; an instrument may be turned about the middle of what it
-    measured, too. A ball on the flange differs in the axes of its link, by -R; a joint that reads
-    too much by J_q.
+    measured, too. A ball on the flange differs in the axes of its link, by -R, and so does the turn
+    of a target that was ``put_on`` anew; a joint that reads too much by J_q.
     """
     ball = model.ball
     if part == BALL:
-        return -ball.rotations(values, data.q).points
+        minus_R = -ball.rotations(values, data.q).points
+        if not (put_on and data.turned.any()):
+            return minus_R
+        turned = data.turned[:, None, None]
+        by_place, by_turn = minus_R * ~turned, TURNED * minus_R * turned
+        return np.concatenate([by_place, by_turn], axis=2)
     if part != BASE:
         joint = model.robot.joint_names.index(part)
         return ball.linearise(values, data.q).by_joints[:, :, [joint]]

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..data import Observations, Pose, hand_eye
+from ..data import Observations, Pose, TipSamples, hand_eye, tip_shift
 from ..effects import Effect
-from ..robot import Origin, Parameter
+from ..robot import BallModel, Origin, Parameter
 from .extended_model import ExtendedModel
 from .prior_group import SMALLEST_WIDTH, GivenPrior, PriorGroup
 
@@ -53,7 +53,7 @@ def _geometry_groups(model: ExtendedModel, data: Observations) -> list[PriorGrou
         typical.update(effect.geometry_widths)
     widths = GEOMETRY_WIDTHS | typical
     by_scale = COMMON_SCALE * model.ball.nominal[lengths]
-    place = _ball_by_poses(model, data)
+    place = _ball_by_instrument(model, data)
     expected = None
     if place is not None:
         expected = place[ball]
@@ -125,10 +125,48 @@ def groups_at(
     return tuple(groups)
 
 
-def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | None:
-    """Return the ball's place (unless it cannot be) and turn on the flange by measured poses."""
-    if not data.turned.any():
+def _ball_by_instrument(model: ExtendedModel, data: Observations) -> np.ndarray | None:
+    """Return the ball's place and turn on the flange by what an instrument measured, from nominal.
+
+    Frame and ball alone are fitted to the nominal robot, from any start: with all lengths and
+    angles free at once, a ball that is 90 mm off lets the fit diverge.
+    """
+    if data.turned.any():
+        return _from_nominal(model.ball, _tool_by_poses(model.ball, data))
+    if data.seated.any() or not len(data.q):
         return None
+    frames = _tips(model.ball, data)
+    shift = tip_shift(frames)
+    distances = [frame.distances(shift) for frame in frames]
+    off = np.median(np.concatenate(distances))
+    if np.linalg.norm(shift) > FARTHEST or off > MOST_OFF:
+        return None
+    return _from_nominal(model.ball, Pose(np.eye(3), shift))
+
+
+def _from_nominal(ball: BallModel, tool: Pose) -> np.ndarray:
+    """Return the changes of all parameters that move the ball by a pose in its own frame."""
+    origins = ball.origins(ball.nominal)
+    nominal = Pose.of(Origin.of(origins[-1]))
+    of_ball = (nominal @ tool).origin
+    origins[-1] = *of_ball.xyz, *of_ball.rpy
+    return ball.parameters_at(origins) - ball.nominal
+
+
+def _tips(ball: BallModel, data: Observations) -> list[TipSamples]:
+    """Return the nominal robot's balls, and those measured, in each frame."""
+    tips: list[TipSamples] = []
+    for frame in np.unique(data.measured_in).tolist():
+        rows = data.measured_in == frame
+        q = data.q[rows]
+        points = ball.points(ball.nominal, q)
+        rotations = ball.rotations(ball.nominal, q).points
+        tips.append(TipSamples(points, rotations, data.points[rows]))
+    return tips
+
+
+def _tool_by_poses(ball: BallModel, data: Observations) -> Pose:
+    """Return the ball's place (unless it cannot be) and turn in its own frame by measured poses."""
     counts = np.bincount(data.turned_in[data.turned])
     frame = counts.argmax()
     turned = np.flatnonzero(data.turned_in == frame)
@@ -136,7 +174,7 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
     placements = data.recorded_at[turned]
     of_placements = np.isin(data.recorded_at[balls], placements)
     points = data.points[balls[of_placements]]
-    q, ball = data.q[turned], model.ball
+    q = data.q[turned]
     R = ball.rotations(ball.nominal, q).points
     p = ball.points(ball.nominal, q)
     first_line = str(data.wheres[turned[0]])
@@ -151,12 +189,8 @@ def _ball_by_poses(model: ExtendedModel, data: Observations) -> np.ndarray | Non
     tool = calibrated.tool
     length = float(np.linalg.norm(tool.translation))
     if length > FARTHEST or calibrated.distance > MOST_OFF:
-        tool = replace(tool, translation=np.zeros(3))
-    origins = ball.origins(ball.nominal)
-    nominal = Pose.of(Origin.of(origins[-1]))
-    of_ball = (nominal @ tool).origin
-    origins[-1] = *of_ball.xyz, *of_ball.rpy
-    return ball.parameters_at(origins) - ball.nominal
+        return replace(tool, translation=np.zeros(3))
+    return tool
 
 
 def _with_given(

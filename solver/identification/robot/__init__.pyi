@@ -2,7 +2,7 @@ from .axes import link_axes as link_axes
 from .ball_model import BallModel as BallModel
 from .ball_model import RotationNumbers as RotationNumbers
 from .ball_model import nominal_balls as nominal_balls
-from .bodies import even_bodies as even_bodies
+from .bodies import crude_bodies as crude_bodies
 from .chain import Joint as Joint
 from .chain import find_chain as find_chain
 from .chain import find_root as find_root

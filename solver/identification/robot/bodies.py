@@ -10,6 +10,9 @@ from .chain import Joint
 from .rotations import matrix_rpy
 from .urdf_text import ModelError, UrdfText, Vector, numbers
 
+HEAVIEST, TAPER = 5.0, 0.8
+"""Of a model without masses: that of the first link [kg], and each next one's share of it."""
+
 
 @dataclass(frozen=True)
 class Body:
@@ -59,6 +62,20 @@ def find_bodies(
     return tuple(bodies)
 
 
-def even_bodies(joints: Sequence[Joint]) -> tuple[Body, ...]:
-    """Return a mass at each joint's origin, by which a model without any bends much as the arm."""
-    return tuple(Body(i, 1.0, (0.0, 0.0, 0.0)) for i in range(len(joints)))
+def crude_bodies(joints: Sequence[Joint]) -> tuple[Body, ...]:
+    """Return a mass for each link that moves, half way to the next joint, or to the ball.
+
+    Their total is any, since a compliance is as much larger as the masses are smaller; and so is
+    the share of each next link, :data:`TAPER`.
+    """
+    last = len(joints) - 1
+    moving = [i for i, joint in enumerate(joints) if joint.actuated]
+    bodies: list[Body] = []
+    for rank, i in enumerate(moving):
+        following = moving[rank + 1] if rank + 1 < len(moving) else last
+        place = np.zeros(3)
+        for joint in joints[following:i:-1]:
+            place = joint.origin.xyz + matrix_rpy(joint.origin.rpy) @ place
+        x, y, z = (place / 2).tolist()
+        bodies.append(Body(i, HEAVIEST * TAPER**rank, (x, y, z)))
+    return tuple(bodies)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ....errors import LARGEST_DOCUMENT, LENGTH, MASS, ON_FLANGE, ROTATION, read_bytes
-from .bodies import Body, find_bodies
+from .bodies import Body, crude_bodies, find_bodies
 from .chain import Joint, find_chain, find_root, require_link
 from .urdf_edits import add_link
 from .urdf_text import ModelError, Origin, UrdfText, Vector, scan
@@ -42,8 +42,11 @@ class Robot:
     tip: str
     joints: tuple[Joint, ...]
     bodies: tuple[Body, ...]
+    """Its masses; crude ones where the URDF states none, see :attr:`masses_assumed`."""
     loaded_with: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """The other arguments that :func:`load_robot` was called with, so that it can load it again."""
+    masses_assumed: bool = False
+    """True for a URDF without masses: torques are right but for a common factor then."""
 
     def __repr__(self) -> str:
         return (
@@ -86,6 +89,11 @@ class Robot:
         """Origins of all joints as written, shape (joints, 6): x y z [m], roll pitch yaw [rad]."""
         rows = [joint.origin.numbers for joint in self.joints]
         return np.array(rows, dtype=float)
+
+    @property
+    def ball_unknown(self) -> bool:
+        """True where a link carries a ball, and nobody said where on it."""
+        return bool(self.loaded_with.get("flange")) and not self.loaded_with["ball"]
 
     def with_origins(self, origins: np.ndarray) -> "Robot":
         """Return the robot with other joint origins, as :attr:`origins`; its text stays."""
@@ -135,20 +143,20 @@ def load_robot(
         flange: For a ball of one's own: the link that carries it. A new link, with the name
             ``tip``, is then fixed to that one; where the model has a ``ball_link`` already, it is
             called ``printed_ball``.
-        ball: With ``flange``: the ball's centre in that link's frame, x y z [m].
+        ball: With ``flange``: the ball's centre in that link's frame, x y z [m]; None for one that
+            an instrument measures, which is found wherever it sits.
 
     Raises:
-        ModelError: No such robot or link, the file is not a URDF with such a chain, or one of
-            ``flange`` and ``ball`` is there without the other.
+        ModelError: No such robot or link, the file is not a URDF with such a chain, or ``ball`` is
+            there without ``flange``.
     """
-    if (flange is None) != (ball is None):
-        raise ModelError("flange and ball go together: a link, and the ball on it")
+    if flange is None and ball is not None:
+        raise ModelError("ball without flange: name the link that carries it")
     text = scan(_model(robot), str(robot))
-    centre = None
-    if flange is not None and ball is not None:
-        centre = _three_numbers(ball, "ball")
+    centre = None if ball is None else _three_numbers(ball, "ball")
+    if flange is not None:
         tip = OWN_BALL if tip == BALL_LINK and tip in text.links else tip
-        text = _with_ball(text, flange, Origin(centre), tip)
+        text = _with_ball(text, flange, Origin(centre or (0.0, 0.0, 0.0)), tip)
     loaded = parse_robot(text, base=base, tip=tip)
     place = None if centre is None else list(centre)
     loaded_with = {"base": base, "tip": tip, "flange": flange, "ball": place}
@@ -230,7 +238,16 @@ def parse_robot(
         )
     bodies = find_bodies(text, joints)
     _check_sizes(text.source, joints, bodies)
-    return Robot(text.name, text.source, text, base, tip, joints, bodies)
+    return Robot(
+        text.name,
+        text.source,
+        text,
+        base,
+        tip,
+        joints,
+        bodies or crude_bodies(joints),
+        masses_assumed=not bodies,
+    )
 
 
 def _check_sizes(

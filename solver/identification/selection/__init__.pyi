@@ -1,3 +1,4 @@
+from .candidates import set_ups as set_ups
 from .differences import with_differences as with_differences
 from .joint_offsets import DECIDED as DECIDED
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words

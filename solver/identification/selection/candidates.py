@@ -16,7 +16,7 @@ from ..inference import (
     data_equations,
     prior_equations,
 )
-from ..model import BASE, TYPICAL_SPREAD, Difference, directions
+from ..model import BALL, BASE, TYPICAL_SPREAD, Difference, directions
 
 WAVES = 8
 """Waves of a slow process at most: the k-th goes to and fro k / 2 times, and is k^2 times smaller
@@ -128,6 +128,14 @@ def _runs(data: Observations, clock: Clock, placement: str) -> bool:
     """Return True for a clock that is known of all samples of a placement, and runs."""
     t = data.clock(clock)[data.rows_of(placement), 0]
     return bool(np.isfinite(t).all() and np.ptp(t))
+
+
+def set_ups(data: Observations) -> list[Difference]:
+    """Return the targets of an instrument's placements, each of which is put on anew."""
+    measured = dict.fromkeys(data.recorded_at[~data.seated].tolist())
+    if len(measured) < 2:
+        return []
+    return [Difference("each", tuple(measured), BALL)]
 
 
 class Sums(NamedTuple):

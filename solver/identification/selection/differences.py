@@ -36,6 +36,8 @@ SECANTS = 2
 def with_differences(posterior: FitPosterior) -> FitPosterior:
     """Return the fit with all differences that the data support."""
     families = _families(posterior.data, posterior.model.robot.joint_names)
+    present = posterior.objective.differences
+    families = [family for family in families if not {*family} & {*present}]
     while families:
         best, gain = _best_of(posterior, families)
         if gain < KEPT:
@@ -47,13 +49,17 @@ def with_differences(posterior: FitPosterior) -> FitPosterior:
             if new not in family
         ]
         families = [*filter(None, families)]
-        posterior = _without_idle(_at_its_size(best))
+        posterior = _without_idle(_at_its_size(best), present)
     return posterior
 
 
-def _without_idle(posterior: FitPosterior) -> FitPosterior:
-    """Return the fit without differences that the last one explains as well."""
+def _without_idle(
+    posterior: FitPosterior, present: Sequence[Difference]
+) -> FitPosterior:
+    """Return the fit without differences, but those present, that the last one explains as well."""
     for difference in posterior.objective.differences[:-1]:
+        if difference in present:
+            continue
         with suppress(NotConverged):
             fewer = [d for d in posterior.objective.differences if d is not difference]
             without = refit(posterior, differences=fewer, average_widths=False)

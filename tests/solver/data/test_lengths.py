@@ -78,7 +78,7 @@ def test_a_distance_computed_by_numpy_is_said_in_the_verdict(panda, session):
     front = replace(front, distance=np.float64(front.distance), readings=())
     found = mukca.calibrate(panda, [front], method="paper")
     premise = next(one for one in found.verdict.rests_on if one.name == "distance")
-    assert "(as placement.json says; " in premise.text
+    assert "the 50 mm in placement.json" in premise.text
 
 
 def test_a_size_is_doubted_until_its_distance_was_read_twice():

@@ -228,7 +228,7 @@ def test_a_model_that_is_not_in_its_encoding_is_told_with_the_line(odd):
 def test_a_mass_of_zero_is_none_and_one_below_is_refused(odd):
     weighed = '<link name="finger"><inertial><mass value="{}"/></inertial></link>'
     odd.write_text(ODD_ARM.replace('<link name="finger"/>', weighed.format("0")))
-    assert not load_robot(str(odd)).bodies
+    assert load_robot(str(odd)).masses_assumed
     odd.write_text(ODD_ARM.replace('<link name="finger"/>', weighed.format("-1e-9")))
     with pytest.raises(ModelError, match="write zero or more"):
         load_robot(str(odd))

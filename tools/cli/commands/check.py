@@ -107,14 +107,14 @@ class _Checked:
         if verdict.status != "pass":
             return f"{verdict.title}: {verdict.text}"
         count = len(self.findings) + len(self.problem.warnings)
-        answer = f"No error was seen; {assessment.plural(count, 'remark')}."
+        answer = NOTHING_WRONG
+        if count:
+            answer = f"No error was seen; {assessment.plural(count, 'remark')}."
         better = None if self.accuracy is None else self.accuracy.better
         doubts = [row.text for row in verdict.reasons if row.name == "samples"]
         if better is not None and better.probability < assessment.SURE:
             odds = assessment.in_100(better.probability)
             doubts.append(f"a calibration is not shown to be better ({odds})")
-        elif not count:
-            return NOTHING_WRONG
         return " ".join([answer, *(f"{text[0].upper()}{text[1:]}." for text in doubts)])
 
     @cached_property

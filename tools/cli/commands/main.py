@@ -34,7 +34,7 @@ EXAMPLES = 2
 
 TYPED = {
     "by force=True": "by --force",
-    "flange and ball go together": "--flange LINK and --ball X Y Z go together",
+    "ball without flange": "--ball without --flange",
 }
 """Words of the library's errors for its arguments, and those of the command line."""
 

@@ -117,8 +117,10 @@ def _robots(arms: Sequence[GivenArm]) -> list[str]:
             link = arm.options.get(key)
             if link and (key, link) != ("tip", BALL_LINK):
                 words += [f"--{key}", f"{arm.name}={link}"]
-    balls = [arm.options["ball"] for arm in arms if arm.options.get("ball")]
-    return words + as_options({"ball": next(iter(balls), None)})
+        if place := arm.options.get("ball"):
+            x, *others = map(str, place)
+            words += ["--ball", f"{arm.name}={x}", *others]
+    return words
 
 
 def _unlike_defaults(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
