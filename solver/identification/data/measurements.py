@@ -156,19 +156,13 @@ class Measurement:
     def clocks(self) -> np.ndarray:
         """Return :data:`.CLOCKS` of each row since the first sample, shape (N, 4).
 
-        Time [s] and temperature [K] are NaN where they were not recorded, and so is the reverse
-        index but of sockets one after the other, of which nothing says which was first.
+        Time [s] and temperature [K] are NaN where they were not recorded.
         """
-        time = self.clock("time")
-        clocks = np.column_stack([self.order, time, self.clock("temperature")])
-        clocks -= clocks[np.argmin(self.order)]
-        reverse = np.full(len(time), np.nan)
-        one_by_one = (np.diff(self.order) > 0).all()
-        if self.labels and one_by_one and np.isnan(time).all():
-            rows = np.arange(len(time))
-            parts = [rows[of_socket] for of_socket in reversed(self.slices)]
-            reverse[np.concatenate(parts)] = rows
-        return np.column_stack([clocks, reverse])
+        order, before = self.order, np.cumsum(self.counts)
+        reverse = order + np.repeat(len(order) - 2 * before + self.counts, self.counts)
+        since = np.column_stack([self.clock("time"), self.clock("temperature")])
+        since -= since[np.argmin(order)]
+        return np.column_stack([order, since, reverse])
 
     @property
     def wheres(self) -> np.ndarray:

@@ -5,15 +5,15 @@ Tables that have more columns extend it, and are built, joined and selected from
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 if TYPE_CHECKING:
     import numpy as np
     from typing_extensions import Self
 
 Clock = Literal["index", "time", "temperature", "reverse"]
-CLOCKS: tuple[Clock, ...] = ("index", "time", "temperature", "reverse")
-"""The last is the index where the sockets were recorded in the reverse order."""
+CLOCKS: tuple[Clock, ...] = get_args(Clock)
+"""The last is the index where sockets that follow each other were recorded in reverse order."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +52,6 @@ class Samples(SampleRows):
         return self.moments[:, : self.q.shape[1]]
 
     @property
-    def index(self) -> "np.ndarray":
-        """Number of samples before each in its placement, shape (N, 1); 0 for no sample."""
-        return self.clock("index")
-
-    @property
     def time(self) -> "np.ndarray":
         """Time since the placement's first sample, shape (N, 1) [s]; 0 where it is not known."""
         return _known(self.clock("time"))
@@ -70,8 +65,7 @@ class Samples(SampleRows):
         """Return one of :attr:`clocks`, shape (N, 1); 0 for no sample."""
         if self.clocks is None:
             return 0 * self.q[:, :1]
-        k = CLOCKS.index(name)
-        return self.clocks[:, k : k + 1]
+        return self.clocks[:, [CLOCKS.index(name)]]
 
 
 def _known(clock: "np.ndarray") -> "np.ndarray":

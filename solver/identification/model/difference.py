@@ -50,18 +50,6 @@ class Difference:
     """The geometry by which D is worked out; None for the nominal one."""
 
     @property
-    def ordered(self) -> bool:
-        """True for what would be elsewhere by another order of recording."""
-        return self.at > 0 or self.course == "drift"
-
-    def contradicts(self, other: "Difference") -> bool:
-        """Return True where another one has the placement's sockets in the other order."""
-        both = self.ordered and other.ordered
-        clocks = {self.clock, other.clock}
-        same = self.placements[0] == other.placements[0]
-        return both and same and clocks == {"index", "reverse"}
-
-    @property
     def weights(self) -> np.ndarray:
         """How large each u_k usually is, beside the first, shape (K,)."""
         if self.course == "each":
@@ -80,16 +68,16 @@ class Difference:
         if self.course == "each":
             return 1.0 * (data.recorded_at[:, None] == self.placements)
         first = data.rows_of(self.placements[0])
+        t = data.clock(self.clock)[:, 0]
         if self.course == "step":
-            index = data.clock(self.clock)[:, 0]
-            as_before = first & ((index < self.at) | (index >= self.until))
-            course = (data.rows_of(*self.placements) & ~as_before).astype(float)
+            as_before = first & ((t < self.at) | (t >= self.until))
+            course = 1.0 * (data.rows_of(*self.placements) & ~as_before)
             # The model has what is in most placements; of two, in the last.
             if self.part != BASE and 2 * len(self.placements) >= len(data.placements):
                 course[~data.turned] -= 1
             return course[:, None]
         courses = np.zeros((len(data.q), self.waves))
-        t = data.clock(self.clock)[first, 0]
+        t = t[first]
         s = (t - t.min()) / (np.ptp(t) or 1.0)
         if self.course == "drift":
             courses[first, 0] = s - 0.5

@@ -90,13 +90,14 @@ def _starts(
     They are counted in each of the orders in which it may be, with some left on either side.
     """
     starts: list[tuple[Clock, float]] = []
-    for clock in _orders(data, placement):
-        index = np.sort(data.clock(clock)[data.rows_of(placement), 0])
-        ranks = index[side : len(index) + 1 - side]
+    for clock in orders(data, placement):
+        t = data.clock(clock)[data.rows_of(placement), 0]
+        ranks: np.ndarray = np.sort(t)[side : len(t) + 1 - side]
         if len(ranks) > MOST_STEPS:
             even = np.linspace(0, len(ranks) - 1, MOST_STEPS)
             ranks = ranks[even.astype(int)]
-        starts += [(clock, at) for at in ranks.tolist()]
+        chosen: list[float] = ranks.tolist()
+        starts.extend((clock, at) for at in chosen)
     return starts
 
 
@@ -108,7 +109,7 @@ def courses_of(data: Observations, placement: str) -> list[list[Difference]]:
         return []
     by_order = Difference("drift", (placement,))
     families: list[list[Difference]] = []
-    clocks = _orders(data, placement)
+    clocks = orders(data, placement)
     for clock in ("time", "temperature"):
         if _runs(data, clock, placement):
             slow = replace(by_order, course="slow", clock=clock, waves=waves)
@@ -118,10 +119,29 @@ def courses_of(data: Observations, placement: str) -> list[list[Difference]]:
     return [[replace(by_order, clock=clock) for clock in clocks], *families]
 
 
-def _orders(data: Observations, placement: str) -> list[Clock]:
-    """Return the orders in which a placement may have been recorded."""
-    either = _runs(data, "reverse", placement)
-    return ["index", "reverse"] if either else ["index"]
+def orders(data: Observations, placement: str) -> list[Clock]:
+    """Return the orders in which a placement may have been recorded.
+
+    No time says of sockets one after the other, as in files of their own, which was the first.
+    """
+    rows = data.rows_of(placement)
+    sockets = data.sockets[rows][np.argsort(data.clock("index")[rows, 0])]
+    several = sockets[-1] > sockets[0] and (np.diff(sockets) >= 0).all()
+    timed = np.isfinite(data.clock("time")[rows]).any()
+    return ["index", "reverse"] if several and not timed else ["index"]
+
+
+def follows_order(difference: Difference) -> bool:
+    """Return True for what would be elsewhere by another order of recording."""
+    return difference.at > 0 or difference.course == "drift"
+
+
+def contradict(one: Difference, other: Difference) -> bool:
+    """Return True for two that have the sockets of one placement in both orders."""
+    both = follows_order(one) and follows_order(other)
+    clocks = {one.clock, other.clock}
+    same = one.placements[0] == other.placements[0]
+    return both and same and clocks == {"index", "reverse"}
 
 
 def _runs(data: Observations, clock: Clock, placement: str) -> bool:
@@ -226,7 +246,8 @@ class Rises:
         sums = (self._sums(slopes[part], courses[part], part) for part in parts)
         A, B, g = reduce(Sums.plus, sums)
         information = A - _spread(self.precision, B)
-        g = g + B @ self.change
+        towards: np.ndarray = B @ self.change
+        g = g + towards
         values, axes = np.linalg.eigh(information)
         along = (axes.transpose(0, 2, 1) @ g[:, :, None])[:, :, 0]
         for factor in FACTORS.tolist():

@@ -16,6 +16,7 @@ from ..model import BALL, BASE, PLACES, Difference
 from .candidates import (
     RUNS,
     Rises,
+    contradict,
     courses_of,
     steps_between,
     steps_of,
@@ -44,7 +45,7 @@ def with_differences(posterior: FitPosterior) -> FitPosterior:
             break
         new = best.objective.differences[-1]
         families = [
-            [difference for difference in family if not difference.contradicts(new)]
+            [difference for difference in family if not contradict(difference, new)]
             for family in families
             if new not in family
         ]
