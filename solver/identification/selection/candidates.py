@@ -87,12 +87,19 @@ def _starts(
 ) -> list[tuple[Clock, float]]:
     """Return the samples of a placement from which on something may differ, evenly chosen.
 
-    They are counted in each of the orders in which it may be, with some left on either side.
+    They are counted in each of the orders in which it may be, with some left on either side. From
+    one socket to the next both orders have the same step.
     """
     starts: list[tuple[Clock, float]] = []
+    rows = data.rows_of(placement)
     for clock in orders(data, placement):
-        t = data.clock(clock)[data.rows_of(placement), 0]
-        ranks: np.ndarray = np.sort(t)[side : len(t) + 1 - side]
+        t = data.clock(clock)[rows, 0]
+        in_order = np.argsort(t)
+        sockets = data.sockets[rows][in_order]
+        is_start = (clock == "index") | (np.diff(sockets, prepend=sockets[0]) == 0)
+        is_start[:side] = False
+        is_start[len(t) + 1 - side :] = False
+        ranks: np.ndarray = t[in_order][is_start]
         if len(ranks) > MOST_STEPS:
             even = np.linspace(0, len(ranks) - 1, MOST_STEPS)
             ranks = ranks[even.astype(int)]

@@ -142,4 +142,5 @@ def _worths(rises: np.ndarray | float, family: Sequence[Difference]) -> np.ndarr
     moved = first.part == BASE and first.course == "step"
     share = 1.0 if moved else INDEPENDENT
     reverse = np.array([difference.clock == "reverse" for difference in family])
-    return share * rises - log(len(family) - reverse.sum()) - KEPT * reverse
+    in_one_order = max(reverse.sum(), len(family) - reverse.sum())
+    return share * rises - log(in_one_order) - KEPT * reverse
