@@ -52,22 +52,27 @@ def steps_of_base(
     rows = data.rows_of(placement)
     in_socket = data.sockets[rows] == np.unique(data.sockets[rows])[:, None]
     steps: dict[bytes, Difference] = {}
-    for (clock, at), length in product(_starts(data, placement), lengths):
-        step = Difference("step", (placement,), BASE, clock, at, at + length)
-        course = step.courses(data)[rows, 0]
-        counts = in_socket @ course
-        if np.minimum(counts, in_socket.sum(1) - counts).max() >= SIDE:
-            steps.setdefault(course.tobytes(), step)
+    for clock in orders(data, placement):
+        for at, length in product(_starts(data, placement, clock), lengths):
+            step = Difference("step", (placement,), BASE, clock, at, at + length)
+            course = step.courses(data)[rows, 0]
+            counts = in_socket @ course
+            if np.minimum(counts, in_socket.sum(1) - counts).max() >= SIDE:
+                steps.setdefault(course.tobytes(), step)
     return [*steps.values()]
 
 
 def steps_of(data: Observations, part: str) -> list[Difference]:
-    """Return the steps of a ball or a joint amid a placement, from which on it differs."""
+    """Return the steps of a ball or a joint amid a placement, from which on it differs.
+
+    They are in the order of the files alone: a large turn is not linear, and the reverse order would
+    seem to gain by where it is linear.
+    """
     steps: list[Difference] = []
     for begin, placement in enumerate(data.placements):
         on = data.placements[begin:]
-        starts = _starts(data, placement, SIDE)
-        steps += [Difference("step", on, part, clock, at) for clock, at in starts]
+        starts = _starts(data, placement, side=SIDE)
+        steps += [Difference("step", on, part, at=at) for at in starts]
     return steps[:: 1 + len(steps) // MOST_OF_ALL]
 
 
@@ -83,29 +88,18 @@ def steps_between(data: Observations, part: str) -> list[Difference]:
 
 
 def _starts(
-    data: Observations, placement: str, side: int = 1
-) -> list[tuple[Clock, float]]:
+    data: Observations, placement: str, clock: Clock = "index", side: int = 1
+) -> list[float]:
     """Return the samples of a placement from which on something may differ, evenly chosen.
 
-    They are counted in each of the orders in which it may be, with some left on either side. From
-    one socket to the next both orders have the same step.
+    They are counted in one of its orders, with some left on either side.
     """
-    starts: list[tuple[Clock, float]] = []
-    rows = data.rows_of(placement)
-    for clock in orders(data, placement):
-        t = data.clock(clock)[rows, 0]
-        in_order = np.argsort(t)
-        sockets = data.sockets[rows][in_order]
-        is_start = (clock == "index") | (np.diff(sockets, prepend=sockets[0]) == 0)
-        is_start[:side] = False
-        is_start[len(t) + 1 - side :] = False
-        ranks: np.ndarray = t[in_order][is_start]
-        if len(ranks) > MOST_STEPS:
-            even = np.linspace(0, len(ranks) - 1, MOST_STEPS)
-            ranks = ranks[even.astype(int)]
-        chosen: list[float] = ranks.tolist()
-        starts.extend((clock, at) for at in chosen)
-    return starts
+    t = data.clock(clock)[data.rows_of(placement), 0]
+    ranks: np.ndarray = np.sort(t)[side : len(t) + 1 - side]
+    if len(ranks) > MOST_STEPS:
+        even = np.linspace(0, len(ranks) - 1, MOST_STEPS)
+        ranks = ranks[even.astype(int)]
+    return ranks.tolist()
 
 
 def courses_of(data: Observations, placement: str) -> list[list[Difference]]:
