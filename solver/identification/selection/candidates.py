@@ -65,8 +65,8 @@ def steps_of_base(
 def steps_of(data: Observations, part: str) -> list[Difference]:
     """Return the steps of a ball or a joint amid a placement, from which on it differs.
 
-    They are in the order of the files alone: a large turn is not linear, and the reverse order would
-    seem to gain by where it is linear.
+    They are in the order of the files alone: a large turn is not linear, and the reverse order
+    would seem to gain by where it is linear.
     """
     steps: list[Difference] = []
     for begin, placement in enumerate(data.placements):
