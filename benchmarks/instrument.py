@@ -77,7 +77,7 @@ def shares_within(calibration: mukca.Calibration, measured: Measurement) -> list
     samples = load.samples(calibration.robot, measured)
     parts = slice(0, None, 2), slice(1, None, 2)
     halves = [HeldOut(samples.only(part), measured.points[part]) for part in parts]
-    factors = [misfit(posterior, [half]) for half in halves]
+    factors = [misfit([(posterior, half)]) for half in halves]
     shares = [
         within(posterior, half, factor, CHI_SQUARES)
         for half, factor in zip(halves, factors[::-1], strict=True)

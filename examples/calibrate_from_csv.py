@@ -26,9 +26,9 @@ if not folder.exists():
             q = placement.positions[placement.sockets == socket]
             np.savetxt(folder / placement.name / f"hole_{socket}.csv", q, delimiter=",")
 
-# Fit to the first placement; the others, which the fit does not see, say whether it worked.
-train, *test = mukca.read_placements(folder)
-calibration = mukca.calibrate(robot, train, test=test, distance=0.05)
+# Fit to all placements; fits that each leave one out say whether it worked.
+placements = mukca.read_placements(folder)
+calibration = mukca.calibrate(robot, placements, distance=0.05)
 
 print(calibration)
 outputs = calibration.save("calibrated", force=True)  # over what an earlier run wrote

@@ -86,7 +86,7 @@ def draw(kind: str, size: float, seed: int) -> tuple[float, ...]:
     fit = mukca.calibrate(robot, placements[:2])
     held = measure(placements[2], robot)
     sockets = fit.load.by_socket(robot, held)
-    parts = error_parts(fit.posterior, sockets)
+    parts = error_parts([(fit.posterior, sockets)])
     assert parts is not None
     squares = 0.0
     for samples in sockets:

@@ -29,7 +29,6 @@ from .formatting import percent as percent
 from .formatting import plural as plural
 from .formatting import short_names as short_names
 from .formatting import short_where as short_where
-from .held_out import NEAREST as NEAREST
 from .limits import BAND as BAND
 from .limits import LIMITS as LIMITS
 from .limits import LimitResult as LimitResult

@@ -67,7 +67,7 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
         *rows_of_the_fit(predictions, covered, limits, held_out),
     ]
     causes, proved = document.hypotheses or (), held_out[0].found is not None
-    held_out_summary = document.summary.test if proved else None
+    held_out_summary = document.summary.proof if proved else None
     verdict = conclude(
         rows,
         document.better,

@@ -4,9 +4,19 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from msgspec import structs
 
 from ..identification.data import KnownDistance, as_point, find_socket
-from ..results import ByModel, Document, ModelName, PlacementErrors, Role, Summary
+from ..results import (
+    ByModel,
+    Document,
+    ModelName,
+    PlacementErrors,
+    Role,
+    Summary,
+    mean_by_model,
+    names_of,
+)
 from .formatting import short_where
 from .predictions import DRAWN, PlacementPrediction, Point, Predictions
 
@@ -35,12 +45,15 @@ class RoleSummaries(Document):
 
     train: RoleSummary | None
     test: RoleSummary | None
+    left_out: RoleSummary | None = None
 
     @property
     def judged(self) -> tuple[Role, RoleSummary]:
-        """The role that verdicts rest on: held out; without any such placement, trained on."""
+        """The role that verdicts rest on: held out, else left out, else trained on."""
         if self.test is not None:
             return "test", self.test
+        if self.left_out is not None:
+            return "left_out", self.left_out
         assert self.train is not None  # a report has at least one placement
         return "train", self.train
 
@@ -91,7 +104,7 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
     """Return the file's summaries, and quantiles over all samples of each role."""
 
     def of(role: Role, summary: Summary | None) -> RoleSummary | None:
-        placements = predictions.of_role(role)
+        placements = [p for p in predictions.all if p.role == role]
         if summary is None or not placements:
             return None
         errors = _joined(placements, PlacementPrediction.errors)
@@ -107,7 +120,9 @@ def role_summaries(predictions: Predictions, tolerance: float) -> RoleSummaries:
 
     summary = predictions.document.summary
     return RoleSummaries(
-        train=of("train", summary.train), test=of("test", summary.test)
+        train=of("train", summary.train),
+        test=of("test", summary.test),
+        left_out=of("left_out", summary.left_out),
     )
 
 
@@ -116,16 +131,18 @@ def _joined(
     figures: Callable[[PlacementPrediction, ModelName], np.ndarray],
 ) -> ByModel[np.ndarray]:
     """Return figures of placements by each model, those of one after those of the other."""
-    points = placements[0].points
-    return points.by_name(
-        lambda model: np.concatenate([figures(p, model) for p in placements])
-    )
+    figures_by_name = {
+        model: np.concatenate([figures(p, model) for p in placements])
+        for model in names_of(p.points for p in placements)
+    }
+    return ByModel(**figures_by_name)
 
 
 def placement_reports(
     predictions: Predictions, tolerance: float
 ) -> tuple[PlacementReport, ...]:
-    """Return each placement's errors, and its position."""
+    """Return each placement's errors, those of the folds where it was left out, and its place."""
+    document = predictions.document
 
     def report(row: PlacementErrors, placement: PlacementPrediction) -> PlacementReport:
         errors = _joined([placement], PlacementPrediction.errors)
@@ -140,13 +157,21 @@ def placement_reports(
             within_tolerance=float(np.mean(errors.loaded <= tolerance)),
         )
 
-    return tuple(map(report, predictions.document.placements, predictions.placements))
+    reports: list[PlacementReport] = []
+    for row, placement in zip(document.placements, predictions.judged, strict=True):
+        if placement.role == "left_out":
+            parts = [part for part in document.left_out if part.name == row.name]
+            errors = mean_by_model(parts)
+            row = structs.replace(row if len(parts) > 1 else parts[0], **errors)
+            row = structs.replace(row, role="left_out")
+        reports.append(report(row, placement))
+    return tuple(reports)
 
 
 def sample_errors(predictions: Predictions) -> tuple[SampleErrors, ...]:
     """Return the deviation of every sample from its socket's mean, thinned out where many."""
     rows: list[SampleErrors] = []
-    for index, placement in enumerate(predictions.placements):
+    for index, placement in enumerate(predictions.judged):
         recorded = placement.measured.placement.samples
         ranks: list[int] = placement.measured.order.tolist()
         for i, (sample, rank) in enumerate(zip(placement.samples, ranks, strict=True)):

@@ -9,9 +9,10 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
+from msgspec import structs
 
 from ..diagnostics import SEVERE, predicted_limit
-from ..identification.data import Metrics, mean_metrics
+from ..identification.data import NEAREST, Metrics, is_copy, mean_metrics
 from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
@@ -28,14 +29,9 @@ from .limits import (
 from .predictions import PlacementPrediction, Predictions
 from .verdict import INSTRUMENT
 
-NOTHING_HELD_OUT = "no placement was held out; hold one out by solve --test"
-"""The next step says which one, or where to record it."""
+NOTHING_LEFT_OUT = "nothing was left out, and errors on what was fitted prove nothing"
+"""The next step says where to record a second place."""
 ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
-NEAREST = 0.1
-"""A held-out placement nearer than this to one that was trained on proves nothing [m]."""
-SAME_CONFIGURATION, COPIED_SHARE, COMPARED = 1e-3, 0.5, 200
-"""Configurations that differ by less on every joint are the same [rad], [m]; a larger share of them
-is a copy; and so many configurations of a placement are looked at."""
 SIGNIFICANCE = 0.05
 """Probability that the distance errors of a sound calibration are called implausible."""
 USUAL_DRIFT = 1e-3
@@ -47,7 +43,10 @@ LEAST_FREEDOM = 10
 
 
 def why_not_held_out(predictions: Predictions) -> dict[str, str]:
-    """Return why a held-out placement is not independent, by its name; empty where it is."""
+    """Return why a held-out placement is not independent, by its name; empty where it is.
+
+    What folds leave out is: they leave out copies and neighbours together.
+    """
     training = predictions.of_role("train")
     reasons: dict[str, str] = {}
     for prediction in predictions.of_role("test"):
@@ -60,10 +59,7 @@ def _trained_already(
     prediction: PlacementPrediction, training: PlacementPrediction
 ) -> str:
     """Return why a held-out placement is not independent of one trained on; empty if it is."""
-    rows = prediction.measured.positions
-    rows = rows[:: -(-len(rows) // COMPARED)]
-    gaps = abs(rows[:, None] - training.measured.positions).max(axis=2)
-    if np.mean(gaps.min(axis=1) < SAME_CONFIGURATION) > COPIED_SHARE:
+    if is_copy(prediction.measured, training.measured):
         return f"{prediction.name} is a copy of {training.name}"
     if prediction.measured.kind == "points" or training.measured.kind == "points":
         return ""
@@ -81,19 +77,19 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     document = predictions.document
     reasons = why_not_held_out(predictions)
     neighbours = list(filter(None, reasons.values()))
-    proving = [p for p in predictions.of_role("test") if not reasons[p.name]]
+    proving = [p for p in predictions.unseen if not reasons.get(p.name)]
     names = {placement.name for placement in proving}
-    rows = [p for p in document.placements if p.role == "test" and p.name in names]
+    rows = [p for p in document.unseen if p.name in names]
     loaded = mean_metrics([row.loaded for row in rows]) if rows else None
     corrected = mean_metrics([row.calibrated for row in rows]) if rows else None
-    if document.summary.test is not None and not neighbours:
-        loaded = document.summary.test.loaded
-        corrected = document.summary.test.calibrated
+    if document.summary.proof is not None and not neighbours:
+        loaded = document.summary.proof.loaded
+        corrected = document.summary.proof.calibrated
     words = f"{joined(neighbours)}, which proves nothing"
     reason = (
         f"{words}; record another {NEAREST:g} m away"
         if neighbours
-        else NOTHING_HELD_OUT
+        else NOTHING_LEFT_OUT
     )
     results = error_rows(
         loaded,
@@ -106,7 +102,18 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     if neighbours:
         status = "warning" if proving else "not evaluated"
         results.append(limit_row("held_out", status, words, text=words))
-    return [*results, *_distance_deviations(rows)]
+    results += _distance_deviations(rows)
+    if predictions.of_role("test"):
+        return results
+    return list(map(_in_words_of_folds, results))
+
+
+def _in_words_of_folds(row: LimitResult) -> LimitResult:
+    """Return a row on what folds leave out in these words."""
+    title, text = (
+        words.replace("held-out", "left-out") for words in (row.title, row.text)
+    )
+    return structs.replace(row, title=title, text=text)
 
 
 class MeasuredErrors(NamedTuple):
@@ -128,20 +135,18 @@ class MeasuredErrors(NamedTuple):
     @property
     def text(self) -> str:
         """The errors in words."""
-        return (
-            f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points held out"
-        )
+        return f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points not trained on"
 
 
 def measured_errors(predictions: Predictions) -> MeasuredErrors | None:
-    """Return the true errors at held-out points that prove something; None without any."""
+    """Return the true errors at unseen points that prove something; None without any."""
     reasons = why_not_held_out(predictions)
     pairs = [
         (row, prediction)
         for row, prediction in zip(
-            predictions.document.placements, predictions.placements, strict=True
+            predictions.document.unseen, predictions.unseen, strict=True
         )
-        if row.role == "test" and row.kind == "points" and not reasons[row.name]
+        if row.kind == "points" and not reasons.get(row.name)
     ]
     if not pairs:
         return None
@@ -260,7 +265,7 @@ def _length_row(
     status: Status = "fail" if excess > deviation else "pass"
     if deviation > limit.value or 0 < excess <= deviation:
         status = "not enough"
-        text += ": record more samples in each socket, or hold out more placements"
+        text += ": record more samples in each socket, or more placements"
     row = limit_row(
         name,
         status,

@@ -1,11 +1,12 @@
 """Predictions of the ball in each sample by all models, and the joint ranges that these cover."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
+from msgspec import structs
 
 from ...recorder import ALL_ROUND, arc
 from ..identification.data import (
@@ -25,12 +26,12 @@ from ..results import (
     Document,
     DocumentError,
     ModelName,
-    PlacementSamples,
     RecordedSample,
     Role,
     TargetPrediction,
     calibrated_robot,
     misfit,
+    names_of,
     target_predictions,
 )
 from .formatting import short_names
@@ -94,11 +95,34 @@ class Predictions:
     """Name of its file in messages."""
     calibration: CalibratedRobot
     placements: tuple[PlacementPrediction, ...]
+    left_out: tuple[PlacementPrediction, ...] = ()
+    """What folds leave out, each by the fold's models; in the order of the document's rows."""
+
+    @property
+    def all(self) -> list[PlacementPrediction]:
+        """All placements, those that folds leave out once more."""
+        return [*self.placements, *self.left_out]
+
+    @property
+    def unseen(self) -> list[PlacementPrediction]:
+        """Placements by fits that did not see them: held out, or where none is, left out."""
+        return self.of_role("test") or [*self.left_out]
 
     @property
     def robot(self) -> Robot:
         """The nominal robot."""
         return self.calibration.robot
+
+    @cached_property
+    def judged(self) -> list[PlacementPrediction]:
+        """All placements, what folds leave out by the folds: their errors prove something."""
+        by_name: dict[str, list[PlacementPrediction]] = {}
+        for part in self.left_out:
+            by_name.setdefault(part.name, []).append(part)
+        return [
+            _in_parts(placement, by_name.get(placement.name, ()))
+            for placement in self.placements
+        ]
 
     @property
     def names(self) -> list[str]:
@@ -114,29 +138,98 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     """Return what the models of a calibration predict for its samples; raises DocumentError."""
     calibration = calibrated_robot(document, source)
     measured = measurements_of(document, calibration.robot)
+    parts = [
+        _Part(m, row.role, row.by_socket)
+        for row, m in zip(document.data, measured, strict=True)
+    ]
+    placements = _predicted(calibration, parts)
+    left_out: list[PlacementPrediction] = []
+    for number, fold in enumerate(document.folds):
+        fold_parts = [
+            *_parts(document, measured, "train", lambda k, n=number: k != n),
+            *_parts(document, measured, "left_out", lambda k, n=number: k == n),
+        ]
+        predicted = _predicted(fold.robot(calibration), fold_parts)
+        left_out += [p for p in predicted if p.role == "left_out"]
+    _check(document, placements, left_out, source)
+    return Predictions(
+        document, source, calibration, tuple(placements), tuple(left_out)
+    )
+
+
+def _in_parts(
+    placement: PlacementPrediction, parts: Sequence[PlacementPrediction]
+) -> PlacementPrediction:
+    """Return a placement with the deviations of its parts, which folds left out, if all were."""
+    ranks = {id(sample): i for i, sample in enumerate(placement.samples)}
+    if sum(len(part.samples) for part in parts) < len(ranks):
+        return placement
+    if len(parts) == 1:
+        return parts[0]
+
+    def points(model: ModelName) -> np.ndarray:
+        points = placement.points.of(model)
+        predicted = targets(points, placement.measured, placement.frames.get(model))
+        for part in parts:
+            rows = [ranks[id(sample)] for sample in part.samples]
+            predicted[rows] += part.deviations.of(model)
+        return predicted
+
+    models = names_of(part.points for part in parts)
+    by_model = ByModel(**{name: points(name) for name in models})
+    return replace(placement, role="left_out", points=by_model)
+
+
+class _Part(NamedTuple):
+    """Samples of a placement: all of them, or those on one side of a fold."""
+
+    measured: Measurement
+    role: Role
+    samples: tuple[RecordedSample, ...]
+    """In the order of the rows of ``measured``."""
+
+
+def _parts(
+    document: CalibrationDocument,
+    measurements: Sequence[Measurement],
+    role: Role,
+    is_in: Callable[[int | None], bool],
+) -> list[_Part]:
+    """Return the samples trained on by all whose fold's number is in a part, by placement."""
+    parts: list[_Part] = []
+    for row, measured in zip(document.data, measurements, strict=True):
+        ranks = [i for i, s in enumerate(row.samples) if is_in(s.fold)]
+        if row.role != "train" or not ranks:
+            continue
+        part = replace(measured.only(np.array(ranks)), moved=None)
+        recorded = structs.replace(row, samples=tuple(row.samples[i] for i in ranks))
+        parts.append(_Part(part, role, recorded.by_socket))
+    return parts
+
+
+def _predicted(
+    calibration: CalibratedRobot, parts: Sequence[_Part]
+) -> list[PlacementPrediction]:
+    """Return what the models of a robot predict; those trained on place instruments' frames."""
     models: dict[str, CalibratedRobot] = {**calibration.models}
-    pairs = list(zip(document.data, measured, strict=True))
-    training = [m for row, m in pairs if row.role == "train"]
+    training = [part.measured for part in parts if part.role == "train"]
     frames: Frames = {
         name: fit_frames([(model.predict(m), m) for m in training])
         for name, model in models.items()
     }
-    placements = [
-        _placement(row, m, target_predictions(models, m, frames)) for row, m in pairs
+    return [
+        _placement(part, target_predictions(models, part.measured, frames))
+        for part in parts
     ]
-    _check(document, placements, source)
-    return Predictions(document, source, calibration, tuple(placements))
 
 
 def _placement(
-    row: PlacementSamples,
-    measured: Measurement,
-    predictions: Mapping[str, TargetPrediction],
+    part: _Part, predictions: Mapping[str, TargetPrediction]
 ) -> PlacementPrediction:
     """Return a placement, and what each model predicts for it."""
     points = ByModel(**{name: p.points for name, p in predictions.items()})
     frames = {name: predictions[name].frames or {} for name in predictions}
-    return PlacementPrediction(measured, row.role, points, row.by_socket, frames)
+    return PlacementPrediction(part.measured, part.role, points, part.samples, frames)
 
 
 def measurements_of(document: CalibrationDocument, robot: Robot) -> list[Measurement]:
@@ -160,6 +253,7 @@ def measurements_of(document: CalibrationDocument, robot: Robot) -> list[Measure
 def _check(
     document: CalibrationDocument,
     placements: Sequence[PlacementPrediction],
+    left_out: Sequence[PlacementPrediction],
     source: str,
 ) -> None:
     """See that samples, errors and summaries are of the same placements, and follow from them."""
@@ -170,6 +264,8 @@ def _check(
         raise misfit(
             source, "placements", "not the names and roles of `data`; calibrate again"
         )
+    if [p.name for p in left_out] != [row.name for row in document.left_out]:
+        raise misfit(source, "left_out", "not what `data` says; calibrate again")
     for role in ("train", "test"):
         if getattr(document.summary, role) is None and (
             role in dict(recorded).values()
@@ -180,7 +276,9 @@ def _check(
     for i, row in enumerate(document.history):
         if row.train is None and row.test is None:
             raise misfit(source, f"history[{i}]", "neither `train` nor `test`")
-    for placement, errors in zip(placements, document.placements, strict=True):
+    predictions = (*placements, *left_out)
+    rows = (*document.placements, *document.left_out)
+    for placement, errors in zip(predictions, rows, strict=True):
         for model in MODELS:
             computed = float(placement.errors(model).mean())
             stated = errors.of(model).mean_absolute_error

@@ -3,10 +3,6 @@ from .calibration import Calibration as Calibration
 from .chance import Comparison as Comparison
 from .chance import differences as differences
 from .checks import placements_set_right as placements_set_right
-from .crossval import Job as Job
-from .crossval import JobResult as JobResult
-from .crossval import jobs as jobs
-from .crossval import run_job as run_job
 from .earlier import posterior_of as posterior_of
 from .earlier import prior_of as prior_of
 from .errors import HEADS as HEADS

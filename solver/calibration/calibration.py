@@ -57,8 +57,8 @@ class Calibration(FittedModel):
 
     @cached_property
     def errors(self) -> Errors:
-        """Per placement: its role, and its errors by each model [m]."""
-        return Errors(self.document.placements)
+        """Per placement: its role, and its errors by each model [m]; last where it was left out."""
+        return Errors([*self.document.placements, *self.document.left_out])
 
     @cached_property
     def ball_refitted(self) -> results.CalibratedRobot | None:

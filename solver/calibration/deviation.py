@@ -50,19 +50,17 @@ class FittedModel(FullModel):
     def misfit(self) -> float:
         """Error of held-out samples beyond the posterior, in units of the noise of the fit.
 
-        0 without held-out samples, or too few.
+        Where folds left samples out, of these. 0 without such samples, or too few.
         """
+        if self.document.misfit is not None:
+            return self.document.misfit
         robot, load, names = self.robot, self.calibrated.load, self.robot.joint_names
         places: list[HeldOut] = []
         for row in self.document.data:
-            if row.role != "test":
-                continue
-            held = measure(row.placement(names), robot, sockets=1, load=load)
-            if held.kind == "points":
-                places.append(HeldOut(load.samples(robot, held), held.points))
-            else:
-                places += map(HeldOut, load.by_socket(robot, held))
-        return misfit(self.posterior, places)
+            if row.role == "test":
+                held = measure(row.placement(names), robot, sockets=1, load=load)
+                places += HeldOut.of(robot, load, held)
+        return misfit([(self.posterior, place) for place in places])
 
     def deviation(self, q: ArrayLike, **setup: "Unpack[Setup]") -> np.ndarray:
         """Return how well :meth:`flange` is known: covariances of poses, shape (..., 6, 6).

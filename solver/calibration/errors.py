@@ -21,7 +21,10 @@ HEADS = ("placement", "samples", "MAE", "max", "distance")
 
 
 class Errors(tuple[results.PlacementErrors, ...]):
-    """Errors of the models, placement by placement; prints as a table in mm."""
+    """Errors of the models, placement by placement; prints as a table in mm.
+
+    Those of placements that folds left out come last.
+    """
 
     @overload
     def __getitem__(self, index: SupportsIndex | str) -> results.PlacementErrors: ...
@@ -35,7 +38,7 @@ class Errors(tuple[results.PlacementErrors, ...]):
         """Return errors by number, or by the placement's name or the last part of it."""
         if not isinstance(index, str):
             return super().__getitem__(index)
-        names = [row.name for row in self]
+        names = [row.name for row in self if row.role != "left_out"]
         ends = [
             i for i, name in enumerate(names) if index in (name, name.split("/")[-1])
         ]
@@ -47,15 +50,22 @@ class Errors(tuple[results.PlacementErrors, ...]):
 
     @property
     def placements(self) -> tuple[results.PlacementErrors, ...]:
-        """The rows, without more."""
-        return tuple(self)
+        """The rows but those of what was left out."""
+        return tuple(row for row in self if row.role != "left_out")
+
+    def left_out(self, name: str) -> results.MetricsByModel | None:
+        """Return the mean errors where a placement was left out; None where it never was."""
+        rows = [row for row in self if (row.role, row.name) == ("left_out", name)]
+        return _summary(rows)
 
     @cached_property
     def summary(self) -> results.Summaries:
-        """The means over the placements trained on, and over those held out."""
-        train = [row for row in self if row.role == "train"]
-        test = [row for row in self if row.role == "test"]
-        return results.Summaries(train=_summary(train), test=_summary(test))
+        """The means over the placements trained on, held out, and left out."""
+        means = {
+            role: _summary([row for row in self if row.role == role])
+            for role in results.ROLES
+        }
+        return results.Summaries(**means)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the errors by name, as the command line's JSON has them [m]."""
@@ -78,7 +88,7 @@ class Errors(tuple[results.PlacementErrors, ...]):
         Where the URDF is not the full model, a row of the full model's errors follows each.
         """
         rows: list[tuple[bool, list[str]]] = []
-        for role, title in (("train", "trained on"), ("test", "held out")):
+        for role, title in results.ROLES.items():
             for row in self:
                 if row.role == role:
                     rows += _rows(
@@ -134,15 +144,9 @@ def _summary(rows: Sequence[results.PlacementErrors]) -> results.Summary | None:
     """Return the means over some placements; None without any."""
     if not rows:
         return None
-    means: dict[str, Any] = {}
-    for name in ("nominal", "calibrated", "geometric", "ball_refitted"):
-        values = [
-            metrics for row in rows if (metrics := getattr(row, name)) is not None
-        ]
-        means[name] = data.mean_metrics(values) if values else None
-    return results.Summary(
-        **means, removed_error=data.removed_share(means["nominal"], means["calibrated"])
-    )
+    means: dict[str, Any] = results.mean_by_model(rows)
+    removed = data.removed_share(means["nominal"], means["calibrated"])
+    return results.Summary(**means, removed_error=removed)
 
 
 def compared_models(
@@ -196,15 +200,34 @@ def errors_of(
     ``before`` is the nominal robot with its ball refitted, if that is identified.
     """
     models = compared_models(fit.calibrated, before)
-    points = [m for m in problem.measurements if m.kind == "points"]
-    frames: dict[str, Mapping[str, Pose]] = {}
-    for name, model in models.items():
-        frames[name] = data.fit_frames([(model.predict(m), m) for m in points])
+    frames = _frames_by(models, problem.measurements)
     rows: list[results.PlacementErrors] = []
     for role, m in problem.placements:
         row = placement_errors(models, role, m, frames)
         rows.append(row)
     return Errors(rows)
+
+
+def left_out_errors(folds: Sequence[results.Fold]) -> list[results.PlacementErrors]:
+    """Return the errors of what each fold leaves out, by its models."""
+    rows: list[results.PlacementErrors] = []
+    for fold in folds:
+        models = compared_models(fold.fit.calibrated, fold.ball)
+        frames = _frames_by(models, fold.trained)
+        for measured in fold.left_out:
+            rows.append(placement_errors(models, "left_out", measured, frames))
+    return rows
+
+
+def _frames_by(
+    models: Mapping[str, results.CalibratedRobot], trained: Sequence[Measurement]
+) -> dict[str, Mapping[str, Pose]]:
+    """Return the poses of instruments' frames by each model, as the samples trained on say."""
+    points = [m for m in trained if m.kind == "points"]
+    frames: dict[str, Mapping[str, Pose]] = {}
+    for name, model in models.items():
+        frames[name] = data.fit_frames([(model.predict(m), m) for m in points])
+    return frames
 
 
 def history(

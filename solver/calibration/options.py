@@ -33,6 +33,7 @@ class CalibrateOptions(TypedDict, total=False):
     flange_poses: bool
     repeatability_mm: float | None
     accept_distorted: bool
+    no_proof: bool
     scale: float | None
     known: Sequence[str | Path | KnownDistance]
     sockets_at: str | Path | Sequence[str | Path | SocketAt]
@@ -110,6 +111,9 @@ class SolveOptions:
     )
     accept_distorted: bool = _option(
         "export even a model that does not reproduce the sockets' distance", unset=False
+    )
+    no_proof: bool = _option(
+        "leave nothing out: without --test nothing then proves the fit", unset=False
     )
     scale: float | None = _auto(
         "measured points are divided by it: 1.01 for an instrument whose lengths come out 1 % too "

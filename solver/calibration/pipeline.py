@@ -13,7 +13,7 @@ from .options import CalibrateOptions, SolveOptions, check_keywords
 from .preparation import Recordings
 from .robot_calibration import calibrate_robot
 from .several_robots import MultiRobotCalibration, calibrate_robots
-from .tables import CHECKS, METHODS, STUDIES
+from .tables import CHECKS, METHODS, PROOF, STUDIES
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack  # Python 3.10 has none
@@ -56,19 +56,21 @@ def calibrate(
 ) -> Calibration | MultiRobotCalibration:
     """Calibrate a robot from recordings.
 
-    One placement is enough to calibrate; others, held out by ``test``, show how well it worked.
-    Nothing is written before :meth:`Calibration.save`.
+    The fit is to all placements. Fits that each leave one out show how well it worked:
+    :attr:`Calibration.errors` has their errors, too. Nothing is written before
+    :meth:`Calibration.save`.
 
     Args:
         robot: The nominal robot, see :func:`mukca.load_robot`; or several robots by name, which
             recorded at the same bases, so that their relative base poses are calibrated, too.
         train: The placements to fit, see :func:`mukca.read_placements`. Of several robots they are
             given by name, too, and those of one base have one name.
-        test: Placements that the fit does not see. One that is trained on is left out of them.
+        test: Placements that are kept apart for the proof: the fit does not see them, and nothing
+            is left out of it. One that is trained on is no test.
         progress: Called with a word for each model that is fitted.
         options: Fields of :class:`.SolveOptions`, which ``mukca solve --help-all`` explains. Of
-            both methods: method, distance, free, fix, as_recorded, leave_out,
-            flange_poses, repeatability_mm, accept_distorted. Of ``auto`` alone: scale, known,
+                both methods: method, distance, free, fix, as_recorded, leave_out, flange_poses,
+            repeatability_mm, accept_distorted, no_proof. Of ``auto`` alone: scale, known,
             sockets_at, distance_deviation, without, zeros, prior, remounted, payload,
             gravity. Of ``paper`` alone: optimizer, regularization, max_iterations.
 
@@ -95,6 +97,7 @@ def calibrate(
         studies=STUDIES,
         methods=METHODS,
         prior=lambda problem: prior_of(settings, [problem]),
+        prove=PROOF,
         progress=progress,
     )
     return Calibration(document, calibrated)

@@ -6,7 +6,7 @@ from .. import results
 from ..identification.data import as_point, is_distorted
 from ..identification.robot import Robot
 from . import estimates
-from .errors import errors_of, history
+from .errors import Errors, errors_of, history, left_out_errors
 from .problem import CalibrationProblem
 from .refitted_ball import ball_refitted
 from .sources import provenance_of, samples_of
@@ -37,6 +37,7 @@ def _fitted(
     full = fit.full
     before = ball_refitted(problem)
     errors = errors_of(problem, fit, before)
+    left_out = left_out_errors(problem.folds)
     distorted = tuple(
         m.name for m in problem.measurements if is_distorted(calibrated.predict(m), m)
     )
@@ -49,7 +50,8 @@ def _fitted(
         converged=True,
         solve_seconds=fit.seconds,
         placements=errors.placements,
-        summary=errors.summary,
+        summary=Errors([*errors, *left_out]).summary,
+        left_out=tuple(left_out),
         distorted=distorted,
         parameters=estimates.parameter_values(calibrated),
         rotation_numbers=calibrated.rotation_numbers,
@@ -66,6 +68,7 @@ def _fitted(
         deflection=_deflection(calibrated),
         load=calibrated.load,
         refitted_ball=None if before is None else as_point(before.values),
+        folds=tuple(map(_fold_model, problem.folds)),
         data=samples_of(problem, fit.posterior),
         **estimates.posterior_sections(fit, problem),
     )
@@ -86,6 +89,12 @@ def _model(robot: Robot, calibrated: results.CalibratedRobot) -> results.Model:
         nominal_urdf=robot.text.data.decode(),
         calibrated_urdf=calibrated.urdf().decode(),
     )
+
+
+def _fold_model(fold: results.Fold) -> results.FoldModel:
+    """Return what is kept of a fold's fit."""
+    ball = None if fold.ball is None else as_point(fold.ball.values)
+    return results.FoldModel.of(fold.fit.calibrated, ball)
 
 
 def _deflection(

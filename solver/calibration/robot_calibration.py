@@ -14,6 +14,11 @@ from .preparation import Check, Recordings, problem_of
 from .problem import CalibrationProblem
 from .results import document_of
 
+PriorOf = Callable[[CalibrationProblem], Prior]
+"""What is known of a robot before, by its problem."""
+Prove = Callable[[CalibrationProblem, Fit, PriorOf, Progress], CalibrationProblem]
+"""Adds the folds that prove a fit to its problem."""
+
 
 def calibrate_robot(
     robot: Robot,
@@ -24,7 +29,8 @@ def calibrate_robot(
     checks: Sequence[Check] = (),
     studies: Sequence[Study] = (),
     methods: Methods = NO_METHODS,
-    prior: Callable[[CalibrationProblem], Prior] = lambda _: None,
+    prior: PriorOf = lambda _: None,
+    prove: Prove = lambda problem, _fit, _prior, _progress: problem,
     progress: Progress = lambda _: None,
 ) -> tuple[CalibrationDocument, CalibratedRobot]:
     """Return the document of a calibration, and the calibrated robot.
@@ -38,6 +44,7 @@ def calibrate_robot(
         studies: What is said of the fit, a section of the document each.
         methods: Error curves, and the geometry that is exported.
         prior: What is known of the robot before, asked once the checks are done.
+        prove: Adds what proves the fit, once it is made.
         progress: Called with a word for each model that is fitted.
     """
     problem = problem_of(robot, train, test, options, checks)
@@ -53,4 +60,6 @@ def calibrate_robot(
         return [fit_robot(problem, settings, methods, prior=known, progress=progress)]
 
     (fit,) = converged_fits([problem], fitted)
-    return document_of(problem, fit, studies), fit.calibrated
+    return document_of(
+        prove(problem, fit, prior, progress), fit, studies
+    ), fit.calibrated

@@ -11,7 +11,7 @@ from .options import SolveOptions
 from .preparation import Recordings
 from .results import document_of
 from .several_problems import located_in_training, problems_of_robots
-from .tables import STUDIES
+from .tables import PROOF, STUDIES
 from .tied_fits import tied_fits
 
 
@@ -27,8 +27,9 @@ def calibrate_robots(
     located = located_in_training(problems, options)
     settings = replace(options, sockets_at=located)
     fits, world = tied_fits([*problems.values()], settings, progress)
-    calibrations = {
-        name: Calibration(document_of(problem, fit, STUDIES), fit.calibrated)
-        for (name, problem), fit in zip(problems.items(), fits, strict=True)
-    }
+    calibrations: dict[str, Calibration] = {}
+    for (name, problem), fit in zip(problems.items(), fits, strict=True):
+        proven = PROOF(problem, fit, progress=progress)
+        document = document_of(proven, fit, STUDIES)
+        calibrations[name] = Calibration(document, fit.calibrated)
     return MultiRobotCalibration(calibrations, common_document(calibrations, world))

@@ -2,7 +2,7 @@
 
 import hashlib
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime, timezone
 from itertools import chain
 
@@ -27,6 +27,12 @@ def samples_of(
         turned = posterior.data.turned
         of_balls = posterior.weights[~turned]
         of_turns = posterior.weights[turned]
+    folds = {
+        id(sample): number
+        for number, fold in enumerate(problem.folds)
+        for measured in fold.left_out
+        for sample in measured.placement.samples
+    }
     rows: list[results.PlacementSamples] = []
     for role, measured in problem.placements:
         placement = measured.placement
@@ -43,7 +49,7 @@ def samples_of(
             role=role,
             distance=measured.distance,
             files=tuple(map(str, placement.files)),
-            samples=_recorded_samples(measured, of_ball, of_turn),
+            samples=_recorded_samples(measured, of_ball, of_turn, folds),
         )
         rows.append(row)
     return tuple(rows)
@@ -53,8 +59,12 @@ def _recorded_samples(
     measured: Measurement,
     of_ball: Sequence[float | None],
     of_turn: Sequence[float | None],
+    folds: Mapping[int, int],
 ) -> tuple[results.RecordedSample, ...]:
-    """Return the samples of a placement as recorded, with the weights of balls and of turns."""
+    """Return the samples of a placement as recorded, with the weights of balls and of turns.
+
+    ``folds`` has the number of the fold that leaves each out, by the identity of its sample.
+    """
     recorded = measured.placement.samples
     shifts = [None] * len(recorded)
     if measured.moved is not None:
@@ -62,7 +72,11 @@ def _recorded_samples(
     samples: list[results.RecordedSample] = []
     for i, sample in enumerate(recorded):
         row = results.RecordedSample.filled(
-            sample, weight=of_ball[i], orientation_weight=of_turn[i], moved=shifts[i]
+            sample,
+            weight=of_ball[i],
+            orientation_weight=of_turn[i],
+            moved=shifts[i],
+            fold=folds.get(id(sample)),
         )
         samples.append(row)
     return tuple(samples)

@@ -19,6 +19,7 @@ from ..results import (
     CalibratedRobot,
     CalibrationDocument,
     Coefficient,
+    FoldModel,
     LaterZero,
     ToolFrame,
 )
@@ -148,6 +149,12 @@ def updated(
     offsets = np.array([zero.offset for zero in zeros])
     calibrated = _updated_arm(calibration.calibrated, system, offsets, tool)
     document = _updated_document(calibration.document, calibrated, zeros, tool)
+    if zeros:
+        folds = (
+            _fold_with_zeros(calibration.calibrated, fold, offsets)
+            for fold in document.folds
+        )
+        document = structs.replace(document, folds=tuple(folds))
     return Calibration(document, calibrated, calibration.source)
 
 
@@ -180,6 +187,18 @@ def _updated_arm(
         deflection=deflection,
         exported=exported if deflection.extensions else None,
     )
+
+
+def _fold_with_zeros(
+    old: CalibratedRobot, fold: FoldModel, offsets: np.ndarray
+) -> FoldModel:
+    """Return a fold's model for joints read from new zeros, as its samples are converted to."""
+    robot = fold.robot(old)
+    values = _with_zeros(old, robot.values, offsets)
+    exported = None
+    if robot.exported is not None:
+        exported = _with_zeros(old, robot.exported, offsets)
+    return FoldModel.of(replace(robot, values=values, exported=exported), fold.ball)
 
 
 def _updated_document(

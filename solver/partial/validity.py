@@ -145,7 +145,7 @@ def what_changed(
         rows = [limit_row("samples", "not enough", few, text=few[:-1])]
         changes = replace(changes, untold=())
     else:
-        then = document.summary.test or document.summary.train
+        then = document.summary.proof or document.summary.train
         since = LaterErrors(new, then, limits, rows)
         reason = reason_of(changes, since).followed_by(probe_words(tip))
         excused = not since.failed and _is_excused(
@@ -220,7 +220,7 @@ def _is_excused(
     They do not excuse that of a joint's zero, but by a calibration without the full model: a rigid
     chain's own errors look like one.
     """
-    held_out = document.summary.test
+    held_out = document.summary.proof
     before = held_out.calibrated.mean_absolute_error if held_out else 0.0
     small = new.calibrated.mean_absolute_error <= before
     if changes.cause is None:

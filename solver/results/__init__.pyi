@@ -2,6 +2,8 @@ from .by_model import MODELS as MODELS
 from .by_model import ByModel as ByModel
 from .by_model import MetricsByModel as MetricsByModel
 from .by_model import ModelName as ModelName
+from .by_model import mean_by_model as mean_by_model
+from .by_model import names_of as names_of
 from .calibrated import CalibratedRobot as CalibratedRobot
 from .calibrated import Payload as Payload
 from .calibrated import Place as Place
@@ -54,10 +56,14 @@ from .files import require_beside as require_beside
 from .files import sha256 as sha256
 from .files import write_files as write_files
 from .fit import Fit as Fit
+from .fold import Fold as Fold
+from .fold_model import FoldModel as FoldModel
 from .joint_rows import JointsError as JointsError
 from .measurements import Measurements as Measurements
+from .measurements import Unseen as Unseen
 from .patterns import ErrorPattern as ErrorPattern
 from .patterns import ErrorPatterns as ErrorPatterns
+from .placements import ROLES as ROLES
 from .placements import Consequence as Consequence
 from .placements import CostTerms as CostTerms
 from .placements import Diagnostic as Diagnostic

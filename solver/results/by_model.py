@@ -1,9 +1,9 @@
 """Figures by each of the models that a calibration compares."""
 
-from collections.abc import Callable
-from typing import Generic, Literal, TypeVar
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Generic, Literal, TypeVar
 
-from ..identification.data import Metrics
+from ..identification.data import Metrics, mean_metrics
 from .files import Document
 
 Value = TypeVar("Value")
@@ -43,6 +43,11 @@ class ByModel(Document, Generic[Value]):
         return self.by_name(lambda model: figure(self.of(model)))
 
 
+def names_of(figures: Iterable[ByModel[Any]]) -> tuple[ModelName, ...]:
+    """Return the models to compare where figures of several fits stand together."""
+    return MODELS[: 2 + any(row.geometric is not None for row in figures)]
+
+
 class MetricsByModel(ByModel[Metrics]):
     """Errors by each model."""
 
@@ -53,3 +58,12 @@ class MetricsByModel(ByModel[Metrics]):
     def before(self) -> Metrics:
         """By the nominal model, its ball refitted where that is known."""
         return self.ball_refitted or self.nominal
+
+
+def mean_by_model(rows: Sequence[MetricsByModel]) -> dict[str, Metrics | None]:
+    """Return the means of some rows by each model that any of them has."""
+    models = names_of(rows)
+    means: dict[str, Metrics | None] = dict.fromkeys(MODELS)
+    means |= {name: mean_metrics([row.of(name) for row in rows]) for name in models}
+    refitted = [row.ball_refitted for row in rows if row.ball_refitted is not None]
+    return {**means, "ball_refitted": mean_metrics(refitted) if refitted else None}

@@ -12,6 +12,7 @@ from ..identification.robot import RotationNumbers, all_parameters, parse_robot,
 from . import estimates, worth
 from .calibrated import CalibratedRobot
 from .files import Document, DocumentError
+from .fold_model import FoldModel
 from .patterns import ErrorPatterns
 from .placements import (
     Diagnostic,
@@ -187,6 +188,9 @@ class Result(FitResult):
     solve_seconds: float
     placements: tuple[PlacementErrors, ...]
     summary: Summaries
+    left_out: tuple[PlacementErrors, ...] = ()
+    """Errors of each placement by the fit that left it out, part by part where fits left out parts;
+    empty where something was held out, and in older files."""
     distorted: tuple[str, ...]
     """Training placements whose distance between sockets the model does not reproduce."""
     settings: dict[str, Any]
@@ -194,6 +198,12 @@ class Result(FitResult):
     provenance: Provenance
     outputs: dict[str, str]
     """The files written, by kind."""
+
+    @property
+    def unseen(self) -> tuple[PlacementErrors, ...]:
+        """Errors of what a fit did not see: held out, or where nothing is, left out."""
+        held_out = tuple(row for row in self.placements if row.role == "test")
+        return held_out or self.left_out
 
 
 class Model(Document):
@@ -222,6 +232,11 @@ class CalibrationDocument(Result):
     refitted_ball: tuple[float, float, float] | None = None
     """The ball of the nominal model in its link, fitted to what was trained on [m]; None where that
     is not identified, and in older files."""
+    folds: tuple[FoldModel, ...] = ()
+    """Models of the fits that each left out some samples; empty in older files."""
+    misfit: float | None = None
+    """Error of left-out samples beyond the posterior, in units of the noise of their fit; None
+    where nothing was left out."""
     posterior: estimates.StoredPosterior | None = None
     """None by the paper's method, of several robots, and in older files."""
 

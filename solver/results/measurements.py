@@ -4,7 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..identification.data import Measurement, RobotRecordings
+from ..identification.inference import Posterior
+from .fit import Fit
+from .fold import Fold
 from .placements import Role
+
+Unseen = tuple[Posterior, Sequence[Measurement]]
+"""Placements, or parts of them, with the posterior of a fit that has not seen them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,6 +21,8 @@ class Measurements(RobotRecordings):
     """Its name among several robots; empty for one alone."""
     test: Sequence[Measurement] = ()
     """Placements that the fit does not see."""
+    folds: Sequence[Fold] = ()
+    """Where nothing is held out: fits that each leave out some samples."""
 
     @property
     def base_frame(self) -> str:
@@ -29,7 +37,12 @@ class Measurements(RobotRecordings):
             *(("test", m) for m in self.test),
         ]
 
-    @property
-    def held_out_in_sockets(self) -> list[Measurement]:
-        """The placements in sockets that are held out."""
-        return [m for m in self.test if m.kind == "sockets"]
+    def unseen(self, fit: Fit) -> list[Unseen]:
+        """Return what fits did not see: held out of the fit itself, or left out by its folds."""
+        pairs = [(fit.posterior, self.test)] if self.test else []
+        pairs += [(fold.fit.posterior, fold.left_out) for fold in self.folds]
+        return [
+            (posterior, placements)
+            for posterior, placements in pairs
+            if posterior is not None
+        ]

@@ -13,8 +13,14 @@ from ..identification.data import removed_share
 from .by_model import MetricsByModel
 from .files import Document
 
-Role = Literal["train", "test"]
-"""Role of a placement: fitted, or held out to test the fit."""
+Role = Literal["train", "test", "left_out"]
+"""Role of a placement: fitted, held out to test the fit, or left out of a fit to all others."""
+ROLES: dict[Role, str] = {
+    "train": "trained on",
+    "test": "held out",
+    "left_out": "left out",
+}
+"""Every role, in words."""
 
 
 class PlacementErrors(MetricsByModel):
@@ -67,6 +73,12 @@ class Summaries(Document):
 
     train: Summary | None
     test: Summary | None
+    left_out: Summary | None = None
+
+    @property
+    def proof(self) -> Summary | None:
+        """Of what a fit did not see: held out, or where nothing is, left out; None without any."""
+        return self.test or self.left_out
 
 
 class CostTerms(Document):
@@ -124,6 +136,8 @@ class RecordedSample(Document):
     """When it was captured [s since 1970, UTC]."""
     temperature: float | None = None
     """Of the arm at its capture [K]; None where it was not measured."""
+    fold: int | None = None
+    """Number of the fold that leaves it out, from 0; None where none does."""
     moved: tuple[float, float, float] | None = None
     """Movement of its place until then, as the fit found it [m]; None where it stood still."""
 

@@ -38,7 +38,7 @@ class ErrorParts(Document):
         sizes = self.error, self.noise, self.want_of_data, self.not_in_model.value
         error, noise, want, lacking = [f"{1e3 * size:.2f}" for size in sizes]
         parts = f"{noise} noise, {want} want of data, {lacking} not in the model"
-        return f"Held out {error} mm (rms): {parts}."
+        return f"Where not trained on {error} mm (rms): {parts}."
 
     @property
     def text(self) -> str:

@@ -28,7 +28,7 @@ def better(fit: Fit, measurements: Measurements, ball: Place | None) -> Better |
     )
     recorded = [m for _, m in measurements.placements]
     return better_than_nominal(
-        fit.posterior, calibrated.load, models, recorded, measurements.test
+        fit.posterior, calibrated.load, models, recorded, measurements.unseen(fit)
     )
 
 

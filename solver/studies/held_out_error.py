@@ -1,7 +1,7 @@
 """The held-out error in three: noise, want of data, and what is not in the model.
 
 With Q an orthonormal basis of the samples' deviations from their socket's mean, the errors at
-held-out places are Gaussian with the covariance
+places that a fit has not seen are Gaussian with the covariance
 
     Q^T (J Sigma J^T + n^2 C + m^2 K) Q
 
@@ -36,27 +36,36 @@ LEAST_SHARE = 1e-12
 """Smaller shares of the largest eigenvalue of a covariance are rounding."""
 
 
-def error_parts(
-    posterior: Posterior,
-    sockets: Sequence[Samples],
-) -> ErrorParts | None:
+UnseenSockets = Sequence[tuple[Posterior, Sequence[Samples]]]
+"""Samples in sockets, with the posteriors of fits that have not seen them."""
+
+
+def error_parts(unseen: UnseenSockets) -> ErrorParts | None:
     """Return the parts of the error at held-out sockets; None for too few samples.
 
     Their expected squares are n^2 tr Q^T C Q, tr Q^T J Sigma J^T Q, and m^2 times the sum of both
     for n = 1. They are scaled to sum to the square of the error that was found.
     """
-    seats = _thinned(sockets)
-    if not seats:
+    thinned = _thinned(unseen)
+    if not thinned:
         return None
-    samples = joined(seats)
-    points, J, by_joints = posterior.linearise(samples)
-    counts = [len(part.q) for part in seats]
-    across = _contrasts(counts).T
-    A = across @ rows_of(J)
-    want = A @ covariance_of(posterior) @ A.T
-    C = block_diagonal(posterior.noise.as_gaussian(by_joints))
-    noise = across @ C @ across.T
-    roots = [across @ F for F in _roots(samples, by_joints)]
+    balls: list[np.ndarray] = []
+    slopes: list[np.ndarray] = []
+    wants: list[np.ndarray] = []
+    noises: list[np.ndarray] = []
+    for posterior, seats in thinned:
+        ball, J, by_joint = posterior.linearise(joined(seats))
+        rows = rows_of(J)
+        balls.append(ball)
+        slopes.append(by_joint)
+        wants.append(rows @ covariance_of(posterior) @ rows.T)
+        noises += [*posterior.noise.as_gaussian(by_joint)]
+    points, by_joints = np.concatenate(balls), np.concatenate(slopes)
+    sockets = [part for _, seats in thinned for part in seats]
+    across = _contrasts([len(part.q) for part in sockets]).T
+    want = across @ block_diagonal(wants) @ across.T
+    noise = across @ block_diagonal(noises) @ across.T
+    roots = [across @ F for F in _roots(joined(sockets), by_joints)]
     errors = across @ points.ravel()
     weights = _weights(want, noise, roots, errors)
     by_noise = weights.sum(axis=(0, 2))
@@ -86,12 +95,17 @@ def error_parts(
     )
 
 
-def _thinned(sockets: Sequence[Samples]) -> list[Samples]:
+def _thinned(unseen: UnseenSockets) -> list[tuple[Posterior, list[Samples]]]:
     """Return at most :data:`MOST` samples, of sockets that are left with three or more."""
-    total = sum(len(samples.q) for samples in sockets)
+    total = sum(len(samples.q) for _, sockets in unseen for samples in sockets)
     step = -(-total // MOST)
     every = slice(None, None, step)
-    return [samples.only(every) for samples in sockets if len(samples.q) > 2 * step]
+    thinned: list[tuple[Posterior, list[Samples]]] = []
+    for posterior, sockets in unseen:
+        seats = [part.only(every) for part in sockets if len(part.q) > 2 * step]
+        if seats:
+            thinned.append((posterior, seats))
+    return thinned
 
 
 def _weights(
@@ -171,11 +185,13 @@ def _root(K: np.ndarray) -> np.ndarray:
 
 
 def parts(fit: Fit, measurements: Measurements) -> ErrorParts | None:
-    """Return the parts of the error at what was held out in sockets."""
-    assert fit.posterior is not None
-    held_out = measurements.held_out_in_sockets
-    load = fit.calibrated.load
-    return error_parts(fit.posterior, load.by_socket(measurements.robot, *held_out))
+    """Return the parts of the error at what was held out or left out in sockets."""
+    load, robot = fit.calibrated.load, measurements.robot
+    unseen: list[tuple[Posterior, list[Samples]]] = []
+    for posterior, placements in measurements.unseen(fit):
+        in_sockets = [m for m in placements if m.kind == "sockets"]
+        unseen.append((posterior, load.by_socket(robot, *in_sockets)))
+    return error_parts(unseen)
 
 
 ERROR_PARTS = Study("error_parts", parts)

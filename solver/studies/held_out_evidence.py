@@ -1,12 +1,14 @@
 """The posterior updated by held-out samples: their scatter in sockets, and their distances."""
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ..identification.data import SEAT_DEVIATION, Load, Measurement, Samples
 from ..identification.inference import Posterior
 from ..identification.model import Gaussian
+from ..results import Unseen
 from .base_errors import BaseErrors
 from .base_length import BaseLength, SocketMean
 from .projections import basis_of, block_diagonal, evenly, outside, rows_of, shifts_of
@@ -24,9 +26,12 @@ ROUNDING = 1e-9
 def updated(
     posterior: Posterior,
     load: Load,
-    held_out: Sequence[Measurement],
+    unseen: Sequence[Unseen],
 ) -> Gaussian:
-    """Return the change of the unknowns by what was held out.
+    """Return the change of the unknowns by what fits have not seen.
+
+    What was held out of the posterior itself moves it. What folds leave out has moved it already,
+    and tells by how much it is known less well than it seems.
 
     With Sigma = L L^T the covariance of the unknowns, A the whitened derivatives of what was held
     out, and r its errors,
@@ -38,14 +43,44 @@ def updated(
     are unknowns as well, so that distances measured with one reading count once.
     """
     root = _root(covariance_of(posterior))
+    change = Gaussian(np.zeros(len(root)), root)
+    squares = expected = 0.0
+    for unaware, placements in unseen:
+        evidence = _evidence_of(unaware, load, placements)
+        if evidence is None:
+            continue
+        squares += evidence.squares
+        expected += evidence.expected
+        if unaware is posterior:
+            change = evidence.change
+    f = max(squares / expected, 1.0) if expected else 1.0
+    return Gaussian(change.mean, f**0.5 * change.root)
+
+
+class _Evidence(NamedTuple):
+    """Evidence of placements on the unknowns of a fit that has not seen them."""
+
+    change: Gaussian
+    """Of the unknowns, for f = 1."""
+    squares: float
+    """r^T r - |L'^T A^T r|^2."""
+    expected: float
+    """The same as expected of a model that is right."""
+
+
+def _evidence_of(
+    posterior: Posterior, load: Load, placements: Sequence[Measurement]
+) -> _Evidence | None:
+    """Return what placements in sockets tell, see :func:`updated`; None without any."""
+    root = _root(covariance_of(posterior))
     size = len(root)
-    bases = BaseErrors.of(posterior, held_out)
+    bases = BaseErrors.of(posterior, placements)
     rows: list[np.ndarray] = []
-    for measured in held_out:
+    for measured in placements:
         if measured.kind == "sockets":
             rows += _evidence(bases, load, measured)
     if not rows:
-        return Gaussian(np.zeros(size), root)
+        return None
     root = block_diagonal([root, np.eye(len(bases.distances))])
     evidence = np.concatenate(rows)
     r = evidence[:, 0]
@@ -56,10 +91,8 @@ def updated(
     root = np.linalg.solve(L, root.T).T
     along = root.T @ (A.T @ r)
     squares = float(r @ r - along @ along)
-    expected = INDEPENDENT * len(r)
-    f = max(squares / expected, 1.0)
-    change = Gaussian(-root @ along, f**0.5 * root)
-    return change.marginal(slice(size))
+    change = Gaussian(-root @ along, root).marginal(slice(size))
+    return _Evidence(change, squares, INDEPENDENT * len(r))
 
 
 def _root(covariance: np.ndarray) -> np.ndarray:

@@ -10,13 +10,14 @@ in 95 of 100 samples: that is what 95 % of the squares of three numbers stay bel
 by counting samples, so errors of any distribution keep it (Vovk, Gammerman and Shafer 2005).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ..identification.data import IDENTITY, Samples, fit_pose
+from ..identification.data import IDENTITY, Load, Measurement, Samples, fit_pose
 from ..identification.inference import Posterior
+from ..identification.robot import Robot
 from .projections import basis_of, bisected, outside, rows_of, shifts_of
 from .uncertainty import covariance_of
 from .whitening import whitened
@@ -36,11 +37,18 @@ class HeldOut(NamedTuple):
     points: np.ndarray | None = None
     """Balls in the instrument's frame, shape (N, 3) [m]; None for those of one socket."""
 
+    @classmethod
+    def of(cls, robot: Robot, load: Load, measured: Measurement) -> "list[HeldOut]":
+        """Return the samples of a placement by their places."""
+        if measured.kind == "points":
+            return [cls(load.samples(robot, measured), measured.points)]
+        return [*map(cls, load.by_socket(robot, measured))]
 
-def misfit(posterior: Posterior, places: Sequence[HeldOut]) -> float:
-    """Return f by held-out samples; 0 where they are too few."""
+
+def misfit(places: Iterable[tuple[Posterior, HeldOut]]) -> float:
+    """Return f by samples and posteriors that do not hold them; 0 where they are too few."""
     squares: list[float] = []
-    for place in places:
+    for posterior, place in places:
         if len(place.samples.q) > 2:
             squares += _squares_of_misfit(posterior, place).tolist()
     count = len(squares)

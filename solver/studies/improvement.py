@@ -1,7 +1,8 @@
 """Improvement by a calibration: errors of distances by the nominal model, and by what is loaded.
 
 The arm itself is unknown, so it is drawn from what is known of it: from the posterior of the
-samples trained on, updated by those held out. For each draw the errors of both models follow.
+samples trained on, updated by those that were held out or left out. For each draw the errors of
+both models follow.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +14,7 @@ from msgspec.structs import replace
 from ..identification.data import Load, Measurement
 from ..identification.inference import Posterior
 from ..identification.robot import workspace
-from ..results import Better, Improvement, Interval
+from ..results import Better, Improvement, Interval, Unseen
 from .held_out_evidence import updated
 from .predicted_errors import neighbourhoods
 from .projections import (
@@ -44,7 +45,7 @@ def better_than_nominal(
     load: Load,
     models: Models,
     recorded: Sequence[Measurement],
-    held_out: Sequence[Measurement] = (),
+    unseen: Sequence[Unseen] = (),
 ) -> Better:
     """Return the errors of distances before and now, and the probability that they are smaller.
 
@@ -53,10 +54,11 @@ def better_than_nominal(
         load: Load of the joints while recording.
         models: The models to compare.
         recorded: The placements.
-        held_out: Placements whose samples and distances bear on the arm, too.
+        unseen: Placements whose samples and distances bear on the arm, too, by fits that have not
+            seen them.
     """
     robot = posterior.model.robot
-    change = updated(posterior, load, held_out)
+    change = updated(posterior, load, unseen)
     generator = np.random.default_rng(0)
     white = generator.standard_normal((DRAWS, change.root.shape[1]))
     draws = change.mean + white @ change.root.T

@@ -11,6 +11,8 @@ unknowns can explain: S is their prior covariance, made wider, and y is taken ab
 The odds of a pattern are the evidence averaged over m > 0 and n, against that with m = 0.
 """
 
+from collections.abc import Callable, Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -34,10 +36,8 @@ class PatternRows(NamedTuple):
     """Joint positions, shape (N, m) [rad]."""
     errors: np.ndarray
     """Errors about their sockets, or in their frames, shape (N, 3) [m]."""
-    J: np.ndarray
-    """Derivatives of the balls by the unknowns, shape (N, 3, n)."""
     by_joints: np.ndarray
-    """Those by the joints, shape (N, 3, m)."""
+    """Derivatives of the balls by the joints, shape (N, 3, m)."""
     balls: np.ndarray
     """Shape (N, 3) [m]."""
     time: np.ndarray
@@ -48,23 +48,37 @@ class PatternRows(NamedTuple):
     """B, shape (3 N, k) [m]."""
 
 
+Slopes = tuple[Posterior, np.ndarray]
+"""J, derivatives of a placement's balls by the unknowns of a posterior, shape (N, 3, n)."""
+EvidenceOf = Callable[[Posterior, PatternRows, Sequence[Slopes]], "PatternEvidence"]
+
+
 def of_held_out(
     posterior: Posterior,
     rows: PatternRows,
+    slopes: Sequence[Slopes],
 ) -> "PatternEvidence":
-    """Return the evidence of patterns beside what the posterior leaves open."""
-    J = rows_of(rows.J)
+    """Return the evidence of patterns beside what posteriors leave open that have not seen them.
+
+    Samples of one posterior follow one another; those of several count as independent.
+    """
     y = rows.errors.ravel()
-    changes = J @ covariance_of(posterior) @ J.T
+    blocks: list[np.ndarray] = []
+    for _, group in groupby(slopes, key=lambda pair: id(pair[0])):
+        (unaware, *_), parts = zip(*group, strict=True)
+        J = np.concatenate([rows_of(part) for part in parts])
+        blocks.append(J @ covariance_of(unaware) @ J.T)
+    changes = block_diagonal(blocks)
     return PatternEvidence(posterior, rows, y, changes)
 
 
 def of_trained(
     posterior: Posterior,
     rows: PatternRows,
+    slopes: Sequence[Slopes],
 ) -> "PatternEvidence":
     """Return the evidence of patterns beside all that the model's unknowns can explain."""
-    J = rows_of(rows.J)
+    J = np.concatenate([rows_of(part) for _, part in slopes])
     mean = np.zeros(len(posterior.x))
     changes = np.zeros((len(J), len(J)))
     for group in posterior.groups:

@@ -7,8 +7,22 @@ import numpy as np
 from ..identification.data import Load, Measurement, Pose, fit_frames, targets
 from ..identification.inference import Posterior
 from ..identification.robot import Robot
-from ..results import ErrorPattern, ErrorPatterns, Fit, Measurements, Study
-from .pattern_evidence import PatternEvidence, PatternRows, of_held_out, of_trained
+from ..results import (
+    ErrorPattern,
+    ErrorPatterns,
+    Fit,
+    Measurements,
+    Study,
+    Unseen,
+)
+from .pattern_evidence import (
+    EvidenceOf,
+    PatternEvidence,
+    PatternRows,
+    Slopes,
+    of_held_out,
+    of_trained,
+)
 from .pattern_quantities import Quantity, quantities_of
 from .projections import block_diagonal, rows_of, unit
 
@@ -34,22 +48,25 @@ def error_patterns(
     robot: Robot,
     load: Load,
     train: Sequence[Measurement],
-    test: Sequence[Measurement],
+    unseen: Sequence[Unseen],
 ) -> ErrorPatterns | None:
-    """Return the patterns of what a fit leaves, in placements trained on and held out.
+    """Return the patterns of what a fit leaves, in placements trained on, and in unseen ones.
 
     Of the two the larger odds count. None for too few samples, or without noise.
     """
     if posterior.noise.space < EXACT:
         return None
-    parts = [(train, of_trained), (test, of_held_out)]
-    parts = [part for part in parts if part[0]]
+    parts: list[tuple[list[Unseen], EvidenceOf]] = [
+        ([(posterior, train)], of_trained),
+        ([*unseen], of_held_out),
+    ]
+    parts = [(pairs, of) for pairs, of in parts if any(m for _, m in pairs)]
     best: dict[str, ErrorPattern] = {}
-    for placements, evidence_of in parts:
-        rows = _rows(posterior, robot, load, placements)
+    for pairs, evidence_of in parts:
+        rows, slopes = _rows(robot, load, pairs)
         if len(rows.q) < FEWEST:
             continue
-        evidence = evidence_of(posterior, rows)
+        evidence = evidence_of(posterior, rows, slopes)
         quantities = quantities_of(robot, rows)
         tried = len(parts) * len(quantities)
         for over, quantity in quantities.items():
@@ -65,16 +82,17 @@ def error_patterns(
 
 
 def _rows(
-    posterior: Posterior,
     robot: Robot,
     load: Load,
-    placements: Sequence[Measurement],
-) -> PatternRows:
-    """Return the samples of placements, thinned out where there are many."""
-    total = sum(len(m.positions) for m in placements)
+    pairs: Sequence[Unseen],
+) -> tuple[PatternRows, list[Slopes]]:
+    """Return the samples of placements, thinned out where there are many, and their slopes."""
+    by_placement = [(posterior, m) for posterior, group in pairs for m in group]
+    total = sum(len(m.positions) for _, m in by_placement)
     step = -(-total // MOST)
     parts: list[list[np.ndarray]] = []
-    for k, m in enumerate(placements):
+    slopes: list[Slopes] = []
+    for k, (posterior, m) in enumerate(by_placement):
         q = m.positions
         points, J, by_joints = posterior.linearise(load.samples(robot, m))
         still = m.at_rest(points)
@@ -84,13 +102,14 @@ def _rows(
         last = max(len(q) - 1, 1)
         time = m.order / last
         placement = np.full(len(q), k)
-        columns = (q, errors, J, by_joints, points, time, placement, seats)
+        slopes.append((posterior, J[::step]))
+        columns = (q, errors, by_joints, points, time, placement, seats)
         thinned = [column[::step] for column in columns]
         parts.append(thinned)
     *columns, seats = zip(*parts, strict=True)
     joined = [np.concatenate(column) for column in columns]
     by_places = block_diagonal(map(rows_of, seats))
-    return PatternRows._make([*joined, by_places])
+    return PatternRows._make([*joined, by_places]), slopes
 
 
 def _by_frame(measured: Measurement, frame: Pose) -> np.ndarray:
@@ -182,7 +201,7 @@ def patterns(fit: Fit, measurements: Measurements) -> ErrorPatterns | None:
         measurements.robot,
         fit.calibrated.load,
         measurements.measurements,
-        measurements.test,
+        measurements.unseen(fit),
     )
 
 

@@ -10,6 +10,7 @@ from ..identification.inference import Posterior
 from ..results import CalibratedRobot, Fit, Measurements, PlacementErrors, Study
 from .base_errors import BaseErrors, length_deviation
 from .base_length import BaseLength
+from .held_out_misfit import HeldOut, misfit
 from .uncertainty import predicted_deviation
 
 
@@ -25,6 +26,33 @@ def placements(
         )
         expected.append(structs.replace(row, **deviations))
     return tuple(expected)
+
+
+def left_out(
+    _: Fit, measurements: Measurements, rows: Sequence[PlacementErrors]
+) -> tuple[PlacementErrors, ...]:
+    """Return the errors of what folds leave out, and how large they should be by the fold."""
+    parts = [(fold.fit, m) for fold in measurements.folds for m in fold.left_out]
+    expected: list[PlacementErrors] = []
+    for (fit, m), row in zip(parts, rows, strict=True):
+        if fit.posterior is not None:
+            deviations = _deviations(fit.calibrated, fit.posterior, m, held_out=True)
+            row = structs.replace(row, **deviations)
+        expected.append(row)
+    return tuple(expected)
+
+
+def misfit_of_folds(fit: Fit, measurements: Measurements) -> float | None:
+    """Return f by what folds leave out; None without folds."""
+    if not measurements.folds:
+        return None
+    robot, load = measurements.robot, fit.calibrated.load
+    places: list[tuple[Posterior, HeldOut]] = []
+    for posterior, placements in measurements.unseen(fit):
+        for measured in placements:
+            held_out = HeldOut.of(robot, load, measured)
+            places += [(posterior, place) for place in held_out]
+    return misfit(places)
 
 
 def _deviations(
@@ -52,3 +80,5 @@ def _deviations(
 
 
 PLACEMENTS = Study("placements", placements, ("placements",))
+LEFT_OUT = Study("left_out", left_out, ("left_out",))
+MISFIT = Study("misfit", misfit_of_folds)

@@ -7,7 +7,7 @@ from .frames import FRAMES
 from .held_out_error import ERROR_PARTS
 from .knowledge import UNCERTAINTY
 from .patterns import ERROR_PATTERNS
-from .placement_deviations import PLACEMENTS
+from .placement_deviations import LEFT_OUT, MISFIT, PLACEMENTS
 from .size import SCALE
 from .standard_deviations import COEFFICIENTS, GROUPS, PARAMETERS
 
@@ -16,6 +16,8 @@ STUDIES: tuple[Study, ...] = (
     COEFFICIENTS,
     GROUPS,
     PLACEMENTS,
+    LEFT_OUT,
+    MISFIT,
     CURVES,
     WARNINGS,
     ERROR_PARTS,

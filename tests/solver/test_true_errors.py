@@ -42,7 +42,7 @@ def test_measured_errors_decide_whatever_the_posterior_expects(found, probabilit
     document = structs.replace(found.document, better=unsure)
     verdict = mukca.Calibration(document, found.calibrated).verdict
     assert verdict.use
-    assert "mm at 60 points held out" in verdict.answer[1]
+    assert "mm at 60 points not trained on" in verdict.answer[1]
 
 
 def test_held_out_points_that_are_worse_bar_a_model_that_is_thought_better(found, panda):

@@ -130,7 +130,7 @@ def test_a_figure_about_its_limit_neither_keeps_nor_misses_it(simulated):
         deviations = {"distance_error": deviation}
         metrics = replace(summary.train.loaded, distance_error=error)
         row = error_rows(metrics, None, limits, "", deviations=deviations)[1]
-        assert row.status == "not enough" and "or hold out more placements" in row.text
+        assert row.status == "not enough" and "or more placements" in row.text
         verdict = conclude([row], simulated.calibration.document.better, None)
         assert (verdict.title, verdict.use, verdict.exit_status) == ("BETTER", True, 1)
         assert row.text[1:] in verdict.answer[2]

@@ -20,8 +20,8 @@ pytestmark = pytest.mark.slow
 
 def test_the_nominal_demo_arm_is_off_by_what_real_arms_are(demo):
     summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]
-    assert 7e-3 < summary["test"]["nominal"]["mean_absolute_error"] < 9e-3
-    assert summary["test"]["calibrated"]["mean_absolute_error"] < 1.5e-4
+    assert 7e-3 < summary["left_out"]["nominal"]["mean_absolute_error"] < 9e-3
+    assert summary["left_out"]["calibrated"]["mean_absolute_error"] < 1.5e-4
 
 
 def test_the_calibrated_demo_arm_is_the_true_one(demo):
@@ -55,7 +55,7 @@ def test_the_demo_sums_its_recordings_up_and_leads_to_a_real_arm(demo):
     assert said.count("mock:") == 4  # in what was typed, and to lead a session oneself
     assert "mukca print-parts" in said.partition("Report: ")[2]
     was, now, file = said.splitlines()[-3:]
-    summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]["test"]
+    summary = json.loads((demo / "calibrated/calibration.json").read_text())["summary"]["left_out"]
     before = summary.get("ball_refitted") or summary["nominal"]
     after = summary.get("geometric") or summary["calibrated"]
     assert was.startswith(f"It was: {1e3 * before['mean_absolute_error']:.2f} mm")

@@ -55,7 +55,7 @@ def test_json_is_one_object_with_the_agreed_keys(run):
 def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session):
     before = sorted(session.rglob("*"))
     status, out, _ = run("solve", "front", "--robot", "panda")
-    assert status == 1 and "Verdict: BETTER" in out and "no placement was held out" in out
+    assert status == 1 and "Verdict: BETTER" in out and "nothing was left out" in out
     assert out.startswith("A distance anywhere in the workspace is now wrong by about ")
     assert out.strip().splitlines()[-1].startswith("Nothing was written")
     assert "the report" not in out

@@ -3,7 +3,6 @@
 import json
 import multiprocessing
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -123,20 +122,6 @@ def ran(*words):
     command = [sys.executable, *map(str, words)]
     environment = ENVIRONMENT | {"OPENBLAS_NUM_THREADS": "1"}
     return subprocess.run(command, env=environment, capture_output=True, text=True)
-
-
-def test_crossval_is_the_same_to_the_last_digit_wherever_it_runs(cluster, recordings, tmp_path):
-    address, _ = cluster
-    for name in ("frontcenter", "frontleft"):
-        shutil.copytree(recordings / "panda_3" / name, tmp_path / name)
-    words = ("-m", "mukca", "crossval", tmp_path, "--robot", "panda", "--json", "--method", "paper")
-    by_processes, by_cluster = (
-        ran(*words, "--bootstrap", "2", *where)
-        for where in (("--processes", "2"), ("--cluster", address))
-    )
-    assert by_processes.returncode == by_cluster.returncode == 0, by_cluster.stderr
-    assert json.loads(by_processes.stdout)["bootstrap"]
-    assert by_cluster.stdout == by_processes.stdout
 
 
 def test_a_lost_worker_of_a_cluster_costs_nothing_but_time(cluster, tmp_path):

@@ -28,7 +28,6 @@ from .robots import RobotOptions as RobotOptions
 from .robots import RobotsOptions as RobotsOptions
 from .robots import TableOptions as TableOptions
 from .robots import WorkerOptions as WorkerOptions
-from .robots import measured_of as measured_of
 from .robots import read_data as read_data
 from .robots import split_by_robot as split_by_robot
 from .tables import FittingTable as FittingTable

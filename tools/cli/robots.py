@@ -3,10 +3,10 @@
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypedDict
+from typing import Any, NamedTuple
 
 from ... import recorder
-from ...solver import assessment, diagnostics, tables
+from ...solver import tables
 from ...solver.calibration import SolveOptions, UsageError
 from ...solver.identification import data
 from ...solver.identification import robot as robots
@@ -291,33 +291,6 @@ def read_data(
     if not placements:
         raise UsageError("--leave-out: no placement is left")
     return data.as_flange_poses(placements) if settings.flange_poses else placements
-
-
-class Premises(TypedDict):
-    """Arguments of an inspection; see :func:`.inspect_all`."""
-
-    given: "diagnostics.Given"
-    zeros: bool
-    repeatability: float | None
-
-
-def measured_of(
-    paths: Sequence[Path],
-    robot: "robots.Robot",
-    settings: SolveOptions,
-) -> "tuple[list[data.Measurement], Premises]":
-    """Read and check placements; return them, and what was said of them."""
-    placements = settings.payloads.carried_by(read_data(paths, settings))
-    measured = [
-        data.measure(placement, robot, settings.distance, load=settings.load)
-        for placement in placements
-    ]
-    data.check_distinct(measured)
-    return measured, Premises(
-        given=diagnostics.Given(settings.distances, settings.deviation, settings.load),
-        zeros=bool(settings.zeros),
-        repeatability=assessment.repeatability_of(robot, settings.repeatability_mm),
-    )
 
 
 class WorkerOptions(Options, group="workers"):

@@ -106,8 +106,7 @@ def _inside(folder: Path) -> list[Path]:
 def calibrate_arm(arm: ArmFolder) -> FleetArm:
     """Calibrate one arm by each of its sessions, write the results, and say what is next.
 
-    Of a session's placements the last by name is held out, where there are two or more. An arm
-    that cannot be calibrated says why in :attr:`FleetArm.error`, and stops no other.
+    An arm that cannot be calibrated says why in :attr:`FleetArm.error`, and stops no other.
     """
     sessions: list[FleetSession] = []
     error = arm.copied
@@ -121,10 +120,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
         before: tuple[str, Calibration] | None = None
         for name, folders in find_sessions(arm.folder).items() if error is None else ():
             placements = [read_placement(folder) for folder in folders]
-            first, *remainder = placements
-            calibration = calibrate(
-                robot, [first, *remainder[:-1]], test=remainder[-1:], **settings
-            )
+            calibration = calibrate(robot, placements, **settings)
             drift = None if before is None else _drift(arm, *before, placements)
             sessions.append(_session(arm, name, calibration, drift))
             if not calibration.document.distorted:
@@ -149,14 +145,15 @@ def _session(
     outputs: dict[str, str] = {}
     if not document.distorted:
         outputs = calibration.save(arm.out / name, force=True, pages=lambda _: files)
-    summary = document.summary.test or document.summary.train
+    proof = document.summary.proof
+    summary = proof or document.summary.train
     assert summary is not None  # something was trained on
     verdict = report.verdict
     return FleetSession(
         name=name,
         placements=len(document.placements),
         samples=sum(sum(row.samples) for row in document.placements),
-        held_out=document.summary.test is not None,
+        held_out=proof is not None,
         nominal=summary.before.mean_absolute_error,
         calibrated=summary.loaded.mean_absolute_error,
         distance_error=summary.loaded.distance_error,

@@ -34,7 +34,7 @@ class FleetSession(Document):
     placements: int
     samples: int
     held_out: bool
-    """True if a placement was held out; else the errors are those of the fit itself."""
+    """True if each placement was left out once; else the errors are those of the fit itself."""
     nominal: float
     """Mean absolute error of the nominal model, its ball refitted [m]."""
     calibrated: float

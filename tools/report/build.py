@@ -13,7 +13,7 @@ from markupsafe import Markup
 from ...errors import fixed
 from ...solver.assessment import Assessment, short_names
 from ...solver.calibration import Calibration
-from ...solver.results import Document, encode, refuse_existing, write_files
+from ...solver.results import ROLES, Document, encode, refuse_existing, write_files
 from . import figures
 from .figures import Answer, ComparisonDocument, ReportDocument, report_figures
 from .plots import (
@@ -155,7 +155,7 @@ def report_page(report: ReportDocument, plots: Mapping[str, Sequence[Plot]]) -> 
         report=report,
         role=role,
         judged=errors,
-        role_name={"test": "held out", "train": "trained on"}.__getitem__,
+        role_name=ROLES.__getitem__,
         degrees=math.degrees(1),
         settings=_settings_text(report.provenance.settings),
         display_of=display_of,

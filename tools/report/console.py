@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.text import Text
 
 from ...solver.assessment import RESOLUTION, Limits, Verdict, mm
+from ...solver.results import ROLES
 from ..cli import FittingTable
 from .figures import ReportDocument, Step
 
@@ -115,7 +116,7 @@ def _placements(console: Console, report: ReportDocument) -> FittingTable:
         serves = use.answer if asked or use.least is None else mm(use.least)
         cells: list[str | Text] = [
             use.name,
-            "held out" if row.role == "test" else "trained on",
+            ROLES[row.role],
             f"{1e3 * before:.2f} > {1e3 * after:.3f}",
             f"{1e3 * row.quantiles.loaded.p95:.2f}",
             f"{1e3 * row.quantiles.loaded.max:.2f}",

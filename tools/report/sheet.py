@@ -52,19 +52,22 @@ def sheet_of(document: CalibrationDocument, report: ReportDocument) -> Sheet:
     """Return the content of the sheet of a calibration.
 
     Raises:
-        CertificateError: Nothing was held out.
+        CertificateError: Nothing was left out.
     """
-    held_out = report.summary.test
-    if held_out is None:
+    role, held_out = report.summary.judged
+    if role == "train":
         raise CertificateError(
-            "a certificate rests on held-out placements, and there is none: hold one out by "
-            "solve --test"
+            "a certificate rests on what a fit left out, and nothing was: record a second place"
         )
+    words = "held-out" if role == "test" else "left-out"
+    lead = "which the calibration did not see"
+    if role == "left_out":
+        lead = "each by a fit to all others; calibrated.urdf is by the fit to all"
     placements = plural(held_out.placements, "placement")
     samples = plural(held_out.samples, "sample")
     errors = Section(
-        title="Errors at held-out places",
-        lead=f"{placements}, {samples}, which the calibration did not see.",
+        title=f"Errors at {words} places",
+        lead=f"{placements}, {samples}, {lead}.",
         heads=("model", "mean", "95 % below", "largest"),
         rows=_rows(report.summary),
         paragraphs=[] if report.error_parts is None else [report.error_parts.text],

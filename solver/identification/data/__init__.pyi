@@ -3,8 +3,10 @@ from .checks import SAMPLES_ADVISED as SAMPLES_ADVISED
 from .checks import as_flange_poses as as_flange_poses
 from .checks import measure as measure
 from .checks import order_said as order_said
+from .copies import NEAREST as NEAREST
 from .copies import check_distinct as check_distinct
 from .copies import copied_sockets as copied_sockets
+from .copies import is_copy as is_copy
 from .frame_starts import first_frames as first_frames
 from .frames import IDENTITY as IDENTITY
 from .frames import FrameError as FrameError

@@ -29,6 +29,13 @@ def check_distinct(measurements: Sequence[Measurement]) -> None:
         )
 
 
+NEAREST = 0.1
+"""A held-out placement nearer than this to one that was trained on proves nothing [m]."""
+SAME_CONFIGURATION, COPIED_SHARE, COMPARED = 1e-3, 0.5, 200
+"""Configurations that differ by less on every joint are the same [rad], [m]; a larger share of them
+is a copy; and so many configurations of a placement are looked at."""
+
+
 def copied_sockets(placements: Iterable[Placement]) -> Iterator[tuple[str, str]]:
     """Yield the file of a socket's samples, and that of a later socket with most of them again."""
     holders: dict[bytes, list[str]] = {}
@@ -61,3 +68,12 @@ def _samples_of(placement: Placement, socket: int) -> str:
     if placement.kind == "points":
         return str(placement.first_file)
     return f"{placement.where} socket {socket}"
+
+
+def is_copy(measured: Measurement, original: Measurement) -> bool:
+    """Tell whether most configurations of a placement are those of another."""
+    rows = measured.positions
+    rows = rows[:: -(-len(rows) // COMPARED)]
+    gaps = np.max(abs(rows[:, None] - original.positions), axis=2)
+    is_same: np.ndarray = np.min(gaps, axis=1) < SAME_CONFIGURATION
+    return float(is_same.mean()) > COPIED_SHARE

@@ -81,10 +81,10 @@ def test_errors_of_held_out_samples_count():
     assert np.trace(grown, axis1=1, axis2=2).min() > 1e-8
     posterior, samples = doubtful.posterior, doubtful.load.at(robot, q)
     places = [HeldOut(samples.only(held.sockets == k)) for k in (0, 1)]
-    assert misfit(posterior, places) == pytest.approx(doubtful.misfit)
+    assert misfit([(posterior, place) for place in places]) == pytest.approx(doubtful.misfit)
     shares = [within(posterior, place, doubtful.misfit, [7.815])[0] for place in places]
     assert 0.95 <= np.mean(shares) < 1
-    assert misfit(posterior, [HeldOut(samples.only(slice(6)))]) == 0
+    assert misfit([(posterior, HeldOut(samples.only(slice(6))))]) == 0
 
 
 def test_the_paper_s_method_has_none():

@@ -1,10 +1,9 @@
-"""``mukca check`` and ``mukca crossval``: what they say, and never a circle."""
+"""``mukca check``: what it says, and never a circle."""
 
 import json
 import re
 from shutil import copytree
 
-import numpy as np
 import pytest
 from cases import by_table
 
@@ -124,35 +123,8 @@ def test_a_part_with_one_socket_or_sample_serves_beside_a_whole_one(copy, run):
     assert status in (0, 1, 3) and "12  " in told, told
 
 
-@pytest.mark.parametrize("method", ["auto", "paper"])
-def test_crossval_names_a_bad_placement_and_goes_on(copy, run, method):
-    generator = np.random.default_rng(0)
-    for file in (copy / "left").glob("hole_*.csv"):
-        q = np.loadtxt(file, delimiter=",")
-        np.savetxt(file, q + generator.normal(0, 0.03, q.shape), delimiter=",", fmt="%.17g")
-    words = ["crossval", str(copy), "--robot", "panda", "--method", method, "--processes", "1"]
-    status, told = run(*words)
-    assert status == 0, told
-    assert "MAE in mm: trained on the row's placement alone" in told
-    assert "Mend or leave out session/left and run this again" in told, told
-
-
 @pytest.mark.parametrize("distance", ["0.025", "0.055", "0.1"])
 def test_a_distance_that_is_far_off_bars_a_calibration(session, run, distance):
     status, told = run("check", str(session / "front"), "--robot", "panda", "--distance", distance)
     assert status == 1 and told.startswith("FAIL"), told
     assert "more likely the sockets are" in told
-
-
-def test_crossval_ends_with_advice(session, run, command):
-    words = ["crossval", session, "--robot", "panda", "--method", "paper", "--processes", "1"]
-    status, out, told = command(*words, "--json")
-    assert status == 0
-    last = told.strip().splitlines()[-1]
-    assert last.startswith(("Train on all", "At these places training on all gains little")), told
-    _, _, asked = last.partition("in the workspace")
-    _, checked = run("check", str(session), "--robot", "panda")
-    assert asked and asked in checked and "0.90 mm is asked: no other placement is needed" in asked
-    result = json.loads(out)
-    for row in (*result["left_out"], result["summary"]):  # this method corrects nothing
-        assert row["loaded"].items() <= row.items()

@@ -1,4 +1,4 @@
-"""A sheet to sign, which rests on held-out places."""
+"""A sheet to sign, which rests on what a fit did not see."""
 
 import hashlib
 import html
@@ -48,11 +48,11 @@ def test_what_nobody_noted_is_left_to_fill_in(run, calibrated, tmp_path):
     assert large.read_bytes() == sheet.read_bytes()
 
 
-def test_a_sheet_without_held_out_places_is_refused(command, refused, session, tmp_path):
+def test_a_sheet_where_nothing_was_left_out_is_refused(command, refused, session, tmp_path):
     folder = tmp_path / "trained"
     command("solve", session / "front", "--robot", "panda", "--method", "paper", "--out", folder)
     words = (folder / "calibration.json", "--certificate", tmp_path / "sheet.html", "--force")
-    told = "rests on held-out placements, and there is none: hold one out by solve --test"
+    told = "rests on what a fit left out, and nothing was: record a second place"
     refused(told, "report", *words)
     assert not (tmp_path / "sheet.html").exists()
 

@@ -82,7 +82,7 @@ def test_without_held_out_data_nothing_is_validated(document, rows):
     status, limits, text = rows(document)
     assert status == "incomplete"
     assert limits["mean_absolute_error"] == "not evaluated"
-    assert "Held-out error (MAE): no placement was held out" in text
+    assert "Left-out error (MAE): nothing was left out" in text
 
 
 def copied(placement):
@@ -426,26 +426,20 @@ def test_another_placement_is_recorded_beside_the_others(document, report):
 def test_what_lies_beside_the_recordings_is_not_recorded_again(document, report, session):
     figures = report(untested(document, 1))
     (step,) = figures["todo"]
-    assert step["text"] == "Hold out right and left, recorded already beside the others"
-    advice = "no placement was held out; hold one out by solve --test"  # the step says which
-    assert advice in figures["verdict"]["text"]
+    assert step["text"] == "Train on right and left too, recorded already beside the others"
+    assert "nothing was left out" in figures["verdict"]["text"]  # the step says how to
     words = shlex.split(step["command"])
-    after = words[words.index("--test") + 1 :]
-    assert {str(session / name) for name in ("left", "right")} == set(after[:2])
+    assert {str(session / name) for name in ("front", "left", "right")} == set(words[2:5])
     document["settings"]["leave_out"] = ["left"]
     (step,) = report(document)["todo"]
-    assert step["text"].startswith("Hold out right, recorded already")
+    assert step["text"].startswith("Train on right too, recorded already")
 
 
-def test_one_of_several_that_were_trained_on_is_held_out_to_try(document, report, tmp_path):
-    for row in untested(document, 2)["data"]:
-        name = Path(row["files"][0]).parent.name
-        row["files"] = [str(tmp_path / "moved" / name / Path(file).name) for file in row["files"]]
-    figures = report(document)
-    (step,) = figures["todo"]
-    assert step["text"] == "Hold out front, to try: nothing is to be recorded for it"
-    words = shlex.split(step["command"])
-    assert words[words.index("--test") + 1].endswith("moved/front")
+def test_what_was_not_to_be_proven_is_left_out_next(document, report):
+    untested(document, 2)["settings"]["no_proof"] = True
+    (step,) = report(document)["todo"]
+    assert step["text"].startswith("Leave each place out once")
+    assert "--no-proof" not in step["command"] and "--test" not in step["command"]
 
 
 def test_each_step_says_what_it_should_bring(extended, report):

@@ -203,7 +203,7 @@ class _DemoOptions(Options):
 
 
 def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
-    """Record three placements of the demo arm, calibrate on one, validate on the others."""
+    """Record three placements of the demo arm, and calibrate on them."""
     from ...simulation import SimulatedTime, demo_bases, simulate_hand
 
     out = options.out
@@ -226,14 +226,10 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
             status = _typed(words, brief)
         if status != 0:
             return status
-    front, *held_out = (str(recordings / name) for name in names)
-    words = ["solve", front, "--robot", "panda", "--test", *held_out]
-    words += ["--out", str(calibrated)]
+    words = ["solve", str(recordings), "--robot", "panda", "--out", str(calibrated)]
     status = _typed([*words, "--force"] if options.force else words, terminal)
     if status == 0:
-        document = str(calibrated / "calibration.json")
-        status = _typed(["validate", document, front, *held_out], terminal)
-        terminal.say(f"Recordings:      {', '.join((front, *held_out))}")
+        terminal.say(f"Recordings:      {recordings}")
         terminal.say(f"Calibrated URDF: {calibrated / 'calibrated.urdf'}")
         terminal.say(f"Report:          {calibrated / 'report.html'}")
         terminal.say(NEXT.format(hand=out / "hand" / names[0]))
@@ -243,14 +239,14 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
 
 def _summary(folder: Path) -> list[str]:
     """Return what the demo arm's error was, what it is, and which file to open."""
-    summary = load_calibration(folder).errors.summary.test
-    assert summary is not None  # two placements are held out
+    summary = load_calibration(folder).errors.summary.left_out
+    assert summary is not None  # there are three placements
     before = 1e3 * summary.before.mean_absolute_error
     now = 1e3 * summary.loaded.mean_absolute_error
     return [
         "",
-        f"It was: {before:.2f} mm, the mean error at places held out, with the ball refitted.",
-        f"It is:  {now:.3f} mm, by {folder / 'calibrated.urdf'}.",
+        f"It was: {before:.2f} mm, the mean error at places left out, ball refitted.",
+        f"It is:  {now:.3f} mm there; {folder / 'calibrated.urdf'} is by all places.",
         f"Open:   {folder / 'report.html'}",
     ]
 

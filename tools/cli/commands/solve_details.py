@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from ....errors import fixed
 from ....solver import assessment, calibration, results
 from ....solver.assessment import millimetres
+from ...report import figures
 from .. import Terminal
 from .placement_errors import show_errors
 
@@ -16,10 +17,27 @@ def show_details(terminal: Terminal, calibrated: "calibration.Calibration") -> N
     if calibrated.document.scale is not None:
         terminal.say(f"Size: {assessment.scale_text(calibrated.document.scale)}.")
     show_errors(calibrated.errors, terminal)
+    _show_matrix(calibrated, terminal)
     if calibrated.document.error_patterns is not None:
         terminal.say(calibrated.document.error_patterns.text)
     _show_parameters(calibrated.result.parameters, terminal)
     terminal.say(*_remarks(calibrated.document))
+
+
+def _show_matrix(calibrated: "calibration.Calibration", terminal: Terminal) -> None:
+    """Show the errors everywhere by fits to each placement alone: the paper's Fig. 6."""
+    matrix = figures.cross_placement(calibrated.assessment.predictions)
+    if matrix is None:
+        return
+    names = assessment.short_names(matrix.names)
+    nothing = [None] * len(names)
+    rows: list[list[str]] = []
+    for i, (name, errors) in enumerate(zip(names, matrix.matrix, strict=True)):
+        cells = [f"{i + 1} {name}", *map(millimetres, errors or nothing)]
+        cells[i + 1] = f"({cells[i + 1]})"
+        rows.append(cells)
+    title = f"MAE in mm by {matrix.method}: trained on the row's placement alone, at the column's"
+    terminal.tabulate(title, ["", *map(str, range(1, len(names) + 1))], rows)
 
 
 def _show_parameters(

@@ -20,7 +20,7 @@ GROUPS = {
     "every day": "record check solve validate report",
     "before": "demo print-parts plan robots drivers",
     "afterwards": "command poses export tool handeye rezero compare",
-    "many arms": "fleet crossval",
+    "many arms": "fleet",
     "data": "info convert extract stream",
     "for developers": "simulate emulate",
 }

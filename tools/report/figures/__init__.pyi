@@ -5,6 +5,7 @@ from .answers import answer_at as answer_at
 from .answers import least_allowed as least_allowed
 from .answers import mostly_allowed as mostly_allowed
 from .answers import use_text as use_text
+from .collect import cross_placement as cross_placement
 from .collect import report_figures as report_figures
 from .command_lines import as_options as as_options
 from .comparison_types import ComparisonDocument as ComparisonDocument

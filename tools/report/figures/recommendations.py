@@ -31,11 +31,7 @@ from ....solver.results import CalibrationDocument, Role
 from .answers import farthest_held_out
 from .command_lines import record_command, solve_command
 from .mending import mending_steps, steps_where_something_moved
-from .recorded_already import (
-    UnusedPlacement,
-    placement_to_hold_out,
-    unused_placements,
-)
+from .recorded_already import UnusedPlacement, unused_placements
 from .types import Step
 
 DOUBTED_SIZE = 3e-3
@@ -82,7 +78,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
     missed = any(row.status in ("fail", "not enough") for row in rows)
     is_lacking = is_proved and (missed or not verdict.use)
     if not is_proved:
-        yield from _hold_out(result, unused)
+        yield from _leave_each_out(document, unused)
     if is_lacking:
         yield from _train_on_held_out(result)
     yield from _corrected_joints(result)
@@ -93,14 +89,16 @@ def _steps(result: Assessment) -> Iterator[Step]:
     if result.limits.repeatability is None and is_usable:
         yield _repeatability(document)
     if by_instrument:
-        yield _measure_points(document, is_proved=is_proved)
+        text = "Measure more points, in poses as varied as can be"
+        command = solve_command(document, added={"more_points": "train"})
+        yield Step(text, command, "")
         return
     text = f"Record another placement {_place_in_words(result)}, all varied, {SAMPLES_ADVISED}"
     if document.arms is not None:
         text += ", with each of the arms, into folders of one name"
-    text += (
-        ", and train on it too" if is_proved else ", and hold it out by solve --test"
-    )
+    text += ", and train on it too"
+    if not is_proved:
+        text += ": each place is then left out once, which proves the fit"
     yield _forecast(document, None, text, record_command(document))
 
 
@@ -117,18 +115,6 @@ def _is_to_be_read_again(result: Assessment) -> bool:
         return False  # the URDF explains it
     is_doubted = abs(document.scale.value) >= DOUBTED_SIZE
     return is_doubted and most_readings(document.placements) == 1
-
-
-def _measure_points(document: CalibrationDocument, *, is_proved: bool) -> Step:
-    """Return the step to measure more points by an instrument."""
-    text = "Measure more points, in poses as varied as can be"
-    words = ""
-    if not is_proved:
-        text += ", and hold some of them out by solve --test"
-        words = "an error that nothing was fitted to"
-    role: Role = "train" if is_proved else "test"
-    command = solve_command(document, added={"more_points": role})
-    return Step(text, command, words)
 
 
 def _train_on_held_out(result: Assessment) -> Iterator[Step]:
@@ -154,20 +140,19 @@ def _train_on_unused(document: CalibrationDocument, unused: UnusedPlacement) -> 
     return Step(text, command, "a smaller error, since more places are known")
 
 
-def _hold_out(result: Assessment, unused: Sequence[UnusedPlacement]) -> Iterator[Step]:
-    """Yield the steps that hold out what is recorded already, where nothing was held out."""
-    document = result.predictions.document
-    words = "an error that nothing was fitted to, and a verdict"
-    if unused:
+def _leave_each_out(
+    document: CalibrationDocument, unused: Sequence[UnusedPlacement]
+) -> Iterator[Step]:
+    """Yield the steps that prove a fit by what is recorded already, where nothing was left out."""
+    words = "each place is left out once, which proves the fit: errors, and a verdict"
+    if document.settings.get("no_proof"):
+        command = solve_command(document, settings_given={"no_proof": False})
+        yield Step("Leave each place out once: drop --no-proof", command, words)
+    elif unused:
         names = joined([placement.name for placement in unused])
-        text = f"Hold out {names}, recorded already beside the others"
-        added: dict[str, Role] = {placement.folder: "test" for placement in unused}
+        text = f"Train on {names} too, recorded already beside the others"
+        added: dict[str, Role] = {placement.folder: "train" for placement in unused}
         yield Step(text, solve_command(document, added=added), words)
-    name = placement_to_hold_out(result)
-    if name is not None:
-        short = name.rpartition("/")[2]
-        text = f"Hold out {short}, to try: nothing is to be recorded for it"
-        yield Step(text, solve_command(document, moves={name: "test"}), words)
 
 
 def _place_in_words(result: Assessment) -> str:

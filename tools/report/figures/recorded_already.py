@@ -1,4 +1,4 @@
-"""Placements that are recorded already: those beside a calibration's, and those it may hold out."""
+"""Placements that are recorded already, beside those of a calibration."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -9,8 +9,8 @@ import numpy as np
 
 from ....errors import MukcaError
 from ....recorder import RecordingError, find_placements, read_placement
-from ....solver.assessment import LEAST_HELD_OUT, NEAREST, Assessment
-from ....solver.identification.data import measure
+from ....solver.assessment import LEAST_HELD_OUT, Assessment
+from ....solver.identification.data import NEAREST, measure
 from ....solver.tables import parse_left_out
 
 
@@ -77,25 +77,3 @@ def _place_of(folder: Path, result: Assessment) -> np.ndarray | None:
     if faulty or not measured.has_distance or min(measured.counts) < LEAST_HELD_OUT:
         return None
     return calibration.ball(measured.positions, measured.efforts).mean(axis=0)
-
-
-def placement_to_hold_out(result: Assessment) -> str | None:
-    """Return the name of a placement trained on that may be held out; None for none.
-
-    It is that of the fewest samples, far enough from all others, if another is left whose sockets
-    have a distance. Of several arms each stands at the bases of the others, so none is named.
-    """
-    if result.predictions.document.arms is not None:
-        return None
-    training = result.predictions.of_role("train")
-    paired = [placement for placement in training if placement.measured.has_distance]
-    paired.sort(key=lambda placement: len(placement.measured.positions))
-    if len(paired) < 2:
-        return None
-    for candidate in paired:
-        others = [p for p in training if p is not candidate]
-        gaps = [np.linalg.norm(candidate.position - p.position) for p in others]
-        is_fit_left = any(p.measured.has_distance for p in others)
-        if is_fit_left and min(gaps) >= NEAREST:
-            return candidate.name
-    return None

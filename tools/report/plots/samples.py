@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from ....solver.assessment import SampleErrors, nice_above
-from ....solver.results import ModelName, Role
+from ....solver.results import ROLES, ModelName, Role
 from ..figures import FAR, ReportDocument
 from .axis import MM, Axis
 from .figure import LOADED, Plot, plot
@@ -180,7 +180,7 @@ def _running_centre(deviations: np.ndarray) -> list[float]:
 def shares(report: ReportDocument) -> Plot:
     """Share of the samples within an error, and the task's tolerance."""
     role, _ = report.summary.judged
-    words = "held-out" if role == "test" else "trained-on"
+    words = ROLES[role].replace(" ", "-")
     errors = {mark: np.sort(_lengths(report, model, role)) for model, mark in LOADED}
     every_length = np.concatenate(list(errors.values()))
     x = Axis.logarithmic([report.task, *every_length], "error, mm", MM)

@@ -34,7 +34,7 @@ def error_map(report: ReportDocument) -> Plot | None:
     panel.grid()
     panel.dot(0, 0, "base", "the robot's base", size=7)
     for row in report.placements:
-        if row.role == "train":
+        if row.role != "test":
             ahead, left, _ = row.position
             panel.dot(-left, ahead, "socket", row.name, size=4)
     lowest = float(deviations.min())
