@@ -7,10 +7,10 @@ import numpy as np
 
 from ...errors import fixed
 from ..diagnostics import SIZE_BY_DISTANCE, by_fit, where_of
-from ..identification.data import Observations
+from ..identification.data import CLOCKS, Observations
 from ..identification.inference import FitPosterior
 from ..identification.model import BALL, BASE, Difference
-from ..identification.selection import set_ups
+from ..identification.selection import follows_order, orders, set_ups
 from ..results import Diagnostic, Fit, Hypothesis, Scale, Study
 from .problem import CalibrationProblem
 
@@ -97,10 +97,15 @@ def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic 
     measured = next(m for m in problem.measurements if m.name == name)
     text = _in_words(fit, k)
     if difference.at:
-        samples = measured.placement.samples
+        by_clock = np.argsort(measured.clocks[:, CLOCKS.index(difference.clock)])
+        ranks: list[int] = measured.order[by_clock].tolist()
+        samples = [measured.placement.samples[rank] for rank in ranks]
         ends = min(difference.until, len(samples))
         last = samples[int(ends) - 1]
         text = text.format(first=samples[int(difference.at)].named, last=last.named)
+    if follows_order(difference) and len(orders(fit.data, name)) > 1:
+        first = measured.sockets[-int(difference.clock == "reverse")]
+        text += f"; socket {first} is taken to be recorded first, as no times say"
     advice = STEADY if difference.part == BASE else MENDED
     return Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
 

@@ -154,14 +154,15 @@ class Measurement:
 
     @cached_property
     def clocks(self) -> np.ndarray:
-        """Number of samples before each row, time and temperature since the first, shape (N, 3).
+        """Return :data:`.CLOCKS` of each row since the first sample, shape (N, 4).
 
         Time [s] and temperature [K] are NaN where they were not recorded.
         """
-        clocks = np.column_stack(
-            [self.order, self.clock("time"), self.clock("temperature")]
-        )
-        return clocks - clocks[np.argmin(self.order)]
+        order, before = self.order, np.cumsum(self.counts)
+        reverse = order + np.repeat(len(order) - 2 * before + self.counts, self.counts)
+        since = np.column_stack([self.clock("time"), self.clock("temperature")])
+        since -= since[np.argmin(order)]
+        return np.column_stack([order, since, reverse])
 
     @property
     def wheres(self) -> np.ndarray:

@@ -5,14 +5,15 @@ Tables that have more columns extend it, and are built, joined and selected from
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 if TYPE_CHECKING:
     import numpy as np
     from typing_extensions import Self
 
-Clock = Literal["index", "time", "temperature"]
-CLOCKS: tuple[Clock, ...] = ("index", "time", "temperature")
+Clock = Literal["index", "time", "temperature", "reverse"]
+CLOCKS: tuple[Clock, ...] = get_args(Clock)
+"""The last is the index where sockets that follow each other were recorded in reverse order."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class Samples(SampleRows):
     """Moments that hold the joints, shape (N, 3 m) [N m]: about the joints' own axes, which are
     their torques, then about the first axes across, then about the second."""
     clocks: "np.ndarray | None" = None
-    """Index, time and temperature from the first sample of its placement on, shape (N, 3), NaN
-    where not known; None for poses that are no samples."""
+    """:data:`CLOCKS` from the first sample of its placement on, shape (N, 4), NaN where not known;
+    None for poses that are no samples."""
 
     @classmethod
     def unloaded(cls, q: "np.ndarray") -> "Self":
@@ -49,11 +50,6 @@ class Samples(SampleRows):
     def torques(self) -> "np.ndarray":
         """Torques of the joints, shape (N, m) [N m]."""
         return self.moments[:, : self.q.shape[1]]
-
-    @property
-    def index(self) -> "np.ndarray":
-        """Number of samples before each in its placement, shape (N, 1); 0 for no sample."""
-        return self.clock("index")
 
     @property
     def time(self) -> "np.ndarray":
@@ -69,8 +65,7 @@ class Samples(SampleRows):
         """Return one of :attr:`clocks`, shape (N, 1); 0 for no sample."""
         if self.clocks is None:
             return 0 * self.q[:, :1]
-        k = CLOCKS.index(name)
-        return self.clocks[:, k : k + 1]
+        return self.clocks[:, [CLOCKS.index(name)]]
 
 
 def _known(clock: "np.ndarray") -> "np.ndarray":

@@ -8,7 +8,7 @@ from .map_estimate import refit as refit
 from .map_estimate import stepped as stepped
 from .normal_equations import NormalEquations as NormalEquations
 from .normal_equations import Solution as Solution
-from .normal_equations import curvature as curvature
+from .normal_equations import data_equations as data_equations
 from .normal_equations import prior_equations as prior_equations
 from .objective import Objective as Objective
 from .objective import linearise as linearise

@@ -38,7 +38,7 @@ class Difference:
     """Those that it concerns."""
     part: str = BASE
     clock: Clock = "index"
-    """Clock that a drift or a slow process follows."""
+    """Clock that it follows: of a step, one of the two orders."""
     at: float = 0.0
     """Of a step, the number of samples before it in the first of its placements."""
     until: float = np.inf
@@ -68,16 +68,16 @@ class Difference:
         if self.course == "each":
             return 1.0 * (data.recorded_at[:, None] == self.placements)
         first = data.rows_of(self.placements[0])
+        t = data.clock(self.clock)[:, 0]
         if self.course == "step":
-            index = data.index[:, 0]
-            as_before = first & ((index < self.at) | (index >= self.until))
-            course = (data.rows_of(*self.placements) & ~as_before).astype(float)
+            as_before = first & ((t < self.at) | (t >= self.until))
+            course = 1.0 * (data.rows_of(*self.placements) & ~as_before)
             # The model has what is in most placements; of two, in the last.
             if self.part != BASE and 2 * len(self.placements) >= len(data.placements):
                 course[~data.turned] -= 1
             return course[:, None]
         courses = np.zeros((len(data.q), self.waves))
-        t = data.clock(self.clock)[first, 0]
+        t = t[first]
         s = (t - t.min()) / (np.ptp(t) or 1.0)
         if self.course == "drift":
             courses[first, 0] = s - 0.5

@@ -1,3 +1,5 @@
+from .candidates import follows_order as follows_order
+from .candidates import orders as orders
 from .candidates import set_ups as set_ups
 from .differences import with_differences as with_differences
 from .joint_offsets import DECIDED as DECIDED

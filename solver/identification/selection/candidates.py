@@ -3,14 +3,20 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
-from itertools import product
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
 
-from ..data import Observations
-from ..inference import Arrow, FitPosterior, curvature
-from ..model import BALL, TYPICAL_SPREAD, Difference, directions
+from ..data import Clock, Observations
+from ..inference import (
+    Arrow,
+    FitPosterior,
+    NormalEquations,
+    data_equations,
+    prior_equations,
+)
+from ..model import BALL, BASE, TYPICAL_SPREAD, Difference, directions
 
 WAVES = 8
 """Waves of a slow process at most: the k-th goes to and fro k / 2 times, and is k^2 times smaller
@@ -40,62 +46,108 @@ def steps_of_base(
 ) -> list[Difference]:
     """Return the steps of a base that a placement's samples could tell, by their order.
 
-    Each lasts for one of some numbers of samples; to the end where that is infinite.
+    Each lasts for one of some numbers of samples; to the end where that is infinite. Of those that
+    both orders have, as runs amid a socket, there is one.
     """
     rows = data.rows_of(placement)
     in_socket = data.sockets[rows] == np.unique(data.sockets[rows])[:, None]
-    steps: list[Difference] = []
-    for at, length in product(_ranks(data, placement), lengths):
-        step = Difference("step", (placement,), at=at, until=at + length)
-        counts = in_socket @ step.courses(data)[rows, 0]
-        if np.minimum(counts, in_socket.sum(1) - counts).max() >= SIDE:
-            steps.append(step)
-    return steps
+    steps: dict[bytes, Difference] = {}
+    for clock in orders(data, placement):
+        for at, length in product(_starts(data, placement, clock), lengths):
+            step = Difference("step", (placement,), BASE, clock, at, at + length)
+            course = step.courses(data)[rows, 0]
+            counts = in_socket @ course
+            if np.minimum(counts, in_socket.sum(1) - counts).max() >= SIDE:
+                steps.setdefault(course.tobytes(), step)
+    return [*steps.values()]
 
 
 def steps_of(data: Observations, part: str) -> list[Difference]:
-    """Return the steps of a ball or a joint: from a sample on, or throughout some placements."""
+    """Return the steps of a ball or a joint amid a placement, from which on it differs.
+
+    They are in the order of the files alone: a large turn is not linear, and the reverse order
+    would seem to gain by where it is linear.
+    """
+    steps: list[Difference] = []
+    for begin, placement in enumerate(data.placements):
+        on = data.placements[begin:]
+        starts = _starts(data, placement, side=SIDE)
+        steps += [Difference("step", on, part, at=at) for at in starts]
+    return steps[:: 1 + len(steps) // MOST_OF_ALL]
+
+
+def steps_between(data: Observations, part: str) -> list[Difference]:
+    """Return the steps of a ball or a joint between placements, which some in a row have.
+
+    The first has none: where it alone differs, all others have one.
+    """
     placements = data.placements
-    count = len(placements)
-    spans: list[tuple[int, int, float]] = []
-    for begin, placement in enumerate(placements):
-        ranks = _ranks(data, placement)[SIDE - 1 : 1 - SIDE]
-        spans += [(begin, count, at) for at in ranks]
-        ends = range(begin + 1, count + 1)
-        spans += [(begin, end, 0.0) for end in ends if end - begin < count]
-    return [
-        Difference("step", placements[begin:end], part, at=at)
-        for begin, end, at in spans[:: 1 + len(spans) // MOST_OF_ALL]
-    ]
+    spans = combinations(range(1, len(placements) + 1), 2)
+    steps = [Difference("step", placements[begin:end], part) for begin, end in spans]
+    return steps[:: 1 + len(steps) // MOST_OF_ALL]
 
 
-def _ranks(data: Observations, placement: str) -> list[float]:
-    """Return the samples of a placement from which on something may differ, evenly chosen."""
-    ranks = np.sort(data.index[data.rows_of(placement), 0])[1:]
+def _starts(
+    data: Observations, placement: str, clock: Clock = "index", side: int = 1
+) -> list[float]:
+    """Return the samples of a placement from which on something may differ, evenly chosen.
+
+    They are counted in one of its orders, with some left on either side.
+    """
+    t = data.clock(clock)[data.rows_of(placement), 0]
+    ranks: np.ndarray = np.sort(t)[side : len(t) + 1 - side]
     if len(ranks) > MOST_STEPS:
         even = np.linspace(0, len(ranks) - 1, MOST_STEPS)
         ranks = ranks[even.astype(int)]
     return ranks.tolist()
 
 
-def courses_of(data: Observations, placement: str) -> list[Difference]:
-    """Return the drifts and slow processes of a base, by its placement's clocks."""
+def courses_of(data: Observations, placement: str) -> list[list[Difference]]:
+    """Return the drifts of a base, and its slow processes, by its placement's clocks."""
     rows = data.rows_of(placement)
     waves = min(WAVES, int(rows.sum()) // EACH)
     if not waves:
         return []
     by_order = Difference("drift", (placement,))
-    slow: list[Difference] = []
+    families: list[list[Difference]] = []
+    clocks = orders(data, placement)
     for clock in ("time", "temperature"):
-        if _runs(data.clock(clock)[rows, 0]):
-            slow.append(replace(by_order, course="slow", clock=clock, waves=waves))
-    is_timed = any(course.clock == "time" for course in slow)
-    drift = replace(by_order, clock="time") if is_timed else by_order
-    return [drift, *slow]
+        if _runs(data, clock, placement):
+            slow = replace(by_order, course="slow", clock=clock, waves=waves)
+            families.append([slow])
+    if _runs(data, "time", placement):
+        clocks = ["time"]
+    return [[replace(by_order, clock=clock) for clock in clocks], *families]
 
 
-def _runs(t: np.ndarray) -> bool:
-    """Return True for a clock that is known of all samples, and runs."""
+def orders(data: Observations, placement: str) -> list[Clock]:
+    """Return the orders in which a placement may have been recorded.
+
+    No time says of sockets one after the other, as in files of their own, which was the first.
+    """
+    rows = data.rows_of(placement)
+    sockets = data.sockets[rows][np.argsort(data.clock("index")[rows, 0])]
+    several = sockets[-1] > sockets[0] and (np.diff(sockets) >= 0).all()
+    timed = np.isfinite(data.clock("time")[rows]).any()
+    return ["index", "reverse"] if several and not timed else ["index"]
+
+
+def follows_order(difference: Difference) -> bool:
+    """Return True for what would be elsewhere by another order of recording."""
+    return difference.at > 0 or difference.course == "drift"
+
+
+def contradict(one: Difference, other: Difference) -> bool:
+    """Return True for two that have the sockets of one placement in both orders."""
+    both = follows_order(one) and follows_order(other)
+    clocks = {one.clock, other.clock}
+    same = one.placements[0] == other.placements[0]
+    return both and same and clocks == {"index", "reverse"}
+
+
+def _runs(data: Observations, clock: Clock, placement: str) -> bool:
+    """Return True for a clock that is known of all samples of a placement, and runs."""
+    t = data.clock(clock)[data.rows_of(placement), 0]
     return bool(np.isfinite(t).all() and np.ptp(t))
 
 
@@ -127,11 +179,12 @@ class Rises:
     the information of the samples, and Sigma the covariance of all other unknowns,
 
         A = sum_i c_i^2 D_i^T V_i D_i       B = sum_i c_i D_i^T V_i J_i
-        g = sum_i c_i w_i D_i^T C_i^-1 e_i
+        g = sum_i c_i w_i D_i^T C_i^-1 e_i + B d
         S = (A - B Sigma B^T + 1 / s^2)^-1
         (g^T S g + log |S| - log |s^2|) / 2
 
-    at the most probable width s. All are sums over the samples that a difference concerns.
+    at the most probable width s; d is the step that the fit itself would still take. All are sums
+    over the samples that a difference concerns.
     """
 
     fit: FitPosterior
@@ -143,11 +196,21 @@ class Rises:
         return state.information[:, None, None] * state.inverse_scales
 
     @cached_property
+    def equations(self) -> NormalEquations:
+        """L to second order about the fit."""
+        state = self.fit.state
+        equations = data_equations(state) + prior_equations(state)
+        return equations.tilted(state.linear.volume.slope)
+
+    @cached_property
     def precision(self) -> Arrow:
         """Sigma^-1, of all unknowns of the fit."""
-        state = self.fit.state
-        H = curvature(state, self.information) + state.prior_precision()
-        return Arrow(H, state.free, state.form)
+        return self.equations.arrow(self.fit.state.free)
+
+    @cached_property
+    def change(self) -> np.ndarray:
+        """The step d that the fit would still take, shape (n,)."""
+        return -self.precision.inverse @ self.equations.g
 
     @cached_property
     def pulls(self) -> np.ndarray:
@@ -184,6 +247,8 @@ class Rises:
         sums = (self._sums(slopes[part], courses[part], part) for part in parts)
         A, B, g = reduce(Sums.plus, sums)
         information = A - _spread(self.precision, B)
+        towards: np.ndarray = B @ self.change
+        g = g + towards
         values, axes = np.linalg.eigh(information)
         along = (axes.transpose(0, 2, 1) @ g[:, :, None])[:, :, 0]
         for factor in FACTORS.tolist():
@@ -224,7 +289,7 @@ def _spread(precision: Arrow, B: np.ndarray) -> np.ndarray:
 
 def _summed(c: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Return sum_i c_ik X_i^T Y_i for K courses of R samples, X_i (3, d) and Y_i (3, e)."""
-    if c.shape[1] == 1:  # which is 1
+    if c.shape[1] == 1 and (c == 1).all():
         return np.tensordot(left, right, ((0, 1), (0, 1)))[None]
     products = left.transpose(0, 2, 1) @ right
     sums = c.T @ products.reshape(len(c), -1)

@@ -16,7 +16,9 @@ from ..model import BALL, BASE, PLACES, Difference
 from .candidates import (
     RUNS,
     Rises,
+    contradict,
     courses_of,
+    steps_between,
     steps_of,
     steps_of_base,
 )
@@ -42,7 +44,12 @@ def with_differences(posterior: FitPosterior) -> FitPosterior:
         if gain < KEPT:
             break
         new = best.objective.differences[-1]
-        families = [family for family in families if new not in family]
+        families = [
+            [difference for difference in family if not contradict(difference, new)]
+            for family in families
+            if new not in family
+        ]
+        families = [*filter(None, families)]
         posterior = _without_idle(_at_its_size(best), present)
     return posterior
 
@@ -82,9 +89,10 @@ def _families(data: Observations, joints: Sequence[str]) -> list[list[Difference
     for placement in placements:
         for lengths in (inf,), RUNS:
             families.append(steps_of_base(data, placement, lengths))
-        families += [[course] for course in courses_of(data, placement)]
-    families.append(steps_of(data, BALL))
-    families.append([*chain(*(steps_of(data, joint) for joint in joints))])
+        families += courses_of(data, placement)
+    for steps in steps_of, steps_between:
+        families.append(steps(data, BALL))
+        families.append([*chain(*(steps(data, joint) for joint in joints))])
     if len(placements) > 1:
         families.append([Difference("each", placements, BALL)])
     return [family for family in families if family]
@@ -99,11 +107,11 @@ def _best_of(
     linear = Rises(posterior)
     for number, family in enumerate(families):
         try:
-            rises = _by_parts(linear, family)
+            worths = _worths(_by_parts(linear, family), family)
         except np.linalg.LinAlgError:  # of exact data, say, which leave no noise
             continue
-        k = int(np.argmax(rises))
-        hints.append((_worth(rises[k], family), number, k))
+        k = int(np.argmax(worths))
+        hints.append((worths[k], number, k))
     best, gain = posterior, -np.inf
     for hint, number, k in nlargest(CLOSELY, hints):
         if hint < 0:
@@ -112,7 +120,7 @@ def _best_of(
             differences = (*posterior.objective.differences, families[number][k])
             candidate = refit(posterior, differences=differences, average_widths=False)
             rise = candidate.log_evidence - posterior.log_evidence
-            worth = _worth(rise, families[number])
+            worth = _worths(rise, families[number])[k]
             if worth > gain:
                 best, gain = candidate, worth
     return best, gain
@@ -124,12 +132,15 @@ def _by_parts(linear: Rises, family: Sequence[Difference]) -> np.ndarray:
     return np.concatenate([linear.by([*of_part]) for _, of_part in by_part])
 
 
-def _worth(rise: float, family: Sequence[Difference]) -> float:
-    """Return how much of a rise of the evidence by one of a family counts.
+def _worths(rises: np.ndarray | float, family: Sequence[Difference]) -> np.ndarray:
+    """Return how much of a rise of the evidence by each of a family counts, shape (K,).
 
-    A step at one of many samples has to gain more, since it could be at any.
+    A step at one of many samples has to gain more, since it could be at any. One that needs the
+    sockets in the reverse order has to gain :data:`KEPT` more than by that of their files.
     """
     first = family[0]
     moved = first.part == BASE and first.course == "step"
     share = 1.0 if moved else INDEPENDENT
-    return share * rise - log(len(family))
+    reverse = np.array([difference.clock == "reverse" for difference in family])
+    in_one_order = max(reverse.sum(), len(family) - reverse.sum())
+    return share * rises - log(in_one_order) - KEPT * reverse

@@ -106,7 +106,7 @@ CREEP = Effect(
     extension="creep",
     unit="rad",
     axes={"creep": OWN},
-    derivatives=lambda samples: 0 * samples.q - samples.index,
+    derivatives=lambda samples: 0 * samples.q - samples.clock("index"),
     typical_shift=2e-4,
     joints="first",
 )

@@ -80,6 +80,39 @@ def test_a_base_that_stands_still_and_blocks_in_a_row_tell_of_no_step(panda):
     assert not any("change of socket" in text for text in in_a_row)
 
 
+def test_files_of_sockets_say_which_was_taken_to_be_first(panda):
+    _, placement = recorded(panda, "drift:2mm", range(24))
+    samples = [replace(s, number=0, time=None) for s in placement.samples]
+    found = mukca.calibrate(panda, replace(placement, samples=tuple(samples)), **RIGID)
+    assert all("is taken to be recorded first" in text for text in told(found))
+    assert told(found)
+    (timed,) = told(mukca.calibrate(panda, placement, **RIGID))
+    assert "recorded first" not in timed
+
+
+@pytest.mark.parametrize("moved", [2e-3, 25e-3])
+def test_a_ball_put_on_anew_is_that_of_the_last_of_two_placements(panda, moved):
+    truth, placements = mukca.simulate_recordings(panda, 2, samples=12, seed=3)
+    first, last = placements
+    q, sockets = first.positions, first.sockets
+    session = Session(panda, q, sockets, seats(truth, first), np.random.default_rng(1))
+    fault = SessionFault("bent", 1, size=moved)
+    bent = first.with_positions(with_faults(session, [fault]))
+    found = mukca.calibrate(panda, [bent, last], **RIGID)
+    (text,) = told(found)
+    assert f"elsewhere on its flange from {last.name} on" in text
+    q = np.random.default_rng(0).uniform(-1, 1, (50, 7)) - [0, 0, 0, 1.5, 0, -1.5, 0]
+    without = mukca.calibrate(panda, [bent, last], as_recorded=True, **RIGID)
+    assert error(truth, found, q) < 0.6 * error(truth, without, q)
+
+
+def test_an_encoder_replaced_between_two_placements_is_told(panda):
+    _, (first, last) = mukca.simulate_recordings(panda, 2, samples=12, seed=3)
+    q = last.positions + np.deg2rad(0.3) * np.eye(7)[3]
+    (text,) = told(mukca.calibrate(panda, [first, last.with_positions(q)], **RIGID))
+    assert "panda_joint4 reads +0.3" in text and f"from {last.name} on" in text
+
+
 def test_a_saved_calibration_knows_how_its_places_moved(panda, tmp_path):
     found = mukca.calibrate(panda, recorded(panda, "base@13:5mm")[1], **RIGID)
     found.save(tmp_path / "saved")
