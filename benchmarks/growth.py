@@ -5,6 +5,7 @@
 A Panda is simulated. Placements have 12 + 12 samples; a placement alone has more and more.
 """
 
+import argparse
 import os
 import subprocess
 import sys
@@ -50,6 +51,7 @@ def table(title: str, folders: dict[int, Path]) -> None:
             "panda",
             "--distance",
             "0.05",
+            "--no-proof",
         ]
         seconds, memory = cost([sys.executable, *words])
         growth = f"{seconds / before:.1f} x" if before else ""
@@ -58,6 +60,7 @@ def table(title: str, folders: dict[int, Path]) -> None:
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__).parse_args()
     robot = load_robot("panda")
     arms, places, hands = (np.random.default_rng([1, k]) for k in range(3))
     arm = perturb(robot, arms, 2e-3, 5e-3)

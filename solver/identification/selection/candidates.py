@@ -239,10 +239,9 @@ class Rises:
 
     def _of(self, slopes: np.ndarray, courses: np.ndarray, usual: float) -> np.ndarray:
         """Return the rise by courses, shape (N, K), of directions whose usual width is given."""
-        best: np.ndarray = np.full(courses.shape[1], -np.inf)
         rows = np.flatnonzero(courses.any(axis=1) & slopes.any(axis=(1, 2)))
         if not len(rows):  # a ball on the last axis, say, which its joint does not move
-            return best
+            return -np.inf * np.ones(courses.shape[1])
         parts = np.array_split(rows, 1 + len(rows) // ROWS)
         sums = (self._sums(slopes[part], courses[part], part) for part in parts)
         A, B, g = reduce(Sums.plus, sums)
@@ -251,13 +250,14 @@ class Rises:
         g = g + towards
         values, axes = np.linalg.eigh(information)
         along = (axes.transpose(0, 2, 1) @ g[:, :, None])[:, :, 0]
+        rises: list[np.ndarray] = []
         for factor in FACTORS.tolist():
             of_prior = (factor * usual) ** -2
             P = values.clip(min=0) + of_prior
-            rises = along**2 / P - np.log(P / of_prior)
+            terms = along**2 / P - np.log(P / of_prior)
             spreads = np.log(factor) / TYPICAL_SPREAD
-            best = np.maximum(best, 0.5 * (rises.sum(axis=1) - spreads**2))
-        return best
+            rises.append(0.5 * (terms.sum(axis=1) - spreads**2))
+        return np.max(rises, axis=0)
 
     def _sums(self, D: np.ndarray, c: np.ndarray, rows: np.ndarray) -> Sums:
         """Return A, B and g of some rows."""
