@@ -108,7 +108,7 @@ def test_the_command_line_is_a_layer_over_it(calibration, saved, session, tmp_pa
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(session)
         assert main(words) == 0
-    pages = {"report.html", "report.json"}
+    pages = {"report.html", "report.json", "residuals.csv"}
     assert {f.name for f in out.iterdir()} == {f.name for f in saved.iterdir()} | pages
     assert (out / "calibrated.urdf").read_bytes() == (saved / "calibrated.urdf").read_bytes()
     one, other = (json.loads((f / "calibration.json").read_text()) for f in (out, saved))

@@ -39,11 +39,9 @@ def test_the_sheet_has_errors_limits_verdict_and_digests(run, calibrated, tmp_pa
     assert all(page.count(html.escape(row["text"])) == 1 for row in report["rests_on"])
 
 
-def test_what_is_measured_and_what_is_predicted_have_columns_of_their_own(
-    run, calibrated, tmp_path
-):
+def test_what_is_measured_and_what_is_predicted_have_columns_of_their_own(run, auto, tmp_path):
     sheet = tmp_path / "sheet.html"
-    run(calibrated / "calibration.json", "--out", tmp_path, "--certificate", sheet)
+    run(auto / "calibration.json", "--out", tmp_path, "--certificate", sheet)
     report = json.loads((tmp_path / "report.json").read_text())
     page = sheet.read_text()
     cells = [re.findall(r"<t[dh]>(.*?)</t[dh]>", row) for row in re.findall(r"<tr>.*?</tr>", page)]
@@ -60,7 +58,7 @@ def test_what_is_measured_and_what_is_predicted_have_columns_of_their_own(
                 f"{1e3 * row['interval'][key]:.3f} mm" for key in ("low", "value", "high")
             )
             assert predicted == f"{value} ({low} to {high})"
-    assert str(calibrated) not in page and "/tmp" not in page  # no path of this computer
+    assert str(auto) not in page and "/tmp" not in page  # no path of this computer
     models = [row[0] for row in cells if len(row) == 4]
     errors = report["summary"]["test"]
     fair = min(("nominal", "ball_refitted"), key=lambda name: errors[name]["mean_absolute_error"])

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from mukca.tools.report.figures import recommendations
+from mukca.tools.report.figures import command_lines, recommendations
 
 
 def test_no_place_is_asked_for_that_lies_beside_the_others():
@@ -18,3 +18,14 @@ def test_no_place_is_asked_for_that_lies_beside_the_others():
 
     assert words([0]) == "about 0.50 m to its right, 0.10 m up, 0.71 m from the others"
     assert words(range(-90, 91, 20)) == "higher or lower than the others, which lie all round"
+
+
+def test_a_command_names_the_folder_that_holds_its_placements_and_no_other(tmp_path):
+    places = [tmp_path / "recordings" / name for name in ("front", "left")]
+    for place in places:
+        place.mkdir(parents=True)
+        (place / "samples.csv").touch()
+    both = list(map(str, places))
+    assert command_lines._shortest(both) == [str(tmp_path / "recordings")]
+    assert command_lines._shortest(both[:1]) == both[:1]
+    assert command_lines._shortest([]) == []

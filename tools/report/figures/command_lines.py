@@ -7,7 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
-from ....recorder import METADATA, RecordingError, read_keys, read_sessions
+from ....recorder import (
+    METADATA,
+    RecordingError,
+    placements_in,
+    read_keys,
+    read_sessions,
+)
 from ....solver.calibration import SolveOptions
 from ....solver.identification.data import agreed_length, readings_of
 from ....solver.identification.robot import BALL_LINK
@@ -85,7 +91,7 @@ def solve_command(
         rows += (added or {}).items()
         own = list(dict.fromkeys(folder for folder, now in rows if now == role))
         if not arms:
-            return own
+            return _shortest(own)
         folders_by_arm = {arm.name: getattr(arm, role) for arm in arms} | {
             document.arm_name: own
         }
@@ -105,6 +111,16 @@ def solve_command(
     if moves or settings_given or added:
         words += ["--out", "calibrated-again"]
     return shlex.join(words)
+
+
+def _shortest(folders: Sequence[str]) -> list[str]:
+    """Return the folder that holds these placements and no other; else these."""
+    (parent, *parents) = {Path(folder).parent for folder in folders} or {Path()}
+    with suppress(OSError):
+        all_there = len(folders) > 1 and not parents
+        if all_there and set(placements_in(parent)) == set(map(Path, folders)):
+            return [str(parent)]
+    return list(folders)
 
 
 def _robots(arms: Sequence[GivenArm]) -> list[str]:
