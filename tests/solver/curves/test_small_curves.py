@@ -15,7 +15,7 @@ from mukca.solver.identification.inference import estimate
 from mukca.solver.identification.model import extend
 from mukca.solver.identification.robot import choose_parameters
 
-CRANE = Path(__file__).parents[1] / "robot" / "crane.urdf"
+CRANE = Path(__file__).parents[1] / "identification/robot/crane.urdf"
 
 
 def test_curves_that_promise_nothing_are_not_sought():

@@ -38,7 +38,7 @@ def test_readings_may_be_an_array(panda):
 
 
 def test_a_joint_that_slides_is_asked_for_millimetres():
-    robot = mukca.load_robot(ROOT / "tests/solver/robot/crane.urdf")
+    robot = mukca.load_robot(ROOT / "tests/solver/identification/robot/crane.urdf")
     q = workspace(robot, 8)
     sockets = [0, 1] * 4
     measure(Placement.of_arrays("a/b", q, sockets), robot)
