@@ -11,6 +11,7 @@ from .data import (
     STANDARD_LOAD,
     Load,
     Measurement,
+    Observations,
     Places,
     RobotRecordings,
     observations_at,
@@ -106,17 +107,9 @@ def fit(
     data = observations_at(options.places or places_of(measurements), recordings)
     first = effects_of(zeros=options.zeros)
     options.progress("geometry")
-    geometric = estimate(
-        _geometric_model(recordings, first, options),
-        data,
-        joint_noise=JOINT_NOISE not in options.without,
-        differences=() if options.alike else set_ups(data),
-        average_widths=False,
+    geometric = _geometric_fit(
+        _geometric_model(recordings, first, options), data, options
     )
-    if differences := geometric.objective.differences:
-        about = [replace(d, values=geometric.arm.values) for d in differences]
-        with suppress(NotConverged):
-            geometric = refit(geometric, differences=about, average_widths=False)
     stages = _stages(first, options.without)
     scalar = [name for name in stages if name != CURVE.extension]
     searched = search(geometric, scalar, options.progress)
@@ -139,6 +132,24 @@ def fit(
     if options.zeros:
         notes.append(joint_offsets_in_words(result.arm))
     return replace(result, notes=tuple(notes))
+
+
+def _geometric_fit(
+    model: ExtendedModel, data: Observations, options: FitOptions
+) -> FitPosterior:
+    """Return the fit of the geometry, with targets that differ from set-up to set-up."""
+    geometric = estimate(
+        model,
+        data,
+        joint_noise=JOINT_NOISE not in options.without,
+        differences=() if options.alike else set_ups(data),
+        average_widths=False,
+    )
+    if differences := geometric.objective.differences:
+        about = [replace(d, values=geometric.arm.values) for d in differences]
+        with suppress(NotConverged):
+            return refit(geometric, differences=about, average_widths=False)
+    return geometric
 
 
 def _geometric_model(

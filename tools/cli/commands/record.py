@@ -4,7 +4,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
@@ -33,11 +33,7 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         robot = options.load_robot()
         if options.stops:
             return recording.record_stops(options, robot, terminal)
-        newest = recorder.newest_folder(options.out)
-        if newest != options.out:
-            name = options.out.name
-            terminal.say(f"{name} was followed by {newest.name}, which goes on")
-        options = replace(options, out=newest)
+        options = _at_newest(options, terminal)
         metadata = options.metadata(robot)
         asked = (
             metadata.distance is None and metadata.sockets > 1 and not options.scripted
@@ -48,14 +44,7 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         if is_new and metadata.sockets > 1 and not options.scripted:
             beside = recording.recorded_beside(options.out, robot)
             metadata = recording.with_distance_of_base(metadata, beside, terminal)
-        calibrated = options.calibration and calibration.load_calibration(
-            one_arm(options.calibration)
-        )
-        if calibrated and calibrated.robot.joint_names != robot.joint_names:
-            names = ", ".join(calibrated.robot.joint_names)
-            raise UsageError(
-                f"--calibration {options.calibration}: of another robot, whose joints are {names}"
-            )
+        calibrated = _calibration_of(options, robot.joint_names)
         outcome, start = _recorded(
             recording.SessionStart(options, metadata, robot, terminal)
         )
@@ -89,6 +78,30 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
     changes = partial.what_changed(calibrated, placement, ball_moved=options.quick)
     terminal.say(changes.text, *changes.not_shown)
     return changes.verdict.exit_status
+
+
+def _at_newest(options: RecordOptions, terminal: Terminal) -> RecordOptions:
+    """Return options for the newest folder of a base: ``front-2`` after ``front``."""
+    newest = recorder.newest_folder(options.out)
+    if newest != options.out:
+        name = options.out.name
+        terminal.say(f"{name} was followed by {newest.name}, which goes on")
+    return replace(options, out=newest)
+
+
+def _calibration_of(
+    options: RecordOptions, joint_names: Sequence[str]
+) -> "calibration.Calibration | None":
+    """Return the calibration that samples are held against; refuse that of another robot."""
+    if options.calibration is None:
+        return None
+    calibrated = calibration.load_calibration(one_arm(options.calibration))
+    if calibrated.robot.joint_names != joint_names:
+        names = ", ".join(calibrated.robot.joint_names)
+        raise UsageError(
+            f"--calibration {options.calibration}: of another robot, whose joints are {names}"
+        )
+    return calibrated
 
 
 def _recorded(
