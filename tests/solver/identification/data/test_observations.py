@@ -62,7 +62,8 @@ def test_tables_one_below_the_other_have_the_rows_of_both(two, panda):
 def test_a_clock_that_was_not_recorded_stands_still(two, panda):
     samples = STANDARD_LOAD.samples(panda, two[0])
     assert np.isnan(samples.clock("temperature")).all()
-    assert not samples.temperature.any() and samples.index.ravel().tolist() == two[0].order.tolist()
+    order = samples.clock("index").ravel()
+    assert not samples.temperature.any() and order.tolist() == two[0].order.tolist()
     assert not Samples.unloaded(samples.q).time.any()
 
 
