@@ -60,16 +60,7 @@ def conclude(
     held_back = _held_back(rows)
     proved = measured and measured.is_better
     certain = is_better(better, held_out) if proved is None else proved
-    status: Outcome = "incomplete"
-    kind: Kind | None = "no_better"
-    if contradiction:
-        status, kind = "fail", None
-    elif doubts:
-        kind = "not_enough"
-    elif certain:
-        status, kind = ("better", "better") if held_back else ("pass", None)
-    elif certain is None or any(row.name in FEW for row in held_back):
-        kind = "not_enough"
+    status, kind = _outcome(contradiction, doubts, held_back, certain)
     scope: Scope | None = None
     if status == "pass":
         scope = "workspace" if _is_kept(rows, WORKSPACE) else "recorded_places"
@@ -99,6 +90,21 @@ def conclude(
         better=stated,
         rests_on=tuple(rests_on),
     )
+
+
+def _outcome(
+    contradiction: Sequence[LimitResult],
+    doubts: Sequence[LimitResult],
+    held_back: Sequence[LimitResult],
+    certain: bool | None,
+) -> tuple[Outcome, Kind | None]:
+    """Return the outcome: contradictions count first, then doubts, then what holds it back."""
+    if contradiction:
+        return "fail", None
+    if certain and not doubts:
+        return ("better", "better") if held_back else ("pass", None)
+    few = certain is None or any(row.name in FEW for row in held_back)
+    return "incomplete", "not_enough" if doubts or few else "no_better"
 
 
 def is_better(better: Better | None, held_out: Summary | None) -> bool | None:

@@ -149,12 +149,8 @@ def handeye(
         ModelError: The model already has a link of that name.
         MeasurementError: Samples of another arm.
     """
-    if camera not in get_args(Camera):
-        raise UsageError(
-            f"--camera {camera}: choose among {', '.join(get_args(Camera))}"
-        )
-    if scale not in get_args(Scale):
-        raise UsageError(f"--scale {scale}: choose among {', '.join(get_args(Scale))}")
+    _check_choice("--camera", camera, get_args(Camera))
+    _check_choice("--scale", scale, get_args(Scale))
     prior = prior_of(calibration)
     with order_said(as_list(data), prior.robot.joint_names):
         task = camera_task(prior, as_list(data), camera)
@@ -186,6 +182,11 @@ def handeye(
         size=float(np.exp(system.size)),
         size_told=size_told,
     )
+
+
+def _check_choice(option: str, word: str, choices: Sequence[str]) -> None:
+    if word not in choices:
+        raise UsageError(f"{option} {word}: choose among {', '.join(choices)}")
 
 
 def camera_task(
