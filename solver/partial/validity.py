@@ -35,6 +35,7 @@ from ..identification.data import (
 )
 from ..results import CalibrationDocument, Diagnostic, Summary
 from .changes import Changes, changes_since
+from .evidence import LENGTHS
 from .other_probe import probe_shift, probe_words
 from .reasons import LaterErrors, Reason, reason_of
 from .sockets import too_few
@@ -245,8 +246,10 @@ def _is_excused(
     """Return whether errors as small as held-out ones, or within given limits, excuse a change.
 
     They do not excuse that of a joint's zero, but by a calibration without the full model: a rigid
-    chain's own errors look like one.
+    chain's own errors look like one. Nor do they excuse a length, which they do not see.
     """
+    if changes.likeliest == LENGTHS:
+        return False
     held_out = document.summary.proof
     before = held_out.calibrated.mean_absolute_error if held_out else 0.0
     small = new.calibrated.mean_absolute_error <= before

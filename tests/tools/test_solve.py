@@ -16,7 +16,7 @@ import mukca
 
 pytestmark = pytest.mark.slow
 
-WRITTEN = {"calibrated.urdf", "calibration.json", "report.html", "report.json"}
+WRITTEN = {"calibrated.urdf", "calibration.json", "report.html", "report.json", "residuals.csv"}
 
 
 @pytest.fixture

@@ -109,7 +109,8 @@ def figure_value(
     """Return a number of a document times a scale, marked with its path in the JSON file."""
     value: Any = document
     for key in path.split("."):
-        value = value[int(key)] if key.isdecimal() else getattr(value, key)
+        if value is not None:  # a placement of one sample has no errors before
+            value = value[int(key)] if key.isdecimal() else getattr(value, key)
     text = "\N{EN DASH}" if value is None else fixed(scale * value, digits, sign)
     signed = f' data-sign="{sign}"' if sign else ""
     marks = (
