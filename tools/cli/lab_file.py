@@ -18,16 +18,7 @@ else:
     import tomli as tomllib
 
 FILE = "mukca.toml"
-VERBS = (
-    "record",
-    "extract",
-    "check",
-    "solve",
-    "validate",
-    "rezero",
-    "fleet",
-    "crossval",
-)
+VERBS = ("record", "extract", "check", "solve", "validate", "rezero", "fleet")
 """Verbs that read it."""
 OF_ROBOT = ("robot", "base", "tip", "flange", "ball")
 """Options of the model: where one is typed, the file's are of another robot."""
