@@ -1,4 +1,4 @@
-"""docs/print.md says what the program does, and its figures are right."""
+"""docs/print.md and docs/balls.md say what the program does, and their figures are right."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ from mukca.tools.cli import main
 from mukca.tools.printables import MOUNTS, BallPart, PrintableError, SocketBase, build_parts
 
 FOLDER = Path(__file__).parents[1] / "docs"
-TEXT = (FOLDER / "print.md").read_text()
+TEXT = "".join((FOLDER / f"{page}.md").read_text() for page in ("print", "balls"))
 ROWS = [[cell.strip() for cell in line.split("|")[1:-1]] for line in TEXT.splitlines()]
 
 
