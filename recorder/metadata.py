@@ -125,71 +125,47 @@ def read_keys(file: Path) -> PlacementKeys:
     """
     metadata = read_metadata(file)
     distance = metadata.get("distance")
-    if not (distance is None or _is_length(distance)):
+    if not (distance is None or (_is_number(distance) and 0 < distance < math.inf)):
         raise RecordingError(
             f"{file}: distance {distance!r}: expected a positive number of metres"
         )
-    payload = metadata.get("payload")
-    if not (
-        payload is None or (_is_number(payload) and 0 <= payload <= PAYLOAD.largest)
-    ):
+    payload: Any = metadata.get("payload")
+    is_mass = _is_number(payload) and 0 <= payload <= PAYLOAD.largest
+    if not (payload is None or is_mass):
         raise RecordingError(
             f"{file}: payload {payload!r}: expected kilograms, zero or more"
         )
-    names = _names(metadata, file)
-    measured = distance is not None and metadata.get("distance_measured") is True
-    readings = _readings(metadata)
-    if readings and distance is None:
-        raise RecordingError(
-            f"{file}: readings without the distance that they are of; add it, as in "
-            f'"distance": {readings[-1]}'
-        )
-    readings = readings or ([distance] if measured else [])
-    return PlacementKeys(
-        distance=None if distance is None else float(distance),
-        # mukca record once wrote the default like a measured distance.
-        distance_assumed=distance == DEFAULT_DISTANCE and not measured,
-        **names,
-        kept_alarms=tuple(map(str, _entries(metadata, KEPT_ALARMS))),
-        readings=tuple(map(float, readings)),
-        payload=None if payload is None else float(payload),
-    )
-
-
-def _names(metadata: Mapping[str, Any], file: Path) -> dict[str, Any]:
-    """Return the keys that are names, None where one is not there.
-
-    Raises:
-        RecordingError: One is no name; ``file`` begins the message.
-    """
     names = {key: metadata.get(key) for key in NAMES}
     for key, name in names.items():
         if not (name is None or (isinstance(name, str) and _NAME.fullmatch(name))):
             raise RecordingError(
                 f"{file}: {key} {name!r} is no name: letters, digits, and . _ -"
             )
-    return names
+    measured = distance is not None and metadata.get("distance_measured") is True
+    readings: list[float] = []
+    for reading in _entries(metadata, "readings"):  # a number, or an object that has it
+        if isinstance(reading, dict):
+            reading = cast("dict[str, Any]", reading).get("distance")
+        if _is_number(reading) and 0 < reading < math.inf:
+            readings.append(float(reading))
+    if readings and distance is None:
+        raise RecordingError(
+            f"{file}: readings without the distance that they are of; add it, as in "
+            f'"distance": {readings[-1]}'
+        )
+    return PlacementKeys(
+        distance=None if distance is None else float(distance),
+        # mukca record once wrote the default like a measured distance.
+        distance_assumed=distance == DEFAULT_DISTANCE and not measured,
+        **names,
+        kept_alarms=tuple(map(str, _entries(metadata, KEPT_ALARMS))),
+        readings=tuple(readings or ([float(distance)] if measured else [])),
+        payload=None if payload is None else float(payload),
+    )
 
 
-def _readings(metadata: Mapping[str, Any]) -> list[Any]:
-    """Return all readings of the sockets' distance [m]; each is a number, or has it as a key."""
-    readings: list[Any] = []
-    for entry in _entries(metadata, "readings"):
-        reading: Any = entry
-        if isinstance(entry, dict):
-            reading = cast("dict[str, Any]", entry).get("distance")
-        if _is_length(reading):
-            readings.append(reading)
-    return readings
-
-
-def _is_number(value: object) -> bool:
+def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _is_length(value: Any) -> bool:
-    """Tell whether a value is a positive number."""
-    return _is_number(value) and 0 < value < math.inf
 
 
 def with_kept_alarm(metadata: dict[str, Any], text: str) -> dict[str, Any]:
@@ -236,8 +212,11 @@ def _rewrite(
         RecordingError: The file cannot be read or written, or a recorder has it open.
     """
     file = folder / METADATA
+    samples = folder / SAMPLES
+    if not samples.exists():  # which the recorder locks
+        samples = min(folder.glob("*.csv"), default=None)
     try:
-        with locked(_locked_file(folder)):
+        with locked(samples):
             before = read_keys(file).distance
             write_metadata(folder, change(read_metadata(file), distance))
     except BlockingIOError:
@@ -283,9 +262,3 @@ def _entries(metadata: Mapping[str, Any], key: str) -> list[Any]:
 
 def _now() -> str:
     return datetime.now(timezone.utc).isoformat(timespec="seconds")
-
-
-def _locked_file(folder: Path) -> Path | None:
-    """Return the table that stands for a placement; the recorder locks its samples."""
-    samples = folder / SAMPLES
-    return samples if samples.exists() else min(folder.glob("*.csv"), default=None)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..drivers import JointState
 from ..errors import read_json, reason_of
-from .files import make_folder, replace_files
+from .files import make_folder, refused, replace_files
 from .recording_error import RecordingError
 
 STOPS = "stops.json"
@@ -44,11 +44,9 @@ class Stops:
             {"ranges": self.ranges, "wrapped": self.wrapped, "driver": self.driver},
             indent=1,
         )
-        try:
+        with refused(str(file)):
             make_folder(folder)
             replace_files({file: f"{text}\n".encode()})
-        except OSError as error:
-            raise RecordingError(f"{file}: {reason_of(error)}") from None
 
 
 def read_stops(folder: Path) -> Stops:

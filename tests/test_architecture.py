@@ -16,7 +16,6 @@ ROOMS = ("drivers", "recorder", "solver", "tools")
 FILES = [file for room in ROOMS for file in sorted((ROOT / room).rglob("*.py"))]
 FOLDERS = sorted({file.parent for file in FILES})
 READING = {
-    "arrays",
     "cells",
     "columns",
     "coordinates",
@@ -24,7 +23,6 @@ READING = {
     "files",
     "placement",
     "placement_names",
-    "repeated_samples",
     "recording_error",
     "sample",
     "samples",

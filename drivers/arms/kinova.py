@@ -16,7 +16,7 @@ from typing import Any
 
 from .. import DriverError, JointState, PolledDriver, Reason, clock, match_joints
 from ..transport import Endpoint, open_tcp, parse_endpoint
-from .kinova_bus import Answers, KinovaArm, open_can, open_serial
+from .kinova_bus import Answers, KinovaArm, PolledArm, open_can, open_serial
 
 TURN = 360.0  # degrees
 KORTEX_PORT = 10000
@@ -85,7 +85,7 @@ class Kinova(PolledDriver):
                 raise Reason.SILENT(f"the joints take {end - start:.2g} s to answer")
 
 
-def _connect(address: str) -> KinovaArm:
+def _connect(address: str) -> "PolledArm | Kortex":
     """Open the kind of connection that an address names."""
     scheme, separator, path = address.partition("://")
     kinds = {"serial": open_serial, "can": open_can, "kortex": Kortex}
@@ -157,7 +157,22 @@ class Kortex(KinovaArm):
 
     def _open(self, endpoint: Endpoint) -> None:
         """Connect, log in, and make the client that asks."""
-        kortex = _modules()
+        names = (
+            "TCPTransport",
+            "RouterClient",
+            "SessionManager",
+            "autogen.messages.Session_pb2",
+            "autogen.client_stubs.BaseCyclicClientRpc",
+        )
+        try:
+            kortex: dict[str, Any] = {
+                name: importlib.import_module(f"kortex_api.{name}") for name in names
+            }
+        except ImportError as error:
+            raise Reason.MISSING_PACKAGE(
+                "kinova over Kortex needs kortex_api, which is not on PyPI: install the wheel that "
+                f"the readme of github.com/Kinovarobotics/kortex names ({error})"
+            ) from None
         self._options = kortex["RouterClient"].RouterClientSendOptions()
         open_tcp(
             endpoint, "is this the arm's address?"
@@ -183,21 +198,3 @@ class Kortex(KinovaArm):
     def _failed(self, error: Exception) -> DriverError:
         self.close()
         return Reason.UNREACHABLE(f"the Kinova arm at {self._where}: {error}")
-
-
-def _modules() -> dict[str, Any]:
-    """Import the parts of kortex_api that are used."""
-    names = (
-        "TCPTransport",
-        "RouterClient",
-        "SessionManager",
-        "autogen.messages.Session_pb2",
-        "autogen.client_stubs.BaseCyclicClientRpc",
-    )
-    try:
-        return {name: importlib.import_module(f"kortex_api.{name}") for name in names}
-    except ImportError as error:
-        raise Reason.MISSING_PACKAGE(
-            "kinova over Kortex needs kortex_api, which is not on PyPI: install the wheel that the "
-            f"readme of github.com/Kinovarobotics/kortex names ({error})"
-        ) from None

@@ -50,7 +50,10 @@ def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> Joint
         effort = _numbers(
             message.get("effort") or [None] * len(names), order, len(names)
         )
-        stamp = _stamp(message)
+        time = message["header"]["stamp"]
+        # ROS 2 and 1 name its parts differently.
+        keys = ("sec", "nanosec") if "sec" in time else ("secs", "nsecs")
+        stamp = float(time[keys[0]]) + 1e-9 * float(time[keys[1]])
     except (AttributeError, KeyError, IndexError, OverflowError, TypeError) as error:
         raise ValueError(f"a message that is no JointState: {error!r}") from None
     if not all(map(math.isfinite, (*position, stamp))):
@@ -75,7 +78,14 @@ class Ros(ValidatingDriver):
         topic = endpoint.options.get("topic", "/joint_states")
         super().__init__(f"{topic} of the rosbridge at {endpoint}")
         self._messages: queue.Queue[tuple[float, Any]] = queue.Queue(LONGEST_QUEUE)
-        self._client, self._topic = _subscribe(endpoint, topic, self._put)
+
+        def put(message: Any) -> None:
+            try:
+                self._messages.put_nowait((clock.now(), message))
+            except queue.Full:
+                self.missed += 1
+
+        self._client, self._topic = _subscribe(endpoint, topic, put)
         self._ended = threading.Event()
         self._unstamped = False
         self._late: deque[bool] = deque(maxlen=LATEST)
@@ -138,12 +148,6 @@ class Ros(ValidatingDriver):
             f"it has {', '.join(sorted(published))}"
         )
 
-    def _put(self, message: Any) -> None:
-        try:
-            self._messages.put_nowait((clock.now(), message))
-        except queue.Full:
-            self.missed += 1
-
     def _get(self, deadline: float) -> tuple[float, Any] | None:
         """Return the next message, and when it came [s]."""
         try:
@@ -204,10 +208,3 @@ def _numbers(
     if len(values) != count:
         raise ValueError(f"a message with {count} names and {len(values)} values")
     return tuple(math.nan if values[i] is None else float(values[i]) for i in order)
-
-
-def _stamp(message: Any) -> float:
-    """Return the stamp of a message [s], whose parts ROS 2 and 1 name differently."""
-    stamp = message["header"]["stamp"]
-    seconds, nanoseconds = ("sec", "nanosec") if "sec" in stamp else ("secs", "nsecs")
-    return float(stamp[seconds]) + 1e-9 * float(stamp[nanoseconds])

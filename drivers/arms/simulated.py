@@ -95,10 +95,9 @@ class Mock(Driver):
     def _skip_lost(self) -> None:
         """Skip the states that no longer fit the buffer, as a socket drops them."""
         late = self._arm.now() - self._next / self._arm.rate - self._arm.buffer
-        if late > 0:
-            lost = math.ceil(late * self._arm.rate)
-            self.missed += lost
-            self._next += lost
+        lost = math.ceil(max(0.0, late) * self._arm.rate)
+        self.missed += lost
+        self._next += lost
 
     def _receive(self) -> JointState | None:
         moment = self._next / self._arm.rate

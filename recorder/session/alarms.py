@@ -2,9 +2,11 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Literal
 
-from .. import Sample
+from ...errors import read_json
+from .. import Configuration, Sample
 
 Cause = Literal[
     "base",
@@ -21,17 +23,7 @@ NEAR = 2
 """Samples by which the begin of one fault may be told differently as more are recorded."""
 SLIPS = "JOINT SLIPS"
 """Words for a joint whose readings changed again after the first change was kept."""
-CURES: dict[Cause, tuple[str, ...]] = {
-    "base": ("n new placement",),
-    "passing": ("x take back",),
-    "ball": ("x take back", "n base moved"),
-    "flange": ("n new placement",),
-    "socket": ("s mends it",),
-    "distance": ("m type it measured again",),
-    "joints": ("n new placement",),
-    "model": ("q finish, and mend it",),
-    "other": (),
-}
+CURES: dict[Cause, list[str]] = read_json(Path(__file__).with_name("cures.json"))
 """Keys that cure each kind of cause, the likeliest cure first."""
 
 
@@ -88,7 +80,7 @@ class Answers:
     """The last samples, as far as alarms took them back; what they have in common is evidence."""
     distance: float | None = None
     """Distance of the sockets, by the last reading [m]; None where nobody said it."""
-    avoided: tuple[tuple[float, ...], ...] = ()
+    avoided: tuple[Configuration, ...] = ()
     """Proposed poses that cannot be taken here."""
     confined: bool = False
     """True once several proposals in a row were not followed: the arm may not get farther."""

@@ -33,22 +33,13 @@ class ContactDetector:
 
     def evidence(self, pose: StationaryPose) -> str | None:
         """Return the evidence that the arm is being pushed, in words; None without any."""
-        if pose.effort is None or pose.effort_spread is None:
+        effort, spread = pose.effort, pose.effort_spread
+        if effort is None or spread is None:
             return None
-        return self._load(pose.position, pose.effort) or self._tremor(
-            pose.effort_spread
-        )
-
-    def _load(self, position: Sequence[float], effort: Sequence[float]) -> str | None:
-        if self._gravity is None:
-            return None
-        torques = self._gravity(position)
+        torques = self._gravity(pose.position) if self._gravity else effort
         for joint, tau, torque in zip(self._joints, effort, torques, strict=True):
             if abs(tau - torque) > LOAD + LOAD_SHARE * abs(torque):
                 return f"{joint.name} exerts {fixed(tau - torque, 1, '+')} N m beyond gravity"
-        return None
-
-    def _tremor(self, spread: tuple[float, ...]) -> str | None:
         quietest = self._quietest or spread
         self._quietest = tuple(map(min, quietest, spread))
         for joint, now, quiet in zip(self._joints, spread, quietest, strict=True):

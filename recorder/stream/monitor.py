@@ -97,9 +97,9 @@ class StreamMonitor(StationarityDetector):
 
     def rate(self, now: float) -> float:
         """Return the number of states within the last second."""
-        if self.age(now) <= self.patience:
-            return float(len(self._arrivals))
         while self._arrivals and self._arrivals[0] < now - 1.0:
+            if self.age(now) <= self.patience:
+                break
             self._arrivals.popleft()
         return float(len(self._arrivals))
 
@@ -119,9 +119,8 @@ class StreamMonitor(StationarityDetector):
     def unsound(self, now: float) -> str | None:
         """Return the reason why the stream cannot be trusted now; None if it can."""
         if self.age(now) > self.patience:
-            silent = (
-                f"for {self.age(now):.1f} s" if math.isfinite(self.arrival) else "yet"
-            )
+            age = self.age(now)
+            silent = f"for {age:.1f} s" if math.isfinite(age) else "yet"
             return f"the stream is silent: no state {silent}"
         if self._sources.two_sources:
             return (
@@ -157,17 +156,16 @@ class StreamMonitor(StationarityDetector):
 
     def _count(self, arrival: float, stamp: float) -> None:
         """Keep track of the stream's rate and delay."""
+        pause = arrival - self.arrival
         self._arrivals.append(arrival)
-        self._pauses.append(arrival - self.arrival)
+        self._pauses.append(pause)
         while self._arrivals[0] < arrival - 1.0:
             self._arrivals.popleft()
-        allowed = (
-            DRIFT * (arrival - self.arrival) if math.isfinite(self.arrival) else 0.0
-        )
         self.arrival = arrival
         if stamp < self._stamp:
             self._least_delay = math.inf
         delay = arrival - stamp
+        allowed = DRIFT * pause if math.isfinite(pause) else 0.0
         self._least_delay = min(self._least_delay + allowed, delay)
         self._delay = delay - self._least_delay
 
@@ -192,14 +190,10 @@ class StreamMonitor(StationarityDetector):
         return None
 
     def _broken(self, values: Sequence[float]) -> str | None:
-        if all(-ABSURD < value < ABSURD for value in values):  # false for NaN
-            return None
-        pairs = zip(self.joints, values, strict=True)
-        return next(
-            f"{joint.name} came as {v}"
-            for joint, v in pairs
-            if not -ABSURD < v < ABSURD
-        )
+        for joint, value in zip(self.joints, values, strict=True):
+            if not -ABSURD < value < ABSURD:  # true for NaN
+                return f"{joint.name} came as {value}"
+        return None
 
     def _follow(self, state: JointState) -> None:
         """Detect jumps and a frozen stream."""

@@ -220,21 +220,17 @@ class FrozenStreamDetector:
         """Take in two states, one after the other."""
         elapsed = max(state.stamp - before.stamp, 1e-6)
         if state.position == before.position and state.effort == before.effort:
-            self._repeats(before, state, elapsed)
-        else:
-            self._changes(before, state, elapsed)
-
-    def _repeats(self, before: JointState, state: JointState, elapsed: float) -> None:
-        if math.isnan(self._since):
-            self._since = before.stamp
-            speed = min(self._speed, self._last_speed)
-            self._stopped_dead = speed > max(SLOW, DEAD_STOP * elapsed)
-        if state.stamp - self._since >= LONG:
-            noisy = self._steps >= ENOUGH_STEPS and self._turns > NOISY * self._steps
-            noisy = noisy and self._rests < USUAL
-            self.frozen = self.frozen or noisy or self._stopped_dead
-
-    def _changes(self, before: JointState, state: JointState, elapsed: float) -> None:
+            if math.isnan(self._since):
+                self._since = before.stamp
+                speed = min(self._speed, self._last_speed)
+                self._stopped_dead = speed > max(SLOW, DEAD_STOP * elapsed)
+            if state.stamp - self._since >= LONG:
+                noisy = (
+                    self._steps >= ENOUGH_STEPS and self._turns > NOISY * self._steps
+                )
+                noisy = noisy and self._rests < USUAL
+                self.frozen = self.frozen or noisy or self._stopped_dead
+            return
         step = tuple(map(sub, state.position, before.position))
         length = max(map(abs, step))
         if before.stamp - self._since >= SHORT and length < self._goes_on:

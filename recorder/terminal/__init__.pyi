@@ -1,5 +1,6 @@
 from .display import Lines as Lines
 from .display import Screen as Screen
+from .display import Speech as Speech
 from .key_bindings import Script as Script
 from .key_bindings import keys_with as keys_with
 from .keyboard import ConsoleKeyboard as ConsoleKeyboard
@@ -7,4 +8,3 @@ from .keyboard import Keyboard as Keyboard
 from .outcome import Outcome as Outcome
 from .record import Recorder as Recorder
 from .screen import render as render
-from .speech import Speech as Speech

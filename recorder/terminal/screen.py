@@ -95,7 +95,9 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
         predicted, *details = gauge(view, width)
         facts = [*kept(view, width), predicted, stream(view, width), *details]
         top += [line for line in facts if line.plain][: max(0, spare - 2)]
-    keys = [Text(fit(_keys(view), width), style="bold")][:spare]
+    # While the operator is asked, those that answer.
+    answers = view.question.partition("   ")[2] or view.typed.partition("_   ")[2]
+    keys = [Text(fit(answers or KEYS, width), style="bold")][:spare]
     room = height - len(top) - len(keys)
     if view.help:
         page = [f"page        {view.page}"] if view.page else []
@@ -104,13 +106,6 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
         middle = _middle(view, width, room)
     middle += [Text()] * room
     return [*top, *middle[:room], *keys]
-
-
-def _keys(view: View) -> str:
-    """Return the keys that do something now: while the operator is asked, those that answer."""
-    if view.question:
-        return view.question.partition("   ")[2]
-    return view.typed.partition("_   ")[2] if view.typed else KEYS
 
 
 def _wrapped(texts: Iterable[str], width: int, style: str) -> list[Text]:
@@ -127,11 +122,8 @@ def _status(view: View, width: int, rows: int) -> list[Text]:
     if width < _USUAL and len(start + text) >= width:  # the words stand in the banner
         text = view.prompt.reason
     lines = _wrapped([start + text], width, "bold")
-    return (
-        lines
-        if len(lines) <= rows
-        else [Text(fit(f" {start}{text}", width), style="bold")]
-    )
+    whole = Text(fit(f" {start}{text}", width), style="bold")
+    return lines if len(lines) <= rows else [whole]
 
 
 def _counts(session: Session, width: int) -> Text:
@@ -158,7 +150,10 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
     hint = _hint(view, width)[: max(0, room - 2)]
     of_messages = min(room // 2, room - len(hint))
     messages = _messages(view.session, width, max(2, of_messages))
-    captures = _captures(view.session, width, room - len(messages) - len(hint))
+    room = max(0, room - len(messages) - len(hint))
+    newest = view.session.live[::-1][:room]
+    captures = [Text(fit(_capture(view.session, s), width)) for s in newest]
+    captures = captures or [Text(" no capture yet", style="dim")][:room]
     return [*joints, *hint, *captures, *messages]
 
 
@@ -189,9 +184,8 @@ def _joints(view: View, width: int) -> list[Text]:
     for i, joint in enumerate(session.joints):
         marks: list[tuple[float, str, str]] = []
         for sample in here_last:
-            mark, style = (
-                ("▮", "cyan") if sample.socket == session.socket else ("╷", "dim")
-            )
+            is_here = sample.socket == session.socket
+            mark, style = ("▮", "cyan") if is_here else ("╷", "dim")
             marks.append((sample.position[i], mark, style))
         lower, upper = _ends(joint)
         margin = min(values[i] - lower, upper - values[i])
@@ -232,13 +226,6 @@ def _ends(joint: JointLimits) -> tuple[float, float]:
     return (lower, upper) if upper > lower else (lower - 0.5, lower + 0.5)
 
 
-def _captures(session: Session, width: int, room: int) -> list[Text]:
-    """The last samples that count, the newest first."""
-    newest = session.live[::-1][: max(0, room)]
-    lines = [Text(fit(_capture(session, sample), width)) for sample in newest]
-    return lines or [Text(" no capture yet", style="dim")][: max(0, room)]
-
-
 def _capture(session: Session, sample: Sample) -> str:
     clock = ""
     if sample.time is not None:
@@ -260,8 +247,7 @@ def _messages(session: Session, width: int, room: int) -> list[Text]:
     for message in session.messages[-room:-1]:
         text = fit(f" {_mark(message)} {message.text}", width - 1)
         lines.append(Text(text, style="dim"))
-    lines += _last_message(session, width, room)
-    return lines[-room:]
+    return [*lines, *_last_message(session, width, room)][-room:]
 
 
 def _last_message(session: Session, width: int, room: int) -> list[Text]:

@@ -37,7 +37,13 @@ class UrEmulator(Emulator):
     def listen(self, address: str) -> None:
         """Open TCP port 30004."""
         endpoint = parse_endpoint(address, 30004, default_host="127.0.0.1")
-        self._tcp = TcpServer(self, (endpoint.host, endpoint.port), self._requests)
+
+        def receive(received: bytes) -> None:
+            self._buffer += received
+            while (package := take_package(self._buffer)) is not None:
+                self._answer(*package)
+
+        self._tcp = TcpServer(self, (endpoint.host, endpoint.port), receive)
         self._tcp.on_leave = self._forget
         self.driver_address = f"ur:{self._tcp.address}"
         self._forget()
@@ -57,12 +63,6 @@ class UrEmulator(Emulator):
                 _, layout = OUTPUTS[name]
                 package += struct.pack(layout, *values[name])
             self.emit(self._tcp.send, encode_package(ord("U"), package), moment)
-
-    def _requests(self, received: bytes) -> None:
-        """Answer all requests that have come in whole."""
-        self._buffer += received
-        while (package := take_package(self._buffer)) is not None:
-            self._answer(*package)
 
     def _answer(self, kind: int, payload: bytes) -> None:
         match chr(kind):

@@ -16,7 +16,7 @@ from .ball import BEND_LIMIT, FORCE, BallPart
 from .kernels import COARSE, Mesh, to_manifold, to_mesh
 from .print_time import BALL, BASE, WALLS, Recipe, print_of
 from .socket_base import SocketBase
-from .solid import BED, TILT, PrintableError, Solid, sphere
+from .solid import BED, TILT, Point, PrintableError, Solid, sphere
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -69,9 +69,9 @@ class Part:
     """Of its files, without the suffix."""
     solid: Solid
     mesh: Mesh
-    levels: Sequence[tuple[float, float]] = ()
+    levels: Sequence[Point] = ()
     """Heights between which a drawing tells the distance."""
-    spans: Sequence[tuple[float, float]] = ()
+    spans: Sequence[Point] = ()
     """Values of x between which a drawing tells the distance."""
     circles: Sequence[tuple[float, str]] = ()
     """Diameters of circles of holes about its axis, and a drawing's words for each."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...recorder import Sample, read_placement
+from ...recorder import read_placement
 from ...solver import assessment, diagnostics
 from ...solver.identification.data import Load, measure
 from ...solver.identification.robot import (
@@ -17,7 +17,7 @@ from ...solver.identification.robot import (
     nominal_balls,
     shipped_robots,
 )
-from .goals import limit_for
+from .pose_pool import Captures
 
 ENOUGH = 5
 """Samples in a socket from which on their usual distance from each other counts."""
@@ -56,7 +56,7 @@ def gravity_of(
     return gravity
 
 
-def odd_pose(robot: Robot, distance: float, samples: Sequence[Sample]) -> str | None:
+def odd_pose(robot: Robot, distance: float, samples: Captures) -> str | None:
     """Return a warning where the last of some poses is an outlier of the nominal model, or None."""
     sockets = np.array([sample.socket for sample in samples])
     if len(sockets) < 2:
@@ -83,7 +83,7 @@ def odd_pose(robot: Robot, distance: float, samples: Sequence[Sample]) -> str | 
     )
 
 
-def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
+def wrong_model(robot: Robot, samples: Captures) -> str | None:
     """Return a warning where another shipped robot fits some poses far better than a model."""
     q = np.array([s.position for s in samples if s.socket == samples[-1].socket])
     if len(q) < FIRST_POSES or (scatter := _scatter(robot, q).mean()) < WRONG_SCATTER:
@@ -101,7 +101,7 @@ def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
     )
 
 
-def wrong_signs(robot: Robot, samples: Sequence[Sample]) -> str | None:
+def wrong_signs(robot: Robot, samples: Captures) -> str | None:
     """Return a warning where a ball stays in its socket with other signs of some joints, or None.
 
     The fewest joints are named whose readings, turned round, make it scatter far less.
@@ -120,10 +120,11 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
         return None
     names = robot.joint_names
     for count in range(1, FLIPS + 1):
-        scatters = {
-            flipped: _scatter(robot, _turned_round(q, flipped)).mean()
-            for flipped in combinations(range(len(names)), count)
-        }
+        scatters: dict[tuple[int, ...], float] = {}
+        for flipped in combinations(range(len(names)), count):
+            signs = np.ones(len(names))
+            signs[list(flipped)] = -1
+            scatters[flipped] = _scatter(robot, signs * q).mean()
         best = min(scatters, key=lambda flipped: scatters[flipped])
         if scatters[best] < scatter / SIGN_RATIO:
             joints = " and ".join(names[joint] for joint in best)
@@ -134,16 +135,7 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
     return None
 
 
-def _turned_round(q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
-    """Return configurations with the readings of some joints turned round."""
-    signs = np.ones(q.shape[1])
-    signs[list(joints)] = -1
-    return signs * q
-
-
-def wrong_distance(
-    robot: Robot, distance: float, samples: Sequence[Sample]
-) -> float | None:
+def wrong_distance(robot: Robot, distance: float, samples: Captures) -> float | None:
     """Return the distance of the sockets by the nominal model if the given one is grossly off [m].
 
     None where it is not. By as little as an arm of servos may be off, it is not grossly off.
@@ -223,4 +215,25 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
         f"A calibrated arm of this kind keeps within {1e3 * limit:.2f} mm: {verdict}. "
         "Its size was not looked at; that takes two sockets.",
         0,
+    )
+
+
+GOAL = 3.0
+"""Ratio of the limit on held-out errors to the arm's repeatability."""
+
+
+def goal_for(robot: Robot) -> float:
+    """Return the goal of the predicted error of distances [m], before anything is solved."""
+    return diagnostics.predicted_limit(limit_for(robot))
+
+
+def limit_for(robot: Robot) -> float:
+    """Return the limit on held-out errors [m]: three times the arm's repeatability.
+
+    At least as many times the resolution of a printed socket.
+    """
+    name = assessment.known_arm(robot)
+    resolution = assessment.RESOLUTION
+    return GOAL * max(
+        assessment.ARMS[name].repeatability if name else resolution, resolution
     )

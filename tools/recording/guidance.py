@@ -6,14 +6,14 @@ from itertools import takewhile
 
 import numpy as np
 
-from ...recorder import Placement, Sample
+from ...recorder import Configuration, Placement
 from ...recorder.session import BLOCK, NO_ANSWERS, SLIPS, Advice, Alarm, Answers
 from ...solver import design
 from ...solver.assessment import LEAST_SAMPLES
 from ...solver.identification.inference import Posterior
 from ...solver.identification.robot import Robot
-from .goals import goal_for
-from .pose_pool import SEAT, PosePool, positions_in
+from .checks import goal_for
+from .pose_pool import SEAT, Captures, PosePool, positions_in
 from .session_alarms import SessionAlarms
 from .sufficiency import StoppingRule, rigid_fit, sufficiency_of, with_fit
 
@@ -66,7 +66,7 @@ class PoseSelector:
         self._route = _NO_ROUTE
 
     def alarms(
-        self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS
+        self, samples: Captures, answers: Answers = NO_ANSWERS
     ) -> tuple[Alarm, ...]:
         """Return the faults that the operator has not answered, the most probable first.
 
@@ -81,7 +81,7 @@ class PoseSelector:
 
     def advise(
         self,
-        samples: Sequence[Sample],
+        samples: Captures,
         socket: int,
         position: Sequence[float] | None = None,
         answers: Answers = NO_ANSWERS,
@@ -119,6 +119,10 @@ class PoseSelector:
             None if alarms else solved, exhausted=exhausted, reaches_goal=reaches_goal
         )
         block_done = self._sockets > 1 and _run(samples, socket) >= BLOCK
+        lift = False
+        if target is not None and samples and samples[-1].socket == order[0]:
+            lift = self._pool.lifted(samples, position, target)
+        steps = zip(self._route[0], self._route[1].tolist(), strict=False)
         advice = Advice(
             count=len(samples),
             socket=socket,
@@ -129,36 +133,19 @@ class PoseSelector:
             near_only=end.near_only,
             exhausted=end.exhausted,
             target=target,
-            lift=self._lifts(samples, order, position, target),
+            lift=lift,
             gain=gain,
             alarms=alarms,
             fails=solved.fails if solved and not alarms else "",
-            route=self._steps(),
+            route=tuple((k, tuple(q)) for k, q in steps),
         )
         return advice if posterior is None else with_fit(advice, posterior, samples)
-
-    def _lifts(
-        self,
-        samples: Sequence[Sample],
-        order: Sequence[int],
-        position: Sequence[float] | None,
-        target: Sequence[float] | None,
-    ) -> bool:
-        """Return whether the ball must leave its socket on the way to the next pose there."""
-        if target is None or not samples or samples[-1].socket != order[0]:
-            return False
-        return self._pool.lifted(samples, position, target)
-
-    def _steps(self) -> tuple[tuple[int, tuple[float, ...]], ...]:
-        """Return the socket and pose of each sample to come, as far as they are planned."""
-        order, way = self._route
-        return tuple((k, tuple(q)) for k, q in zip(order, way.tolist(), strict=False))
 
     def _exhausted(
         self,
         state: design.ParameterCovariance,
         where: design.Workspace,
-        samples: Sequence[Sample],
+        samples: Captures,
         gain: float,
         goal: float,
     ) -> bool:
@@ -175,19 +162,17 @@ class PoseSelector:
             )
         return state.error(where) > goal
 
-    def _counts(self, samples: Sequence[Sample]) -> list[int]:
+    def _counts(self, samples: Captures) -> list[int]:
         """Return the number of samples in each socket."""
         counts = Counter(sample.socket for sample in samples)
         return [counts[k] for k in range(self._sockets)]
 
-    def _fitted(self, samples: Sequence[Sample]) -> Posterior | None:
+    def _fitted(self, samples: Captures) -> Posterior | None:
         if self._sockets < 2 or min(self._counts(samples)[:2]) < MIN_FITTED:
             return None
         return rigid_fit(self._model, [*self._earlier, self._placement(samples)])
 
-    def _placement(
-        self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS
-    ) -> Placement:
+    def _placement(self, samples: Captures, answers: Answers = NO_ANSWERS) -> Placement:
         """Return the samples as a solving reads them."""
         texts = tuple(alarm.text for alarm in answers.kept)
         names = self._robot.joint_names
@@ -196,7 +181,7 @@ class PoseSelector:
         )
 
     def _covariance(
-        self, samples: Sequence[Sample], posterior: Posterior | None
+        self, samples: Captures, posterior: Posterior | None
     ) -> design.ParameterCovariance:
         """Return the parameters' covariance by the fit, or without one by the poses alone.
 
@@ -210,7 +195,7 @@ class PoseSelector:
         return state
 
     def _prior(
-        self, recorded: Sequence[Sequence[Sample]]
+        self, recorded: Sequence[Captures]
     ) -> tuple[design.ParameterCovariance, list[tuple[np.ndarray, int]]]:
         """Return the covariance before all samples of some placements, and these by socket."""
         count = self._sockets
@@ -223,7 +208,7 @@ class PoseSelector:
             taken += [(q, k) for q, k in sockets if len(q)]
         return state, taken
 
-    def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
+    def closing(self, samples: Captures) -> tuple[str, ...]:
         """Return the gain of another placement, in words; this takes some seconds."""
         if self._sockets != 2 or min(self._counts(samples)) == 0:
             return ()
@@ -237,7 +222,7 @@ class PoseSelector:
         curves = design.curve_advice(self._robot) if len(self._earlier) < CURVES else ""
         return (*lines, curves) if curves else lines
 
-    def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
+    def _order(self, samples: Captures, socket: int) -> list[int]:
         """Return the sockets of the samples to come: the rest of a block, and further blocks."""
         count = max(SHARE * self._sockets - len(samples), BLOCK)
         begun = min(_run(samples, socket), BLOCK)
@@ -247,10 +232,10 @@ class PoseSelector:
         self,
         state: design.ParameterCovariance,
         where: design.Workspace,
-        samples: Sequence[Sample],
+        samples: Captures,
         order: list[int],
         position: Sequence[float] | None,
-    ) -> tuple[tuple[float, ...] | None, float]:
+    ) -> tuple[Configuration | None, float]:
         """Return the next pose of a short way, and the gain of the pose that teaches most."""
         pools = {k: self._pool.candidates(samples, k) for k in dict.fromkeys(order)}
         reached = [pool for pool in pools.values() if len(pool)]
@@ -286,5 +271,5 @@ class PoseSelector:
         return None
 
 
-def _run(samples: Sequence[Sample], socket: int) -> int:
+def _run(samples: Captures, socket: int) -> int:
     return len(list(takewhile(lambda s: s.socket == socket, reversed(samples))))

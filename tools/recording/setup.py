@@ -4,18 +4,31 @@ import gc
 import logging
 import math
 from collections.abc import Generator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from ...recorder import DEFAULT_DISTANCE, StreamLog, next_log_file
+from ...recorder import (
+    DEFAULT_DISTANCE,
+    METADATA,
+    READINGS_CHANGED,
+    SAMPLES,
+    Placement,
+    RecordingError,
+    StreamLog,
+    next_log_file,
+    read_metadata,
+    read_placement,
+    read_sessions,
+)
 from ...recorder.session import BLOCK, Session
 from ...recorder.stream import STILL, ContactDetector, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, Speech, keys_with
+from ...solver.identification.robot import Robot
 from ..cli import Terminal, one_arm
 from .checks import gravity_of, odd_pose
-from .earlier_placements import recorded_beside
 from .guidance_process import BackgroundGuidance
 from .options import RecordOptions
 from .session_start import SessionStart
@@ -44,7 +57,11 @@ def record_session(start: SessionStart) -> Outcome:
         stream = stack.enter_context(closing(Stream(driver)))
         recording = stack.enter_context(start.open_recording(still))
         if options.keep_stream:
-            stream.log = _stream_log(start, stack)
+            log = StreamLog(next_log_file(options.out), start.robot.joint_names)
+            # Closed at the end, when its trouble is said.
+            stack.callback(lambda: start.terminal.warn(*filter(None, [log.trouble])))
+            stack.callback(log.close)
+            stream.log = log
         by_hand = keyboard is not None and script is None
         session = start.first_session(recording, driver.remark)
         guidance = None
@@ -84,14 +101,6 @@ def record_session(start: SessionStart) -> Outcome:
             page=start.page.url if start.page else "",
             resume_summary=start.summary(recording, session) if by_hand else (),
         ).run()
-
-
-def _stream_log(start: SessionStart, stack: ExitStack) -> StreamLog:
-    """Return the file of the stream, closed at the end, when its trouble is said."""
-    log = StreamLog(next_log_file(start.options.out), start.robot.joint_names)
-    stack.callback(lambda: start.terminal.warn(*filter(None, [log.trouble])))
-    stack.callback(log.close)
-    return log
 
 
 def _guidance(start: SessionStart) -> BackgroundGuidance:
@@ -143,3 +152,68 @@ def _display(terminal: Terminal) -> Screen | Lines:
     if full_screen and console.file.isatty():
         return Screen(console)
     return Lines(console, brief=terminal.brief)
+
+
+PRACTICE = "mock"
+"""Driver of simulated arms: its address is a file of poses, not an arm's."""
+
+
+class _Neighbour(NamedTuple):
+    """A placement of the same arm in a neighbouring folder."""
+
+    begin: float
+    """Time of its first sample [s], since 1970."""
+    placement: Placement
+    readings_changed: bool
+    """True if joints read otherwise than at the placements before."""
+
+
+def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:
+    """Return the earlier placements of this arm in neighbouring folders, oldest first.
+
+    Those of another model are left out, and those whose :func:`_origin` is another. So are those
+    before joints read otherwise: they tell nothing of the readings now.
+    """
+    if read_metadata(out / METADATA).get(READINGS_CHANGED) is True:
+        return ()
+    origin = _origin(out)
+    neighbours: list[_Neighbour] = []
+    for file in out.parent.glob(f"*/{SAMPLES}"):
+        folder = file.parent
+        if folder.resolve() == out.resolve():
+            continue
+        with suppress(RecordingError):
+            metadata = read_metadata(folder / METADATA)
+            origin_there = _origin(folder)
+            names = origin.keys() & origin_there.keys()
+            is_same = all(origin[name] == origin_there[name] for name in names)
+            if is_same and metadata.get("model_sha256") == robot.sha256:
+                placement = read_placement(folder).for_joints(robot.joint_names)
+                begin = placement.samples[0].time or 0.0
+                changed = metadata.get(READINGS_CHANGED) is True
+                neighbours.append(_Neighbour(begin, placement, changed))
+    placements: list[Placement] = []
+    for neighbour in sorted(neighbours, key=lambda neighbour: neighbour.begin):
+        if neighbour.readings_changed:
+            placements = []
+        placements.append(neighbour.placement)
+    return tuple(placements)
+
+
+def _origin(folder: Path) -> dict[str, object]:
+    """Return what tells one arm's placements from another's, as far as it was written down.
+
+    These are the robot's name, its serial number and its address, each as last written. A session
+    in one socket has another purpose than one in several.
+    """
+    file = folder / METADATA
+    origin = {**read_metadata(file)}
+    for session in read_sessions(file):
+        origin |= session
+    driver = origin.get("driver")
+    if isinstance(driver, str) and driver.partition(":")[0] == PRACTICE:
+        origin["driver"] = PRACTICE
+    if "sockets" in origin:
+        origin["one_socket"] = origin["sockets"] == 1
+    names = ("robot_name", "serial_number", "driver", "one_socket")
+    return {name: origin[name] for name in names if name in origin}

@@ -5,12 +5,12 @@ from itertools import chain
 
 import numpy as np
 
-from ...recorder import Sample
 from ...recorder.session import NO_ANSWERS, Advice, Alarm, Answers
 from ...solver.calibration import Calibration
 from ...solver.design import ParameterCovariance
 from ...solver.partial import identifiable_zeros, zero_covariance
 from .guidance import PoseSelector
+from .pose_pool import Captures
 
 
 class ZeroSelector(PoseSelector):
@@ -34,14 +34,14 @@ class ZeroSelector(PoseSelector):
         self._first = zero_covariance(calibration, sockets)
 
     def alarms(
-        self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS
+        self, samples: Captures, answers: Answers = NO_ANSWERS
     ) -> tuple[Alarm, ...]:
         """Return none: zeros that are off would look like faults."""
         return ()
 
     def advise(
         self,
-        samples: Sequence[Sample],
+        samples: Captures,
         socket: int,
         position: Sequence[float] | None = None,
         answers: Answers = NO_ANSWERS,
@@ -77,7 +77,7 @@ class ZeroSelector(PoseSelector):
             gain=gain,
         )
 
-    def _known(self, samples: Sequence[Sample]) -> ParameterCovariance:
+    def _known(self, samples: Captures) -> ParameterCovariance:
         state = self._first
         if self._sockets > 1:
             state = self._pool.with_distance(state, samples)
@@ -85,7 +85,7 @@ class ZeroSelector(PoseSelector):
             state = state.with_samples(np.array([sample.position]), sample.socket)
         return state
 
-    def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
+    def _order(self, samples: Captures, socket: int) -> list[int]:
         """Return the sockets of the samples to come: the rest in this one, then in the others."""
         counts = self._counts(samples)
         sockets = [k for k in range(self._sockets) if k != socket]
@@ -93,6 +93,6 @@ class ZeroSelector(PoseSelector):
             chain(*([k] * (self._target - counts[k]) for k in (socket, *sockets)))
         )
 
-    def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
+    def closing(self, samples: Captures) -> tuple[str, ...]:
         """Return nothing: the verdict comes at the end."""
         return ()

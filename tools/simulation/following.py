@@ -5,12 +5,12 @@ waits wherever the arm rests until that is captured, and then seats the ball at 
 """
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from ...drivers import Driver, match_joints
 from ...drivers.arms import Mock, Motion, arm_at
-from ...recorder.session import Session as RecordingSession
 from ...recorder.session import View
 from ...solver.identification.robot import Robot, gravity_moments, nominal_balls
 from ...solver.poses import InverseKinematics
@@ -129,20 +129,17 @@ class FollowingHand:
         arrived = number == len(self._motion.begun)
         if not arrived or view.alarm or view.question or session.finished:
             return
-        if session.socket == self._labels[-1] and self._waits_in_socket(session):
-            return
+        if session.socket == self._labels[-1]:
+            # There is nothing more to lead to in this socket, or the rest is not captured yet.
+            done = session.turn_done or session.counts[session.socket] >= session.target
+            is_same = partial(session.same, self.rest)
+            if done or not any(is_same(sample.position) for sample in session.samples):
+                return
         target = view.advice.target if view.advice and self.guided else None
         if target is not None:
             self._lead(np.array(target), session.socket)
         elif not self.guided or not session.live:
             self._lead(None, session.socket)  # else the guide is not ready yet
-
-    def _waits_in_socket(self, session: RecordingSession) -> bool:
-        """Return whether there is nothing more to lead to in the socket that the ball is in."""
-        if session.turn_done or session.counts[session.socket] >= session.target:
-            return True
-        samples = session.samples
-        return not any(session.same(sample.position, self.rest) for sample in samples)
 
     def _lead(
         self,
@@ -150,8 +147,11 @@ class FollowingHand:
         socket: int,
     ) -> None:
         """Begin a move to a pose with the ball in a socket; without one, where the hand likes."""
-        row = None if self.guided else self._unused(socket)
-        if row is None:
+        rows = set(np.flatnonzero(self._session.sockets == socket).tolist())
+        # The first sample of the recording in a socket that was not led to.
+        row = min(rows - self._rows_led, default=None)
+        if row is None or self.guided:
+            row = None
             q = self._seated_at(reference, socket)
         else:
             self._rows_led.add(row)
@@ -179,12 +179,6 @@ class FollowingHand:
             self._efforts.append(efforts.tolist())
         self._poses.append(tuple(goal.tolist()))
 
-    def _unused(self, socket: int) -> int | None:
-        """Return the first sample of the recording in a socket that was not led to, or None."""
-        rows = np.flatnonzero(self._session.sockets == socket)
-        rows_unused = set(rows.tolist()) - self._rows_led
-        return min(rows_unused, default=None)
-
     def _seated_at(
         self,
         reference: np.ndarray | None,
@@ -196,21 +190,12 @@ class FollowingHand:
         seat = centre + noise
         if reference is not None:
             (q,) = seated(self._truth, reference[None], seat[None])
-            if self._is_seated(q, seat):
+            (ball,) = nominal_balls(self._truth, q[None])
+            inside = (q >= self._reach.lower) & (q <= self._reach.upper)
+            if inside.all() and np.linalg.norm(ball - seat) < CLOSE:
                 return q
         (q,) = self._reach.reach(seat[None], self._generator)
         return q
-
-    def _is_seated(
-        self,
-        q: np.ndarray,
-        seat: np.ndarray,
-    ) -> bool:
-        """Return whether the ball is in its seat, and the joints are within their limits."""
-        (ball,) = nominal_balls(self._truth, q[None])
-        gap = np.linalg.norm(ball - seat)
-        inside = (q >= self._reach.lower) & (q <= self._reach.upper)
-        return bool(inside.all() and gap < CLOSE)
 
     def _with_faults(self) -> np.ndarray:
         """Return the last of the configurations that the hand led to, as faults turn it."""

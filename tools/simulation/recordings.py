@@ -8,7 +8,6 @@ printed socket allows. What is written down are the joint positions that put the
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from ...recorder import Placement
 from ...solver.calibration import UsageError, check_keywords
 from ...solver.identification.data import Samples, check_distance
-from ...solver.identification.effects import EFFECTS, EXTENSIONS, Effect
+from ...solver.identification.effects import EFFECTS, EXTENSIONS
 from ...solver.identification.model import Deflection
 from ...solver.identification.robot import (
     BallModel,
@@ -160,21 +159,21 @@ def _deflection(
     robot: Robot, generator: np.random.Generator, sizes: Mapping[str, float]
 ) -> Deflection:
     """Return the effects of extensions of such sizes, without those of size zero."""
+    joints = robot.joint_names
     drawn: dict[str, np.ndarray] = {}
     for effect in EFFECTS.values():
-        if size := sizes.get(effect.extension):
-            draw = effect.random or partial(_independent, effect)
-            drawn[effect.name] = size * draw(len(robot.joint_names), generator)
+        size = sizes.get(effect.extension)
+        if not size:
+            continue
+        if effect.random:
+            coefficients = effect.random(len(joints), generator)
+        else:  # drawn independently
+            draw = (
+                generator.random if effect.non_negative else generator.standard_normal
+            )
+            coefficients = draw(len(effect.coefficient_names(joints)))
+        drawn[effect.name] = size * coefficients
     return Deflection(tuple(drawn), tuple(drawn.values()))
-
-
-def _independent(
-    effect: Effect, joints: int, generator: np.random.Generator
-) -> np.ndarray:
-    """Return coefficients of size 1 that are drawn independently, shape (p,)."""
-    count = len(effect.coefficient_names([""] * joints))
-    draw = generator.random if effect.non_negative else generator.standard_normal
-    return draw(count)
 
 
 def record(

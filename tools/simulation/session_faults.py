@@ -91,35 +91,19 @@ def _lost_zero(s: Session, size: float) -> np.ndarray:
     return -size * linear.by_joints[:, :, joints // 2]
 
 
-def _other_socket(s: Session, _: float) -> np.ndarray:
-    other = 1 - s.sockets.clip(0, 1)
-    return s.centres[other] - s.centres[s.sockets]
-
-
-def _longer_distance(s: Session, size: float) -> np.ndarray:
-    first, second = s.centres[:2]
-    return size * _unit(second - first)
-
-
-def _thrown_ball(s: Session, size: float) -> np.ndarray:
-    return np.array([s.aside(size) for _ in s.sockets])
-
-
-def _loose_ball(s: Session, size: float) -> np.ndarray:
-    shape = (len(s.sockets), 3)
-    return s.generator.normal(0, size, shape)
-
-
 Shift = Callable[[Session, float], np.ndarray]
 _KINDS: dict[str, tuple[float, Shift]] = {
     "base": (5e-3, Session.aside),
     "turn": (math.radians(3), _turned_base),
     "drift": (3e-3, Session.aside),
-    "ball": (5e-3, _thrown_ball),
+    "ball": (5e-3, lambda s, size: np.array([s.aside(size) for _ in s.sockets])),
     "bent": (3e-3, _bent_ball),
-    "loose": (2e-3, _loose_ball),
-    "socket": (0.0, _other_socket),
-    "distance": (2e-3, _longer_distance),
+    "loose": (2e-3, lambda s, size: s.generator.normal(0, size, (len(s.sockets), 3))),
+    "socket": (
+        0.0,
+        lambda s, _: s.centres[1 - s.sockets.clip(0, 1)] - s.centres[s.sockets],
+    ),
+    "distance": (2e-3, lambda s, size: size * _unit(s.centres[1] - s.centres[0])),
     "zero": (math.radians(1), _lost_zero),
 }
 """Usual size [m, rad] of each kind, and by how much it moves the balls, shape (N, 3) or (3,) [m]:
