@@ -2,7 +2,9 @@ from .clock import ArrivalTimeFilter as ArrivalTimeFilter
 from .contract_tests import DriverContract as DriverContract
 from .driver import Driver as Driver
 from .driver import DriverError as DriverError
+from .driver import JointNames as JointNames
 from .driver import JointState as JointState
+from .driver import JointValues as JointValues
 from .driver import Reason as Reason
 from .driver import match_joints as match_joints
 from .reconnect import Reconnecting as Reconnecting

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from . import clock
-from .driver import Driver, DriverError, JointState, Reason
+from .driver import Driver, DriverError, JointNames, JointState, Reason
 
 _HOPELESS = frozenset({Reason.BAD_ADDRESS, Reason.MISSING_PACKAGE, Reason.WRONG_ROBOT})
 
@@ -46,7 +46,7 @@ class Reconnecting(Driver):
         self._driver: Driver | None = connect()
         self._names = self._driver.joint_names
         self.remark = ""
-        """What the operator should know of the joints' names; empty where they are the model's."""
+        """Remark to the operator on the joints' names; empty where they are the model's."""
         self.resolution = self._driver.resolution
         self._earlier_missed = self._earlier_rejected = 0
         self._last_state = clock.now()
@@ -60,7 +60,7 @@ class Reconnecting(Driver):
         self._order = self._matched(joint_names or self._names)
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
+    def joint_names(self) -> JointNames:
         """Names of the joints, the same for every connection."""
         return tuple(self._names[i] for i in self._order)
 

@@ -112,7 +112,7 @@ def open_driver(
 def _load(info: DriverInfo) -> type[Driver]:
     """Import a driver's class; every error names the driver and its package."""
     try:
-        loaded = load(Entry(info.name, info.target, info.arms, info.source), "driver")
+        loaded = load(info, "driver")
     except PluginError as error:
         raise Reason.MISSING_PACKAGE(str(error)) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Driver)):
@@ -127,7 +127,7 @@ OURS = "mukca"
 
 
 class PluginError(MukcaError):
-    """What a package adds cannot be imported; the line names the package and the reason."""
+    """An addition of a package cannot be imported; the line names the package and the reason."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def installed(kind: str) -> list[Entry]:
     return sorted(entries, key=lambda entry: entry.name)
 
 
-def load(entry: Entry, kind: str) -> Any:
+def load(entry: "Entry | DriverInfo", kind: str) -> Any:
     """Import an entry's object; ``kind`` is the word for it in messages, such as ``driver``.
 
     Raises:

@@ -21,7 +21,7 @@ _TABLES = (*TABLES, *_SPREADSHEETS)
 """Endings of tables."""
 
 MOST_LINES = 3
-"""What is not read, of a folder without a placement, is told in so many lines at most."""
+"""Most lines that tell what is not read of a folder without a placement."""
 
 
 def find_placements(paths: Iterable[Path]) -> list[Path]:

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from itertools import accumulate, chain, takewhile
+from itertools import chain, takewhile
 from pathlib import Path
 
 from .cells import ZIP, read_text, table_bytes, trimmed
@@ -81,7 +81,8 @@ def one_heading(records: Sequence[Line], text: str) -> tuple[list[Line], list[st
         group = [cell.strip() for cell in trimmed(cells, width)]
         is_whole = all(group) and len(set(group)) == width
         if not is_whole:  # names of groups, each repeated up to the next one
-            group = list(accumulate(group, lambda last, cell: cell or last))
+            for i in range(1, width):
+                group[i] = group[i] or group[i - 1]
         names = [f"{a} {b}".strip() for a, b in zip(names, group, strict=True)]
         count += 1
         if is_whole:

@@ -3,11 +3,11 @@
 import json
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeGuard, cast
 
 from .._version import __version__
 from ..errors import PAYLOAD, read_json
@@ -17,6 +17,8 @@ from .recording_error import RecordingError
 from .samples import SAMPLES
 
 METADATA = "placement.json"
+Contents = dict[str, Any]
+"""Contents of such a file."""
 KEPT_ALARMS = "kept_alarms"
 READINGS_CHANGED = "readings_changed"
 NAMES = ("frame", "robot_name", "place", "poses_of")
@@ -58,10 +60,10 @@ class Metadata:
     """Name of the robot among several; empty for the only one."""
     readings_changed: bool = False
     """True where joints read otherwise than at the placements before."""
-    session: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    session: Contents = field(default_factory=Contents)
     """Driver, window and notes of this start alone."""
 
-    def fixed(self) -> dict[str, Any]:
+    def fixed(self) -> Contents:
         """The keys that must be the same each time that the placement is recorded on."""
         keys = {
             "robot": self.robot,
@@ -72,7 +74,7 @@ class Metadata:
         }
         return {key: value for key, value in keys.items() if value is not None}
 
-    def added_to(self, stored: dict[str, Any]) -> dict[str, Any]:
+    def added_to(self, stored: Contents) -> Contents:
         """Return the file's new contents: the earlier ones, and this start of the recorder."""
         contents = stored | self.fixed()
         if self.measured:
@@ -87,7 +89,7 @@ class Metadata:
         }
 
 
-def read_metadata(file: Path) -> dict[str, Any]:
+def read_metadata(file: Path) -> Contents:
     """Return the keys of a ``placement.json``; none where there is no such file.
 
     Raises:
@@ -101,18 +103,16 @@ def read_metadata(file: Path) -> dict[str, Any]:
         raise RecordingError(
             f'{file}: expected a JSON object, as in {{"distance": 0.05}}'
         )
-    return cast("dict[str, Any]", metadata)
+    return cast("Contents", metadata)
 
 
-def read_sessions(file: Path) -> list[dict[str, Any]]:
+def read_sessions(file: Path) -> list[Contents]:
     """Return what a ``placement.json`` says of each session; nothing of what cannot be read."""
     try:
         rows = _entries(read_metadata(file), "sessions")
     except RecordingError:
         return []
-    return [
-        cast("dict[str, Any]", row) if isinstance(row, dict) else {} for row in rows
-    ]
+    return [cast("Contents", row) if isinstance(row, dict) else {} for row in rows]
 
 
 def read_keys(file: Path) -> PlacementKeys:
@@ -142,43 +142,45 @@ def read_keys(file: Path) -> PlacementKeys:
                 f"{file}: {key} {name!r} is no name: letters, digits, and . _ -"
             )
     measured = distance is not None and metadata.get("distance_measured") is True
-    readings: list[float] = []
-    for reading in _entries(metadata, "readings"):  # a number, or an object that has it
+    readings: list[Any] = []
+    for entry in _entries(metadata, "readings"):  # a number, or an object that has it
+        reading: Any = entry
         if isinstance(reading, dict):
-            reading = cast("dict[str, Any]", reading).get("distance")
+            reading = cast("Contents", reading).get("distance")
         if _is_number(reading) and 0 < reading < math.inf:
-            readings.append(float(reading))
+            readings.append(reading)
     if readings and distance is None:
         raise RecordingError(
             f"{file}: readings without the distance that they are of; add it, as in "
             f'"distance": {readings[-1]}'
         )
+    single: list[Any] = [distance] if measured else []
     return PlacementKeys(
         distance=None if distance is None else float(distance),
         # mukca record once wrote the default like a measured distance.
         distance_assumed=distance == DEFAULT_DISTANCE and not measured,
         **names,
         kept_alarms=tuple(map(str, _entries(metadata, KEPT_ALARMS))),
-        readings=tuple(readings or ([float(distance)] if measured else [])),
+        readings=tuple(map(float, readings or single)),
         payload=None if payload is None else float(payload),
     )
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def with_kept_alarm(metadata: dict[str, Any], text: str) -> dict[str, Any]:
+def with_kept_alarm(metadata: Contents, text: str) -> Contents:
     """Return the contents with what an alarm said, and the operator kept as it was."""
     return {**metadata, KEPT_ALARMS: [*_entries(metadata, KEPT_ALARMS), text]}
 
 
-def metadata_file(metadata: Mapping[str, Any]) -> dict[str, bytes]:
+def metadata_file(metadata: Contents) -> dict[str, bytes]:
     """Return the content of ``placement.json`` by its name."""
     return {METADATA: json.dumps(metadata, indent=2).encode() + b"\n"}
 
 
-def write_metadata(folder: Path, metadata: Mapping[str, Any]) -> None:
+def write_metadata(folder: Path, metadata: Contents) -> None:
     """Replace a placement's file in one step."""
     contents = metadata_file(metadata)
     replace_files({folder / name: content for name, content in contents.items()})
@@ -204,7 +206,7 @@ def add_reading(folder: Path, distance: float) -> float | None:
 def _rewrite(
     folder: Path,
     distance: float,
-    change: Callable[[Mapping[str, Any], float], dict[str, Any]],
+    change: Callable[[Contents, float], Contents],
 ) -> float | None:
     """Write a placement's metadata with its distance changed; return the earlier one.
 
@@ -228,7 +230,7 @@ def _rewrite(
     return before
 
 
-def with_distance(metadata: Mapping[str, Any], distance: float) -> dict[str, Any]:
+def with_distance(metadata: Contents, distance: float) -> Contents:
     """Return metadata with another distance between the sockets [m], and the earlier one kept."""
     change = {"time": _now(), "distance": [metadata.get("distance"), distance]}
     changes = [*_entries(metadata, "changes"), change]
@@ -240,7 +242,7 @@ def with_distance(metadata: Mapping[str, Any], distance: float) -> dict[str, Any
     }
 
 
-def with_reading(metadata: Mapping[str, Any], distance: float) -> dict[str, Any]:
+def with_reading(metadata: Contents, distance: float) -> Contents:
     """Return metadata with a further reading of that distance [m], the one that counts by now.
 
     The key ``readings`` has all of them, the first one too where somebody measured it.
@@ -255,7 +257,7 @@ def with_reading(metadata: Mapping[str, Any], distance: float) -> dict[str, Any]
     return {**changed, "readings": readings, "distance_measured": True}
 
 
-def _entries(metadata: Mapping[str, Any], key: str) -> list[Any]:
+def _entries(metadata: Contents, key: str) -> list[Any]:
     entries = metadata.get(key)
     return cast("list[Any]", entries) if isinstance(entries, list) else []
 

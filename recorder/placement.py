@@ -75,7 +75,7 @@ class Placement:
     is_table: bool = False
     """True for a table of another program, which is no folder of its own."""
     suggestion: str = ""
-    """What a user may say of a table's columns, as the table itself tells."""
+    """Words that a user may say of a table's columns, as the table itself tells."""
     beside: tuple[str, ...] = ()
     """Names of columns that count or date the rows, unless a joint is called so."""
     payload: float | None = None

@@ -31,7 +31,7 @@ _DAMAGED = (
     OSError,
     ZlibError,
 )
-"""What a stranger's archive may raise."""
+"""Errors that a stranger's archive may raise."""
 
 
 def sheet_text(content: bytes, file: Path) -> tuple[str, list[str]]:

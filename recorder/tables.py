@@ -181,18 +181,23 @@ def table_of(
             f"{file}: only a header; expected one configuration a line below it"
         )
     width = len(header or records[0][1])
-    rows = [tuple(trimmed(row, width)) for _, row in records]
     lines = tuple(line for line, _ in records)
-    for line, row in zip(lines, rows, strict=True):
-        if len(row) != width:
-            raise RecordingError(
-                f"{file}:{line}: {len(row)} columns where {width} are expected; separate them all "
-                "by commas"
-            )
+    rows = tuple(_fitting(file, line, row, width) for line, row in records)
     notes = [f"{file}:{remark}" for remark in left_out]
     if header and any(map(str.isdecimal, header)):
         words = f"{','.join(header):.40} are taken for names, not for a sample"
         notes.append(f"{file}:{first[0]}: {words}")
     top = text.partition("\n")[0]
     comment = top.lstrip("# ").strip() if top.startswith("#") else ""
-    return Table(file, header, lines, tuple(rows), units, comment, tuple(notes))
+    return Table(file, header, lines, rows, units, comment, tuple(notes))
+
+
+def _fitting(file: Path, line: int, cells: Sequence[str], width: int) -> Cells:
+    """Return the cells of a row, which must be as many as are expected."""
+    cells = trimmed(cells, width)
+    if len(cells) != width:
+        raise RecordingError(
+            f"{file}:{line}: {len(cells)} columns where {width} are expected; separate them all "
+            "by commas"
+        )
+    return tuple(cells)

@@ -89,19 +89,17 @@ def _connect(
 ) -> tuple[TcpStream, DatagramSocket]:
     """Open the connection, with the version that the robot speaks if it refuses the given one."""
     session = _try_version(endpoint, version, on_stranger)
-    if isinstance(session, int):
-        if (
-            session not in VERSIONS
-            or session == version
-            or "version" in endpoint.options
-        ):
-            raise Reason.PROTOCOL(
-                f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
-                f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here, tried with libfranka "
-                "0.9 and 0.21. Look for a newer mukca, or read the arm by --driver ros"
-            )
-        clock.sleep(SETTLE_SECONDS)
-        version, session = session, _try_version(endpoint, session, on_stranger)
+    if not isinstance(session, int):
+        return session
+    is_given = "version" in endpoint.options
+    if session not in VERSIONS or session == version or is_given:
+        raise Reason.PROTOCOL(
+            f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
+            f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here, tried with libfranka "
+            "0.9 and 0.21. Look for a newer mukca, or read the arm by --driver ros"
+        )
+    clock.sleep(SETTLE_SECONDS)
+    version, session = session, _try_version(endpoint, session, on_stranger)
     if isinstance(session, int):
         raise Reason.PROTOCOL(
             f"the robot at {endpoint} asked for version {version} of FCI, then refused it"

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
+from .. import JointValues
+
 MONITORING_ID = 0x245142
 COMMAND_ID = 0x34001
 LARGEST_ANGLE = 2 * math.pi
@@ -50,9 +52,9 @@ class StateMessage:
     """Of the connection, in a word."""
     receive_multiplier: int
     """The controller expects a reply to each message of this many."""
-    position: tuple[float, ...]
+    position: JointValues
     """Measured joint angles [rad]; empty when the message has none, as it may when idle."""
-    torque: tuple[float, ...] | None
+    torque: JointValues | None
     """Measured joint torques [N m]."""
     stamp: float
     """The controller's clock [s]; without one in the message, counted in send periods."""
@@ -145,7 +147,7 @@ def nested(number: int, message: bytes) -> bytes:
     return varint(number << 3 | BYTES) + varint(len(message)) + message
 
 
-def _joint_values(fields: Fields, number: int) -> tuple[float, ...]:
+def _joint_values(fields: Fields, number: int) -> JointValues:
     """Return a JointValues message: repeated doubles, packed or not; empty if it is absent."""
     values: list[float] = []
     for wire, value in _fields(_bytes(fields, number, b"")).get(1, []):

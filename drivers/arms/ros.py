@@ -17,7 +17,7 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from .. import JointState, Reason, ValidatingDriver, clock
+from .. import JointNames, JointState, JointValues, Reason, ValidatingDriver, clock
 from ..transport import Endpoint, open_tcp, parse_endpoint
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class Ros(ValidatingDriver):
             self._joint_names = self._match(joint_names)
 
     def _receive(self, deadline: float) -> JointState:
-        others: tuple[str, ...] = ()
+        others: JointNames = ()
         while (came := self._get(deadline)) is not None:
             arrival, message = came
             names = _names(message)
@@ -125,11 +125,11 @@ class Ros(ValidatingDriver):
             self._topic.unsubscribe()
             self._client.close()
 
-    def _match(self, joint_names: Sequence[str] | None) -> tuple[str, ...]:
+    def _match(self, joint_names: Sequence[str] | None) -> JointNames:
         """Wait for a message that has the model's joints, or any joints without a model."""
         deadline = clock.now() + FIRST_STATE_SECONDS
         published: set[str] = set()
-        longest: tuple[str, ...] = ()
+        longest: JointNames = ()
         while (came := self._get(deadline)) is not None:
             names = _names(came[1])
             published.update(names)
@@ -194,16 +194,14 @@ def _keep_quiet() -> None:
         logging.getLogger(name).addHandler(logging.NullHandler())
 
 
-def _names(message: Any) -> tuple[str, ...]:
+def _names(message: Any) -> JointNames:
     try:
         return tuple(map(str, message["name"]))
     except (KeyError, TypeError):
         return ()
 
 
-def _numbers(
-    values: Sequence[Any], order: Sequence[int], count: int
-) -> tuple[float, ...]:
+def _numbers(values: Sequence[Any], order: Sequence[int], count: int) -> JointValues:
     """Return the numbers at the given places of a list of a given length; NaN where it has none."""
     if len(values) != count:
         raise ValueError(f"a message with {count} names and {len(values)} values")

@@ -10,10 +10,10 @@ from pathlib import Path
 from urllib.parse import parse_qsl
 
 from ...errors import read_bytes, reason_of
-from .. import Driver, JointState, Reason, clock, match_joints
+from .. import Driver, JointNames, JointState, JointValues, Reason, clock, match_joints
 from .simulated_arm import Fault, Motion, SimulatedArm
 
-_Rows = list[tuple[float, ...]]
+_Rows = list[JointValues]
 
 
 class Mock(Driver):
@@ -57,7 +57,7 @@ class Mock(Driver):
         self._open = True
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
+    def joint_names(self) -> JointNames:
         """Names of the joints: the model's where it is known, else the recording's own.
 
         They stand in the recording's order where that has the model's names.
@@ -168,7 +168,7 @@ def _number(text: str) -> float | None:
         return None
 
 
-def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
+def _read(file: Path) -> tuple[JointNames, _Rows, _Rows]:
     """Return a file's joint names, positions [rad] and efforts [N m]."""
     try:
         text = read_bytes(file).decode("utf-8-sig")
@@ -190,7 +190,7 @@ def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
 
 def _pick(lines: Sequence[Sequence[str]], columns: Sequence[int]) -> _Rows:
     """Return the numbers in some columns, of the lines that have all of them."""
-    rows = list[tuple[float, ...]]()
+    rows = list[JointValues]()
     for line in lines:
         cells = [line[i].strip() for i in columns if i < len(line)]
         if columns and len(cells) == len(columns) and all(cells):

@@ -1,14 +1,12 @@
-"""Actions on a session and its file, which is written first; and alerts to its stream."""
+"""Actions on a session and its file, which is written first."""
 
 import math
-import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from ...drivers import clock
 from .. import REDO, RELABEL, UNDO, Configuration, RecordingError, Sample
-from ..stream import StationaryPose, Stream, StreamMonitor
+from ..stream import StationaryPose
 from .recording_file import Recording
 from .session import BLOCK, Session
 
@@ -293,50 +291,3 @@ class SessionActions:
             self.alarm(f"{failed}{mark}{error}")
             return False
         return True
-
-
-class StreamAlerts:
-    """Alerts on a stream, one for each kind of trouble."""
-
-    def __init__(
-        self, stream: Stream, monitor: StreamMonitor, actions: SessionActions
-    ) -> None:
-        self._stream, self._monitor, self._actions = stream, monitor, actions
-        self._started = clock.now()
-        self._silent_since: float | None = None
-        self._alarmed = set[str]()
-        self._log_alarmed = False
-
-    def trouble(self, now: float) -> str | None:
-        """Return the reason why the stream cannot be trusted now; None if it can."""
-        if self._stream.trouble and self._monitor.age(now) > self._monitor.patience:
-            return f"the stream is silent: {self._stream.trouble}"
-        return self._monitor.unsound(now)
-
-    def update(self, now: float) -> None:
-        """Alert to changes."""
-        log = self._stream.log
-        if log and log.trouble and not self._log_alarmed:
-            self._log_alarmed = True
-            self._actions.alarm(log.trouble)
-        silent = now - max(self._stream.arrival, self._started) > self._monitor.patience
-        trouble = self.trouble(now)
-        if not silent and self._silent_since is not None:
-            silence = now - self._silent_since
-            self._actions.notify(f"the stream is back after {silence:.1f} s")
-            self._actions.reconnected()
-            self._silent_since = None
-            self._alarmed.clear()
-        elif silent and self._silent_since is None:
-            self._silent_since = now
-            self._alarm(trouble or "the stream is silent")
-        elif trouble is None:
-            self._alarmed.clear()
-        elif silent or math.isfinite(self._monitor.age(now)):
-            self._alarm(trouble)
-
-    def _alarm(self, trouble: str) -> None:
-        kind = re.sub(r"[\d.]+", "", trouble)
-        if kind not in self._alarmed:  # two that take turns are told once
-            self._alarmed.add(kind)
-            self._actions.alarm(trouble)

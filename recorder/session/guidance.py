@@ -7,7 +7,7 @@ from typing import Literal, Protocol
 from ...drivers import clock
 from .. import Configuration, Sample
 from .actions import ALARM, DONE, ENOUGH, NEXT_PLACE, SessionActions, Sound
-from .alarms import NO_ANSWERS, Alarm, Answers
+from .alarms import NO_ANSWERS, Alarm, Alarms, Answers
 from .session import Session
 
 LATE = 15.0
@@ -84,9 +84,7 @@ class Advice:
     """The configuration that would improve it most."""
     lift: bool = False
     """True if the ball must leave its socket on the way to the target."""
-    gain: float = 0.0
-    """Share by which the target would lower the predicted error."""
-    alarms: tuple[Alarm, ...] = ()
+    alarms: Alarms = ()
     """Faults that the samples show, the most probable first."""
     early: bool = False
     """True if nothing but its alarms is known yet."""
@@ -150,8 +148,8 @@ class GuidanceClient:
         self._advice: Advice | None = None
         self._request: GuidanceRequest | None = None
         self._asked_at = math.inf
-        self._alarms: tuple[Alarm, ...] = ()
-        self._kept: tuple[Alarm, ...] = ()
+        self._alarms: Alarms = ()
+        self._kept: Alarms = ()
         self._proposal: tuple[int, Configuration | None] = 0, None
         self._unfollowed = 0
 

@@ -10,7 +10,7 @@ from functools import cached_property
 from ...errors import fixed
 from .. import Configuration
 from ..stream import JointLimits
-from .alarms import Alarm
+from .alarms import Alarm, Alarms
 from .guidance import Advice
 from .session import Session
 
@@ -68,7 +68,7 @@ class View:
     """The operator is asked this, in a word or two, a colon, and the answers' keys."""
     alarm: Alarm | None = None
     """A fault that the samples show, and that was not answered."""
-    kept: tuple[Alarm, ...] = ()
+    kept: Alarms = ()
     """Faults whose samples the operator keeps as they are."""
     capture_key: str = "space"
     rate: float = 0.0

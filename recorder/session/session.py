@@ -13,6 +13,8 @@ from itertools import takewhile
 from .. import SOCKETS, Configuration, Sample
 from ..stream import JointLimits, StationaryPose
 
+Numbers = tuple[int, ...]
+"""Numbers of samples."""
 TARGET = 30
 """Default number of samples for each socket."""
 USUAL = "12-20"
@@ -53,13 +55,13 @@ class Session:
     """The active socket."""
     samples: tuple[Sample, ...] = ()
     """All captures in order, also those that were taken back."""
-    withdrawn: tuple[int, ...] = ()
+    withdrawn: Numbers = ()
     """Numbers of the samples that were taken back, the last one at the end."""
-    doubted: tuple[int, ...] = ()
+    doubted: Numbers = ()
     """Numbers of those that were taken back because of an alarm."""
     avoided: tuple[Configuration, ...] = ()
     """Proposed poses that the operator says cannot be taken here [rad], [m]."""
-    reconnected: tuple[int, ...] = ()
+    reconnected: Numbers = ()
     """Numbers of the samples before which the connection was lost, and came back."""
     distance: float | None = None
     """Distance of the sockets, by the last reading [m]; None where nobody said it."""
@@ -78,7 +80,7 @@ class Session:
         return tuple(s for s in self.samples if s.number not in self.withdrawn)
 
     @cached_property
-    def counts(self) -> tuple[int, ...]:
+    def counts(self) -> Numbers:
         """Number of samples in each socket, without those that were taken back."""
         counts = Counter(sample.socket for sample in self.live)
         return tuple(counts[socket] for socket in range(self.sockets))

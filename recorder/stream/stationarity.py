@@ -10,7 +10,7 @@ from statistics import median
 
 import numpy as np
 
-from ...drivers import JointState
+from ...drivers import JointState, JointValues
 from .. import TURN, within, without_turn
 
 WINDOW = 0.3
@@ -74,13 +74,13 @@ class JointLimits:
 class StationaryPose:
     """The average over a window in which the arm was still."""
 
-    position: tuple[float, ...]
+    position: JointValues
     """Mean position of each joint [rad], [m] for a prismatic joint."""
-    spread: tuple[float, ...]
+    spread: JointValues
     """Standard deviation of each joint's position [rad], [m]."""
-    effort: tuple[float, ...] | None
+    effort: JointValues | None
     """Mean effort of each joint [N m]; None where the robot does not measure it."""
-    effort_spread: tuple[float, ...] | None
+    effort_spread: JointValues | None
     """Standard deviation of each joint's effort [N m]."""
     stamp: float
     """The robot's own time of the last state [s]."""
@@ -213,7 +213,7 @@ class FrozenStreamDetector:
         self._stopped_dead = False
         self._rests = 0
         self._steps = self._turns = 0
-        self._step: tuple[float, ...] = ()
+        self._step: JointValues = ()
         self._speed = self._last_speed = 0.0
 
     def feed(self, before: JointState, state: JointState) -> None:

@@ -34,7 +34,13 @@ class Screen:
         self._unwritten = b""
 
     def __enter__(self) -> "Screen":
-        self._output = _opened_again(self._descriptor)
+        # The shell shares the terminal's own descriptor, and expects its writes to wait.
+        if sys.platform != "win32":
+            flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY
+            with suppress(OSError):
+                self._output = os.open(os.ttyname(self._descriptor), flags)
+        if self._output < 0:
+            self._output = os.dup(self._descriptor)
         self._write(_ENTER)
         return self
 
@@ -55,17 +61,22 @@ class Screen:
         self._write("")
         if self._unwritten:
             return
-        width, height = size = self._terminal_size()
+        # The terminal itself knows: what the shell exported in COLUMNS may be out of date.
+        try:
+            columns, rows = os.get_terminal_size(self._descriptor)
+        except OSError:
+            raise HangUp from None
+        # A serial line does not know its size.
+        width, height = size = ConsoleDimensions(columns or 80, rows or 24)
         text = ""
         if size != self._size:
             self._size = self._console.size = size
             self._lines = []
             text = "\x1b[2J"
         lines = render(view, width, height, ascii_only=self._plain)
-        rows_shown = [*map(_content, self._lines), *[None] * height]
-        changed = [
-            row for row, line in enumerate(lines) if _content(line) != rows_shown[row]
-        ]
+        shown = [*map(_content, self._lines), *[None] * height]
+        contents = enumerate(map(_content, lines))
+        changed = [row for row, content in contents if content != shown[row]]
         with self._console.capture() as capture:
             self._console.print(Group(*(lines[row] for row in changed)))
         for row, line in zip(changed, capture.get().split("\n"), strict=False):
@@ -78,15 +89,6 @@ class Screen:
         if not self._unwritten.endswith(b"\a"):
             self._write("\a")
 
-    def _terminal_size(self) -> ConsoleDimensions:
-        """Ask the terminal itself: what the shell exported in COLUMNS may be out of date."""
-        try:
-            columns, rows = os.get_terminal_size(self._descriptor)
-        except OSError:
-            raise HangUp from None
-        # A serial line does not know its size.
-        return ConsoleDimensions(columns or 80, rows or 24)
-
     def _write(self, text: str) -> None:
         """Write what the terminal takes in now, and keep what it does not."""
         self._unwritten += text.encode(self._console.encoding, errors="replace")
@@ -98,18 +100,6 @@ class Screen:
             return
         except OSError:
             raise HangUp from None
-
-
-def _opened_again(descriptor: int) -> int:
-    """Return a descriptor of a terminal on which writes need not wait, if the system has one.
-
-    The shell shares the terminal's own descriptor, and expects its writes to wait.
-    """
-    if sys.platform != "win32":
-        flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY
-        with suppress(OSError):
-            return os.open(os.ttyname(descriptor), flags)
-    return os.dup(descriptor)
 
 
 def _content(line: Text) -> object:

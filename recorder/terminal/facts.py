@@ -8,11 +8,13 @@ from rich.text import Text
 from ...errors import fixed
 from ..session import View
 
+Texts = list[Text]
+"""Lines of a screen."""
 OLD = 2
 """Samples by which advice may be older before its age is said."""
 
 
-def kept(view: View, width: int) -> list[Text]:
+def kept(view: View, width: int) -> Texts:
     """The faults that are kept, and what a solving will make of them."""
     if not view.kept:
         return []
@@ -25,7 +27,7 @@ def kept(view: View, width: int) -> list[Text]:
     return [Text(fit(f" kept: {faults}; {solved}", width), style="bold red")]
 
 
-def gauge(view: View, width: int) -> list[Text]:
+def gauge(view: View, width: int) -> Texts:
     """The predicted error against the goal, and what the fit says: a line, or two if need be."""
     advice = view.advice
     if advice is None or not advice.is_informative:

@@ -1,9 +1,9 @@
-"""Handling of keys: they act on the session, open a line to type in, answer, or finish."""
+"""Handling of keys: they act on the session, type in a line, answer, or finish with an outcome."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ..session import Alarm, GuidanceClient, SessionActions
+from ..session import Advice, Alarm, GuidanceClient, Recording, Session, SessionActions
 from .key_bindings import ASKS, TypedLine
 from .keyboard import TABLES
 
@@ -14,6 +14,21 @@ WANTED = TABLES["wanted"]
 """Numbers that each action takes."""
 DISTANCES = (0.01, 3.0)
 """Least and largest distance of sockets [m]."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """End of a session."""
+
+    session: Session
+    signal: int | None
+    """The signal that ended it; None where the operator did."""
+    refused: int
+    """Number of refused captures."""
+    successor: Recording | None = None
+    """The next placement, open, if the operator goes on there."""
+    advice: Advice | None = None
+    """The last that was given."""
 
 
 @dataclass

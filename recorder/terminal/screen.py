@@ -15,7 +15,7 @@ from ...errors import cleaned
 from .. import Sample
 from ..session import Message, Session, View
 from ..stream import JointLimits
-from .facts import fit, gauge, kept, progress_bar, stream
+from .facts import Texts, fit, gauge, kept, progress_bar, stream
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 _TEXTS = Path(__file__).parent
@@ -30,9 +30,7 @@ def rows_needed(joints: int) -> int:
     return joints + 7
 
 
-def render(
-    view: View, width: int, height: int, *, ascii_only: bool = False
-) -> list[Text]:
+def render(view: View, width: int, height: int, *, ascii_only: bool = False) -> Texts:
     """Return a view as lines of a terminal's width, as many as its height unless it is too small.
 
     ``ascii_only`` draws with ASCII only.
@@ -62,7 +60,7 @@ def _shown(line: Text, width: int, *, ascii_only: bool) -> Text:
     return line
 
 
-def _brief(view: View, width: int, height: int) -> list[Text]:
+def _brief(view: View, width: int, height: int) -> Texts:
     """The next step, the counts, and the last message, where the whole screen has no room."""
     session = view.session
     counts = [f"{count} in socket {k}" for k, count in enumerate(session.counts)]
@@ -76,7 +74,7 @@ def _brief(view: View, width: int, height: int) -> list[Text]:
     return [*lines, *[Text()] * height][:height]
 
 
-def _lines(view: View, width: int, height: int) -> list[Text]:
+def _lines(view: View, width: int, height: int) -> Texts:
     """Return all lines: the less room there is, the fewer of those that are least needed."""
     spare = height - rows_needed(len(view.session.joints))
     names = [
@@ -108,7 +106,7 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     return [*top, *middle[:room], *keys]
 
 
-def _wrapped(texts: Iterable[str], width: int, style: str) -> list[Text]:
+def _wrapped(texts: Iterable[str], width: int, style: str) -> Texts:
     """Return texts in as many lines as they need."""
     lines = chain.from_iterable(
         textwrap.wrap(text, max(1, width - 2)) for text in texts
@@ -116,7 +114,7 @@ def _wrapped(texts: Iterable[str], width: int, style: str) -> list[Text]:
     return [Text(f" {line}", style=style) for line in lines]
 
 
-def _status(view: View, width: int, rows: int) -> list[Text]:
+def _status(view: View, width: int, rows: int) -> Texts:
     """The active socket, the banner's words again, and the whole reason, if it fits some lines."""
     start, text = f"SOCKET {view.session.socket}  ", view.prompt.text
     if width < _USUAL and len(start + text) >= width:  # the words stand in the banner
@@ -141,7 +139,7 @@ def _counts(session: Session, width: int) -> Text:
     return line
 
 
-def _middle(view: View, width: int, room: int) -> list[Text]:
+def _middle(view: View, width: int, room: int) -> Texts:
     """Joints, last captures and messages, as many as there is room for."""
     joints = _joints(view, width)
     if view.resume_summary:
@@ -157,7 +155,7 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
     return [*joints, *hint, *captures, *messages]
 
 
-def _hint(view: View, width: int) -> list[Text]:
+def _hint(view: View, width: int) -> Texts:
     """The next pose in words: each joint that must move, in the order of the chain."""
     advice = view.advice
     if advice is None:
@@ -172,7 +170,7 @@ def _hint(view: View, width: int) -> list[Text]:
     return _wrapped([text], width, "bold cyan")
 
 
-def _joints(view: View, width: int) -> list[Text]:
+def _joints(view: View, width: int) -> Texts:
     session = view.session
     longest = max(len(joint.name) for joint in session.joints)
     names = min(longest, max(10, width // 4))
@@ -180,7 +178,7 @@ def _joints(view: View, width: int) -> list[Text]:
     values = view.position or nowhere
     target = (view.advice and view.advice.target) or nowhere
     here_last = sorted(session.live, key=lambda sample: sample.socket == session.socket)
-    lines: list[Text] = []
+    lines: Texts = []
     for i, joint in enumerate(session.joints):
         marks: list[tuple[float, str, str]] = []
         for sample in here_last:
@@ -241,16 +239,16 @@ def _capture(session: Session, sample: Sample) -> str:
     return f"{text}  spread {size} ({joint.name})"
 
 
-def _messages(session: Session, width: int, room: int) -> list[Text]:
+def _messages(session: Session, width: int, room: int) -> Texts:
     """The last messages, the newest at the end and in full."""
-    lines: list[Text] = []
+    lines: Texts = []
     for message in session.messages[-room:-1]:
         text = fit(f" {_mark(message)} {message.text}", width - 1)
         lines.append(Text(text, style="dim"))
     return [*lines, *_last_message(session, width, room)][-room:]
 
 
-def _last_message(session: Session, width: int, room: int) -> list[Text]:
+def _last_message(session: Session, width: int, room: int) -> Texts:
     """The last message in full, as far as there is room."""
     if not session.messages:
         return []
@@ -273,7 +271,7 @@ _LETTERS = {
 """Three rows a letter, five half-rows high."""
 
 
-def banner(words: str, colour: str, width: int) -> list[Text]:
+def banner(words: str, colour: str, width: int) -> Texts:
     """Return some words as three lines, each as wide as the screen and all of one colour."""
     letters = [_LETTERS.get(letter, _LETTERS["?"]) for letter in words]
     style = f"bold white on {colour}"

@@ -53,9 +53,8 @@ def _invented(joints: int) -> tuple[list[list[float]], list[list[float]]]:
     efforts = list[list[float]]()
     for _ in range(POSES):
         pose = [q + source.uniform(-SPREAD, SPREAD) for q in middle]
-        effort = [GREATEST_EFFORT * math.sin(q) for q in pose]
         poses.append(pose)
-        efforts.append(effort)
+        efforts.append([GREATEST_EFFORT * math.sin(q) for q in pose])
     return poses * ROUNDS, efforts * ROUNDS
 
 
@@ -96,13 +95,11 @@ class FaultInjector:
             message = self._random.randbytes(len(message))
         packet = target, message
         if self.is_active("reorder", moment) and not self._held_back:
-            self._held_back.append(packet)
+            self._held_back = [packet]
             return []
-        copies = 2 if self.is_active("duplicate", moment) else 1
-        sent = [*self._stalled, *copies * [packet], *self._held_back]
+        copies = [packet] * (1 + self.is_active("duplicate", moment))
+        sent = [*self._stalled, *copies, *self._held_back]
         self._held_back = []
-        self._stalled = []
-        if self.is_active("stall", moment):
-            self._stalled = sent
-            return []
-        return sent
+        stalls = self.is_active("stall", moment)
+        self._stalled = sent if stalls else []
+        return [] if stalls else sent

@@ -69,9 +69,8 @@ class TcpServer:
     def _accept(self) -> None:
         with suppress(OSError):  # it may have left already
             client, _ = self._server.accept()
-            if len(self.clients) >= self._places or self._emulator.is_away(
-                self._emulator.moment
-            ):
+            is_away = self._emulator.is_away(self._emulator.moment)
+            if is_away or len(self.clients) >= self._places:
                 client.close()
                 return
             client.settimeout(SEND_SECONDS)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, partial, reduce
-from itertools import product
+from itertools import product, starmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -214,9 +214,8 @@ def check_tilt(base: SocketBase, part: BallPart) -> None:
     fixed = to_manifold(base.solid(), COARSE)
     for socket in range(base.sockets):
         pose_of = partial(leaning, base, part, socket)
-        placed = [ball.transform(pose_of(0.0, 0.0))]
-        for azimuth, spin in product(AZIMUTHS, SPINS):
-            placed.append(bed.transform(pose_of(TILT, azimuth, spin)))
+        poses = starmap(partial(pose_of, TILT), product(AZIMUTHS, SPINS))
+        placed = [ball.transform(pose_of(0.0, 0.0)), *map(bed.transform, poses)]
         if any((solid ^ fixed).volume() > COLLISION for solid in placed):
             raise PrintableError(
                 f"it hits the base when it leans {math.degrees(TILT):.0f} degrees in "

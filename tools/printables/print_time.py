@@ -54,7 +54,7 @@ BALL = Recipe(layer=0.1, infill=1.0)
 
 @dataclass(frozen=True)
 class Print:
-    """What printing a part takes."""
+    """Cost of printing a part."""
 
     plastic: float
     """[m³]."""

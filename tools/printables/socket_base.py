@@ -222,13 +222,11 @@ class SocketBase:
 
     def _engravings(self) -> list[Solid]:
         *digits, lines = self.text_boxes
-        numbers: list[Solid] = []
-        for i, box in enumerate(digits):
-            number = engraving(str(i), *box.middle, PLATE, DIGIT_SCALE)
-            numbers.append(number)
+        numbers = [
+            engraving(str(i), *box.middle, PLATE, DIGIT_SCALE)
+            for i, box in enumerate(digits)
+        ]
         x, y = lines.middle
-        step = HEIGHT / 2 + 0.6
-        outside, inside = self.readings
-        upper = engraving(outside, x, y + step, PLATE)
-        lower = engraving(inside, x, y - step, PLATE)
-        return [*numbers, upper, lower]
+        steps = (HEIGHT / 2 + 0.6, -HEIGHT / 2 - 0.6)
+        rows = zip(self.readings, steps, strict=True)
+        return [*numbers, *(engraving(text, x, y + step, PLATE) for text, step in rows)]

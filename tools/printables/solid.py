@@ -121,13 +121,8 @@ def rectangle(x: Point, y: Point, corner: float = 0.0) -> Outline:
 def hexagon(apothem: float) -> Outline:
     """Return the regular hexagon whose flats face 0, 60, 120, ... degrees at that distance."""
     radius = apothem / math.cos(math.pi / 6)
-    corners: list[Point] = []
-    for degrees in range(30, 390, 60):
-        angle = math.radians(degrees)
-        x = radius * math.cos(angle)
-        y = radius * math.sin(angle)
-        corners.append((x, y))
-    return tuple(corners)
+    angles = map(math.radians, range(30, 390, 60))
+    return tuple((radius * math.cos(a), radius * math.sin(a)) for a in angles)
 
 
 def signed_area(points: Sequence[Point]) -> float:

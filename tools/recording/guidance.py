@@ -7,7 +7,7 @@ from itertools import takewhile
 import numpy as np
 
 from ...recorder import Configuration, Placement
-from ...recorder.session import BLOCK, NO_ANSWERS, SLIPS, Advice, Alarm, Answers
+from ...recorder.session import BLOCK, NO_ANSWERS, SLIPS, Advice, Alarms, Answers
 from ...solver import design
 from ...solver.assessment import LEAST_SAMPLES
 from ...solver.identification.inference import Posterior
@@ -59,15 +59,13 @@ class PoseSelector:
         self._pool = PosePool(robot, turn)
         self._model = self._pool.model
         self._alarms = SessionAlarms(robot)
-        self._last_alarms: tuple[object, tuple[Alarm, ...]] = None, ()
+        self._last_alarms: tuple[object, Alarms] = None, ()
         self._earlier = tuple(parts)
         self._history: dict[int, float] = {}
         self._rule = StoppingRule(near_suffices=goal is None)
         self._route = _NO_ROUTE
 
-    def alarms(
-        self, samples: Captures, answers: Answers = NO_ANSWERS
-    ) -> tuple[Alarm, ...]:
+    def alarms(self, samples: Captures, answers: Answers = NO_ANSWERS) -> Alarms:
         """Return the faults that the operator has not answered, the most probable first.
 
         It takes under a second.
@@ -100,11 +98,8 @@ class PoseSelector:
         solved = posterior and sufficiency_of(
             self._model, [*self._earlier, placement], zeros=self._alarms.coarse
         )
-        predicted = rigid
-        goal = self._given or self._goal
-        if solved:
-            predicted = solved.predicted
-            goal = self._given or solved.asked or self._goal
+        predicted = solved.predicted if solved else rigid
+        goal = self._given or (solved and solved.asked) or self._goal
         fewest = 0 if posterior is None else min(self._counts(samples)[:2])
         reserve = goal * rigid / predicted
         exhausted = fewest >= SHARE and self._exhausted(
@@ -129,12 +124,9 @@ class PoseSelector:
             predicted=predicted,
             goal=goal,
             leave=block_done and not (end.enough or end.exhausted),
-            enough=end.enough,
-            near_only=end.near_only,
-            exhausted=end.exhausted,
+            **end._asdict(),
             target=target,
             lift=lift,
-            gain=gain,
             alarms=alarms,
             fails=solved.fails if solved and not alarms else "",
             route=tuple((k, tuple(q)) for k, q in steps),
@@ -150,16 +142,14 @@ class PoseSelector:
         goal: float,
     ) -> bool:
         """Return whether more samples here would hardly help, and not reach the goal either."""
-        before = self._history.get(len(samples) - PLATEAU_SAMPLES, np.inf)
-        plateau = (
-            before < np.inf and self._history[len(samples)] > (1 - PLATEAU) * before
-        )
+        count = len(samples)
+        before = self._history.get(count - PLATEAU_SAMPLES, np.inf)
+        plateau = before < np.inf and self._history[count] > (1 - PLATEAU) * before
         if gain >= MIN_GAIN and not plateau:
             return False
         for socket in (0, 1):
-            state = state.with_samples(
-                self._pool.candidates(samples, socket)[:MORE], socket
-            )
+            poses = self._pool.candidates(samples, socket)[:MORE]
+            state = state.with_samples(poses, socket)
         return state.error(where) > goal
 
     def _counts(self, samples: Captures) -> list[int]:
@@ -216,11 +206,11 @@ class PoseSelector:
         centres = [self._pool.centre(samples, k) for k in (0, 1)]
         base = np.array([c for c in centres if c is not None])
         where = design.workspace_of(self._model, state.x)
-        lines = design.next_base_advice(
-            state, where, self._pool.reach, base, self._distance
-        )
-        curves = design.curve_advice(self._robot) if len(self._earlier) < CURVES else ""
-        return (*lines, curves) if curves else lines
+        reach = self._pool.reach
+        lines = design.next_base_advice(state, where, reach, base, self._distance)
+        if self._curved and len(self._earlier) < CURVES:
+            return (*lines, design.curve_advice(self._robot))
+        return tuple(lines)
 
     def _order(self, samples: Captures, socket: int) -> list[int]:
         """Return the sockets of the samples to come: the rest of a block, and further blocks."""
@@ -247,16 +237,13 @@ class PoseSelector:
         start = None if position is None else np.array(position)
         route = self._rest(order)
         if self._curved:
-            recorded = [samples, *(placement.samples for placement in self._earlier)]
-            way = design.CurveAnnealing(
-                *self._prior(recorded), pools, order, start
-            ).way(route)
+            prior = self._prior([samples, *(part.samples for part in self._earlier)])
+            way = design.CurveAnnealing(*prior, pools, order, start).way(route)
         else:
             way = design.plan_poses(state, where, pools, order, start, route)
         self._route = order, way
-        with_scale, by_shape = state.variance_reduction(
-            pools[order[0]], order[0], where
-        )
+        socket = order[0]
+        with_scale, by_shape = state.variance_reduction(pools[socket], socket, where)
         gain = with_scale[int(np.argmax(by_shape))]
         # of variance; of the deviation it is half as much
         return tuple(way[0].tolist()), 1 - float(np.sqrt(1 - gain))

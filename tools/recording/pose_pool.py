@@ -89,22 +89,17 @@ class PosePool:
             if not len(poses):
                 poses = positions_in(samples, socket)
         else:
-            poses = self._anywhere(samples, socket, centre)
+            # They are spread over all that is reachable, as far as joints may turn.
+            if socket not in self._poses:
+                poses = self.reach.poses(centre, CANDIDATES)
+                within_turn = np.abs(poses - taken[0]).max(axis=1) <= self._turn
+                self._poses[socket] = poses[within_turn] if within_turn.any() else poses
+            poses = self._poses[socket]
         for pose in self._answers.avoided:
             distances = np.abs(poses - pose).max(axis=1)
             poses = poses[distances >= np.quantile(distances, NEIGHBOURS)]
         new = np.abs(poses[:, None] - taken).max(axis=2).min(axis=1) > ALIKE
         return poses[new] if new.any() else poses
-
-    def _anywhere(
-        self, samples: Captures, socket: int, centre: np.ndarray
-    ) -> np.ndarray:
-        """Return poses that are spread over all that is reachable, as far as joints may turn."""
-        if socket not in self._poses:
-            poses = self.reach.poses(centre, CANDIDATES)
-            within_turn = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
-            self._poses[socket] = poses[within_turn] if within_turn.any() else poses
-        return self._poses[socket]
 
 
 def positions_in(samples: Captures, socket: int) -> np.ndarray:

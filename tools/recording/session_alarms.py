@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...recorder import Placement
-from ...recorder.session import Alarm, Cause
+from ...recorder.session import Alarm, Alarms, Cause
 from ...solver import assessment, diagnostics
 from ...solver.assessment import millimetres
 from ...solver.identification.robot import Robot
@@ -52,7 +52,7 @@ class SessionAlarms:
 
     def __call__(
         self, placements: Sequence[Placement], doubted: Captures = ()
-    ) -> tuple[Alarm, ...]:
+    ) -> Alarms:
         """Return the alarms, the most probable fault first.
 
         Samples that alarms took back are evidence as well: two that are off by the same vector tell

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ... import recorder
 from ...drivers import Reconnecting, open_driver
 from ...recorder.session import Message, Recording, Session
 from ...solver.identification import robot as robots
@@ -47,7 +46,7 @@ class SessionStart:
     """All that a session at one placement begins with."""
 
     options: RecordOptions
-    metadata: recorder.Metadata
+    metadata: Metadata
     robot: robots.Robot
     terminal: Terminal
     page: "PageProcess | None" = None
@@ -121,24 +120,18 @@ class SessionStart:
 
     def summary(self, recording: Recording, session: Session) -> tuple[str, ...]:
         """Return the recording that is continued, in lines; none at a new placement."""
-        if self.recording or not recording.content.samples:
+        if self.recording or not session.samples:
             return ()
-        counts = ", ".join(
-            f"{count} in socket {k}" for k, count in enumerate(session.counts)
-        )
-        last = session.samples[-1].time
-        when = "at an unknown time"
+        counts = ", ".join(f"{n} in socket {k}" for k, n in enumerate(session.counts))
+        last, when = session.samples[-1].time, "at an unknown time"
         if last:
             when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last))
-        distance = self.metadata.distance
-        distance_text = (
-            "at an unknown distance"
-            if distance is None
-            else f"{1e3 * distance:g} mm apart"
-        )
+        distance, apart = self.metadata.distance, "at an unknown distance"
+        if distance is not None:
+            apart = f"{1e3 * distance:g} mm apart"
         return (
             f"Continues {counts}; the last {when}; in {recording.folder}",
-            f"Sockets {distance_text}. The ball was last in socket {session.socket}.",
+            f"Sockets {apart}. The ball was last in socket {session.socket}.",
             "Is the base where it was?",
         )
 
@@ -147,11 +140,9 @@ def with_distance(metadata: Metadata, terminal: Terminal) -> Metadata:
     """Return metadata with the distance that the operator types."""
     question = "How far apart are the sockets' centres? In mm, by a caliper; the printed base has"
     distance = _typed_distance(f"{question} 100.", "not yet measured", terminal)
-    return (
-        metadata
-        if distance is None
-        else replace(metadata, distance=distance, measured=True)
-    )
+    if distance is None:
+        return metadata
+    return replace(metadata, distance=distance, measured=True)
 
 
 def with_distance_of_base(

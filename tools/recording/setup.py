@@ -36,85 +36,88 @@ from .session_start import SessionStart
 
 def record_session(start: SessionStart) -> Outcome:
     """Record at one placement until the operator finishes."""
-    options = start.options
-    metadata = start.metadata
-    hand = start.hand
-    keys = keys_with(options.key)
-    base_moved = bool(start.recording and not start.recording.content.samples)
-    gravity = gravity_of(start.robot, options.load.validated().load)
     with ExitStack() as stack:
-        if start.recording:
-            stack.enter_context(start.recording)
-        keyboard, script = options.open_keys(stack)
-        stack.enter_context(_undisturbed())
-        start.terminal.say_at_once(f"connecting to {options.driver} ...")
-        speech = stack.enter_context(closing(Speech())) if options.say else None
-        driver = start.connect()
-        stack.enter_context(driver)
-        still = (
-            max(STILL, driver.resolution) if options.still is None else options.still
-        )
-        stream = stack.enter_context(closing(Stream(driver)))
-        recording = stack.enter_context(start.open_recording(still))
-        if options.keep_stream:
-            log = StreamLog(next_log_file(options.out), start.robot.joint_names)
-            # Closed at the end, when its trouble is said.
-            stack.callback(lambda: start.terminal.warn(*filter(None, [log.trouble])))
-            stack.callback(log.close)
-            stream.log = log
-        by_hand = keyboard is not None and script is None
-        session = start.first_session(recording, driver.remark)
-        guidance = None
-        if by_hand and not (options.no_guide or options.quick):
-            guidance = stack.enter_context(closing(_guidance(start)))
-            session = replace(session, block=None if options.calibration else BLOCK)
-        if hand:
-            hand.guided = guidance is not None
-            if base_moved:
-                hand.move_base()
-        return Recorder(
-            session=session,
-            stream=stream,
-            monitor=StreamMonitor(
-                session.joints,
-                window=options.window,
-                still=still,
-                live=script is None,
-                resolution=driver.resolution,
-            ),
-            recording=recording,
-            display=_display(start.terminal),
-            title=partial(_title, options, metadata.robot),
-            keyboard=keyboard,
-            script=script,
-            contact=ContactDetector(session.joints, gravity),
-            plausible=partial(
-                odd_pose, start.robot, metadata.distance or DEFAULT_DISTANCE
-            ),
-            keys=keys,
-            hands_free=options.auto,
-            moved=base_moved,
-            sound=options.sound != "off",
-            say=speech,
-            guidance=guidance,
-            observers=[*filter(None, (start.page, hand and hand.follow))],
-            page=start.page.url if start.page else "",
-            resume_summary=start.summary(recording, session) if by_hand else (),
-        ).run()
+        return _recorder(start, stack).run()
 
 
-def _guidance(start: SessionStart) -> BackgroundGuidance:
+def _recorder(start: SessionStart, stack: ExitStack) -> Recorder:
+    """Return the recorder of a session; what it opens is closed by the stack."""
+    options, hand = start.options, start.hand
+    distance = start.metadata.distance or DEFAULT_DISTANCE
+    keys = keys_with(options.key)
+    gravity = gravity_of(start.robot, options.load.validated().load)
+    base_moved = False
+    if start.recording:
+        stack.enter_context(start.recording)
+        base_moved = not start.recording.content.samples
+    keyboard, script = options.open_keys(stack)
+    stack.enter_context(_undisturbed())
+    start.terminal.say_at_once(f"connecting to {options.driver} ...")
+    speech = stack.enter_context(closing(Speech())) if options.say else None
+    driver = start.connect()
+    stack.enter_context(driver)
+    still = options.still
+    if still is None:
+        still = max(STILL, driver.resolution)
+    stream = stack.enter_context(closing(Stream(driver)))
+    recording = stack.enter_context(start.open_recording(still))
+    if options.keep_stream:
+        stream.log = _stream_log(start, stack)
+    by_hand = keyboard is not None and script is None
+    session = start.first_session(recording, driver.remark)
+    guidance = None
+    if by_hand and not (options.no_guide or options.quick):
+        guidance = stack.enter_context(closing(_guidance(start, distance)))
+        session = replace(session, block=None if options.calibration else BLOCK)
+    if hand:
+        hand.guided = guidance is not None
+        if base_moved:
+            hand.move_base()
+    live, resolution = script is None, driver.resolution
+    monitor = StreamMonitor(
+        session.joints, options.window, still, live=live, resolution=resolution
+    )
+    return Recorder(
+        session,
+        stream,
+        monitor,
+        recording,
+        _display(start.terminal),
+        partial(_title, options, start.metadata.robot),
+        keyboard,
+        script,
+        ContactDetector(session.joints, gravity),
+        partial(odd_pose, start.robot, distance),
+        keys,
+        hands_free=options.auto,
+        moved=base_moved,
+        sound=options.sound != "off",
+        say=speech,
+        guidance=guidance,
+        observers=[*filter(None, (start.page, hand and hand.follow))],
+        page=start.page.url if start.page else "",
+        resume_summary=start.summary(recording, session) if by_hand else (),
+    )
+
+
+def _stream_log(start: SessionStart, stack: ExitStack) -> StreamLog:
+    """Return the file of the stream, closed at the end, when its trouble is said."""
+    log = StreamLog(next_log_file(start.options.out), start.robot.joint_names)
+    stack.callback(lambda: start.terminal.warn(*filter(None, [log.trouble])))
+    stack.callback(log.close)
+    return log
+
+
+def _guidance(start: SessionStart, distance: float) -> BackgroundGuidance:
     options = start.options
     settings: dict[str, Any] = {
-        "distance": start.metadata.distance or DEFAULT_DISTANCE,
+        "distance": distance,
         "sockets": start.metadata.sockets,
         "turn": math.inf if options.turn is None else math.radians(options.turn),
     }
     if options.calibration is not None:
-        settings |= {
-            "calibration": one_arm(options.calibration),
-            "target": options.samples,
-        }
+        settings["calibration"] = one_arm(options.calibration)
+        settings["target"] = options.samples
     else:
         settings["goal"] = None if options.goal_mm is None else 1e-3 * options.goal_mm
         settings["parts"] = recorded_beside(options.out, start.robot)

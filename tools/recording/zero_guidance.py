@@ -5,7 +5,7 @@ from itertools import chain
 
 import numpy as np
 
-from ...recorder.session import NO_ANSWERS, Advice, Alarm, Answers
+from ...recorder.session import NO_ANSWERS, Advice, Alarms, Answers
 from ...solver.calibration import Calibration
 from ...solver.design import ParameterCovariance
 from ...solver.partial import identifiable_zeros, zero_covariance
@@ -33,9 +33,7 @@ class ZeroSelector(PoseSelector):
         self._curved = False
         self._first = zero_covariance(calibration, sockets)
 
-    def alarms(
-        self, samples: Captures, answers: Answers = NO_ANSWERS
-    ) -> tuple[Alarm, ...]:
+    def alarms(self, samples: Captures, answers: Answers = NO_ANSWERS) -> Alarms:
         """Return none: zeros that are off would look like faults."""
         return ()
 
@@ -54,10 +52,9 @@ class ZeroSelector(PoseSelector):
         pools = {k: pool for k, pool in pools.items() if len(pool)}
         where = identifiable_zeros(self._known(()), pools)
         target = None
-        gain = 0.0
         after = state
         if order and len(where.slopes):
-            target, gain = self._next(state, where, samples, order, position)
+            target, _ = self._next(state, where, samples, order, position)
             for k, q in zip(*self._route, strict=True):
                 after = after.with_samples(q[None], k)
         predicted = goal = np.inf
@@ -74,7 +71,6 @@ class ZeroSelector(PoseSelector):
             enough=not order,
             target=target,
             lift=target is not None and self._pool.lifted(samples, position, target),
-            gain=gain,
         )
 
     def _known(self, samples: Captures) -> ParameterCovariance:

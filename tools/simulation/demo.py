@@ -40,11 +40,9 @@ def demo_arm(seed: int = DEMO_SEED, *, keep_size: bool = True) -> tuple[Robot, R
 def demo_bases(distance: float = DEFAULT_DISTANCE) -> list[Base]:
     """Return the socket base at each of its places, its sockets so far apart along y [m]."""
     along_y = np.array([0.0, 1.0, 0.0])
-    bases: list[Base] = []
-    for name, place in PLACES.items():
-        centre = np.array(place)
-        bases.append(Base(name, centre, along_y, distance))
-    return bases
+    return [
+        Base(name, np.array(place), along_y, distance) for name, place in PLACES.items()
+    ]
 
 
 def simulate_hand(folder: Path, keys: Path, distance: float) -> None:

@@ -141,11 +141,7 @@ class FollowingHand:
         elif not self.guided or not session.live:
             self._lead(None, session.socket)  # else the guide is not ready yet
 
-    def _lead(
-        self,
-        reference: np.ndarray | None,
-        socket: int,
-    ) -> None:
+    def _lead(self, reference: np.ndarray | None, socket: int) -> None:
         """Begin a move to a pose with the ball in a socket; without one, where the hand likes."""
         rows = set(np.flatnonzero(self._session.sockets == socket).tolist())
         # The first sample of the recording in a socket that was not led to.
@@ -160,34 +156,32 @@ class FollowingHand:
         # After the pose: another thread reads both.
         self._motion.begun.append(self._arm.now())
 
-    def _rest_at(
-        self,
-        q: np.ndarray,
-        socket: int,
-        row: int | None,
-    ) -> None:
+    def _rest_at(self, q: np.ndarray, socket: int, row: int | None) -> None:
         """Add a configuration, maybe of a row of the recording, with its torques."""
         self._led.append(q)
         self._labels.append(socket)
-        goal = self._with_faults()
-        if self._torques is not None:
-            if row is None:
-                (moments,) = gravity_moments(self._truth, goal[None])
-                efforts = moments[: len(q)]
-            else:
-                efforts = self._torques[row]
-            self._efforts.append(efforts.tolist())
+        goal = q
+        if self._faults:
+            count = len(self._led)
+            session = Session(
+                self._truth,
+                np.concatenate([self._led, self._session.positions[count:]]),
+                np.concatenate([self._labels, self._session.sockets[count:]]),
+                self._sockets,
+                np.random.default_rng(self._seed),  # a fault stays as it was
+            )
+            goal = with_faults(session, self._faults)[count - 1]
+        if self._torques is not None and row is None:
+            (moments,) = gravity_moments(self._truth, goal[None])
+            self._efforts.append(moments[: len(q)].tolist())
+        elif self._torques is not None:
+            self._efforts.append(self._torques[row].tolist())
         self._poses.append(tuple(goal.tolist()))
 
-    def _seated_at(
-        self,
-        reference: np.ndarray | None,
-        socket: int,
-    ) -> np.ndarray:
+    def _seated_at(self, reference: np.ndarray | None, socket: int) -> np.ndarray:
         """Return a configuration with the ball in a socket, near another if one is given."""
         noise = self._generator.normal(0, SEAT_NOISE, 3)
-        centre = self._sockets[min(socket, 1)]
-        seat = centre + noise
+        seat = self._sockets[min(socket, 1)] + noise
         if reference is not None:
             (q,) = seated(self._truth, reference[None], seat[None])
             (ball,) = nominal_balls(self._truth, q[None])
@@ -196,23 +190,6 @@ class FollowingHand:
                 return q
         (q,) = self._reach.reach(seat[None], self._generator)
         return q
-
-    def _with_faults(self) -> np.ndarray:
-        """Return the last of the configurations that the hand led to, as faults turn it."""
-        if not self._faults:
-            return self._led[-1]
-        count = len(self._led)
-        later_positions = self._session.positions[count:]
-        later_sockets = self._session.sockets[count:]
-        session = Session(
-            self._truth,
-            np.concatenate([self._led, later_positions]),
-            np.concatenate([self._labels, later_sockets]),
-            self._sockets,
-            np.random.default_rng(self._seed),  # a fault stays as it was
-        )
-        positions = with_faults(session, self._faults)
-        return positions[count - 1]
 
 
 def following_hand(
@@ -229,7 +206,6 @@ def following_hand(
     if name != "mock" or FOLLOW not in words:
         return None
     words.remove(FOLLOW)
-    other_words = "&".join(words)
-    if other_words:
-        path += f"?{other_words}"
-    return FollowingHand(path, robot, distance)
+    return FollowingHand(
+        "?".join([path, *filter(None, ["&".join(words)])]), robot, distance
+    )

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from ....errors import MukcaError, read_json
-from ... import Reason
+from ... import JointNames, JointValues, Reason
 from ...transport import Options
 
 TICKS = 4096
@@ -22,10 +22,10 @@ MIDDLE = TICKS // 2
 class ServoMap:
     """The servos of one arm, from base to flange, without the gripper's."""
 
-    joints: tuple[str, ...]
+    joints: JointNames
     ids: tuple[int, ...]
     signs: tuple[int, ...]
-    zeros: tuple[float, ...]
+    zeros: JointValues
     """Positions at which the angles are zero [ticks]."""
     homing: tuple[int, ...] | None = None
     """Homing offsets that the servos must have for these zeros to hold [ticks]."""
