@@ -5,6 +5,7 @@ import io
 import re
 from collections.abc import Sequence
 from datetime import datetime
+from itertools import chain
 from pathlib import Path
 
 from ..errors import read_bytes
@@ -130,7 +131,7 @@ def records_of(text: str) -> list[tuple[int, list[str]]]:
     records = [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
     if delimiter == ",":
         # Fractions with decimal commas are quoted, all of them, and no thousands as in 1,000.
-        cells = [cell.strip() for _, row in records for cell in row]
+        cells = list(map(str.strip, chain.from_iterable(row for _, row in records)))
         with_point = any("." in cell and number_of(cell) is not None for cell in cells)
         with_comma = filter(_DECIMAL_COMMA.fullmatch, cells)
         if '"' not in text or with_point or all(map(_THOUSANDS.fullmatch, with_comma)):

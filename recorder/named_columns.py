@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -16,8 +17,8 @@ from .coordinates import AXES, TURNS
 from .recording_error import RecordingError
 from .tables import Table
 
-_TURNING = {name for form in TURNS for name in form if len(form) == 3}
-_NAMES = ("q", "effort", "socket", *AXES, *dict.fromkeys(n for f in TURNS for n in f))
+_TURNING = set(chain.from_iterable(form for form in TURNS if len(form) == 3))
+_NAMES = ("q", "effort", "socket", *AXES, *dict.fromkeys(chain.from_iterable(TURNS)))
 _UNITS = dict.fromkeys(AXES, LENGTHS) | dict.fromkeys(_TURNING, ANGLES) | {"q": SIZES}
 _SPEC = re.compile(r"(\w+)=(.+?)\s*(?:\[\s*([^\]]+?)\s*\])?")
 _RANGE = re.compile(r"(.*?)(\d+)\.\.(?:\1)?(\d+)(.*)")

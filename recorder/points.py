@@ -214,7 +214,7 @@ def unit_quaternion(
             f"{where}: the quaternion {','.join(QUATERNION)} has length {length:.4g} instead of "
             "1; are these its four columns, and not degrees or a rotation vector?"
         )
-    qx, qy, qz, qw = (value / length for value in quaternion)
+    qx, qy, qz, qw = [value / length for value in quaternion]
     return qx, qy, qz, qw
 
 

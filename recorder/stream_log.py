@@ -77,7 +77,7 @@ class StreamLog:
 
     def add(self, state: JointState, connection: int) -> None:
         """Keep a state; one with another number of joints, or with no numbers, is passed over."""
-        second, radian, newton_metre = (1 / digit for digit in DIGITS)
+        second, radian, newton_metre = [1 / digit for digit in DIGITS]
         try:
             row = [round(state.stamp * second), connection, state.effort is not None]
             row += [round(value * radian) for value in state.position]

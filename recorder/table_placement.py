@@ -115,7 +115,7 @@ def _of_numbers(
             )
         sample = Sample(row["q"], int(socket), row.get("effort"), where=where)
         if measured:
-            x, y, z = (row[axis][0] for axis in AXES)
+            x, y, z = [row[axis][0] for axis in AXES]
             sample = replace(sample, point=(x, y, z))
         if turn:
             angles = tuple(row[key][0] for key in turn)

@@ -6,6 +6,7 @@ Address: ``PATH?option=value&...``; docs/simulation.md lists options and faults.
 import csv
 import math
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 from urllib.parse import parse_qsl
 
@@ -143,16 +144,16 @@ def arm_at(address: str) -> SimulatedArm:
 def _build(path: Path, options: dict[str, float], faults: list[Fault]) -> SimulatedArm:
     """Return the arm that replays a CSV file, or all recordings in a placement's folder."""
     files = sorted([*path.glob("hole_*.csv"), *path.glob("samples.csv")]) or [path]
-    parts = [_read(file) for file in files]
-    configurations = [row for _, rows, _ in parts for row in rows]
-    efforts = [row for _, _, rows in parts for row in rows]
+    names, positions, torques = zip(*map(_read, files), strict=True)
+    configurations = list(chain.from_iterable(positions))
+    efforts = list(chain.from_iterable(torques))
     if not configurations:
         raise Reason.BAD_ADDRESS(f"mock: {path}: no configuration to replay")
     hold = options.pop("hold", Motion.hold)
     move = options.pop("move", Motion.move)
     return SimulatedArm(
         Motion(configurations, hold=hold, move=move),
-        joint_names=parts[0][0],
+        joint_names=names[0],
         efforts=efforts if len(efforts) == len(configurations) else None,
         seed=int(options.pop("seed", 0)),
         faults=faults,

@@ -102,7 +102,9 @@ class KinovaEmulator(Emulator):
             rxfn=lambda _: self._frames.popleft() if self._frames else None,
             txfn=lambda frame: self._bus.send(bytes(frame.data), ANSWERS),
             address=isotp.Address(
-                isotp.AddressingMode.Normal_11bits, txid=ANSWERS, rxid=REQUESTS
+                isotp.AddressingMode.Normal_11bits,
+                txid=ANSWERS,
+                rxid=REQUESTS,
             ),
         )
         self._send = lambda message, _: self._transfer.send(message)

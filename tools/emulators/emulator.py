@@ -184,7 +184,10 @@ class Emulator(ABC):
             send(packet, receiver)
 
     def answer(
-        self, send: Callable[[bytes, Any], object], message: bytes, target: Any = 0
+        self,
+        send: Callable[[bytes, Any], object],
+        message: bytes,
+        target: Any = 0,
     ) -> None:
         """Answer a request, unless it serves nobody now."""
         if not self.is_away(self.moment):

@@ -107,7 +107,10 @@ class UdpPort:
     """A UDP port."""
 
     def __init__(
-        self, emulator: Emulator, address: tuple[str, int], receiver: Receiver = _ignore
+        self,
+        emulator: Emulator,
+        address: tuple[str, int],
+        receiver: Receiver = _ignore,
     ) -> None:
         self._emulator, self._receiver = emulator, receiver
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -133,7 +136,10 @@ class SerialPort:
     """One end of a pseudo-terminal, whose other end has the name ``name``."""
 
     def __init__(
-        self, emulator: Emulator, address: str, receiver: Callable[[bytearray], object]
+        self,
+        emulator: Emulator,
+        address: str,
+        receiver: Callable[[bytearray], object],
     ) -> None:
         if address:
             kind = type(emulator).__name__.removesuffix("Emulator").lower()
@@ -191,7 +197,9 @@ class CanPort:
         """Send a frame."""
         with suppress(can.CanError, OSError):
             frame = can.Message(
-                arbitration_id=identifier, data=data, is_extended_id=False
+                arbitration_id=identifier,
+                data=data,
+                is_extended_id=False,
             )
             self._sent.append((identifier, data))
             self._bus.send(frame)

@@ -94,7 +94,12 @@ class ServoEmulator(Emulator):
                     self._reply(*request)
 
     def _reply(
-        self, servo: int, instruction: int, first: int, count: int, servos: bytes
+        self,
+        servo: int,
+        instruction: int,
+        first: int,
+        count: int,
+        servos: bytes,
     ) -> None:
         self.arm.connect()
         if instruction not in (PING, READ, SYNC_READ):

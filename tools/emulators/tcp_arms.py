@@ -151,7 +151,8 @@ def real_report(state: JointState) -> bytes:
     """Return a report of port 30003."""
     torques = _seven(state.effort or ())
     return _report(
-        REAL_SIZE, {4: bytes([GUIDING]), 7: _seven(state.position), 59: torques}
+        REAL_SIZE,
+        {4: bytes([GUIDING]), 7: _seven(state.position), 59: torques},
     )
 
 

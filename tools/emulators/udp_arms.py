@@ -57,7 +57,8 @@ class FrankaEmulator(DatagramEmulator):
     """A Panda (versions 3 to 5) or FR3 (6 to 10)."""
 
     VERSIONS = dict.fromkeys(
-        ("5", "3", "4", "6", "7", "8", "9", "10"), Version(7, 1000.0)
+        ("5", "3", "4", "6", "7", "8", "9", "10"),
+        Version(7, 1000.0),
     )
     FAULTS = (*DatagramEmulator.FAULTS, "version")
 
@@ -128,14 +129,18 @@ class KukaEmulator(DatagramEmulator):
     """An iiwa whose Sunrise application has opened FRI of one version."""
 
     VERSIONS = dict.fromkeys(
-        ("1.15", "1.11", "1.14", "1.16", "2.5", "2.7"), Version(7, 200.0)
+        ("1.15", "1.11", "1.14", "1.16", "2.5", "2.7"),
+        Version(7, 200.0),
     )
     FAULTS = (*DatagramEmulator.FAULTS, "version", "commanding")
 
     def listen(self, address: str) -> None:
         """Bind the controller's UDP port; the session's client is on the same port."""
         endpoint = parse_endpoint(
-            address, 30200, options=("client", "multiplier"), default_host="127.0.0.2"
+            address,
+            30200,
+            options=("client", "multiplier"),
+            default_host="127.0.0.2",
         )
         self._target = (endpoint.options.get("client", "127.0.0.1"), endpoint.port)
         self._multiplier = endpoint.options.integer("multiplier", 1)

@@ -71,6 +71,6 @@ def _states(driver: Driver) -> Iterator[JointState]:
 def _lines(stops: Stops) -> Iterator[str]:
     """Yield what each joint read at its stops, in degrees."""
     for joint, ends in stops.ranges.items():
-        low, high = (fixed(math.degrees(end), 2, "+") for end in ends)
+        low, high = [fixed(math.degrees(end), 2, "+") for end in ends]
         note = "; its reading jumped by a whole turn" * (joint in stops.wrapped)
         yield f"{joint}: {low} to {high} deg{note}"

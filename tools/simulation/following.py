@@ -193,7 +193,9 @@ class FollowingHand:
 
 
 def following_hand(
-    driver: str, robot: Robot, distance: float | None
+    driver: str,
+    robot: Robot,
+    distance: float | None,
 ) -> FollowingHand | None:
     """Return the hand that ``mock:PATH?follow`` asks for; None for other drivers.
 

@@ -101,7 +101,9 @@ LEAST = {"placements": 1, "samples": 2}
 
 
 def simulate_recordings(
-    robot: Robot, placements: int = 3, **options: "Unpack[SimulationOptions]"
+    robot: Robot,
+    placements: int = 3,
+    **options: "Unpack[SimulationOptions]",
 ) -> tuple[CalibratedRobot, list[Placement]]:
     """Draw an arm that differs from its model, and record it at several placements.
 
@@ -136,7 +138,7 @@ def simulate_recordings(
         if not lowest <= value < np.inf:
             raise UsageError(f"{name} {value}: give a number of at least {lowest}")
     seed = settings["seed"]
-    arms, places, hands = (np.random.default_rng([seed, k]) for k in range(3))
+    arms, places, hands = [np.random.default_rng([seed, k]) for k in range(3)]
     arm = perturb(robot, arms, settings["translation"], settings["rotation"])
     distance = check_distance(settings["distance"])
     bases = reachable_bases(arm, places, placements, distance)
@@ -156,7 +158,9 @@ def truth_of(robot: Robot, arm: Robot, deflection: Deflection) -> CalibratedRobo
 
 
 def _deflection(
-    robot: Robot, generator: np.random.Generator, sizes: Mapping[str, float]
+    robot: Robot,
+    generator: np.random.Generator,
+    sizes: Mapping[str, float],
 ) -> Deflection:
     """Return the effects of extensions of such sizes, without those of size zero."""
     joints = robot.joint_names
@@ -198,7 +202,12 @@ def record(
     names = arm.joint_names
     T = how.temperatures(len(seats)) if how.warming else None
     return Placement.of_arrays(
-        base.name, readings, sockets, names, temperatures=T, distance=base.distance
+        base.name,
+        readings,
+        sockets,
+        names,
+        temperatures=T,
+        distance=base.distance,
     )
 
 
@@ -260,7 +269,10 @@ def _seated(
 
 
 def reachable_bases(
-    robot: Robot, generator: np.random.Generator, count: int, distance: float = 0.05
+    robot: Robot,
+    generator: np.random.Generator,
+    count: int,
+    distance: float = 0.05,
 ) -> list[Base]:
     """Return places for the base that are spread over an arm's workspace and within its reach.
 
