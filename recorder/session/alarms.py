@@ -67,6 +67,14 @@ class Alarm:
         is_same = self.words == SLIPS and self.joint == alarm.joint
         return is_same or (self.cause == alarm.cause and abs(first - second) <= NEAR)
 
+    def after_reconnection(self) -> "Alarm":
+        """Return it as it is told where no sound sample came since the connection was lost."""
+        text = f"{self.text}, as the connection came back"
+        if self.cause not in ("base", "flange", "joints", "other"):
+            return replace(self, text=text)
+        text = f"another arm, or its zeros: {text}"
+        return replace(self, cause="joints", words="ANOTHER ARM?", text=text)
+
     def after(self, kept: Iterable["Alarm"]) -> "Alarm":
         """Return it as it is told after some that were kept: a joint that slipped before slips."""
         if not self.joint or all(alarm.joint != self.joint for alarm in kept):

@@ -613,10 +613,14 @@ def test_a_joint_that_slips_again_is_told_so_once(arm, by_hand):
 
 
 def test_a_fault_that_began_as_the_connection_came_back_says_so(arm, by_hand):
+    """It is told as another arm, whose samples go into a placement of their own."""
     adviser = Guidance({}, {}, {"alarms": (replace(BASE, samples=(2,)),)})
-    typed = (0.5, "a"), (3.8, "a"), (5.0, "q")
-    _, seen = by_hand(arm("drop@1.2+1.0", speed=1.0), *typed, guidance=adviser)
-    assert "since sample 2, as the connection came back: n new" in seen.views[-1].prompt.reason
+    typed = (0.5, "a"), (3.8, "a"), (5.0, "n")
+    outcome, seen = by_hand(arm("drop@1.2+1.0", speed=1.0), *typed, guidance=adviser)
+    prompt = [view.prompt for view in seen.views if view.alarm][-1]
+    assert prompt.words == "ANOTHER ARM?" and "n new" in prompt.reason
+    assert prompt.reason.startswith("another arm, or its zeros: ")
+    assert outcome.successor and outcome.successor.metadata.readings_changed
 
 
 def test_poses_that_are_all_alike_are_told(arm, by_hand):
