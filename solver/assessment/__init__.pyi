@@ -9,9 +9,6 @@ from .data_sufficiency import LEAST_SAMPLES as LEAST_SAMPLES
 from .data_sufficiency import Recordings as Recordings
 from .data_sufficiency import checks_row as checks_row
 from .data_sufficiency import recording_rows as recording_rows
-from .error_words import in_100 as in_100
-from .error_words import intervals_in_words as intervals_in_words
-from .error_words import short_mm as short_mm
 from .errors import KnownDistanceErrors as KnownDistanceErrors
 from .errors import PlacementReport as PlacementReport
 from .errors import Quantiles as Quantiles
@@ -21,12 +18,15 @@ from .errors import quantiles as quantiles
 from .errors import sample_errors as sample_errors
 from .formatting import apart_words as apart_words
 from .formatting import area as area
+from .formatting import in_100 as in_100
+from .formatting import intervals_in_words as intervals_in_words
 from .formatting import joined as joined
 from .formatting import millimetres as millimetres
 from .formatting import mm as mm
 from .formatting import nice_above as nice_above
 from .formatting import percent as percent
 from .formatting import plural as plural
+from .formatting import short_mm as short_mm
 from .formatting import short_names as short_names
 from .formatting import short_where as short_where
 from .limits import BAND as BAND

@@ -17,8 +17,7 @@ from ..results import (
     Scale,
     Uncertainty,
 )
-from .error_words import interval_text, short_mm
-from .formatting import joined, mm
+from .formatting import interval_text, joined, mm, short_mm
 from .limits import (
     NEAR,
     TITLES,

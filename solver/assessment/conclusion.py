@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from msgspec.structs import replace
 
 from ..results import Better, Hypothesis, Summary
-from .error_words import corrected_joints_in_words, figures_in_words, in_100
+from .formatting import corrected_joints_in_words, figures_in_words, in_100
 from .held_out import MeasuredErrors
 from .limits import LIMITS, NEAR, WORKSPACE, LimitResult
 from .verdict import (

@@ -16,8 +16,8 @@ from ..identification.data import (
     find_socket,
 )
 from ..identification.robot import Robot
-from ..results import Diagnostic
-from .hypotheses import ARMS
+from ..results import Diagnostic, Hypothesis
+from .hypotheses import ARMS, KINDS, SIZE_BY_DISTANCE, sockets_by_share
 
 SUSPECT = 0.003
 """Share by which an arm may differ in size from its model; more is doubtful."""
@@ -210,3 +210,18 @@ def row_of(measured: Measurement, socket: int, sample: int) -> str:
     """Return file and line of a sample, or its name, by its index in its socket."""
     rows = [s for s in measured.placement.samples if s.socket == socket]
     return rows[sample].where or f"{measured.name} {rows[sample].named}"
+
+
+def by_fit(hypothesis: Hypothesis, share: float) -> Hypothesis:
+    """Return an explanation of the arm's size with the share by which a fit made it longer.
+
+    One that explains no size, or that of an instrument's points, stays.
+    """
+    parameters = hypothesis.parameters
+    if hypothesis.name not in SIZE_BY_DISTANCE or "likely" not in parameters:
+        return hypothesis
+    given = parameters["given"]
+    assert isinstance(given, float)
+    sized = {**parameters, **sockets_by_share(share, given)}
+    kind = next(kind for kind in KINDS if kind.name == hypothesis.name)
+    return replace(hypothesis, parameters=sized, text=kind.text(sized))

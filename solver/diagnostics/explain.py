@@ -15,8 +15,7 @@ from ..identification.data import Measurement
 from ..results import Hypothesis
 from .columns import of_columns
 from .hypotheses import KINDS, Candidate, Comparison, Scene, likeliest_of
-from .outliers import outliers
-from .ranking import Ranking, ranking_of
+from .ranking import Ranking, outliers, ranking_of
 from .robust_fit import RigidModel
 from .stuck import of_stuck
 

@@ -10,7 +10,7 @@ from .configurations import row_of, where_of
 from .consequence import consequence_of, level_of, nominal_errors
 from .corrections import PLAY_HINT
 from .hypotheses import KINDS, Candidate
-from .outliers import HIDDEN
+from .ranking import HIDDEN
 from .scene_fit import MENDER, Given
 
 SEATED = 0.03

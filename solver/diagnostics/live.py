@@ -13,10 +13,9 @@ from ...recorder import Placement
 from ..identification.data import Measurement
 from ..identification.robot import Robot
 from .explain import Acceptance, rounds
-from .fault import EVIDENCE, SHARE, Fault, fault_of, first_fault
+from .fault import EVIDENCE, SHARE, Fault, fault_of, first_fault, of_sockets
 from .hypotheses import COARSE, CURABLE, Candidate, Comparison, Scene
 from .ranking import Ranking, ranking_of
-from .relabelling import of_sockets
 from .robust_fit import RigidModel
 from .scene_fit import Given, scene_of
 

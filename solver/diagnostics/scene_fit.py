@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import MukcaError
 from ..identification.data import (
     CALIPER_DEVIATION,
     STANDARD_LOAD,
@@ -16,7 +17,7 @@ from ..identification.data import (
     places_of,
 )
 from ..identification.robot import Robot
-from .hypotheses import Scene, evenly, medians, samples_of
+from .hypotheses import FLAWS, Scene, evenly, medians, samples_of
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
 
 MOST = 240
@@ -183,3 +184,41 @@ def standing_out(floors: Sequence[float]) -> list[float | None]:
         stands_out = usual < UNEXPLAINED and floor > largest
         outliers.append(usual if stands_out else None)
     return outliers
+
+
+class FlawError(MukcaError):
+    """The recordings can have no such flaw."""
+
+
+def shift_by(
+    robot: Robot,
+    measured: Measurement,
+    flaw: str,
+    size: float,
+    generator: np.random.Generator,
+) -> np.ndarray:
+    """Return by how much a flaw moves the balls as they were recorded, shape (N, 3) [m].
+
+    Of several joints it takes one amid the chain; what is free besides is random.
+
+    Args:
+        robot: The robot that recorded.
+        measured: Its recording.
+        flaw: A word of :data:`.FLAWS`.
+        size: How large the flaw is [m, rad, share]: at the ball at most, or its unknowns.
+        generator: Source of what is free.
+
+    Raises:
+        FlawError: The recordings can have no such flaw.
+    """
+    scene = scene_of(RigidModel(robot), [measured], Given(), None)
+    for kind in FLAWS[flaw]:
+        for block in kind.blocks(scene):
+            amid = block.columns[len(block.parameters) // 2]
+            direction: np.ndarray = generator.normal(size=block.unknowns)
+            change = amid @ (direction / np.linalg.norm(direction))
+            shifts = scene.in_rows(block.rows, change)[scene.all_samples].reshape(-1, 3)
+            largest = float(np.linalg.norm(shifts, axis=1).max())
+            shifts = size / (largest if kind.at_ball else 1.0) * shifts
+            return measured.as_recorded(shifts)
+    raise FlawError(f"fault {flaw!r}: these recordings can have none")

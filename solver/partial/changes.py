@@ -10,7 +10,14 @@ import numpy as np
 from ...errors import fixed
 from ..assessment import mm
 from ..calibration import Calibration
-from ..identification.data import Measurement, Metrics, evaluate, mean_metrics
+from ..identification.data import (
+    Measurement,
+    Metrics,
+    TipSamples,
+    evaluate,
+    mean_metrics,
+    tip_shift,
+)
 from ..identification.model import probabilities_by_name
 from .evidence import (
     DIVERGED,
@@ -42,6 +49,8 @@ FAR_MOVED = 4.0
 """Standard deviations beyond which the ball is reported as moved."""
 PUT_ON_AGAIN = 2e-3
 """Prior standard deviation of the place of a ball that was remounted [m]."""
+SHARE = 0.5
+"""Share of the errors that a shift leaves at most, if it is the cause."""
 
 
 @dataclass(frozen=True)
@@ -181,3 +190,29 @@ def _nearest_cause(
     error = metrics.mean_absolute_error
     unit = "m" if robot.actuated[joint].type == "prismatic" else "rad"
     return NearestCause(robot.joint_names[joint], offset, error, unit)
+
+
+def probe_shift(calibration: Calibration, data: Sequence[Measurement]) -> float | None:
+    """Return how far the tip sits from the ball of the calibration [m]; None for the same tip.
+
+    Any shift counts that explains the errors: a target is put on anew from day to day.
+    """
+    calibrated, shifts = calibration.calibrated, list[float]()
+    for measured in data:
+        if measured.kind != "points" or calibration.was_trained_on(measured):
+            continue
+        points, rotations = calibrated.predict(measured), calibrated.rotations(measured)
+        shift = tip_shift([TipSamples(points, rotations, measured.points)])
+        before = evaluate(points, measured).mean_absolute_error
+        after = evaluate(points + rotations @ shift, measured).mean_absolute_error
+        size = float(np.linalg.norm(shift))
+        if after < SHARE * before:
+            shifts.append(size)
+    return max(shifts, default=None)
+
+
+def probe_words(shift: float | None) -> str:
+    """Return a sentence on a tip that was refitted; empty for the same tip."""
+    if shift is None:
+        return ""
+    return f" The tip was refitted: it sits {mm(shift)} from the calibration's."

@@ -34,9 +34,8 @@ from ..identification.data import (
     one_blas_thread,
 )
 from ..results import CalibrationDocument, Diagnostic, Summary
-from .changes import Changes, changes_since
+from .changes import Changes, changes_since, probe_shift, probe_words
 from .evidence import LENGTHS
-from .other_probe import probe_shift, probe_words
 from .reasons import LaterErrors, Reason, reason_of
 from .sockets import too_few
 

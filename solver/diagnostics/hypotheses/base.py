@@ -10,9 +10,8 @@ import numpy as np
 
 from ...identification.robot import cross_matrices
 from .kinds import Block, Parameters, of_samples
-from .nuisances import DISTANCE_WEIGHT
 from .samples import means
-from .scene import Scene
+from .scene import DISTANCE_WEIGHT, Scene
 
 SIDE = 2
 """Samples needed on each side of a change."""

@@ -1,23 +1,28 @@
-"""The arm that recorded samples: balls, linear about a fit, and effects under the load."""
+"""The arm that recorded samples, in rows: balls, linear about a fit, and effects under the load."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
-from ...identification.data import STANDARD_LOAD, Load, Samples
+from ...identification.data import STANDARD_LOAD, Known, Load, Measurement, Samples
 from ...identification.effects import CURVE, EFFECTS, GAIN, Effect
 from ...identification.model import ExtendedModel, Prediction, design_matrix, extend
 from ...identification.robot import Parameter, Robot, crude_bodies
-from .layout import Layout
+from .samples import Seat, SeatSamples, samples_of, seats_of
 
 SMALLEST_TURN = 1e-6
 """Least turn of the joints that is reckoned with where an effect hardly shows [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class LoadedArm(Layout):
-    """Samples of an arm under a load, about a fit of its geometry."""
+class LoadedArm:
+    """Samples of an arm under a load, about a fit of its geometry.
+
+    Rows are those of all samples, seat after seat, and then of the known distances.
+    """
 
     robot: Robot
     parameters: tuple[Parameter, ...]
@@ -29,18 +34,119 @@ class LoadedArm(Layout):
     """True where joints have offsets of degrees, and gears have play."""
     wide: float = 1.0
     """Factor on the usual sizes of elasticity and transmission error."""
+    measurements: tuple[Measurement, ...]
+    known: tuple[Known[int], ...]
+    """Known distances, by indices of sockets."""
+    numbers: np.ndarray
+    """Number of each sample in its socket, from 0; some may have been left out, shape (N,)."""
+    readings: np.ndarray | None = None
+    """Corrected joint positions, shape (N, m); None for those recorded."""
+
+    @cached_property
+    def samples(self) -> SeatSamples:
+        """Joint positions, the seats of the balls, and what instruments measured."""
+        recorded = samples_of(self.measurements)
+        if self.readings is None:
+            return recorded
+        return replace(recorded, q=self.readings)
+
+    @property
+    def q(self) -> np.ndarray:
+        """Joint positions, shape (N, m)."""
+        return self.samples.q
+
+    @property
+    def sockets(self) -> np.ndarray:
+        """Index of each sample's seat, shape (N,)."""
+        return self.samples.sockets
+
+    @property
+    def frames(self) -> list[int]:
+        """Indices of the seats that are frames of instruments."""
+        return self.samples.frames
+
+    @cached_property
+    def labels(self) -> tuple[Seat, ...]:
+        """Placement and number of each socket; then the frames of instruments."""
+        labels, _ = seats_of(self.measurements)
+        return labels
+
+    @cached_property
+    def places(self) -> tuple[slice, ...]:
+        """Samples of each placement."""
+        counts = [len(m.positions) for m in self.measurements]
+        ends = np.cumsum([0, *counts]).tolist()
+        return tuple(slice(*bounds) for bounds in pairwise(ends))
+
+    @property
+    def ranks(self) -> tuple[np.ndarray, ...]:
+        """Rank of each sample of each placement in the order of recording."""
+        return tuple(m.order for m in self.measurements)
+
+    @property
+    def every(self) -> slice:
+        """All samples."""
+        return slice(0, len(self.q))
+
+    @property
+    def all_samples(self) -> slice:
+        """The rows of all samples' residuals."""
+        return self.rows(self.every)
+
+    @property
+    def all_lengths(self) -> slice:
+        """The rows of the residuals of known distances."""
+        first = self.all_samples.stop
+        return slice(first, first + len(self.known))
+
+    def rows(self, samples: slice) -> slice:
+        """Return the rows of some samples' residuals."""
+        return slice(3 * samples.start, 3 * samples.stop)
+
+    def in_rows(self, rows: slice, columns: np.ndarray) -> np.ndarray:
+        """Return columns, or a shift, of some rows as those of all residuals, (3 N + K, ...)."""
+        count = self.all_lengths.stop
+        full = np.zeros((count, *columns.shape[1:]))
+        full[rows] = columns
+        return full
+
+    def measured(self, placement: str) -> Measurement:
+        """Return a placement by its name."""
+        return next(m for m in self.measurements if m.name == placement)
+
+    def named(self, place: int) -> dict[str, str]:
+        """Return the name of a placement, as a parameter of explanations."""
+        return {"placement": self.measurements[place].name}
+
+    def sample(self, place: int, row: int) -> dict[str, Any]:
+        """Return placement, socket, index in it, and the numbers as recorded, of a sample.
+
+        A point that an instrument measured has its number in the recording, too, from 1.
+        """
+        rank = int(self.ranks[place][row])
+        first = self.places[place].start
+        recorded = self.measurements[place].placement.samples[rank]
+        names: dict[str, Any] = {
+            **self.named(place),
+            "socket": recorded.socket,
+            "sample": int(self.numbers[first + row]),
+            "number": recorded.number,
+            "place": recorded.place,
+        }
+        if recorded.point is not None:
+            names["point"] = rank + 1
+        return names
 
     # Balls, by the model about which all is linear
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
         """Effects beyond the geometry that a sound arm may have; curves need more samples."""
-        effects: list[Effect] = []
-        for effect in EFFECTS.values():
-            beyond_geometry = effect not in (CURVE, GAIN)
-            if beyond_geometry and (self.zeros or effect.learned):
-                effects.append(effect)
-        return tuple(effects)
+        return tuple(
+            effect
+            for effect in EFFECTS.values()
+            if effect not in (CURVE, GAIN) and (self.zeros or effect.learned)
+        )
 
     @cached_property
     def model(self) -> ExtendedModel:
@@ -51,8 +157,7 @@ class LoadedArm(Layout):
     @cached_property
     def start(self) -> np.ndarray:
         """Unknowns of the model at which all is linear."""
-        count = self.model.size - len(self.x)
-        of_effects = np.zeros(count)
+        of_effects = np.zeros(self.model.size - len(self.x))
         return np.append(self.x, of_effects)
 
     @cached_property
