@@ -64,32 +64,26 @@ def conclude(
     scope: Scope | None = None
     if status == "pass":
         scope = "workspace" if _is_kept(rows, WORKSPACE) else "recorded_places"
-    use = status in ("pass", "better")
     first = [*contradiction, *doubts, *held_back]
     untold = contradiction or [row for row in doubts if row.name in UNTOLD]
     stated = None if untold else better
-    unshown = [row for row in rows if row.doubt]
     odds = "" if stated is None else f" ({in_100(stated.probability)})"
     if measured is not None and proved is not None:
         odds = f" ({measured.text})"
-    lines = _answer(
-        stated, first, unshown, scope, rests_on, odds, use=use, certain=bool(certain)
+    verdict = replace(
+        verdict_of(rows, causes, status, kind, scope),
+        use=status in ("pass", "better"),
+        better=stated,
+        rests_on=tuple(rests_on),
     )
+    lines = _answer(verdict, rows, first, odds, certain=bool(certain))
     if measured is not None:
         sizes = [row for row in rows if row.name == "scale" and row.status == "warning"]
         lines += [sentence(row.text) for row in sizes]
     if better and untold:
         lines = [CONTRADICTED, *lines]
-    verdict = verdict_of(rows, causes, status, kind, scope)
     near = " near the recorded places" * (scope == "recorded_places")
-    return replace(
-        verdict,
-        title=f"{verdict.title}{near}",
-        answer=tuple(lines),
-        use=use,
-        better=stated,
-        rests_on=tuple(rests_on),
-    )
+    return replace(verdict, title=f"{verdict.title}{near}", answer=tuple(lines))
 
 
 def _outcome(
@@ -131,24 +125,26 @@ def _is_kept(rows: Iterable[LimitResult], name: str) -> bool:
 
 
 def _answer(
-    better: Better | None,
+    verdict: Verdict,
+    rows: Sequence[LimitResult],
     first: Sequence[LimitResult],
-    unshown: Sequence[LimitResult],
-    scope: Scope | None,
-    premises: Sequence[Premise],
     odds: str,
     *,
-    use: bool,
     certain: bool,
 ) -> list[str]:
-    """Return the answer: the errors, whether to load the model, why or on what it relies."""
+    """Return the answer: the errors, whether to load the model, why or on what it relies.
+
+    The ``first`` of the rows are those that say why not.
+    """
+    better, scope = verdict.better, verdict.scope
     corrected = None if better is None else better.corrected_probability
     reason = [sentence(row.text) for row in first[:1]]
     lines = [] if better is None else [figures_in_words(better)]
-    if use:
+    if verdict.use:
         lines.append(f"USE IT: load {URDF}. It is better than your file{odds}.")
-        lines += reason or ([] if scope is None else [_limits_kept(unshown, scope)])
-        lines += [" ".join(_first_of_each(premises))] if premises else []
+        lines += reason or ([] if scope is None else [_limits_kept(rows, scope)])
+        premises = _first_of_each(verdict.rests_on)
+        lines += [" ".join(premises)] if premises else []
     elif certain:
         lines.append(f"DO NOT LOAD IT: {reason[0]}")
     else:
@@ -167,12 +163,10 @@ def _first_of_each(premises: Sequence[Premise]) -> list[str]:
     return [by_name[name] for name in names]
 
 
-def _limits_kept(unshown: Sequence[LimitResult], scope: Scope) -> str:
-    """Return which limits are kept; ``unshown`` are those whose figures leave a doubt of it."""
+def _limits_kept(rows: Sequence[LimitResult], scope: Scope) -> str:
+    """Return which limits are kept, and of which the figures leave a doubt of it."""
     words = "All limits are kept"
     if scope == "recorded_places":
         words = "The limits are kept near the recorded places, not in all the workspace"
-    if not unshown:
-        return f"{words}."
-    doubts = "; ".join(f"the {row.doubt}" for row in unshown)
-    return f"{words}. Only just: {doubts}."
+    doubts = "; ".join(f"the {row.doubt}" for row in rows if row.doubt)
+    return f"{words}. Only just: {doubts}." if doubts else f"{words}."

@@ -105,15 +105,15 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     results += _distance_deviations(rows)
     if predictions.of_role("test"):
         return results
-    return list(map(_in_words_of_folds, results))
-
-
-def _in_words_of_folds(row: LimitResult) -> LimitResult:
-    """Return a row on what folds leave out in these words."""
-    title, text = (
-        words.replace("held-out", "left-out") for words in (row.title, row.text)
-    )
-    return structs.replace(row, title=title, text=text)
+    # what folds leave out was not held out
+    return [
+        structs.replace(
+            row,
+            title=row.title.replace("held-out", "left-out"),
+            text=row.text.replace("held-out", "left-out"),
+        )
+        for row in results
+    ]
 
 
 class MeasuredErrors(NamedTuple):
@@ -303,9 +303,8 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
         str(d) for d in predictions.document.checks or () if d.code == "movement"
     ]
     if drifts["train"]:
-        better = predictions.document.better
         is_severe = limit is None or largest > SEVERE * predicted_limit(limit)
-        is_severe &= not is_dwarfed(better, largest, largest)
+        is_severe &= not is_dwarfed(predictions.document.better, largest, largest)
         status = "not enough" if is_severe else "warning"
         text = (
             f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "

@@ -44,8 +44,7 @@ class CurveAnnealing(Annealing):
     ) -> None:
         pools = {k: pool[:POOL] for k, pool in pools.items()}
         of_pools = [(pool, k) for k, pool in pools.items()]
-        some = [*taken, *of_pools]
-        K, lengths = _joint_covariance(state, some)
+        K, lengths = _joint_covariance(state, [*taken, *of_pools])
         counts = [len(q) for q, _ in taken]
         after = _after_first(K, 3 * sum(counts))
         scale = unit(lengths)
@@ -58,8 +57,7 @@ class CurveAnnealing(Annealing):
         blocks = [[of_poses, across.T], [across, of_distances]]
         self.joint = np.block(blocks)
         self.distances = np.arange(n, len(self.joint))
-        numbers = np.arange(n)
-        rows: np.ndarray = numbers.reshape(-1, 3)
+        rows: np.ndarray = np.arange(n).reshape(-1, 3)
         super().__init__(
             rows[:0].ravel(),
             rows,
@@ -93,9 +91,8 @@ class CurveAnnealing(Annealing):
         """
         K = self.joint
         d = self.distances
-        K_ss = submatrix(K, covariance)
         noise = np.eye(len(covariance))
-        L = np.linalg.cholesky(K_ss + noise)
+        L = np.linalg.cholesky(submatrix(K, covariance) + noise)
         H = np.linalg.inv(L) @ K[covariance]
         H_a = H[:, rows].transpose(1, 2, 0)
         H_d = H[:, d]
@@ -136,8 +133,7 @@ class Ends(NamedTuple):
         """Return random ends; a weight is one over the noise [1/m]."""
         q = workspace(state.model.robot, 2 * PAIRS)
         points, J, by_joints = state.linearise(q)
-        offsets = points[1::2] - points[::2]
-        directions = weight * unit(offsets)
+        directions = weight * unit(points[1::2] - points[::2])
         along = np.repeat(directions, 2, axis=0)
         along[::2] *= -1
         return cls(
@@ -160,8 +156,7 @@ def _joint_covariance(
     weight = state.noise.information**0.5 / state.noise.space
     ends = Ends.of(state, weight)
     parts = [np.concatenate(state.whitened(q, k)) for q, k in some]
-    size = len(state.covariance)
-    by_unknowns = np.zeros((len(ends.q), size))
+    by_unknowns = np.zeros((len(ends.q), len(state.covariance)))
     by_unknowns[:, : state.model.size] = ends.by_unknowns
     parts.append(by_unknowns)
     A = np.concatenate(parts)
@@ -169,14 +164,12 @@ def _joint_covariance(
     # by the curve of each joint, at its angles
     q = np.concatenate([p for p, _ in some])
     _, _, by_joints = state.linearise(q)
-    of_poses = weight * np.concatenate(by_joints)
-    slopes = np.concatenate([of_poses, ends.by_joints])
+    slopes = np.concatenate([weight * np.concatenate(by_joints), ends.by_joints])
     slopes *= CURVE.typical_shift
     of_numbers = np.repeat(q, 3, axis=0)
     angles = np.concatenate([of_numbers, ends.q])
     for angle, slope in zip(angles.T, slopes.T, strict=True):
-        half = np.subtract.outer(angle, angle) / 2
-        chord = 2 * np.sin(half)
+        chord = 2 * np.sin(np.subtract.outer(angle, angle) / 2)
         by_curve, _ = kernel(chord, TYPICAL_LENGTH)
         covariance += np.outer(slope, slope) * by_curve
     n = len(of_numbers)

@@ -71,8 +71,7 @@ def predicted_posterior(
         ends = {a: u, b: -u, first: -v, first + 1: v}
         after = after.with_lengths(ends, 2**0.5 * SEAT_DEVIATION)
     size = len(before.covariance)
-    covariance = after.covariance[:size, :size]
-    return replace(posterior, covariance=covariance)
+    return replace(posterior, covariance=after.covariance[:size, :size])
 
 
 class WorkspaceSamples(NamedTuple):
@@ -107,19 +106,16 @@ def error_map(
     """
     _, J, _ = posterior.linearise(posterior.data)
     middle = posterior.points.mean(axis=0)
-    directions = unit(poses.points - middle)
     by_offsets = poses.slopes - J.mean(axis=0)
-    slopes = np.einsum("ni,nij->nj", directions, by_offsets)
+    slopes = np.einsum("ni,nij->nj", unit(poses.points - middle), by_offsets)
     variances = variances_of(slopes, posterior.of_unknowns)
     from_above = poses.points[:, :2]
-    radii = np.linalg.norm(from_above, axis=1)
-    width = float(radii.max()) / CELLS
+    width = float(np.linalg.norm(from_above, axis=1).max()) / CELLS
     corners = np.floor(from_above / width)
     cells, cell = np.unique(corners, axis=0, return_inverse=True)
     cell = cell.ravel()
-    middles = (cells + 0.5) * width
     rows: list[tuple[float, float, float]] = []
-    for k, middle in enumerate(middles):
+    for k, middle in enumerate((cells + 0.5) * width):
         variance = np.median(variances[cell == k])
         row = np.append(middle, np.sqrt(variance))
         rows.append(as_point(row))
@@ -192,8 +188,11 @@ def accuracy_by(
     bending_model = extend(robot, parameters, (*rigid, *twists))
     fits: list[FitPosterior] = []
     with suppress(KnownError, NotConverged):
-        recordings = RobotRecordings(robot, measurements, load)
-        data = observe(recordings, lengths=distances, deviation=deviation)
+        data = observe(
+            RobotRecordings(robot, measurements, load),
+            lengths=distances,
+            deviation=deviation,
+        )
         fits.append(estimate(rigid_model, data))
         fits.append(refit(fits[0], bending_model))
     if not fits:
@@ -223,5 +222,9 @@ def _better(
     def calibrated_points(q: np.ndarray) -> np.ndarray:
         return posterior.predict(load.at(model.robot, q))
 
-    models = Models([nominal_points], calibrated_points, corrected=False)
-    return better_than_nominal(posterior, load, models, recorded)
+    return better_than_nominal(
+        posterior,
+        load,
+        Models([nominal_points], calibrated_points, corrected=False),
+        recorded,
+    )

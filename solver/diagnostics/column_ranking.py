@@ -98,9 +98,8 @@ class ColumnTrials:
             variants = [hypothesis.apply(self.samples) for hypothesis in hypotheses]
             steps = self.model.nominal.offsets(variants, columns)
             largest = np.abs(steps).max(axis=1, keepdims=True)
-            shares = np.minimum(1.0, MAX_STEP / largest.clip(1e-9))
             offsets = np.array([hypothesis.offsets for hypothesis in hypotheses])
-            offsets[of_joints] += steps * shares
+            offsets[of_joints] += steps * np.minimum(1.0, MAX_STEP / largest.clip(1e-9))
             pairs = zip(hypotheses, offsets, strict=True)
             hypotheses = [replace(h, offsets=of_all) for h, of_all in pairs]
         return hypotheses

@@ -120,10 +120,13 @@ def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
             text = (
                 f"joint {joint!r} {'did not move at all' if travel < 1e-9 else motion}"
             )
-            advice = (
-                "its parameters stay near nominal: move every joint by 60 deg or more"
+            yield Diagnostic(
+                "warning",
+                "still",
+                where,
+                text,
+                "its parameters stay near nominal: move every joint by 60 deg or more",
             )
-            yield Diagnostic("warning", "still", where, text, advice)
 
 
 def _of_sockets(measured: Measurement) -> Iterator[Diagnostic]:
@@ -141,8 +144,9 @@ def _of_sockets(measured: Measurement) -> Iterator[Diagnostic]:
         for second, first in islice(twins.items(), LISTED):
             text = f"nearly the configuration of {samples[first].named}{addition}"
             advice = "it adds little: guide the arm to other configurations"
-            row = row_of(measured, socket, second)
-            yield Diagnostic("warning", "duplicate", row, text, advice)
+            yield Diagnostic(
+                "warning", "duplicate", row_of(measured, socket, second), text, advice
+            )
 
 
 def near_duplicates(rows: np.ndarray) -> dict[int, int]:

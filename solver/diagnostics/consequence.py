@@ -5,6 +5,7 @@ Both models are fitted to the same samples, whose weights are robust.
 
 from collections.abc import Collection, Sequence
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -73,12 +74,8 @@ def consequence_of(
     beside = _Fit(cause.after(), counted)
     poses = [workspace(scene.robot, POSES)]
     poses += [scene.q[scene.places[place]] for place in counted]
-    shifts: list[float] = []
-    errors: list[float] = []
-    for q in poses:
-        points = without.points(q)
-        shifts.append(spread(beside.points(q, cause) - points))
-        errors.append(without.nominal_error(q))
+    shifts = [spread(beside.points(q, cause) - without.points(q)) for q in poses]
+    errors = [without.nominal_error(q) for q in poses]
     everywhere, *near = shifts
     place = 1 + int(np.argmax(near))
     return Consequence(shifts[place], everywhere, errors[place], errors[0])
@@ -99,8 +96,7 @@ def spread(shifts: np.ndarray) -> float:
     generator = np.random.default_rng(0)
     first, second = generator.integers(len(shifts), size=(2, PAIRS))
     distances = np.linalg.norm(shifts[first] - shifts[second], axis=1)
-    between_two = distances[first != second]
-    return float(np.median(between_two)) / 3**0.5
+    return float(np.median(distances[first != second])) / 3**0.5
 
 
 class _Fit:
@@ -143,8 +139,7 @@ class _Fit:
         if cause.kind.name in OF_GEOMETRY:
             columns: np.ndarray = scene.by_geometry @ scene.usual
             shift: np.ndarray = block.columns[0] @ values
-            inverse = np.linalg.pinv(columns, rcond=1e-6)
-            change = scene.usual @ inverse @ shift
+            change = scene.usual @ np.linalg.pinv(columns, rcond=1e-6) @ shift
             unknowns[: len(change)] += change
         else:
             (names,) = block.parameters
@@ -168,19 +163,16 @@ class _Fit:
 def _rows_of_samples(scene: Scene, counted: Sequence[int]) -> list[int]:
     """Return the rows of some placements' samples."""
     every = range(scene.all_samples.stop)
-    rows: list[int] = []
-    for place in counted:
-        rows += every[scene.rows(scene.places[place])]
-    return rows
+    parts = [every[scene.rows(scene.places[place])] for place in counted]
+    return [*chain.from_iterable(parts)]
 
 
 def _rows_of_lengths(scene: Scene, counted: Sequence[int]) -> list[int]:
     """Return the rows of the known distances between sockets of some placements."""
     names = [scene.measurements[place].name for place in counted]
-    rows: list[int] = []
-    for row, length in enumerate(scene.known, scene.all_lengths.start):
-        first, _ = scene.labels[length.first]
-        second, _ = scene.labels[length.second]
-        if first in names and second in names:
-            rows.append(row)
-    return rows
+    is_counted = [placement in names for placement, _ in scene.labels]
+    return [
+        row
+        for row, length in enumerate(scene.known, scene.all_lengths.start)
+        if is_counted[length.first] and is_counted[length.second]
+    ]

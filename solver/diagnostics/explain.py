@@ -11,7 +11,6 @@ from functools import partial
 
 import numpy as np
 
-from ..identification.data import Measurement
 from ..results import Hypothesis
 from .columns import of_columns
 from .hypotheses import KINDS, Candidate, Comparison, Scene, likeliest_of
@@ -135,7 +134,7 @@ def _ranking(
         return ranking
     is_sound = ranking.total_factor <= SURE
     likeliest = likeliest_of(ranking.candidates)
-    causes = of_columns(model, scene, likeliest, sound=is_sound)
+    causes = [*of_columns(model, scene, likeliest, sound=is_sound)]
     if not is_sound:
         causes += of_stuck(model, scene)
     return ranking.beside(causes)
@@ -151,8 +150,7 @@ def _scene_after(accepted: Sequence[Candidate]) -> Scene:
         scene = replace(scene, floors=())  # of fits without it
     explained = list(scene.explained)
     for cause in others:
-        before = len(cause.scene.explained)
-        explained += cause.after().explained[before:]
+        explained += cause.after().explained[len(cause.scene.explained) :]
     return replace(scene, explained=tuple(explained))
 
 
@@ -164,14 +162,13 @@ def _turned_back(accepted: Candidate) -> Candidate:
     scene, turns = accepted.scene, accepted.kind.turns
     assert turns is not None
     joint = scene.robot.joint_names.index(accepted.parameters["joint"])
+    of_joint = np.eye(scene.q.shape[1])[joint]
     correction, _ = accepted.evidence.posterior(accepted.block, accepted.sigma)
-    measurements: list[Measurement] = []
-    for m in scene.measurements:
-        offsets = np.zeros_like(m.positions)
-        readings = m.placement.positions[:, joint]
-        offsets[:, joint] = correction * turns(readings)
-        measurements.append(m.shifted(offsets))
-    turned = replace(scene, measurements=tuple(measurements))
+    measurements = tuple(
+        m.shifted(correction * turns(m.placement.positions) * of_joint)
+        for m in scene.measurements
+    )
+    turned = replace(scene, measurements=measurements)
     model = RigidModel(scene.robot, zeros=scene.zeros)
     fitted, _ = model.refitted(turned, scene.x)
     (block,) = accepted.kind.blocks(fitted)

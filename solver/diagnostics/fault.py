@@ -156,32 +156,30 @@ def of_sockets(
     placements: Sequence[Placement],
     ranking: Ranking,
     before: Sequence[Candidate],
-) -> list[Candidate]:
-    """Return samples of the last placement that may be of another socket, as causes.
+) -> Iterator[Candidate]:
+    """Yield samples of the last placement that may be of another socket, as causes.
 
     None are looked for where one small fault leaves nothing more, nor beside another fault, which
     only both together would explain. ``fitted`` is a scene of placements from some unknowns on.
     """
     arm = ranking.sound.scene
     if arm.explained or ranking.total_factor <= DOUBT:
-        return []
+        return
     best = ranking.best
     is_small = best.parameters.get("size", math.inf) < SMALL
     leaves_nothing = best.sigma < CLEAN * arm.noise
     is_told = ranking.factor(best) > EVIDENCE
     if is_small and leaves_nothing and is_told:
-        return []
+        return
     *others, placement = placements
     for cause in before:
         placement = _relabelled(placement, cause.parameters["run"])
     runs = list(_runs(placement))
-    causes: list[Candidate] = []
     for run in _promising(model, [*others, placement], arm.x, runs):
         scene = fitted([*others, _relabelled(placement, run)], arm.x)
         of_arm = replace(scene, play=arm.play, wide=arm.wide)
         sound = sound_recordings(of_arm, SHARE)
-        causes.append(sound.as_cause(FORGOTTEN, _parameters(placement, run), len(runs)))
-    return causes
+        yield sound.as_cause(FORGOTTEN, _parameters(placement, run), len(runs))
 
 
 def _parameters(placement: Placement, run: Run) -> Parameters:
@@ -221,8 +219,7 @@ def _promising(
         of_run = seats.copy()
         of_run[start + np.array(rows)] = last + socket
         _, sockets = np.unique(of_run, return_inverse=True)
-        samples = SeatSamples(q, sockets, no_points)
-        fit = model.fit(samples, STEPS, x, linear)
+        fit = model.fit(SeatSamples(q, sockets, no_points), STEPS, x, linear)
         errors.append(float(fit.errors.mean()))
     limits = [TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]]
     largest = max(LITTLE, min(limits))

@@ -144,8 +144,9 @@ class Finding:
             advice = without_unknown(advice, self.given.mender) + HELD_OUT
         if self.is_unknown and is_error and sound_enough:
             level = "warning"
-        where = self._where()
-        return Diagnostic(level, code, where, hypothesis.text, advice, self.consequence)
+        return Diagnostic(
+            level, code, self._where(), hypothesis.text, advice, self.consequence
+        )
 
     def _is_elsewhere(self) -> bool:
         """Tell whether a sample is left out: it is far off, or hides others that are."""

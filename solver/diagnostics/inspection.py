@@ -131,8 +131,7 @@ def inspect_all(
     surveys: list[Survey] = []
     for begin, end in pairwise(ends):
         group = measurements[begin:end]
-        within = given.within(group)
-        surveys.append(_survey_of(model, group, within, repeatability))
+        surveys.append(_survey_of(model, group, given.within(group), repeatability))
     return _joined(surveys)
 
 
@@ -202,14 +201,11 @@ def _inspections(
             diagnostics.append(_unexplained(m, floor, scene.noise, worst))
         if m.kind == "points" and floor < EXACT and _are_computed(model, m):
             diagnostics.append(_computed(m))
-        corrections: list[Correction] = []
-        for finding in here:
-            correction = correction_of(finding.cause, finding.diagnostic, m)
-            if correction is not None:
-                corrections.append(correction)
+        cures = (correction_of(each.cause, each.diagnostic, m) for each in here)
+        corrections = tuple(filter(None, cures))
         centre = np.median(balls[rows], axis=0)
         inspections.append(
-            Inspection(m, floor, tuple(corrections), tuple(diagnostics), centre)
+            Inspection(m, floor, corrections, tuple(diagnostics), centre)
         )
     return inspections
 
@@ -223,8 +219,13 @@ def _are_computed(model: RigidModel, measured: Measurement) -> bool:
 def _computed(measured: Measurement) -> Diagnostic:
     """Return the diagnostic of points that were computed from the joints."""
     text = f"the nominal model leaves less than {1e3 * EXACT:g} mm of its points"
-    advice = "no instrument is so exact. A controller computed them from the joints: measure them"
-    return Diagnostic("warning", "computed", where_of([measured]), text, advice)
+    return Diagnostic(
+        "warning",
+        "computed",
+        where_of([measured]),
+        text,
+        "no instrument is so exact. A controller computed them from the joints: measure them",
+    )
 
 
 def _unexplained(

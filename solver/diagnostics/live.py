@@ -60,7 +60,7 @@ class LiveCheck:
         def rank(scene: Scene, before: Sequence[Candidate]) -> Ranking:
             ranking = self._of_arms(scene)
             causes = of_sockets(self._model, self.scene, placements, ranking, before)
-            return ranking.beside(causes)
+            return ranking.beside([*causes])
 
         faults: list[Fault] = []
         for ranking, causes in rounds(self.scene(placements), rank, LIVE):

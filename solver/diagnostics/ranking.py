@@ -86,20 +86,21 @@ class Ranking:
         likely.sort(key=lambda name: -self.shares[name])
         first = best[likely[0]]
         rivals = [name for name in best if _fits_as_well(best[name], first)]
-        others = [name for name in rivals if name not in likely]
-        hypotheses: list[Hypothesis] = []
-        for name in likely + others:
-            hypothesis = best[name].hypothesis(self.shares[name])
-            hypotheses.append(replace(hypothesis, fits_as_well=name in rivals))
-        return tuple(hypotheses)
+        return tuple(
+            replace(
+                best[name].hypothesis(self.shares[name]),
+                fits_as_well=name in rivals,
+            )
+            for name in dict.fromkeys([*likely, *rivals])
+        )
 
 
 def ranking_of(comparisons: Iterable[Comparison]) -> Ranking:
     """Return the explanations by the most probable arm, and their evidence over all arms."""
-    rankings: list[Ranking] = []
-    for comparison in comparisons:
-        sound, *causes = comparison.candidates
-        rankings.append(Ranking([sound], -math.inf).beside(causes))
+    rankings = [
+        Ranking(comparison.candidates[:1], -math.inf).beside(comparison.candidates[1:])
+        for comparison in comparisons
+    ]
     of_sound = np.array([ranking.sound.log_evidence for ranking in rankings])
     of_causes = of_sound + [ranking.total_factor for ranking in rankings]
     of_arms = np.logaddexp(of_sound, of_causes)
@@ -112,12 +113,10 @@ def _fits_as_well(candidate: Candidate, first: Candidate) -> bool:
     evidence = first.evidence
     if candidate is first or candidate.evidence is not evidence:
         return False
-    gains: list[float] = []
-    for block in candidate.block, first.block:
-        if not 0 < block.unknowns <= FEW_UNKNOWNS:
-            return False
-        gains.append(evidence.chi_square(block, first.sigma))
-    gain, best = gains
+    blocks = candidate.block, first.block
+    if not all(0 < block.unknowns <= FEW_UNKNOWNS for block in blocks):
+        return False
+    gain, best = [evidence.chi_square(block, first.sigma) for block in blocks]
     return abs(gain - best) < ALIKE < 0.5 * best
 
 
@@ -163,20 +162,16 @@ def outliers(scene: Scene, ranking: Ranking) -> list[Candidate]:
     together = replace(sound, log_evidence=sound.log_evidence + log_prior)
     if ranking.factor(together) < max(ranking.total_factor, 0.0):
         return []
-    told: list[Candidate] = []
-    for cause in causes:
-        # its size follows beside all others
-        others = [other for other in causes if other is not cause]
-        evidence = sound_recordings(_without(others)).evidence
-        told.append(
-            replace(
-                cause,
-                evidence=evidence,
-                sigma=sound.sigma,
-                log_evidence=together.log_evidence,
-            )
+    # the size of each follows beside all others
+    return [
+        replace(
+            cause,
+            evidence=sound_recordings(_without(causes[:i] + causes[i + 1 :])).evidence,
+            sigma=sound.sigma,
+            log_evidence=together.log_evidence,
         )
-    return told
+        for i, cause in enumerate(causes)
+    ]
 
 
 def _without(causes: Sequence[Candidate]) -> Scene:

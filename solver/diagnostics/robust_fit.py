@@ -196,8 +196,7 @@ class RigidModel:
         start: np.ndarray | None = None,
     ) -> tuple[Scene, float]:
         """Return a scene about a fit to its samples, and the noise of that [m]."""
-        few = scene.samples.thinned(ABOUT, FEW)
-        fit = self.fit(few, start=start)
+        fit = self.fit(scene.samples.thinned(ABOUT, FEW), start=start)
         about = replace(scene, x=fit.x, centres=fit.centres, R=fit.R)
         return about, fit.noise
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -63,20 +62,12 @@ class Given:
     def within(self, measurements: Sequence[Measurement]) -> "Given":
         """Return it with the distances between sockets of some placements alone."""
         names = [m.name for m in measurements]
-        known: list[KnownDistance] = []
-        for length in self.known:
-            ends = length.first, length.second
-            if all(any(is_called(name, of) for name in names) for of, _ in ends):
-                known.append(length)
+
+        def is_within(end: tuple[str, int]) -> bool:
+            return any(is_called(name, end[0]) for name in names)
+
+        known = [k for k in self.known if is_within(k.first) and is_within(k.second)]
         return replace(self, known=known)
-
-
-class _Thinned(NamedTuple):
-    """A placement with some of its samples."""
-
-    measured: Measurement
-    numbers: np.ndarray
-    """Number of each sample in its socket as it was, from 0."""
 
 
 def scene_of(
@@ -103,10 +94,9 @@ def scene_of(
     if floors is None:
         floors = list(fitted_alone(model.robot, measurements).values())
     thinned = [_thinned(measured) for measured in measurements]
-    thin = [placement.measured for placement in thinned]
-    numbers = [placement.numbers for placement in thinned]
-    outliers = standing_out(floors)
-    pairs = zip(thin, outliers, strict=True)
+    thin = [measured for measured, _ in thinned]
+    numbers = [numbers for _, numbers in thinned]
+    pairs = zip(thin, standing_out(floors), strict=True)
     sound = [measured for measured, usual in pairs if usual is None]
     few = samples_of(sound or thin).thinned(ABOUT, FEW)
     fit = model.fit(few, start=start)
@@ -149,15 +139,16 @@ def _noise_width(
     return USUAL_WIDTH if is_unknown else KNOWN_WIDTH
 
 
-def _thinned(measured: Measurement) -> _Thinned:
-    """Return a placement with so many samples of each socket at most, evenly chosen."""
+def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
+    """Return a placement with so many samples of each socket at most, evenly chosen.
+
+    And the number of each sample in its socket as it was, from 0.
+    """
     limit = max(MOST // len(measured.counts), 2)
     numbers = [evenly(count, limit) for count in measured.counts]
-    ranks: list[np.ndarray] = []
-    for rows, chosen in zip(measured.slices, numbers, strict=True):
-        ranks.append(measured.order[rows][chosen])
-    in_time = np.sort(np.concatenate(ranks))
-    return _Thinned(measured.only(in_time), np.concatenate(numbers))
+    pairs = zip(measured.slices, numbers, strict=True)
+    ranks = np.concatenate([measured.order[rows][chosen] for rows, chosen in pairs])
+    return measured.only(np.sort(ranks)), np.concatenate(numbers)
 
 
 def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:

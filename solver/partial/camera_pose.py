@@ -168,8 +168,8 @@ def handeye(
     scatter = zeros.rival(system) if zeros.alike and not inconsistent else ()
     doubts = scatter or wrong_size or inconsistent or zeros.rival(system)
     if not doubts:
-        remedy = "turn the flange about two axes, by 0.5 rad and more, between views"
         subject = f"views cannot tell {name} in {parent}"
+        remedy = "turn the flange about two axes, by 0.5 rad and more, between views"
         doubts = not_enough(zeros.covariance, limit, subject, remedy)
     return CameraPose(
         **vars(found(calibration, system, (name, parent), pose, zeros, doubts)),
@@ -209,8 +209,7 @@ def camera_task(
             f"{where}: no orientations; a view needs x,y,z,qx,qy,qz,qw of the board"
         )
     points = np.concatenate([m.points for m in data])
-    rotations = np.concatenate([m.rotations for m in data])
-    B = as_poses(rotations, points)
+    B = as_poses(np.concatenate([m.rotations for m in data]), points)
     farthest = float(np.abs(points).max())
     if farthest > FARTHEST:
         raise UsageError(

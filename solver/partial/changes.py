@@ -166,8 +166,9 @@ def changes_since(
         return changes, None
     system = fit(task.with_exact_arm)
     shift = system.shift[prior.ball]
-    covariance = system.posterior_covariance(prior.ball)
-    squared_deviations = shift @ np.linalg.solve(covariance, shift)
+    squared_deviations = shift @ np.linalg.solve(
+        system.posterior_covariance(prior.ball), shift
+    )
     if squared_deviations > FAR_MOVED**2:
         changes = replace(changes, ball=float(np.linalg.norm(shift)))
     distances = np.linalg.norm(system.residuals, axis=1)
@@ -187,17 +188,18 @@ def _nearest_cause(
     shifted = [m.shifted(offsets) for m in data]
     arm, robot = calibration.calibrated, task.prior.robot
     metrics = mean_metrics([evaluate(arm.predict(m), m) for m in shifted])
-    error = metrics.mean_absolute_error
     unit = "m" if robot.actuated[joint].type == "prismatic" else "rad"
-    return NearestCause(robot.joint_names[joint], offset, error, unit)
+    return NearestCause(
+        robot.joint_names[joint], offset, metrics.mean_absolute_error, unit
+    )
 
 
-def probe_shift(calibration: Calibration, data: Sequence[Measurement]) -> float | None:
-    """Return how far the tip sits from the ball of the calibration [m]; None for the same tip.
+def tip_words(calibration: Calibration, data: Sequence[Measurement]) -> str:
+    """Return a sentence on a tip that sits elsewhere than the calibration's ball; empty for none.
 
     Any shift counts that explains the errors: a target is put on anew from day to day.
     """
-    calibrated, shifts = calibration.calibrated, list[float]()
+    calibrated, sizes = calibration.calibrated, [0.0]
     for measured in data:
         if measured.kind != "points" or calibration.was_trained_on(measured):
             continue
@@ -205,14 +207,9 @@ def probe_shift(calibration: Calibration, data: Sequence[Measurement]) -> float 
         shift = tip_shift([TipSamples(points, rotations, measured.points)])
         before = evaluate(points, measured).mean_absolute_error
         after = evaluate(points + rotations @ shift, measured).mean_absolute_error
-        size = float(np.linalg.norm(shift))
         if after < SHARE * before:
-            shifts.append(size)
-    return max(shifts, default=None)
-
-
-def probe_words(shift: float | None) -> str:
-    """Return a sentence on a tip that was refitted; empty for the same tip."""
-    if shift is None:
+            sizes.append(float(np.linalg.norm(shift)))
+    size = max(sizes)
+    if not size:
         return ""
-    return f" The tip was refitted: it sits {mm(shift)} from the calibration's."
+    return f" The tip was refitted: it sits {mm(size)} from the calibration's."

@@ -45,10 +45,11 @@ def fit(task: Task) -> System:
 def _is_settled(system: System, state: State) -> bool:
     """Tell whether a step moved neither the samples, nor the scale of noise, nor the weights."""
     before = system.state
-    step = _step(system, state) / before.noise.place
     rescaled = abs(np.log(state.noise.place / before.noise.place))
     reweighted = float(np.abs(state.weights - before.weights).max())
-    return max(step, rescaled, reweighted) < SETTLED
+    return (
+        max(_step(system, state) / before.noise.place, rescaled, reweighted) < SETTLED
+    )
 
 
 def next_step(system: System) -> float:
@@ -122,8 +123,7 @@ def _noise(system: System) -> NoiseBelief:
 def _weights(system: System) -> np.ndarray:
     """Return the robust weights of the samples."""
     e, noise = system.residuals, system.state.noise
-    axes = e.shape[1]
     roots = np.linalg.cholesky(system.noise_blocks(noise))
     whitened = np.linalg.solve(roots, e[:, :, None])[:, :, 0]
     squares = np.sum(whitened**2, axis=1)
-    return student_weights(squares, noise.nu, axes)
+    return student_weights(squares, noise.nu, e.shape[1])

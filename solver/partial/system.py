@@ -76,8 +76,7 @@ class System:
     def noise_covariance(self, noise: NoiseBelief, *, gaussian: bool) -> np.ndarray:
         """Return the same where all unknowns are known, shape (R, R)."""
         N, axes, _ = self.by_joints.shape
-        weights = self.state.weights[:, None, None]
-        blocks = self.noise_blocks(noise) / weights
+        blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
         if gaussian:
             blocks = blocks * (1 + 2 / (noise.nu + axes))
         C = CALIPER_DEVIATION**2 * np.eye(len(self.errors))
@@ -116,13 +115,14 @@ class System:
         of_both = np.block([[self.spread, across], [across.T, S[:, some]]])
         prior = Gaussian.of(np.zeros(len(of_both)), of_both)
         count = len(self.errors)
-        noise = self.noise_covariance(self.state.noise, gaussian=True)
-        root = np.linalg.cholesky(noise)
-        of_errors = np.eye(count, len(of_both))
-        whitened = np.linalg.solve(root, of_errors)
-        posterior = prior.conditioned(whitened, np.zeros(count))
+        root = np.linalg.cholesky(
+            self.noise_covariance(self.state.noise, gaussian=True)
+        )
+        whitened = np.linalg.solve(root, np.eye(count, len(of_both)))
         unknowns = slice(count, None)
-        return posterior.marginal(unknowns).covariance
+        return (
+            prior.conditioned(whitened, np.zeros(count)).marginal(unknowns).covariance
+        )
 
     def covariance_on_flange(self, some: np.ndarray) -> np.ndarray:
         """Return the same for an exact chain: how far the flange itself is off is left out."""

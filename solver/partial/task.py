@@ -153,8 +153,7 @@ class Task:
     @property
     def with_exact_arm(self) -> "Task":
         """The same with an arm of which all is known but what is free."""
-        nothing = np.zeros_like(self.prior.covariance)
-        exact = replace(self.prior, covariance=nothing)
+        exact = replace(self.prior, covariance=np.zeros_like(self.prior.covariance))
         return replace(self, prior=exact)
 
     def tolerating(self, factor: float) -> "Task":

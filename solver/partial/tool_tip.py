@@ -136,8 +136,12 @@ def _doubts(scatter: float, zeros: ChangedZeros, limit: float) -> tuple[str, ...
     """Return a reason not to rely on a tip whose touches scatter by so much [m]; or none."""
     if scatter > LOOSE:
         return (SCATTER.format(1e3 * scatter),)
-    remedy = "turn the tool about two more axes at the point"
-    return not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
+    return not_enough(
+        zeros.covariance,
+        limit,
+        "touches cannot tell the tip",
+        "turn the tool about two more axes at the point",
+    )
 
 
 def _outliers(wheres: Mapping[int, str], distances: np.ndarray) -> tuple[str, ...]:

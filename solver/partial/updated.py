@@ -115,8 +115,7 @@ def found(
     )
     doubts = () if zeros.told or zeros.alike else zeros.text
     notes = (*system.task.rows.warnings, *doubts)
-    with_link = updated(calibration, system, tool=frame)
-    return Found(frame, with_link, notes, untold)
+    return Found(frame, updated(calibration, system, tool=frame), notes, untold)
 
 
 def signed(values: Iterable[float], digits: int) -> str:

@@ -77,15 +77,6 @@ class JointZero:
         return round(self.offset / TICK)
 
 
-def scatter_words(scatter: float, probability: float) -> str:
-    """Return that joints scatter alike [rad], and why they may."""
-    return (
-        f"All joints scatter alike, by some {1e3 * scatter:g} mrad ({100 * probability:.0f} %): "
-        "are they read, not commanded, and written with all digits? Or is it another arm's "
-        "calibration?"
-    )
-
-
 def fit_with_zeros(task: Task, joints: Sequence[int] | np.ndarray) -> System:
     """Return the fit with the zeros of some joints as further unknowns."""
     zeros = task.prior.zeros[np.asarray(joints, dtype=int)]

@@ -142,8 +142,7 @@ class InverseKinematics:
             targets = np.hstack([points[rows[some]], necks[some]])
             q, arrived = self._follow(starts[some], targets)
             reached[rows[some[arrived]]] = q[arrived]
-        still_open = np.isnan(reached[failures, 0])
-        return not still_open.all()
+        return not np.isnan(reached[failures, 0]).all()
 
     def _random_starts(self, generator: np.random.Generator) -> Starts:
         """Return joint positions, and directions of necks that are even over the cap of tilts."""
@@ -163,14 +162,12 @@ class InverseKinematics:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         q = q.copy()
-        all_rows = np.arange(len(q))
-        self._iterate(q, targets, all_rows, COARSE)
+        self._iterate(q, targets, np.arange(len(q)), COARSE)
         turns = np.round(q / (2 * np.pi)) * self._turning
         q -= 2 * np.pi * turns
         # Many are outside the limits, and stay there: the others are worth the last steps.
-        below = self.lower - q
         above = q - self.upper
-        beyond = np.maximum(below, above).max(axis=1)
+        beyond = np.maximum(self.lower - q, above).max(axis=1)
         feasible = np.flatnonzero(beyond < MARGIN)
         goals = targets if self._leans_freely else targets[:, :3]
         self._iterate(q, goals, feasible, FINE)
@@ -217,8 +214,7 @@ class InverseKinematics:
             dual_step = np.linalg.solve(J @ transposed + damping, error)
             dq = (transposed @ dual_step)[:, :, 0]
             longest = np.abs(dq).max(axis=1).clip(1e-9)
-            scale = np.minimum(1.0, MAX_STEP / longest)
-            dq *= scale[:, None]
+            dq *= np.minimum(1.0, MAX_STEP / longest)[:, None]
             q[moving] += dq
             goes_on = np.minimum(longest, MAX_STEP) > steps.tolerance
             moving = moving[goes_on]

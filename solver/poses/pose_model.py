@@ -60,8 +60,9 @@ class PoseModel:
         q = ca.SX.sym("q", len(robot.actuated))
         corrected = q if correct is None else correct(q)
         arm = robot if origins is None else robot.with_origins(origins)
-        frames = written_frames(arm.joints)
-        links, motions = frames_and_motions(arm.joints, frames, corrected)
+        links, motions = frames_and_motions(
+            arm.joints, written_frames(arm.joints), corrected
+        )
         return cls(q, corrected, links, motions)
 
     @property
@@ -89,9 +90,8 @@ class PoseModel:
         """
         if point is None:
             _, point = self.frames[joint]
-        by_corrected = self.by_corrected(joint, point)
         corrected_by_q = ca.jacobian(self.corrected, self.q)
-        return ca.densify(by_corrected @ corrected_by_q)
+        return ca.densify(self.by_corrected(joint, point) @ corrected_by_q)
 
     def by_corrected(self, joint: int, point: Any) -> Any:
         """Return the same by the corrected positions and tilts, shape (6, m) or (6, 3 m).
@@ -231,8 +231,7 @@ def _pull(q: Any, prefer: Any, e: Any) -> Any:
     """Return the step that a preferred posture asks for, where there are joints to spare."""
     if q.numel() <= e.numel():
         return ca.SX.zeros(q.numel())
-    pull = prefer - q
-    return ca.fmax(ca.fmin(pull, MAX_PULL), -MAX_PULL)
+    return ca.fmax(ca.fmin(prefer - q, MAX_PULL), -MAX_PULL)
 
 
 def _damped(
@@ -245,8 +244,7 @@ def _damped(
     damping = DAMPING * ca.dot(e, e) + LEAST_DAMPING
     identity = ca.SX.eye(e.numel())
     factors = ca.ldl(freed @ freed.T + damping * identity, False)
-    remainder = e - J @ moves
-    return moves + freed.T @ ca.ldl_solve(remainder, *factors)
+    return moves + freed.T @ ca.ldl_solve(e - J @ moves, *factors)
 
 
 def _parts(pose: Any) -> tuple[Any, Any]:
@@ -259,8 +257,8 @@ def _turn(R: Any, target: Any) -> tuple[Any, Any]:
     """Return the rotation vector from one rotation to another, and its length [rad]."""
     E = target @ R.T
     sines = ca.inv_skew(E)  # of its antisymmetric part
-    square = ca.dot(sines, sines)
-    sine = ca.sqrt(square + 1e-32)  # of a turn of pi the axis is lost, not the angle
-    cosine = (ca.trace(E) - 1) / 2
-    angle = ca.atan2(sine, cosine)
+    sine = ca.sqrt(
+        ca.dot(sines, sines) + 1e-32
+    )  # of a turn of pi the axis is lost, not the angle
+    angle = ca.atan2(sine, (ca.trace(E) - 1) / 2)
     return sines * (angle / sine), angle

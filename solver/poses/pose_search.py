@@ -92,8 +92,7 @@ class Searches:
     @property
     def q(self) -> np.ndarray:
         """Joint positions, shape (N, m) [rad]."""
-        m = self.best.shape[1]
-        return self.rows[:, :m]
+        return self.rows[:, : self.best.shape[1]]
 
     @property
     def margins(self) -> np.ndarray:
@@ -101,14 +100,12 @@ class Searches:
         away = (self.stalls > 0) & (self.stalls <= AWAY)
         if not away.any():
             return NO_MARGIN
-        residual = np.sqrt(self.square)
-        margins = MARGIN * np.sqrt(residual)
+        margins = MARGIN * np.sqrt(np.sqrt(self.square))
         return np.where(away, margins, 0.0)[:, None]
 
     def shrinkage(self, step: SearchStep) -> np.ndarray:
         """Return the residual as a share of the least before, shape (N,)."""
-        least = np.maximum(self.square, TINY)
-        return np.sqrt(step.square / least)
+        return np.sqrt(step.square / np.maximum(self.square, TINY))
 
     def keep(self, step: SearchStep, ends: np.ndarray) -> None:
         """Keep the joint positions that leave least so far, and those at which a search ends."""

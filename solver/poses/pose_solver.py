@@ -126,8 +126,7 @@ class PoseSolver:
     ) -> Solutions:
         """Return solutions by steps that keep the limits, from starts within these."""
         residuals = np.full((len(q), 2), np.inf)
-        rounds = np.zeros(len(q), dtype=int)
-        solutions = Solutions(q, residuals, rounds)
+        solutions = Solutions(q, residuals, np.zeros(len(q), dtype=int))
         searches = Searches.begun(q, targets, prefer)
         for count in range(ROUNDS):
             step = self._step(searches, tool)
@@ -266,9 +265,8 @@ class PoseSolver:
         lower = ca.SX.sym("lower", len(self.lower))
         upper = ca.SX.sym("upper", len(self.lower))
         free = replace(step, change=change, error=error, jacobian=jacobian)
-        limited = limited_step(free, lower, upper)
         row = ca.vertcat(inputs, change, error, ca.vec(jacobian), lower, upper)
-        return RowFunction("limited", [row], [limited])
+        return RowFunction("limited", [row], [limited_step(free, lower, upper)])
 
     @cached_property
     def _expressions(self) -> tuple[NewtonStep, Any]:

@@ -118,8 +118,7 @@ def _view(
     place: np.ndarray,
 ) -> Sample:
     """Return a view by the board's rotation vector and place in the camera."""
-    R = turn(vector)
-    (quaternion,) = quaternion_of(R[None]).tolist()
+    (quaternion,) = quaternion_of(turn(vector)[None]).tolist()
     return Sample(
         position,
         socket=0,
@@ -138,8 +137,7 @@ def _camera_of(
     objects, points = zip(*views, strict=True)
     rms, matrix, distortion, *_ = cv.calibrateCamera(objects, points, size, None, None)
     focal_and_centre = matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
-    first_five = distortion.ravel()[:5]
-    words = [f"{value:.6g}" for value in (*focal_and_centre, *first_five)]
+    words = [f"{value:.6g}" for value in (*focal_and_centre, *distortion.ravel()[:5])]
     fit = f"by {len(views)} images, {rms:.2f} pixels off (rms)"
     return matrix, distortion, f"--intrinsics {','.join(words)}: {fit}"
 
@@ -198,8 +196,7 @@ def _corners(
         finders = [_plain_finder(cv, board)]
     else:
         finders = [_finder(cv, board, older) for older in (False, True)]
-    seen = [_seen(find, pictures) for find in finders]
-    return max(seen, key=len), size
+    return max([_seen(find, pictures) for find in finders], key=len), size
 
 
 def _seen(

@@ -67,8 +67,12 @@ def of_origin(
                 along_axes.append(direction[:, None])
     for names, directions in (axes, along_axes), (joints, anyhow):
         if names:
-            columns = scene.by_geometry @ np.array(directions)
-            yield Block(scene.all_samples, columns, names, widths)
+            yield Block(
+                scene.all_samples,
+                scene.by_geometry @ np.array(directions),
+                names,
+                widths,
+            )
 
 
 def _directions(scene: Scene, joint: Joint, unit: str) -> np.ndarray:
@@ -143,10 +147,9 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
     m = scene.q.shape[1]
     turns = TILT.turns(samples)
     squares: np.ndarray = np.sum(turns[:, [0, m]] ** 2, axis=1)
-    scale = max(float(squares.mean()) ** 0.5, 1e-6)
     first = scene.model.slices[scene.effects.index(TILT)].start
     by_first_joint = scene.linear.by_unknowns[:, :, [first, first + m]]
-    columns = -by_first_joint / scale
+    columns = -by_first_joint / max(float(squares.mean()) ** 0.5, 1e-6)
     yield of_samples(scene.every, columns, [{}], TILTS)
 
 
@@ -169,8 +172,7 @@ def _sags(scene: Scene) -> np.ndarray:
 def of_lost_zero(scene: Scene) -> Iterable[Block]:
     """Return blocks of joints that are off from some sample of a placement on."""
     joints = cycle(scene.robot.joint_names)
-    slopes = -scene.by_joints[..., None]
-    for block in changes(scene, slopes, LOST):
+    for block in changes(scene, -scene.by_joints[..., None], LOST):
         names = [{"joint": next(joints), **first} for first in block.parameters]
         yield replace(block, parameters=names)
 
@@ -224,8 +226,7 @@ def error(
     Where it is no single one, it is how far the joint is displaced, or turned, in all.
     """
     ball = scene.model.ball
-    names = [joint.name for joint in scene.robot.joints]
-    index = names.index(parameters["joint"])
+    index = [joint.name for joint in scene.robot.joints].index(parameters["joint"])
     directions = _directions(scene, scene.robot.joints[index], unit)
     if "axis" in parameters:
         directions = directions[:, [AXES.index(parameters["axis"])]]

@@ -100,8 +100,7 @@ class NoisePrior:
         """Return the logarithm of the density of ln sigma."""
         away = np.log(sigma / self.centre) / self.width
         if self.below:
-            above = np.maximum(away, 0)
-            return -0.5 * above**2 - np.log(DECADES)
+            return -0.5 * np.maximum(away, 0) ** 2 - np.log(DECADES)
         volume = 0.5 * np.log(2 * np.pi * self.width**2)
         return -0.5 * away**2 - volume
 
@@ -126,9 +125,8 @@ def sample_named(p: Parameters) -> str:
     """
     if "point" in p and not p.get("number"):
         return f"point {p['point']}"
-    number = p.get("number", 0)
     place = p.get("place", p["sample"] + 1)
-    return sample_name(number, place, p["socket"])
+    return sample_name(p.get("number", 0), place, p["socket"])
 
 
 class _Sentences(Formatter):

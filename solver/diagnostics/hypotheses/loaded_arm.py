@@ -105,8 +105,7 @@ class LoadedArm:
 
     def in_rows(self, rows: slice, columns: np.ndarray) -> np.ndarray:
         """Return columns, or a shift, of some rows as those of all residuals, (3 N + K, ...)."""
-        count = self.all_lengths.stop
-        full = np.zeros((count, *columns.shape[1:]))
+        full = np.zeros((self.all_lengths.stop, *columns.shape[1:]))
         full[rows] = columns
         return full
 
@@ -118,18 +117,18 @@ class LoadedArm:
         """Return the name of a placement, as a parameter of explanations."""
         return {"placement": self.measurements[place].name}
 
-    def sample(self, place: int, row: int) -> dict[str, Any]:
+    def sample(self, place: int, rank: int) -> dict[str, Any]:
         """Return placement, socket, index in it, and the numbers as recorded, of a sample.
 
-        A point that an instrument measured has its number in the recording, too, from 1.
+        It has a rank in its placement. A point that an instrument measured has its number in the
+        recording, too, from 1.
         """
-        rank = int(self.ranks[place][row])
-        first = self.places[place].start
+        row = self.places[place].start + np.argmax(self.ranks[place] == rank)
         recorded = self.measurements[place].placement.samples[rank]
         names: dict[str, Any] = {
             **self.named(place),
             "socket": recorded.socket,
-            "sample": int(self.numbers[first + row]),
+            "sample": int(self.numbers[row]),
             "number": recorded.number,
             "place": recorded.place,
         }
@@ -151,8 +150,9 @@ class LoadedArm:
     @cached_property
     def model(self) -> ExtendedModel:
         """Geometry and effects as one model."""
-        names = [effect.name for effect in self.effects]
-        return extend(self.robot, self.parameters, names)
+        return extend(
+            self.robot, self.parameters, [effect.name for effect in self.effects]
+        )
 
     @cached_property
     def start(self) -> np.ndarray:
@@ -205,17 +205,17 @@ class LoadedArm:
     @cached_property
     def by_readings(self) -> np.ndarray:
         """Derivatives of the balls by true positions and tilts, whatever the load, (N, 3, 3 m)."""
-        design = design_matrix(self.effects, self.loaded_samples)
         coefficients = self.start[len(self.parameters) :]
-        true = design.true_positions(self.q, coefficients)
+        true = design_matrix(self.effects, self.loaded_samples).true_positions(
+            self.q, coefficients
+        )
         values = self.model.values(self.start)
         return self.model.ball.linearise(values, true).by_joints
 
     def of_effects(self, samples: Samples) -> np.ndarray:
         """Return derivatives of samples' residuals by effects, in their widths, (3 N, p)."""
         axes, turns = design_matrix(self.effects, samples)
-        by_axes = self.by_readings[:, :, axes]
-        slopes = -by_axes * turns[:, None]
+        slopes = -self.by_readings[:, :, axes] * turns[:, None]
         columns = slopes.reshape(3 * len(self.q), -1)
         return columns * self.widths_of_effects(samples)
 
@@ -228,14 +228,12 @@ class LoadedArm:
             shift = effect.typical_shift
             if effect.learned:
                 shift *= self.wide
-            width = shift / max(usual, SMALLEST_TURN)
             coefficients = turns.shape[1]
-            widths.append(np.full(coefficients, width))
+            widths.append(np.full(coefficients, shift / max(usual, SMALLEST_TURN)))
         return np.concatenate(widths)
 
     @property
     def is_elastic(self) -> np.ndarray:
         """True for coefficients of elasticity among those of effects, shape (p,)."""
-        elastic = [effect.elastic for effect in self.effects]
         counts = [rows.stop - rows.start for rows in self.model.slices]
-        return np.repeat(elastic, counts)
+        return np.repeat([effect.elastic for effect in self.effects], counts)

@@ -50,8 +50,7 @@ def precision(
     scale: float,
 ) -> np.ndarray:
     """Return the inverse covariance of unknowns whose size is held to a scale, shape (n, n)."""
-    of_scale = np.outer(by_scale, by_scale)
-    return np.diag(widths**-2) + of_scale / scale**2
+    return np.diag(widths**-2) + np.outer(by_scale, by_scale) / scale**2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,10 +92,8 @@ class Scene(LoadedArm):
         # beside those at the nominal model
         by_fitted = self.linear.by_unknowns[:, :, : len(self.x)]
         fitted = by_fitted @ self.x
-        centres = self.centres[self.sockets]
-        of_samples = self.seats - centres - fitted
-        distances = [length.distance for length in self.known]
-        of_lengths = self.expected - distances
+        of_samples = self.seats - self.centres[self.sockets] - fitted
+        of_lengths = self.expected - [length.distance for length in self.known]
         residuals = np.append(of_samples, DISTANCE_WEIGHT * of_lengths)
         for rows, _, shift in self.explained:
             residuals[rows] -= shift
@@ -105,8 +102,7 @@ class Scene(LoadedArm):
     def spans_of(self, places: np.ndarray) -> np.ndarray:
         """Return differences of the seats' places by known distances, shape (K, ...)."""
         first = [length.first for length in self.known]
-        second = [length.second for length in self.known]
-        return places[second] - places[first]
+        return places[[length.second for length in self.known]] - places[first]
 
     @cached_property
     def spans(self) -> np.ndarray:
@@ -116,8 +112,7 @@ class Scene(LoadedArm):
     @cached_property
     def expected(self) -> np.ndarray:
         """Known distances as the fit has them, shape (K,) [m]."""
-        lengths = np.linalg.norm(self.spans, axis=1)
-        return lengths.clip(min=1e-12)
+        return np.linalg.norm(self.spans, axis=1).clip(min=1e-12)
 
     @cached_property
     def nuisances(self) -> np.ndarray:
@@ -168,8 +163,7 @@ class Scene(LoadedArm):
         on_base = np.array([length.on_base for length in known], dtype=bool)
         distances = np.array([length.distance for length in known])
         deviations = np.array([length.deviation for length in known])
-        bases = np.unique(distances[on_base])
-        is_of_base = distances[:, None] == bases
+        is_of_base = distances[:, None] == np.unique(distances[on_base])
         of_bases = is_of_base * (on_base * deviations)[:, None]
         each = np.where(on_base, SEAT_DEVIATION, deviations)
         return DISTANCE_WEIGHT * np.hstack([of_bases, np.diag(each)])
@@ -179,8 +173,7 @@ class Scene(LoadedArm):
         """Root of the covariance of the geometry, shape (n, n)."""
         widths = widths_of(self.parameters)
         by_scale = self.by_scale[: len(widths)]
-        covariance = np.linalg.inv(precision(widths, by_scale, ARMS))
-        return np.linalg.cholesky(covariance)
+        return np.linalg.cholesky(np.linalg.inv(precision(widths, by_scale, ARMS)))
 
     @cached_property
     def whitening(self) -> np.ndarray | None:
@@ -192,8 +185,7 @@ class Scene(LoadedArm):
             return None
         J = self.linear.by_joints * (self.play / self.noise)
         of_play = J @ J.transpose(0, 2, 1)
-        covariance = np.eye(3) + of_play
-        variances, axes = np.linalg.eigh(covariance)
+        variances, axes = np.linalg.eigh(np.eye(3) + of_play)
         scaled = axes * variances[:, None] ** -0.5
         return scaled @ axes.transpose(0, 2, 1)
 
@@ -202,10 +194,8 @@ class Scene(LoadedArm):
     def recentred(self, sigma: float) -> "Scene":
         """Return the scene about the sockets' most probable centres by the samples alone."""
         rows = self.all_samples
-        B = self.nuisances[rows]
-        x = _ridge(B, self.residuals[rows], sigma)
-        of_centres = x[: self.centres.size]
-        shifts = CENTRE * of_centres.reshape(-1, 3)
+        x = _ridge(self.nuisances[rows], self.residuals[rows], sigma)
+        shifts = CENTRE * x[: self.centres.size].reshape(-1, 3)
         return replace(self, centres=self.centres + shifts)
 
     @cached_property
@@ -218,6 +208,5 @@ class Scene(LoadedArm):
 
 def _ridge(B: np.ndarray, r: np.ndarray, sigma: float) -> np.ndarray:
     """Return x = (B^T B + sigma^2)^-1 B^T r, the most probable unknowns of r = B x + noise."""
-    unknowns = B.shape[1]
-    precision = B.T @ B + sigma**2 * np.eye(unknowns)
+    precision = B.T @ B + sigma**2 * np.eye(B.shape[1])
     return np.linalg.solve(precision, B.T @ r)
