@@ -28,7 +28,6 @@ from ..results import (
     ModelName,
     RecordedSample,
     Role,
-    TargetPrediction,
     calibrated_robot,
     misfit,
     names_of,
@@ -217,19 +216,13 @@ def _predicted(
         name: fit_frames([(model.predict(m), m) for m in training])
         for name, model in models.items()
     }
-    return [
-        _placement(part, target_predictions(models, part.measured, frames))
-        for part in parts
-    ]
-
-
-def _placement(
-    part: _Part, predictions: Mapping[str, TargetPrediction]
-) -> PlacementPrediction:
-    """Return a placement, and what each model predicts for it."""
-    points = ByModel(**{name: p.points for name, p in predictions.items()})
-    frames = {name: predictions[name].frames or {} for name in predictions}
-    return PlacementPrediction(part.measured, part.role, points, part.samples, frames)
+    placements: list[PlacementPrediction] = []
+    for measured, role, samples in parts:
+        predicted = target_predictions(models, measured, frames)
+        points = ByModel(**{name: p.points for name, p in predicted.items()})
+        poses = {name: p.frames or {} for name, p in predicted.items()}
+        placements.append(PlacementPrediction(measured, role, points, samples, poses))
+    return placements
 
 
 def measurements_of(document: CalibrationDocument, robot: Robot) -> list[Measurement]:
@@ -267,9 +260,8 @@ def _check(
     if [p.name for p in left_out] != [row.name for row in document.left_out]:
         raise misfit(source, "left_out", "not what `data` says; calibrate again")
     for role in ("train", "test"):
-        if getattr(document.summary, role) is None and (
-            role in dict(recorded).values()
-        ):
+        is_recorded = role in dict(recorded).values()
+        if is_recorded and getattr(document.summary, role) is None:
             raise misfit(
                 source, f"summary.{role}", "missing, but `data` has such placements"
             )

@@ -199,8 +199,8 @@ def _inspections(
             errors = np.linalg.norm(scene.remaining[rows], axis=1)
             worst = int(np.argmax(errors))
             diagnostics.append(_unexplained(m, floor, scene.noise, worst))
-        if m.kind == "points" and floor < EXACT and _are_computed(model, m):
-            diagnostics.append(_computed(m))
+        if m.kind == "points" and floor < EXACT:
+            diagnostics += _computed(model, m)
         cures = (correction_of(each.cause, each.diagnostic, m) for each in here)
         corrections = tuple(filter(None, cures))
         centre = np.median(balls[rows], axis=0)
@@ -210,22 +210,17 @@ def _inspections(
     return inspections
 
 
-def _are_computed(model: RigidModel, measured: Measurement) -> bool:
-    """Tell whether the nominal model leaves nothing of points, which no instrument can do."""
+def _computed(model: RigidModel, measured: Measurement) -> list[Diagnostic]:
+    """Return the diagnostic of points that were computed from the joints, if any.
+
+    The nominal model leaves nothing of them, which no instrument can do.
+    """
     (error,) = model.nominal.errors([samples_of([measured])])
-    return error < EXACT and len(measured.positions) >= ENOUGH
-
-
-def _computed(measured: Measurement) -> Diagnostic:
-    """Return the diagnostic of points that were computed from the joints."""
+    if error >= EXACT or len(measured.positions) < ENOUGH:
+        return []
     text = f"the nominal model leaves less than {1e3 * EXACT:g} mm of its points"
-    return Diagnostic(
-        "warning",
-        "computed",
-        where_of([measured]),
-        text,
-        "no instrument is so exact. A controller computed them from the joints: measure them",
-    )
+    advice = "no instrument is so exact. A controller computed them from the joints: measure them"
+    return [Diagnostic("warning", "computed", where_of([measured]), text, advice)]
 
 
 def _unexplained(

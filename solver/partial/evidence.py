@@ -84,7 +84,10 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
     samples = len(errors) - len(task.distances)
     by_lengths = np.eye(len(errors))[:, samples:]
     slopes = np.hstack([system.slopes, by_lengths])
-    widths = _widths(task, candidates, slopes.shape[1])
+    widths = np.zeros((len(candidates), slopes.shape[1]))  # S_k, row by row
+    for row, candidate in zip(widths, candidates, strict=True):
+        free = {**task.free, **candidate.widths}
+        row[[*free]] = [*free.values()]
     freed = widths.any(axis=0)
     columns = np.column_stack([errors, slopes[:, freed]])
     logs: list[np.ndarray] = []
@@ -145,15 +148,6 @@ def shares_beside(
     likeliest = max(by_size, key=by_size.__getitem__, default=0.0)
     scatter = Scatter(sum(of_scatters), likeliest)
     return shares[: logs.size].reshape(logs.shape), scatter
-
-
-def _widths(task: Task, candidates: Sequence[Explanation], unknowns: int) -> np.ndarray:
-    """Return S_k, the deviations of what each explanation frees, shape (E, unknowns)."""
-    widths = np.zeros((len(candidates), unknowns))
-    for row, candidate in zip(widths, candidates, strict=True):
-        freed = {**task.free, **candidate.widths}
-        row[[*freed]] = [*freed.values()]
-    return widths
 
 
 def geometry_changes(task: Task) -> dict[int, float]:

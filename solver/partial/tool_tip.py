@@ -251,10 +251,12 @@ def _elsewhere(prior: ArmPrior, x: np.ndarray, P: np.ndarray) -> float | None:
     robot = prior.robot.with_origins(model.ball.origins(model.values(x)))
     guide = InverseKinematics(robot)
     generator = np.random.default_rng(0)
+    lowest, highest = (NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH)
     squares: list[float] = []
     for _ in range(10 * ELSEWHERE):
-        point = guide.longest * _point_elsewhere(generator)
-        targets = np.tile(point, (POSTURES, 1))
+        radius, angle, height = generator.uniform(lowest, highest)
+        point = [radius * np.cos(angle), radius * np.sin(angle), height]
+        targets = np.tile(guide.longest * np.array(point), (POSTURES, 1))
         try:
             q = guide.reach(targets, generator, rounds=1)
         except SimulationError:
@@ -265,10 +267,3 @@ def _elsewhere(prior: ArmPrior, x: np.ndarray, P: np.ndarray) -> float | None:
         if len(squares) == ELSEWHERE:
             break
     return float(np.mean(squares)) ** 0.5 if squares else None
-
-
-def _point_elsewhere(generator: np.random.Generator) -> np.ndarray:
-    """Return a random point where arms work, in shares of the reach, shape (3,)."""
-    lowest, highest = (NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH)
-    radius, angle, height = generator.uniform(lowest, highest)
-    return np.array([radius * np.cos(angle), radius * np.sin(angle), height])

@@ -149,11 +149,9 @@ def updated(
     calibrated = _updated_arm(calibration.calibrated, system, offsets, tool)
     document = _updated_document(calibration.document, calibrated, zeros, tool)
     if zeros:
-        folds = (
-            _fold_with_zeros(calibration.calibrated, fold, offsets)
-            for fold in document.folds
-        )
-        document = structs.replace(document, folds=tuple(folds))
+        old = calibration.calibrated
+        folds = tuple(_fold_with_zeros(old, fold, offsets) for fold in document.folds)
+        document = structs.replace(document, folds=folds)
     return Calibration(document, calibrated, calibration.source)
 
 
@@ -231,18 +229,17 @@ def _updated_document(
     )
     if zeros:
         before = {zero.joint: zero.offset for zero in document.later_zeros}
-        later_zeros = [
-            LaterZero(
-                joint=zero.joint,
-                offset=before.get(zero.joint, 0.0) + zero.offset,
-                standard_deviation=zero.standard_deviation,
-            )
-            for zero in zeros
-        ]
         offsets = [-zero.offset for zero in zeros]
         document = structs.replace(
             document,
-            later_zeros=tuple(later_zeros),
+            later_zeros=tuple(
+                LaterZero(
+                    joint=zero.joint,
+                    offset=before.get(zero.joint, 0.0) + zero.offset,
+                    standard_deviation=zero.standard_deviation,
+                )
+                for zero in zeros
+            ),
             coefficients=_coefficients(document.coefficients or (), zeros),
             data=tuple(data.shifted(offsets) for data in document.data),
         )

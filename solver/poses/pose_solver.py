@@ -64,18 +64,6 @@ class Solutions:
         self.left[into] = retries.left[winners]
         self.rounds[into] += retries.rounds[winners]
 
-    def take(
-        self,
-        searches: Searches,
-        ends: np.ndarray,
-        rounds: np.ndarray,
-    ) -> None:
-        """Take over where some of the searches ended, after so many rounds."""
-        poses = searches.pose[ends]
-        self.positions[poses] = searches.best[ends]
-        self.left[poses] = searches.residual[ends]
-        self.rounds[poses] = rounds[ends]
-
 
 @dataclass(eq=False)
 class PoseSolver:
@@ -136,13 +124,18 @@ class PoseSolver:
             small = (step.longest < self.last) & (promise < TOLERANCE / 30)
             last = small & (count > 0)
             searches.keep(step, arrived | last)
-            if last.any():
-                searches.finish(step, last, shrinkage)
+            if last.any():  # without a look at what they leave: it shrinks as before
+                searches.best[last] += step.change[last]
+                searches.residual[last] *= shrinkage[last, None]
             searches.move(step)
             stuck = searches.stalls >= STUCK
             ends = arrived | last | stuck | (count == ROUNDS - 1)
             if ends.any():
-                solutions.take(searches, ends, count + (last & ~arrived))
+                poses = searches.pose[ends]
+                rounds = count + (last & ~arrived)
+                solutions.positions[poses] = searches.best[ends]
+                solutions.left[poses] = searches.residual[ends]
+                solutions.rounds[poses] = rounds[ends]
                 if ends.all():
                     break
                 searches = searches.where(~ends)

@@ -100,7 +100,15 @@ def read_images(
     samples: list[Sample] = []
     for i, (corners, pixels) in found.items():
         _, vector, place = cv.solvePnP(corners, pixels, matrix, distortion)
-        samples.append(_view(rows[i], files[i], vector.ravel(), place.ravel()))
+        (quaternion,) = quaternion_of(turn(vector.ravel())[None]).tolist()
+        view = Sample(
+            rows[i],
+            socket=0,
+            where=str(files[i]),
+            point=tuple(place.ravel().tolist()),
+            orientation=tuple(quaternion),
+        )
+        samples.append(view)
     return Placement(
         folder.name,
         tuple(samples),
@@ -108,23 +116,6 @@ def read_images(
         files=(folder / JOINTS,),
         remarks=tuple(remarks),
         poses_of="camera",
-    )
-
-
-def _view(
-    position: tuple[float, ...],
-    file: Path,
-    vector: np.ndarray,
-    place: np.ndarray,
-) -> Sample:
-    """Return a view by the board's rotation vector and place in the camera."""
-    (quaternion,) = quaternion_of(turn(vector)[None]).tolist()
-    return Sample(
-        position,
-        socket=0,
-        where=str(file),
-        point=tuple(place.tolist()),
-        orientation=tuple(quaternion),
     )
 
 
@@ -196,16 +187,11 @@ def _corners(
         finders = [_plain_finder(cv, board)]
     else:
         finders = [_finder(cv, board, older) for older in (False, True)]
-    return max([_seen(find, pictures) for find in finders], key=len), size
-
-
-def _seen(
-    find: "Finder",
-    pictures: Sequence[Any],
-) -> dict[int, tuple[Any, Any]]:
-    """Return what a finder finds, by the number of each picture that shows the board."""
-    views = {i: find(picture) for i, picture in enumerate(pictures)}
-    return {i: view for i, view in views.items() if view is not None}
+    seen: list[dict[int, tuple[Any, Any]]] = []
+    for find in finders:
+        views = enumerate(map(find, pictures))
+        seen.append({i: view for i, view in views if view is not None})
+    return max(seen, key=len), size
 
 
 Finder = Callable[[Any], "tuple[Any, Any] | None"]

@@ -61,7 +61,9 @@ class Candidate:
 
     def hypothesis(self, probability: float = 1.0) -> Hypothesis:
         """Return it in words."""
-        kind = self.kind.for_points() if self.of_points else self.kind
+        kind = self.kind
+        if self.of_points:
+            kind = replace(kind, **kind.of_points)
         parameters = dict(self.parameters)
         advice = kind.advice.format(**parameters)
         measurements = self.scene.measurements

@@ -186,10 +186,6 @@ class Kind:
     at_ball: bool = False
     """True where its size is how far it moves the ball at most, not its unknowns'."""
 
-    def for_points(self) -> "Kind":
-        """Return it with its words for points that an instrument measured."""
-        return replace(self, **self.of_points)
-
     def text(self, p: Parameters) -> str:
         """Return its sentence."""
         if self.sentence is not None:
