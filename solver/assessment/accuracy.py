@@ -23,7 +23,6 @@ from .limits import (
     WORKSPACE,
     Limit,
     LimitResult,
-    Status,
     error_limit,
     limit_row,
 )
@@ -132,12 +131,12 @@ def _predicted_row(
         single = ", and a second placement far from the first"
         several = ", and another placement far from the others"
         text += several if len(trained) > 1 else single
-    status: Status = "pass" if is_kept else "not enough"
+    status = "pass" if is_kept else "not enough"
     row = limit_row(name, status, reason, now.value, allowed, text=text)
     row = replace(row, interval=now if improvement else None)
     if corrected is None:
         return row
-    by_full_model: Status = "pass" if corrected.high <= allowed else "not enough"
+    by_full_model = "pass" if corrected.high <= allowed else "not enough"
     return replace(row, full=corrected.value, full_status=by_full_model)
 
 

@@ -187,7 +187,7 @@ def _distance_deviations(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
         return []
     allowed = NormalDist().inv_cdf(1 - SIGNIFICANCE / 2 / len(candidates))
     z, error, deviation, worst = max(candidates)
-    status: Status = "pass"
+    status = "pass"
     text = f"at most {allowed:.1f} standard deviations"
     if z > allowed:
         status = "not enough"
@@ -262,7 +262,7 @@ def _length_row(
     if corrected is not None:
         text += f" (with corrected joint positions {mm(corrected, 3)})"
     excess = reached - limit.value
-    status: Status = "fail" if excess > deviation else "pass"
+    status = "fail" if excess > deviation else "pass"
     if deviation > limit.value or 0 < excess <= deviation:
         status = "not enough"
         text += ": record more samples in each socket, or more placements"

@@ -95,7 +95,7 @@ class Predictions:
     calibration: CalibratedRobot
     placements: tuple[PlacementPrediction, ...]
     left_out: tuple[PlacementPrediction, ...] = ()
-    """What folds leave out, each by the fold's models; in the order of the document's rows."""
+    """Placements that folds leave out, by the folds' models; in the order of the document's."""
 
     @property
     def all(self) -> list[PlacementPrediction]:
@@ -210,9 +210,9 @@ def _predicted(
     calibration: CalibratedRobot, parts: Sequence[_Part]
 ) -> list[PlacementPrediction]:
     """Return what the models of a robot predict; those trained on place instruments' frames."""
-    models: dict[str, CalibratedRobot] = {**calibration.models}
+    models = {**calibration.models}
     training = [part.measured for part in parts if part.role == "train"]
-    frames: Frames = {
+    frames = {
         name: fit_frames([(model.predict(m), m) for m in training])
         for name, model in models.items()
     }

@@ -93,7 +93,7 @@ class Verdict(Document):
     def as_said(self) -> dict[str, Any]:
         """Return the verdict by name without its rows, as the command line's JSON has it."""
         names = ("status", "kind", "scope", "title", "text", "answer", "use")
-        document: dict[str, Any] = {name: getattr(self, name) for name in names}
+        document = {name: getattr(self, name) for name in names}
         better = msgspec.to_builtins(self.better)
         if self.better is not None:
             properties = "probability", "corrected_probability"

@@ -52,13 +52,12 @@ class CurveAnnealing(Annealing):
         relative = np.eye(PAIRS) - np.outer(scale, scale)
         projection = np.vstack([scale, relative]) / PAIRS**0.5
         n = len(after) - PAIRS
-        of_poses = after[:n, :n]
         across = projection @ after[n:, :n]
         of_distances = projection @ after[n:, n:] @ projection.T
-        blocks = [[of_poses, across.T], [across, of_distances]]
+        blocks = [[after[:n, :n], across.T], [across, of_distances]]
         self.joint = np.block(blocks)
         self.distances = np.arange(n, len(self.joint))
-        rows: np.ndarray = np.arange(n).reshape(-1, 3)
+        rows = np.arange(n).reshape(-1, 3)
         super().__init__(
             rows[:0].ravel(),
             rows,

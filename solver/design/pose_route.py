@@ -120,8 +120,7 @@ class Annealing:
         for t, q in enumerate(poses[: len(self.order)]):
             pool = self.pools[self.order[t]]
             offsets = np.abs(self.poses[pool] - q)
-            nearest = np.argmin(offsets.max(axis=1))
-            self.chosen[t] = pool.start + nearest
+            self.chosen[t] = pool.start + np.argmin(offsets.max(axis=1))
 
     def ways(self, chosen: np.ndarray) -> np.ndarray:
         """Return ways through chosen poses, (..., T), from a known start on, (..., T + 1, m)."""
@@ -193,11 +192,9 @@ class Annealing:
         some = pool.start + drawn
         some[0] = old
         prospect = self.seen(remainder, self.rows[some])
-        shares = prospect.mean_variances / self._allowed[:, None]
-        excess = np.log(shares).clip(0)
+        excess = np.log(prospect.mean_variances / self._allowed[:, None]).clip(0)
         of_ways = self._costs_with(t, self.poses[some])
-        cost = of_ways + HARD * excess.sum(axis=0)
-        new = some[self._draw(cost, temperature)]
+        new = some[self._draw(of_ways + HARD * excess.sum(axis=0), temperature)]
         if new == old:
             return covariance
         self.chosen[t] = new

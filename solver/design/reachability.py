@@ -129,8 +129,7 @@ class Reach:
     def _is_seated(self, q: np.ndarray, seats: np.ndarray) -> np.ndarray:
         """Return a mask of poses whose balls are in their seats, and lean little, shape (N,)."""
         pose, _ = self._guide.ball_and_neck(q)
-        offsets = seats - pose[:, :3]
-        is_near = np.linalg.norm(offsets, axis=1) < OFF
+        is_near = np.linalg.norm(seats - pose[:, :3], axis=1) < OFF
         return is_near & (pose[:, 5] < -np.cos(LEAN))
 
     def _led(self, q: np.ndarray, seats: np.ndarray) -> np.ndarray:
@@ -144,8 +143,7 @@ class Reach:
             across = J.transpose(0, 2, 1)
             stiffness = J @ across + 1e-6 * np.eye(3)
             offsets = seats - pose[:, :3]
-            forces = np.linalg.solve(stiffness, offsets[:, :, None])
-            steps = across @ forces
+            steps = across @ np.linalg.solve(stiffness, offsets[:, :, None])
             q = q + steps[:, :, 0]
         return q
 

@@ -71,8 +71,7 @@ def _near_each_other(
 
     It begins at the pose of socket 0 where most poses are near.
     """
-    poses = np.concatenate([zero, first])
-    offsets = np.abs(zero[:, None] - poses)
+    offsets = np.abs(zero[:, None] - np.concatenate([zero, first]))
     is_near = offsets.max(axis=2) <= reach.turn
     return is_near[np.argmax(is_near.sum(axis=1))]
 

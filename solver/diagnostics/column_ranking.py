@@ -120,8 +120,7 @@ class ColumnTrials:
     ) -> list[ColumnHypothesis]:
         """Return the best hypothesis with offsets of some joints, each of them needed, if any."""
         needed = self.turning
-        several = self.with_best_offsets(starts, [needed] * len(starts))
-        error, best = self.best(several)
+        error, best = self.best(self.with_best_offsets(starts, [needed] * len(starts)))
         while needed:
             fewer = [best.with_offset(joint, 0.0) for joint in needed]
             others = [[j for j in needed if j != joint] for joint in needed]
@@ -141,7 +140,10 @@ def _error(ranked: Ranked) -> float:
     return ranked.error
 
 
-def promising(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]:
+def promising(
+    model: RigidModel,
+    samples: SeatSamples,
+) -> list[ColumnHypothesis]:
     """Return the best hypotheses of each kind that clearly lower the error."""
     robot = model.robot
     trials = ColumnTrials(model, samples.thinned(TRIED, FEWEST))
@@ -169,7 +171,10 @@ def promising(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]
     return [ranked.hypothesis for ranked in likely[:MOST]]
 
 
-def last_sign(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]:
+def last_sign(
+    model: RigidModel,
+    samples: SeatSamples,
+) -> list[ColumnHypothesis]:
     """Return the last joint's other sign, unless it leaves clearly more."""
     few = samples.thinned(TRIED, FEWEST)
     *_, flipped = signs(model.robot, 1)

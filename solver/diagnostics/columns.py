@@ -50,14 +50,13 @@ def of_columns(
 
     ``sound``: the recordings are explained well, and only the sign of the last joint is tried.
     """
-    parts: dict[str | None, slice] = {None: scene.every}
+    parts = {None: scene.every}
     if not sound:
         parts |= _suspects(scene, likeliest)
     before = likeliest.parameters["noise"]
     for placement, rows in parts.items():
         samples = scene.samples.only(rows)
-        seats = samples.sockets - samples.sockets.min()
-        samples = replace(samples, sockets=seats)
+        samples = replace(samples, sockets=samples.sockets - samples.sockets.min())
         for hypothesis in _possible(model, scene, samples, sound=sound):
             readings = scene.q.copy()
             readings[rows] = hypothesis.apply(samples).q
@@ -66,14 +65,18 @@ def of_columns(
                 yield _candidate(hypothesis, changed, placement, before)
 
 
-def _suspects(scene: Scene, likeliest: Candidate) -> dict[str | None, slice]:
+def _suspects(
+    scene: Scene,
+    likeliest: Candidate,
+) -> dict[str | None, slice]:
     """Return placements whose columns may be wrong: of several all noisy ones, or that accused."""
     accused = likeliest.parameters.get("placement")
     noisy = likeliest.parameters["noise"] > MUCH * scene.noise
     if len(scene.places) < 2:
         return {}
-    names = [measured.name for measured in scene.measurements]
-    places = zip(names, scene.places, strict=True)
+    places = zip(
+        [measured.name for measured in scene.measurements], scene.places, strict=True
+    )
     return {name: rows for name, rows in places if noisy or name == accused}
 
 
@@ -90,8 +93,9 @@ def _possible(
     hypotheses = [] if sound else promising(model, samples)
     tried = [hypothesis.mistakes for hypothesis in hypotheses]
     # near the last axis the ball hardly moves: the model's own errors may hide its sign
-    flipped = last_sign(model, samples)
-    return hypotheses + [h for h in flipped if h.mistakes not in tried]
+    return hypotheses + [
+        h for h in last_sign(model, samples) if h.mistakes not in tried
+    ]
 
 
 def _candidate(
@@ -118,14 +122,16 @@ def _candidate(
     return sound.as_cause(kind, parameters, len(names), placement)
 
 
-def _refined(hypothesis: ColumnHypothesis, sound: Candidate) -> ColumnHypothesis:
+def _refined(
+    hypothesis: ColumnHypothesis,
+    sound: Candidate,
+) -> ColumnHypothesis:
     """Return a hypothesis with the offsets of a fit that includes the geometry."""
     joints = hypothesis.mistakes.get("zero")
     if joints is None:
         return hypothesis
     (block,) = of_zero(sound.scene)
-    columns = block.columns[joints, :, 0].T
-    together = replace(block, columns=columns[None])
+    together = replace(block, columns=block.columns[joints, :, 0].T[None])
     offsets = hypothesis.offsets.copy()
     offsets[joints] -= sound.evidence.posterior(together, sound.sigma)[0]
     return replace(hypothesis, offsets=offsets)

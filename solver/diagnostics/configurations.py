@@ -103,7 +103,10 @@ def named(
     return resolved
 
 
-def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
+def of_placement(
+    robot: Robot,
+    measured: Measurement,
+) -> Iterator[Diagnostic]:
     """Return what a placement by itself lacks: samples, other configurations, joints that moved."""
     where = where_of([measured])
     for words in measured.placement.kept_alarms:
@@ -210,13 +213,20 @@ def where_of(measurements: Sequence[Measurement]) -> str:
     return str(measurements[0].placement.where)
 
 
-def row_of(measured: Measurement, socket: int, sample: int) -> str:
+def row_of(
+    measured: Measurement,
+    socket: int,
+    sample: int,
+) -> str:
     """Return file and line of a sample, or its name, by its index in its socket."""
     rows = [s for s in measured.placement.samples if s.socket == socket]
     return rows[sample].where or f"{measured.name} {rows[sample].named}"
 
 
-def by_fit(hypothesis: Hypothesis, share: float) -> Hypothesis:
+def by_fit(
+    hypothesis: Hypothesis,
+    share: float,
+) -> Hypothesis:
     """Return an explanation of the arm's size with the share by which a fit made it longer.
 
     One that explains no size, or that of an instrument's points, stays.

@@ -41,7 +41,10 @@ def predicted_limit(limit: float) -> float:
     return max(limit, min(PREDICTED_MARGIN * limit, LARGEST_PREDICTED))
 
 
-def level_of(consequence: Consequence, noise: float) -> str:
+def level_of(
+    consequence: Consequence,
+    noise: float,
+) -> str:
     """Return how much a consequence matters, by what an arm repeats [m].
 
     ``error``: the model could be worse than the nominal one by it, or it is more than a third of
@@ -102,10 +105,17 @@ def spread(shifts: np.ndarray) -> float:
 class _Fit:
     """A robust fit to a scene, linear in all unknowns."""
 
-    def __init__(self, scene: Scene, counted: Sequence[int]) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        counted: Sequence[int],
+    ) -> None:
         """Fit the placements of some indices."""
         self.scene = scene
-        of_samples = _rows_of_samples(scene, counted)
+        # the rows of some placements' samples
+        every = range(scene.all_samples.stop)
+        parts = [every[scene.rows(scene.places[place])] for place in counted]
+        of_samples = [*chain.from_iterable(parts)]
         rows = of_samples + _rows_of_lengths(scene, counted)
         B = scene.nuisances[rows]
         r = scene.residuals[rows]
@@ -129,7 +139,11 @@ class _Fit:
         _, of_geometry, of_effects, _ = np.split(self._x, np.cumsum(sizes))
         return np.concatenate([scene.usual @ of_geometry, widths * of_effects])
 
-    def points(self, q: np.ndarray, cause: Candidate | None = None) -> np.ndarray:
+    def points(
+        self,
+        q: np.ndarray,
+        cause: Candidate | None = None,
+    ) -> np.ndarray:
         """Return the ball's places as the fit has them, with a cause in the arm if any."""
         if cause is None or cause.kind.name not in SHIFTED + OF_GEOMETRY:
             return self._predict(self.unknowns, q)
@@ -137,8 +151,8 @@ class _Fit:
         block, scene = cause.block, self.scene
         values = max(block.widths) * self._x[-block.unknowns :]
         if cause.kind.name in OF_GEOMETRY:
-            columns: np.ndarray = scene.by_geometry @ scene.usual
-            shift: np.ndarray = block.columns[0] @ values
+            columns = scene.by_geometry @ scene.usual
+            shift = block.columns[0] @ values
             change = scene.usual @ np.linalg.pinv(columns, rcond=1e-6) @ shift
             unknowns[: len(change)] += change
         else:
@@ -155,19 +169,19 @@ class _Fit:
         unknowns[of_ball] = self.unknowns[of_ball]
         return spread(self.points(q) - self._predict(unknowns, q))
 
-    def _predict(self, unknowns: np.ndarray, q: np.ndarray) -> np.ndarray:
+    def _predict(
+        self,
+        unknowns: np.ndarray,
+        q: np.ndarray,
+    ) -> np.ndarray:
         scene = self.scene
         return scene.model.predict(unknowns, scene.load.at(scene.heavy, q))
 
 
-def _rows_of_samples(scene: Scene, counted: Sequence[int]) -> list[int]:
-    """Return the rows of some placements' samples."""
-    every = range(scene.all_samples.stop)
-    parts = [every[scene.rows(scene.places[place])] for place in counted]
-    return [*chain.from_iterable(parts)]
-
-
-def _rows_of_lengths(scene: Scene, counted: Sequence[int]) -> list[int]:
+def _rows_of_lengths(
+    scene: Scene,
+    counted: Sequence[int],
+) -> list[int]:
     """Return the rows of the known distances between sockets of some placements."""
     names = [scene.measurements[place].name for place in counted]
     is_counted = [placement in names for placement, _ in scene.labels]

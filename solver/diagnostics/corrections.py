@@ -62,7 +62,10 @@ def correction_of(
     return Correction(diagnostic, ACTIONS[name], _ranks(cause, measured), seat)
 
 
-def _ranks(cause: Candidate, measured: Measurement) -> tuple[int, ...]:
+def _ranks(
+    cause: Candidate,
+    measured: Measurement,
+) -> tuple[int, ...]:
     """Return the samples whose residuals a cause changes, by their rank in the recording."""
     scene = cause.scene
     rows = scene.places[[m.name for m in scene.measurements].index(measured.name)]

@@ -133,8 +133,9 @@ def _ranking(
     if is_of_all or scene.readings is not None:
         return ranking
     is_sound = ranking.total_factor <= SURE
-    likeliest = likeliest_of(ranking.candidates)
-    causes = [*of_columns(model, scene, likeliest, sound=is_sound)]
+    causes = [
+        *of_columns(model, scene, likeliest_of(ranking.candidates), sound=is_sound)
+    ]
     if not is_sound:
         causes += of_stuck(model, scene)
     return ranking.beside(causes)
@@ -168,8 +169,7 @@ def _turned_back(accepted: Candidate) -> Candidate:
         m.shifted(correction * turns(m.placement.positions) * of_joint)
         for m in scene.measurements
     )
-    turned = replace(scene, measurements=measurements)
     model = RigidModel(scene.robot, zeros=scene.zeros)
-    fitted, _ = model.refitted(turned, scene.x)
+    fitted, _ = model.refitted(replace(scene, measurements=measurements), scene.x)
     (block,) = accepted.kind.blocks(fitted)
     return replace(accepted, scene=fitted, block=block.only([joint]))

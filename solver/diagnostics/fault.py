@@ -66,7 +66,10 @@ class Fault:
     """Other kinds of fault that are nearly as probable, the most probable first."""
 
 
-def first_fault(ranking: Ranking, cause: Candidate) -> Fault:
+def first_fault(
+    ranking: Ranking,
+    cause: Candidate,
+) -> Fault:
     """Return a cause as a fault, with the best of each other kind that is nearly as probable."""
     factor = ranking.factor(cause)
     rivals = dict[str, Fault]()
@@ -77,7 +80,10 @@ def first_fault(ranking: Ranking, cause: Candidate) -> Fault:
     return replace(fault_of(cause, factor), rivals=tuple(rivals.values()))
 
 
-def fault_of(candidate: Candidate, evidence: float) -> Fault:
+def fault_of(
+    candidate: Candidate,
+    evidence: float,
+) -> Fault:
     """Return a candidate as a fault, with the samples from its first one on."""
     scene, p = candidate.scene, candidate.parameters
     names = [m.name for m in scene.measurements]
@@ -93,12 +99,23 @@ def fault_of(candidate: Candidate, evidence: float) -> Fault:
         numbers = tuple(number_of(placement, row) for row in range(first, end))
     hypothesis = candidate.hypothesis()
     if "offset" in p and "size" not in p:
-        sized = {**hypothesis.parameters, "size": _moved(scene, place, p)}
+        # how far the ball moved by the offset of a joint, on average [m]
+        joint = scene.robot.joint_names.index(p["joint"])
+        slopes = scene.by_joints[scene.places[place], :, joint]
+        levers = np.linalg.norm(slopes, axis=1)
+        sized = {
+            **hypothesis.parameters,
+            "size": (abs(p["offset"]) * float(levers.mean())),
+        }
         hypothesis = replace(hypothesis, parameters=sized)
     return Fault(hypothesis, place, numbers, evidence, p.get("other"))
 
 
-def _first_row(scene: Scene, place: int, p: Parameters) -> int:
+def _first_row(
+    scene: Scene,
+    place: int,
+    p: Parameters,
+) -> int:
     """Return the first sample that an explanation concerns, by its rank in the recording."""
     if "sample" not in p:
         return 0
@@ -108,15 +125,10 @@ def _first_row(scene: Scene, place: int, p: Parameters) -> int:
     return int(scene.ranks[place][np.argmax(is_first)])
 
 
-def _moved(scene: Scene, place: int, p: Parameters) -> float:
-    """Return how far the ball moved by the offset of a joint, on average [m]."""
-    joint = scene.robot.joint_names.index(p["joint"])
-    slopes = scene.by_joints[scene.places[place], :, joint]
-    levers = np.linalg.norm(slopes, axis=1)
-    return abs(p["offset"]) * float(levers.mean())
-
-
-def number_of(placement: Placement, row: int) -> int:
+def number_of(
+    placement: Placement,
+    row: int,
+) -> int:
     """Return a sample's number as it was recorded, or its place from 1 on."""
     return placement.samples[row].number or row + 1
 
@@ -142,7 +154,10 @@ def _runs(placement: Placement) -> Iterator[Run]:
             yield Run(range(begin, end), after)
 
 
-def _relabelled(placement: Placement, run: Run) -> Placement:
+def _relabelled(
+    placement: Placement,
+    run: Run,
+) -> Placement:
     """Return a placement with some samples in another socket."""
     samples = list(placement.samples)
     for i in run.rows:
@@ -177,23 +192,22 @@ def of_sockets(
     runs = list(_runs(placement))
     for run in _promising(model, [*others, placement], arm.x, runs):
         scene = fitted([*others, _relabelled(placement, run)], arm.x)
-        of_arm = replace(scene, play=arm.play, wide=arm.wide)
-        sound = sound_recordings(of_arm, SHARE)
-        yield sound.as_cause(FORGOTTEN, _parameters(placement, run), len(runs))
-
-
-def _parameters(placement: Placement, run: Run) -> Parameters:
-    """Return the parameters of samples that lie in another socket."""
-    numbers = [number_of(placement, i) for i in run.rows]
-    samples = f"samples {numbers[0]} to {numbers[-1]} lie"
-    return {
-        "placement": placement.name,
-        "run": run,
-        "numbers": tuple(numbers),
-        "socket": placement.samples[run.rows[0]].socket,
-        "other": run.socket,
-        "samples": samples if len(numbers) > 1 else f"sample {numbers[0]} lies",
-    }
+        sound = sound_recordings(replace(scene, play=arm.play, wide=arm.wide), SHARE)
+        # the parameters of samples that lie in another socket
+        numbers = [number_of(placement, i) for i in run.rows]
+        samples = f"samples {numbers[0]} to {numbers[-1]} lie"
+        yield sound.as_cause(
+            FORGOTTEN,
+            {
+                "placement": placement.name,
+                "run": run,
+                "numbers": tuple(numbers),
+                "socket": placement.samples[run.rows[0]].socket,
+                "other": run.socket,
+                "samples": samples if len(numbers) > 1 else f"sample {numbers[0]} lies",
+            },
+            len(runs),
+        )
 
 
 def _promising(
@@ -209,8 +223,8 @@ def _promising(
     start = sum(map(len, parts))
     parts.append(placement.samples)
     q = np.array([sample.position for sample in chain(*parts)])
-    pairs = [(i, sample.socket) for i, part in enumerate(parts) for sample in part]
-    seats = np.array(pairs) @ [MANY, 1]
+    sockets = np.array([sample.socket for sample in chain(*parts)])
+    seats = MANY * np.repeat(range(len(parts)), [*map(len, parts)]) + sockets
     last = MANY * len(before)
     no_points = np.zeros((len(q), 3))
     linear = model.linearised(x, q)
@@ -218,8 +232,8 @@ def _promising(
     for rows, socket in runs:
         of_run = seats.copy()
         of_run[start + np.array(rows)] = last + socket
-        _, sockets = np.unique(of_run, return_inverse=True)
-        fit = model.fit(SeatSamples(q, sockets, no_points), STEPS, x, linear)
+        _, indices = np.unique(of_run, return_inverse=True)
+        fit = model.fit(SeatSamples(q, indices, no_points), STEPS, x, linear)
         errors.append(float(fit.errors.mean()))
     limits = [TIMES * min(errors, default=0.0), *sorted(errors)[CLOSE : CLOSE + 1]]
     largest = max(LITTLE, min(limits))

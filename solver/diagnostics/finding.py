@@ -44,7 +44,8 @@ PLAY = 0.015
 MOST_NOISE = 5e-3
 """Unexplained noise below this, and less than half of the nominal errors, is no error [m]."""
 GARBAGE = 1e-2
-"""What a placement fitted alone leaves beyond this is no recording of a ball in a socket [m]."""
+"""A placement that leaves more than this when fitted alone is no recording of a ball in a socket
+[m]."""
 LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 HELD_OUT = (
@@ -219,11 +220,17 @@ class Finding:
         return is_serious or of_frame or self.cause.kind.name in FITTED
 
 
-def without_unknown(advice: str, mender: str = MENDER) -> str:
+def without_unknown(
+    advice: str,
+    mender: str = MENDER,
+) -> str:
     """Return advice on what no unknown of a fit holds."""
     return advice.replace(f"; {mender} has an unknown for that", "")
 
 
-def by_mender(advice: str, given: Given) -> str:
+def by_mender(
+    advice: str,
+    given: Given,
+) -> str:
     """Return advice by what sets recordings right: not every solve does."""
     return advice.replace(f"{MENDER} ", f"{given.mender} ", 1)

@@ -210,7 +210,10 @@ def _inspections(
     return inspections
 
 
-def _computed(model: RigidModel, measured: Measurement) -> list[Diagnostic]:
+def _computed(
+    model: RigidModel,
+    measured: Measurement,
+) -> list[Diagnostic]:
     """Return the diagnostic of points that were computed from the joints, if any.
 
     The nominal model leaves nothing of them, which no instrument can do.

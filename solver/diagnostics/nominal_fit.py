@@ -19,11 +19,17 @@ TURN = 1.0
 class NominalFit:
     """The nominal model of an arm; with ``zeros`` its joints have offsets, too."""
 
-    def __init__(self, robot: Robot, *, zeros: bool) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        *,
+        zeros: bool,
+    ) -> None:
         self._robot = robot
         self._zeros = zeros
-        parameters = choose_parameters(robot)
-        of_place = [p.index for p in parameters if p.of_ball and p.unit == "m"]
+        of_place = [
+            p.index for p in choose_parameters(robot) if p.of_ball and p.unit == "m"
+        ]
         self._place = BallModel(robot, of_place)
 
     def errors(self, variants: Sequence[SeatSamples]) -> list[float]:

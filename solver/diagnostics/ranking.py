@@ -62,8 +62,9 @@ class Ranking:
     def shares(self) -> dict[str, float]:
         """Probability of each kind, by its name."""
         names = [candidate.kind.name for candidate in self.candidates]
-        logs = np.array([candidate.log_evidence for candidate in self.candidates])
-        return probabilities_by_name(names, logs)
+        return probabilities_by_name(
+            names, np.array([candidate.log_evidence for candidate in self.candidates])
+        )
 
     def factor(self, candidate: Candidate) -> float:
         """Return the log Bayes factor of a candidate against sound recordings."""
@@ -108,7 +109,10 @@ def ranking_of(comparisons: Iterable[Comparison]) -> Ranking:
     return replace(rankings[int(np.argmax(of_arms))], total_factor=float(total))
 
 
-def _fits_as_well(candidate: Candidate, first: Candidate) -> bool:
+def _fits_as_well(
+    candidate: Candidate,
+    first: Candidate,
+) -> bool:
     """Tell whether a candidate of few unknowns leaves much the same chi-square as the first."""
     evidence = first.evidence
     if candidate is first or candidate.evidence is not evidence:
@@ -145,15 +149,24 @@ def _percent(share: float) -> str:
     return f"{100 * min(share, 0.999):.3g} %"
 
 
-def outliers(scene: Scene, ranking: Ranking) -> list[Candidate]:
+def outliers(
+    scene: Scene,
+    ranking: Ranking,
+) -> list[Candidate]:
     """Return samples that are off, if several together are more probable than all single causes.
 
     Args:
         scene: The recordings about a robust fit.
         ranking: All causes by themselves.
     """
-    errors = _errors(scene)
-    rows = _standing_out(scene, errors)
+    # the distance of each sample from the place of its seat, shape (N,) [m]
+    errors = np.linalg.norm(scene.seats - scene.centres[scene.sockets], axis=1)
+    # the samples that are far from the place of their seat, the farthest first
+    _, elsewhere = nearest_sockets(scene)
+    limit = max(LEAST, FAR * float(np.median(errors)))
+    farthest = np.argsort(-errors)
+    is_off = (errors > limit) & ~elsewhere
+    rows = farthest[is_off[farthest]].tolist()
     if not 2 <= len(rows) <= MOST * len(scene.q):
         return []
     causes = [_cause(ranking.sound, row, errors[row]) for row in rows]
@@ -165,12 +178,12 @@ def outliers(scene: Scene, ranking: Ranking) -> list[Candidate]:
     # the size of each follows beside all others
     return [
         replace(
-            cause,
+            outlier,
             evidence=sound_recordings(_without(causes[:i] + causes[i + 1 :])).evidence,
             sigma=sound.sigma,
             log_evidence=together.log_evidence,
         )
-        for i, cause in enumerate(causes)
+        for i, outlier in enumerate(causes)
     ]
 
 
@@ -178,29 +191,15 @@ def _without(causes: Sequence[Candidate]) -> Scene:
     """Return the scene in which some causes are right."""
     first, *others = causes
     scene = first.after()
-    explained = [cause.after().explained[-1] for cause in others]
+    explained = [other.after().explained[-1] for other in others]
     return replace(scene, explained=(*scene.explained, *explained))
 
 
-def _errors(scene: Scene) -> np.ndarray:
-    """Return the distance of each sample from the place of its seat, shape (N,) [m]."""
-    arms = scene.seats - scene.centres[scene.sockets]
-    return np.linalg.norm(arms, axis=1)
-
-
-def _standing_out(scene: Scene, errors: np.ndarray) -> list[int]:
-    """Return the samples that are far from the place of their seat, the farthest first.
-
-    Those that lie in another socket have a cause of their own.
-    """
-    _, elsewhere = nearest_sockets(scene)
-    limit = max(LEAST, FAR * float(np.median(errors)))
-    farthest = np.argsort(-errors)
-    is_off = (errors > limit) & ~elsewhere
-    return farthest[is_off[farthest]].tolist()
-
-
-def _cause(sound: Candidate, row: int, error: float) -> Candidate:
+def _cause(
+    sound: Candidate,
+    row: int,
+    error: float,
+) -> Candidate:
     """Return the cause that a sample is off, typically by its error [m], among sound recordings."""
     scene = sound.scene
     place = next(i for i, rows in enumerate(scene.places) if row < rows.stop)

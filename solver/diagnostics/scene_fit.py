@@ -98,8 +98,7 @@ def scene_of(
     numbers = [numbers for _, numbers in thinned]
     pairs = zip(thin, standing_out(floors), strict=True)
     sound = [measured for measured, usual in pairs if usual is None]
-    few = samples_of(sound or thin).thinned(ABOUT, FEW)
-    fit = model.fit(few, start=start)
+    fit = model.fit(samples_of(sound or thin).thinned(ABOUT, FEW), start=start)
     centres, turns = fit.centres, fit.R
     if len(sound) < len(thin):
         samples = samples_of(thin)
@@ -151,7 +150,10 @@ def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
     return measured.only(np.sort(ranks)), np.concatenate(numbers)
 
 
-def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:
+def fitted_alone(
+    robot: Robot,
+    measurements: Sequence[Measurement],
+) -> dict[str, float]:
     """Return the error that a robust rigid fit to each placement alone leaves, by its name [m].
 
     It is the mean distance of its samples from their socket, each by its weight.
@@ -206,7 +208,7 @@ def shift_by(
     for kind in FLAWS[flaw]:
         for block in kind.blocks(scene):
             amid = block.columns[len(block.parameters) // 2]
-            direction: np.ndarray = generator.normal(size=block.unknowns)
+            direction = generator.normal(size=block.unknowns)
             change = amid @ (direction / np.linalg.norm(direction))
             shifts = scene.in_rows(block.rows, change)[scene.all_samples].reshape(-1, 3)
             largest = float(np.linalg.norm(shifts, axis=1).max())

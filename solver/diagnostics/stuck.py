@@ -34,7 +34,10 @@ FEW_CIRCLES = 4
 STUCK = kind_of("stuck")
 
 
-def of_stuck(model: RigidModel, scene: Scene) -> Iterator[Candidate]:
+def of_stuck(
+    model: RigidModel,
+    scene: Scene,
+) -> Iterator[Candidate]:
     """Yield candidates: a joint that is stuck in a placement, or in all of them."""
     names = scene.robot.joint_names
     count = len(names) * len(scene.places)
@@ -45,12 +48,16 @@ def of_stuck(model: RigidModel, scene: Scene) -> Iterator[Candidate]:
         for placement, rows in runs:
             changed = _freed(model, scene, joint, rows)
             if changed is not None:
-                parameters = {"joint": name, "samples": len(rows)}
                 sound = sound_recordings(changed)
-                yield sound.as_cause(STUCK, parameters, count, placement)
+                yield sound.as_cause(
+                    STUCK, {"joint": name, "samples": len(rows)}, count, placement
+                )
 
 
-def _runs(scene: Scene, joint: int) -> Iterator[tuple[str | None, np.ndarray]]:
+def _runs(
+    scene: Scene,
+    joint: int,
+) -> Iterator[tuple[str | None, np.ndarray]]:
     """Yield the placements at whose end a joint reads one angle while others move.
 
     Each by its name, with the indices of these samples.

@@ -151,8 +151,12 @@ def changes_since(
     system, converged = linear_about(task, wide, lengths=True)
     if not converged:
         return Changes({}), None
-    names = [candidate.name for candidate in candidates]
-    changes = Changes(probabilities_by_name(names, log_evidences(system, candidates)))
+    changes = Changes(
+        probabilities_by_name(
+            [candidate.name for candidate in candidates],
+            log_evidences(system, candidates),
+        )
+    )
     joints = prior.robot.joint_names
     if changes.likeliest == NOTHING:
         unidentifiable = zero_deviations(system) >= UNIDENTIFIABLE
@@ -205,9 +209,10 @@ def tip_words(calibration: Calibration, data: Sequence[Measurement]) -> str:
             continue
         points, rotations = calibrated.predict(measured), calibrated.rotations(measured)
         shift = tip_shift([TipSamples(points, rotations, measured.points)])
-        before = evaluate(points, measured).mean_absolute_error
-        after = evaluate(points + rotations @ shift, measured).mean_absolute_error
-        if after < SHARE * before:
+        if (
+            evaluate(points + rotations @ shift, measured).mean_absolute_error
+            < SHARE * evaluate(points, measured).mean_absolute_error
+        ):
             sizes.append(float(np.linalg.norm(shift)))
     size = max(sizes)
     if not size:

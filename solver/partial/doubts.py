@@ -133,10 +133,12 @@ def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
     identifiable = np.flatnonzero(zero_deviations(about) < UNIDENTIFIABLE)
     candidates = [Explanation("", 1 - ZERO_CHANGED * len(identifiable), {})]
     for j in identifiable:
-        joint = prior.robot.joint_names[j]
-        candidates += changes_of(joint, ZERO_CHANGED, [prior.zeros[j]])
-    scatters = log_evidences_of_scatter(about)
-    shares, scatter = shares_beside(scatters, log_evidences(about, candidates))
+        candidates += changes_of(
+            prior.robot.joint_names[j], ZERO_CHANGED, [prior.zeros[j]]
+        )
+    shares, scatter = shares_beside(
+        log_evidences_of_scatter(about), log_evidences(about, candidates)
+    )
     certain = about.covariance_on_flange(place)
     covariance = system.covariance_on_flange(place)
     changed: dict[str, float] = {}

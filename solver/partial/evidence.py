@@ -99,8 +99,9 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
         information, pull = M[1:, 1:], M[0, 1:]
         factors = log_bayes_factor(information, pull, widths[:, freed])
         logs.append(wandering.log_evidence(noise) + factors)
-    priors = [candidate.prior for candidate in candidates]
-    return np.log(priors) + np.logaddexp.reduce(logs)
+    return np.log([candidate.prior for candidate in candidates]) + np.logaddexp.reduce(
+        logs
+    )
 
 
 def log_evidences_of_scatter(system: System) -> dict[float, float]:
@@ -112,7 +113,7 @@ def log_evidences_of_scatter(system: System) -> dict[float, float]:
     free = {**dict.fromkeys(task.prior.zeros, UNCHANGED), **task.free}
     alike = replace(system.state, weights=np.ones_like(system.state.weights))
     wandering = replace(system, task=replace(task, free=free), state=alike)
-    places: list[float] = (task.noise.place * LEVELS).tolist()
+    places = (task.noise.place * LEVELS).tolist()
     logs: dict[float, float] = {}
     for scatter in SCATTERS:
         if scatter > MORE * task.noise.joint:
@@ -145,8 +146,9 @@ def shares_beside(
     shares = probabilities(np.append(logs, [*scatters.values()]))
     of_scatters = shares[logs.size :].tolist()
     by_size = dict(zip(scatters, of_scatters, strict=True))
-    likeliest = max(by_size, key=by_size.__getitem__, default=0.0)
-    scatter = Scatter(sum(of_scatters), likeliest)
+    scatter = Scatter(
+        sum(of_scatters), max(by_size, key=by_size.__getitem__, default=0.0)
+    )
     return shares[: logs.size].reshape(logs.shape), scatter
 
 

@@ -201,7 +201,7 @@ def identifiable_zeros(
         state: The covariance before the samples.
         pools: For each socket, poses that reach it, shape (N, m).
     """
-    zeros: np.ndarray = np.eye(state.model.size)[state.model.slices[0]]
+    zeros = np.eye(state.model.size)[state.model.slices[0]]
     for k, q in pools.items():
         state = state.with_samples(q[:POOLED], k)
     where = Workspace(zeros, np.zeros(len(zeros)))

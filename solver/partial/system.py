@@ -96,8 +96,7 @@ class System:
         root = np.linalg.cholesky(self.covariance(noise))
         whitened = np.linalg.solve(root, self.errors)
         squares = whitened @ whitened + scales @ scales
-        log_determinant = np.log(np.diag(root)).sum()
-        return float(-0.5 * squares - log_determinant)
+        return float(-0.5 * squares - np.log(np.diag(root)).sum())
 
     @cached_property
     def change(self) -> np.ndarray:
@@ -142,7 +141,7 @@ class System:
 
     def outliers(self, noun: str) -> dict[int, str]:
         """Return the outliers among the samples, and where each stands, or its number."""
-        wheres: list[str] = self.task.rows.wheres.tolist()
+        wheres = self.task.rows.wheres.tolist()
         indices = np.flatnonzero(self.state.weights < OUTLIER).tolist()
         return {i: wheres[i] or f"{noun} {i}" for i in indices}
 
@@ -157,8 +156,7 @@ def linear(task: Task, state: State) -> System:
     arms = np.einsum("nij,nj->ni", tools, left[:, :3, 3])
     levers = arms + flanges.R @ prior.tip(x)
     reaches = np.einsum("nij,nj->ni", turns, right[:, :3, 3])
-    centres = x[task.places[rows.places, :3]]
-    place_errors = flanges.p + levers - centres - reaches
+    place_errors = flanges.p + levers - x[task.places[rows.places, :3]] - reaches
     measured = tools @ left[:, :3, :3]
     seen = turns @ right[:, :3, :3]
     turn_errors = rotation_vectors(measured @ seen.transpose(0, 2, 1))

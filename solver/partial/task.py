@@ -110,7 +110,7 @@ class Task:
     exact_size: bool = False
     """True where an instrument measured places, whose size is right."""
     start: HandEye | None = None
-    """Where U's rotation and the one place begin; None for places at the median of the tips."""
+    """Start of U's rotation and of the one place; None for places at the median of the tips."""
 
     @cached_property
     def known(self) -> list[int]:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, compress
+from itertools import chain, combinations, compress
 
 import numpy as np
 
@@ -180,7 +180,7 @@ def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") 
         measure(_by_point(placement, coordinates), prior.robot, sockets=1)
         for placement, coordinates in zip(placements, points, strict=True)
     ]
-    counts = [count for m in data for count in m.counts]
+    counts = [*chain.from_iterable(m.counts for m in data)]
     if sum(counts) < LEAST or min(counts, default=0) < LEAST_EACH:
         names = ", ".join(m.name for m in data)
         raise UsageError(
@@ -192,8 +192,7 @@ def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") 
     distances = [*compress(task.distances, measured)]
     first = 0
     for m, coordinates in zip(data, points, strict=True):
-        numbered = enumerate(coordinates, first)
-        for (i, a), (j, b) in combinations(numbered, 2):
+        for (i, a), (j, b) in combinations(enumerate(coordinates, first), 2):
             distances.append((i, j, math.dist(a, b)))
         first += len(m.sockets)
     noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
@@ -203,8 +202,9 @@ def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") 
 
 def _points_of(placement: Placement) -> tuple[tuple[float, float, float], ...]:
     """Return the coordinates of the points that were touched [m]; none where they are not known."""
-    points = [sample.point for sample in placement.samples if sample.point]
-    return tuple(dict.fromkeys(points))
+    return tuple(
+        dict.fromkeys([sample.point for sample in placement.samples if sample.point])
+    )
 
 
 def _by_point(placement: Placement, points: Sequence[tuple[float, ...]]) -> Placement:

@@ -63,8 +63,10 @@ class Found:
     def place(self) -> str:
         """Its place with standard deviations, in words."""
         sigma = np.sqrt(np.diag(self.frame.covariance))
-        rows = zip(self.frame.xyz, sigma, strict=True)
-        numbers = [f"{fixed(1e3 * v, 2, '+')} +- {1e3 * s:.2f}" for v, s in rows]
+        numbers = [
+            f"{fixed(1e3 * v, 2, '+')} +- {1e3 * s:.2f}"
+            for v, s in zip(self.frame.xyz, sigma, strict=True)
+        ]
         return f"x y z {' '.join(numbers)} mm"
 
     def __repr__(self) -> str:

@@ -108,8 +108,7 @@ def find_zeros(
     by_factor = np.array([offsets for _, offsets, _ in estimates])
     deviations = np.array([deviations for *_, deviations in estimates])
     offsets = weights @ by_factor
-    variances = weights @ (deviations**2 + (by_factor - offsets) ** 2)
-    sigma = np.sqrt(variances)
+    sigma = np.sqrt(weights @ (deviations**2 + (by_factor - offsets) ** 2))
     offsets[sigma >= UNIDENTIFIABLE] = 0.0
     columns = changed.tolist(), offsets.tolist(), sigma.tolist()
     of_empty_set = float(shares[:, : len(WIDTHS)].sum())
@@ -138,8 +137,7 @@ def _estimates(
     offsets = np.zeros(len(deviations))
     offsets[changed] = system.shift[unknowns]
     if len(changed):
-        covariance = system.posterior_covariance(unknowns)
-        deviations[changed] = np.sqrt(np.diag(covariance))
+        deviations[changed] = np.sqrt(np.diag(system.posterior_covariance(unknowns)))
     return system, offsets, deviations
 
 

@@ -57,13 +57,13 @@ class JointZero:
 
     @property
     def brief(self) -> str:
-        """What to add to its readings, in a line."""
+        """Offset to add to its readings, in a line."""
         offset = f"{fixed(self.offset, 5, '+')} +- {self.standard_deviation:.5f} rad"
         return f"{self.joint}: add {offset} ({fixed(self.degrees, 3, '+')} deg) to what it reads."
 
     def __str__(self) -> str:
         offset = f"{fixed(self.offset, 6, '+')} +- {self.standard_deviation:.6f} rad"
-        counts, homing = (fixed(n, 0, "+") for n in (self.counts, -self.counts))
+        counts, homing = fixed(self.counts, 0, "+"), fixed(-self.counts, 0, "+")
         degrees = fixed(self.degrees, 4, "+")
         return (
             f"{self.joint}: {offset} to be added to what it reads ({degrees} deg; of a "
@@ -88,7 +88,7 @@ def zero_deviations(system: System) -> np.ndarray:
     A = system.slopes[:, system.task.prior.zeros]
     C = system.covariance(system.state.noise, gaussian=True)
     weighted = np.linalg.solve(C, A)
-    information: np.ndarray = np.sum(A * weighted, axis=0)
+    information = np.sum(A * weighted, axis=0)
     return 1 / np.sqrt(information + ZERO**-2)
 
 
@@ -112,7 +112,7 @@ class StopZeros:
     joints: tuple[JointZero, ...]
     """All that both recordings tell, in chain order; the offset of one that did not change is 0."""
     untold: tuple[str, ...]
-    """Why the other joints are not told, and whole turns, in words."""
+    """Reasons for which the other joints are not told, and whole turns, in words."""
 
     @property
     def changed(self) -> tuple[JointZero, ...]:
@@ -128,7 +128,7 @@ class StopZeros:
 
 
 Ranges = Mapping[str, tuple[float, float]]
-"""What each joint reads at its lower and at its upper stop [rad]."""
+"""Readings of each joint at its lower and at its upper stop [rad]."""
 
 
 def zeros_by_stops(

@@ -67,11 +67,12 @@ class InverseKinematics:
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
         self.lower, self.upper = one_turn(robot)
-        types = np.array([joint.type for joint in robot.actuated])
-        self._turning = types != "prismatic"
+        self._turning = (
+            np.array([joint.type for joint in robot.actuated]) != "prismatic"
+        )
         limits = np.abs([robot.lower, robot.upper])
         slides = limits.max(axis=0)[~self._turning]
-        lengths: np.ndarray = np.linalg.norm(robot.origins[:, :3], axis=1)
+        lengths = np.linalg.norm(robot.origins[:, :3], axis=1)
         self.longest = float(lengths.sum() + slides.sum())
         """No point farther from the base is in reach [m]."""
 

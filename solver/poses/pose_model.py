@@ -81,7 +81,11 @@ class PoseModel:
         last_row = ca.DM([[0, 0, 0, 1]])
         return ca.densify(ca.vertcat(upper, last_row))
 
-    def jacobian(self, joint: int, point: Any = None) -> Any:
+    def jacobian(
+        self,
+        joint: int,
+        point: Any = None,
+    ) -> Any:
         """Return the geometric Jacobian of a joint's child link, shape (6, m).
 
         It carries the speeds of the joints, as their encoders read them, to the speed of the
@@ -93,7 +97,11 @@ class PoseModel:
         corrected_by_q = ca.jacobian(self.corrected, self.q)
         return ca.densify(self.by_corrected(joint, point) @ corrected_by_q)
 
-    def by_corrected(self, joint: int, point: Any) -> Any:
+    def by_corrected(
+        self,
+        joint: int,
+        point: Any,
+    ) -> Any:
         """Return the same by the corrected positions and tilts, shape (6, m) or (6, 3 m).
 
         Its first m columns are nearly those of :meth:`jacobian`, since joints are corrected by
@@ -167,7 +175,11 @@ class NewtonStep:
     """The step, shape (m,) [rad], which may be too long or leave the limits."""
 
 
-def newton_step(model: PoseModel, joint: int, goal: Goal) -> NewtonStep:
+def newton_step(
+    model: PoseModel,
+    joint: int,
+    goal: Goal,
+) -> NewtonStep:
     """Return one step toward a pose of a tool on a joint's child link: damped, and near a posture.
 
     With the error e of the pose, as a shift and a rotation vector, its Jacobian J by the joint
@@ -207,7 +219,11 @@ def newton_step(model: PoseModel, joint: int, goal: Goal) -> NewtonStep:
     )
 
 
-def limited_step(step: NewtonStep, lower: Any, upper: Any) -> Any:
+def limited_step(
+    step: NewtonStep,
+    lower: Any,
+    upper: Any,
+) -> Any:
     """Return the step within limits, shape (m,) [rad].
 
     A joint that passes its limit goes to it and stays there, and the others make up for it.
@@ -222,12 +238,15 @@ def limited_step(step: NewtonStep, lower: Any, upper: Any) -> Any:
     inside = ca.fmax(ca.fmin(change, ceiling), floor)
     unbound = inside == change
     mask = ca.repmat(unbound.T, e.numel(), 1)
-    moves = unbound * pull + (1 - unbound) * inside
-    change = _damped(J * mask, J, e, moves)
+    change = _damped(J * mask, J, e, unbound * pull + (1 - unbound) * inside)
     return ca.fmax(ca.fmin(change, ceiling), floor)
 
 
-def _pull(q: Any, prefer: Any, e: Any) -> Any:
+def _pull(
+    q: Any,
+    prefer: Any,
+    e: Any,
+) -> Any:
     """Return the step that a preferred posture asks for, where there are joints to spare."""
     if q.numel() <= e.numel():
         return ca.SX.zeros(q.numel())
@@ -253,7 +272,10 @@ def _parts(pose: Any) -> tuple[Any, Any]:
     return matrix[:, :3], matrix[:, 3]
 
 
-def _turn(R: Any, target: Any) -> tuple[Any, Any]:
+def _turn(
+    R: Any,
+    target: Any,
+) -> tuple[Any, Any]:
     """Return the rotation vector from one rotation to another, and its length [rad]."""
     E = target @ R.T
     sines = ca.inv_skew(E)  # of its antisymmetric part

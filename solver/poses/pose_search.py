@@ -107,7 +107,11 @@ class Searches:
         """Return the residual as a share of the least before, shape (N,)."""
         return np.sqrt(step.square / np.maximum(self.square, TINY))
 
-    def keep(self, step: SearchStep, ends: np.ndarray) -> None:
+    def keep(
+        self,
+        step: SearchStep,
+        ends: np.ndarray,
+    ) -> None:
         """Keep the joint positions that leave least so far, and those at which a search ends."""
         better = ends | (step.square <= self.square)
         kept = better[:, None]

@@ -164,7 +164,10 @@ class PoseSolver:
             starts = self._starts(start[rows], spread, generator)
             postures = None if prefer is None else prefer[rows]
             retries = self.solve(targets[rows], starts, postures, tool)
-            rank = _ranks(retries, start[rows])
+            # ranks, shape (N,): the nearest that is reached; where none is, what
+            # leaves least
+            distance = np.linalg.norm(retries.positions - start[rows], axis=1)
+            rank = np.where(retries.reached, distance, 1e3 + retries.remainder)
             worse = retries.remainder > solutions.remainder[rows]
             rank[worse] = np.inf
             solutions.improve(failures, retries, rank)
@@ -221,7 +224,11 @@ class PoseSolver:
         )
         return RowFunction("steps", [state.T], [next_state], FREE_STEPS)
 
-    def _step(self, searches: Searches, tool: np.ndarray) -> SearchStep:
+    def _step(
+        self,
+        searches: Searches,
+        tool: np.ndarray,
+    ) -> SearchStep:
         """Return the steps of searches, within the limits."""
         rows = searches.rows
         margins = searches.margins
@@ -268,9 +275,3 @@ class PoseSolver:
         symbols = step.symbols
         inputs = ca.vertcat(symbols["q"], symbols["target"], symbols["prefer"])
         return step, inputs
-
-
-def _ranks(solutions: Solutions, start: np.ndarray) -> np.ndarray:
-    """Return ranks, shape (N,): the nearest that is reached; where none is, what leaves least."""
-    distance: np.ndarray = np.linalg.norm(solutions.positions - start, axis=1)
-    return np.where(solutions.reached, distance, 1e3 + solutions.remainder)

@@ -68,7 +68,7 @@ def read_images(
     """
     os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))
     try:
-        cv: Any = import_module("cv2")
+        cv = import_module("cv2")
     except ImportError:
         raise RecordingError(
             f"{folder}: boards are found in images by OpenCV: pip install 'mukca[camera]'"
@@ -87,26 +87,23 @@ def read_images(
             f"{_seen_instead(cv, files)}is it another (--board, --dictionary), or out of "
             "focus?"
         )
-    blank = [file for i, file in enumerate(files) if i not in found]
-    remarks = [f"{file.name}: no board found" for file in blank]
+    blank = [file.name for i, file in enumerate(files) if i not in found]
+    remarks = [f"{name}: no board found" for name in blank]
     if camera:
-        fx, fy, cx, cy, *coefficients = camera
-        matrix = np.diag([fx, fy, 1.0])
-        matrix[:2, 2] = cx, cy
-        distortion = np.array(coefficients or [0.0] * 4)
+        matrix, distortion = _camera_by(camera)
     else:
         matrix, distortion, remark = _camera_of(cv, list(found.values()), size)
         remarks.append(remark)
     samples: list[Sample] = []
     for i, (corners, pixels) in found.items():
         _, vector, place = cv.solvePnP(corners, pixels, matrix, distortion)
-        (quaternion,) = quaternion_of(turn(vector.ravel())[None]).tolist()
+        (turned,) = quaternion_of(turn(vector.ravel())[None]).tolist()
         view = Sample(
             rows[i],
             socket=0,
             where=str(files[i]),
             point=tuple(place.ravel().tolist()),
-            orientation=tuple(quaternion),
+            orientation=tuple(turned),
         )
         samples.append(view)
     return Placement(
@@ -117,6 +114,14 @@ def read_images(
         remarks=tuple(remarks),
         poses_of="camera",
     )
+
+
+def _camera_by(numbers: Sequence[float]) -> tuple[Any, Any]:
+    """Return the camera's matrix and distortion by fx, fy, cx, cy and coefficients, if any."""
+    fx, fy, cx, cy, *coefficients = numbers
+    matrix = np.diag([fx, fy, 1.0])
+    matrix[:2, 2] = cx, cy
+    return matrix, np.array(coefficients or [0.0] * 4)
 
 
 def _camera_of(

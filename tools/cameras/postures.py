@@ -59,8 +59,9 @@ class Session:
         if self.fit is None:
             return np.ones(2)
         errors = [self.fit.distances, self.fit.angles]
-        deviations = np.median(errors, axis=1) / MEDIAN
-        return np.maximum(deviations, [LEAST_PLACE, LEAST_ANGLE])
+        return np.maximum(
+            np.median(errors, axis=1) / MEDIAN, [LEAST_PLACE, LEAST_ANGLE]
+        )
 
     def evidence(self, scales: np.ndarray) -> float:
         """Return ln L, by the scales of the best posture."""
@@ -92,7 +93,7 @@ class FlangePoses:
     near: np.ndarray | None
     """A posture near which the joints stood, shape (m,) [rad]."""
     camera: Camera | None
-    """Where the camera is, for the views to tell the posture; None to do without."""
+    """Place of the camera, for the views to tell the posture; None to do without."""
 
     @property
     def where(self) -> str:
@@ -287,7 +288,7 @@ def _postures(
     view = np.repeat(np.arange(len(counts)), counts)
     q = np.concatenate(solutions)
     differences = around(q[:, None] - q, turning)
-    distances: np.ndarray = np.linalg.norm(differences, axis=2)
+    distances = np.linalg.norm(differences, axis=2)
     postures: list[np.ndarray] = []
     for root in np.flatnonzero(view == np.argmax(counts)).tolist():
         nodes = [root, *(node for node, _ in spanning_tree(distances, root, view))]

@@ -46,8 +46,7 @@ def turned_alike(
     if not numbers.any():
         return views
     Z_of_view = Z[numbers]
-    squares = np.array([board.columns, board.rows, 0.0])
-    centre = board.square * squares / 2
+    centre = board.square * np.array([board.columns, board.rows, 0.0]) / 2
     places = np.array([sample.point for sample in views.samples])
     places += np.einsum("nij,nj->ni", B, centre - Z_of_view @ centre)
     quaternions = quaternion_of(B @ Z_of_view)

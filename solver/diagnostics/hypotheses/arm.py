@@ -33,7 +33,7 @@ LAGS = (3e-3, 0.05)
 UNEVEN = (1e-3, 1e-2)
 """Amplitudes of joints that turn unevenly [rad]."""
 TURNS = ("once", "twice")
-"""How often they do in a turn."""
+"""Number of times that they do in a turn."""
 SAGS = (0.01, 0.04)
 """Typical turns of servos under the arm's weight, away from what they are told [rad]."""
 TILTS = (2e-3, 2e-2)
@@ -75,7 +75,11 @@ def of_origin(
             )
 
 
-def _directions(scene: Scene, joint: Joint, unit: str) -> np.ndarray:
+def _directions(
+    scene: Scene,
+    joint: Joint,
+    unit: str,
+) -> np.ndarray:
     """Return the changes of the geometry by which a joint moves along three axes, shape (n, 3)."""
     of_joint = {
         index: parameter.index % 3
@@ -106,7 +110,12 @@ def of_other_arm(scene: Scene) -> Iterable[Block]:
     for place, samples in enumerate(scene.places):
         rows = scene.rows(samples)
         columns = scene.by_geometry[rows] @ scene.usual
-        yield Block(rows, columns[None], [scene.named(place)], OTHERS)
+        yield Block(
+            rows,
+            columns[None],
+            [scene.named(place)],
+            OTHERS,
+        )
 
 
 def _each(
@@ -117,9 +126,13 @@ def _each(
 ) -> Iterable[Block]:
     """Return the block of joints that each read too little by their turns, shape (N, m, k)."""
     shifts = -scene.by_joints[..., None] * turns[:, None]
-    columns = shifts.transpose(2, 0, 1, 3)
     joints = [{"joint": name, **names} for name in scene.robot.joint_names]
-    yield of_samples(scene.every, columns, joints, widths)
+    yield of_samples(
+        scene.every,
+        shifts.transpose(2, 0, 1, 3),
+        joints,
+        widths,
+    )
 
 
 def of_joints(
@@ -146,11 +159,16 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
         return
     m = scene.q.shape[1]
     turns = TILT.turns(samples)
-    squares: np.ndarray = np.sum(turns[:, [0, m]] ** 2, axis=1)
+    squares = np.sum(turns[:, [0, m]] ** 2, axis=1)
     first = scene.model.slices[scene.effects.index(TILT)].start
     by_first_joint = scene.linear.by_unknowns[:, :, [first, first + m]]
     columns = -by_first_joint / max(float(squares.mean()) ** 0.5, 1e-6)
-    yield of_samples(scene.every, columns, [{}], TILTS)
+    yield of_samples(
+        scene.every,
+        columns,
+        [{}],
+        TILTS,
+    )
 
 
 def of_commands(scene: Scene) -> Iterable[Block]:
@@ -159,7 +177,12 @@ def of_commands(scene: Scene) -> Iterable[Block]:
     Encoders see that, commands do not.
     """
     columns = -scene.by_joints * _sags(scene)[:, None]
-    yield of_samples(scene.every, columns[None], [{}], SAGS)
+    yield of_samples(
+        scene.every,
+        columns[None],
+        [{}],
+        SAGS,
+    )
 
 
 def _sags(scene: Scene) -> np.ndarray:
@@ -184,7 +207,12 @@ def of_lag(scene: Scene) -> Iterable[Block]:
         order = rows.start + np.argsort(ranks)
         steps[order[1:]] = -np.diff(scene.q[order], axis=0)
     columns = -scene.by_joints @ steps[:, :, None]
-    yield of_samples(scene.every, columns, [{}], LAGS)
+    yield of_samples(
+        scene.every,
+        columns,
+        [{}],
+        LAGS,
+    )
 
 
 def sag(
@@ -238,8 +266,11 @@ def error(
     value = float(errors[largest])
     error_of_others = float(np.linalg.norm(np.delete(errors, largest)))
     if error_of_others > SINGLE * abs(value):
-        size = float(np.linalg.norm(change))
-        return {"component": part, "error": size, "sense": "off"}
+        return {
+            "component": part,
+            "error": float(np.linalg.norm(change)),
+            "sense": "off",
+        }
     return {
         "component": COMPONENTS[first + largest],
         "error": value,

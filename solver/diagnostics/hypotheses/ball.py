@@ -20,7 +20,7 @@ LOOSE = 1.2e-3
 LOOSE_HERE = (3e-4, 1e-3, 4e-3, 0.05)
 """Noise of a placement beyond that of the others [m]."""
 STANDS_OUT = 1.5
-"""How many times as much as the others it must leave to be looked at."""
+"""It is looked at if it leaves so many times as much as the others."""
 MOST = 200
 """Samples that it may have for that."""
 NEARER = 0.3
@@ -33,7 +33,12 @@ def one_sample(scene: Scene) -> Iterable[Block]:
         ranks = scene.ranks[place].tolist()
         every = np.eye(3 * len(ranks)).reshape(-1, len(ranks), 3)
         names = [scene.sample(place, rank) for rank in ranks]
-        yield of_samples(rows, every.swapaxes(0, 1), names, SEATING)
+        yield of_samples(
+            rows,
+            every.swapaxes(0, 1),
+            names,
+            SEATING,
+        )
 
 
 def bent(scene: Scene) -> Iterable[Block]:
@@ -72,7 +77,12 @@ def loose_here(
         count = rows.stop - rows.start
         columns = np.einsum("nm,nij->nimj", np.eye(count), roots[rows])
         flat = columns.reshape(1, 3 * count, 3 * count)
-        yield of_samples(rows, flat, [parameters], widths)
+        yield of_samples(
+            rows,
+            flat,
+            [parameters],
+            widths,
+        )
 
 
 def mixed_up(scene: Scene) -> Iterable[Block]:
@@ -89,7 +99,12 @@ def mixed_up(scene: Scene) -> Iterable[Block]:
             masks = np.vstack([masks, each[doubts]])
         names = [_mixed_up(scene, place, mask, nearest) for mask in masks]
         columns = masks[:, :, None] * shifts[rows]
-        yield of_samples(rows, columns[..., None], names, fixed=True)
+        yield of_samples(
+            rows,
+            columns[..., None],
+            names,
+            fixed=True,
+        )
 
 
 def nearest_sockets(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -111,7 +126,7 @@ def _mixed_up(
     nearest: np.ndarray,
 ) -> Parameters:
     """Return which rows of a placement, those of a mask, lie in which socket."""
-    ranks: list[int] = scene.ranks[place][mask].tolist()
+    ranks = scene.ranks[place][mask].tolist()
     first = scene.sample(place, ranks[0])
     last = scene.sample(place, ranks[-1])
     index = scene.places[place].start + np.argmax(mask)

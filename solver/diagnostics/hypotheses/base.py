@@ -55,13 +55,23 @@ def changes(
         if not len(cuts):
             continue
         after = scene.ranks[place] >= cuts[:, None]
-        of_candidates = slopes[rows].transpose(2, 0, 1, 3)
+        of_candidates = slopes[rows].transpose(
+            2,
+            0,
+            1,
+            3,
+        )
         columns = after[:, None, :, None, None] * of_candidates
         names: list[Parameters] = []
         for cut in cuts.tolist():
             name = {**scene.sample(place, cut), "throughout": float(cut == 0)}
             names += [name] * candidates
-        yield of_samples(rows, columns, names, widths)
+        yield of_samples(
+            rows,
+            columns,
+            names,
+            widths,
+        )
 
 
 def _cuts(
@@ -87,13 +97,16 @@ def _cuts(
     return cuts
 
 
-def _partly(masks: np.ndarray, sockets: np.ndarray) -> np.ndarray:
+def _partly(
+    masks: np.ndarray,
+    sockets: np.ndarray,
+) -> np.ndarray:
     """Return whether each mask has a part of some socket's samples, shape (C,).
 
     Where whole sockets moved alone, their centres hold that.
     """
     in_socket = sockets == np.unique(sockets)[:, None]
-    counts: np.ndarray = masks.astype(int) @ in_socket.T
+    counts = masks.astype(int) @ in_socket.T
     partly = (counts != 0) & (counts != in_socket.sum(axis=1))
     return partly.any(axis=1)
 
@@ -102,8 +115,21 @@ def moved(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases, or instruments, that moved before some sample."""
     slopes = np.tile(np.eye(3), (len(scene.q), 1, 1))
     if scene.frames:
-        slopes = np.concatenate([slopes, _turns(scene)], axis=2)
-    return changes(scene, slopes[:, :, None], MOVES, throughout=False)
+        # the shifts of points by turns of their frame about their middle, (N, 3, 3)
+        samples = scene.samples
+        even = np.ones(len(scene.q))
+        arms = scene.offsets - means(scene.offsets, samples, even)[scene.sockets]
+        variances = means(arms**2, samples, even).mean(axis=1)
+        sizes = np.maximum(variances**0.5, 1e-6)
+        slopes = np.concatenate(
+            [slopes, cross_matrices(arms) / sizes[scene.sockets, None, None]], axis=2
+        )
+    return changes(
+        scene,
+        slopes[:, :, None],
+        MOVES,
+        throughout=False,
+    )
 
 
 def turned(scene: Scene) -> Iterable[Block]:
@@ -113,20 +139,12 @@ def turned(scene: Scene) -> Iterable[Block]:
     for rows in scene.places:
         arms[rows] = seats[rows] - seats[rows.start]
     slopes = np.cross([0.0, 0.0, 1.0], arms)
-    return changes(scene, slopes[:, :, None, None], TURNS, throughout=False)
-
-
-def _turns(scene: Scene) -> np.ndarray:
-    """Return the shifts of points by turns of their frame about their middle, (N, 3, 3).
-
-    A turn by 1 moves a point by 1 m on average; sockets have no turn.
-    """
-    samples = scene.samples
-    even = np.ones(len(scene.q))
-    arms = scene.offsets - means(scene.offsets, samples, even)[scene.sockets]
-    variances = means(arms**2, samples, even).mean(axis=1)
-    sizes = np.maximum(variances**0.5, 1e-6)
-    return cross_matrices(arms) / sizes[scene.sockets, None, None]
+    return changes(
+        scene,
+        slopes[:, :, None, None],
+        TURNS,
+        throughout=False,
+    )
 
 
 def tipped(scene: Scene) -> Iterable[Block]:
@@ -142,8 +160,12 @@ def tipped(scene: Scene) -> Iterable[Block]:
             if firsts:
                 columns = runs[is_told][:, :, None, None] * np.eye(3)
                 samples = [scene.sample(place, first) for first in firsts]
-                names = [{**sample, "samples": length} for sample in samples]
-                yield of_samples(rows, columns, names, TIPS)
+                yield of_samples(
+                    rows,
+                    columns,
+                    [{**sample, "samples": length} for sample in samples],
+                    TIPS,
+                )
 
 
 def drifting(scene: Scene) -> Iterable[Block]:
@@ -152,7 +174,12 @@ def drifting(scene: Scene) -> Iterable[Block]:
         ranks = scene.ranks[place]
         course = ranks / max(ranks.max(), 1) - 0.5
         columns = course[:, None, None] * np.eye(3)
-        yield of_samples(rows, columns, [scene.named(place)], DRIFTS)
+        yield of_samples(
+            rows,
+            columns,
+            [scene.named(place)],
+            DRIFTS,
+        )
 
 
 def drift_by(
@@ -161,8 +188,7 @@ def drift_by(
     values: np.ndarray,
 ) -> Parameters:
     """Return how far a base drifted, and where to, from the first sample to the last."""
-    size = float(np.linalg.norm(values))
-    return {"size": size, "shift": values.tolist()}
+    return {"size": float(np.linalg.norm(values)), "shift": values.tolist()}
 
 
 def moved_by(
@@ -196,7 +222,7 @@ def _length_by_length(
         if length.on_base != on_base:
             continue
         placement, socket = scene.labels[length.first]
-        names: dict[str, Any] = {"expected": expected, "given": length.distance}
+        names = {"expected": expected, "given": length.distance}
         if on_base:
             yield row, {"placement": placement, **names}
         else:
@@ -213,7 +239,12 @@ def _of_length(
 ) -> Block:
     """Return the block of one known distance that is off by an unknown, or a known change."""
     column = np.full((1, 1, 1), DISTANCE_WEIGHT * change)
-    return Block(slice(row, row + 1), column, [names], **more)
+    return Block(
+        slice(row, row + 1),
+        column,
+        [names],
+        **more,
+    )
 
 
 def between(scene: Scene) -> Iterable[Block]:
@@ -221,32 +252,57 @@ def between(scene: Scene) -> Iterable[Block]:
     for row, names in _length_by_length(scene, on_base=True):
         measured = scene.measured(names["placement"])
         sourced = {**names, "source": SOURCES[measured.distance_source]}
-        yield _of_length(row, 1.0, sourced, widths=MOVES)
+        yield _of_length(
+            row,
+            1.0,
+            sourced,
+            widths=MOVES,
+        )
 
 
 def of_one_socket(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements whose ball was in one socket throughout."""
     for row, names in _length_by_length(scene, on_base=True):
-        yield _of_length(row, -names["given"], names, fixed=True)
+        yield _of_length(
+            row,
+            -names["given"],
+            names,
+            fixed=True,
+        )
 
 
 def of_known(scene: Scene) -> Iterable[Block]:
     """Return blocks of known distances beside those of bases, each of which may be wrong."""
     for row, names in _length_by_length(scene, on_base=False):
-        yield _of_length(row, 1.0, names, widths=KNOWN)
+        yield _of_length(
+            row,
+            1.0,
+            names,
+            widths=KNOWN,
+        )
 
 
 def of_distance(scene: Scene) -> Iterable[Block]:
     """Return blocks of a share by which all distances of bases are too long, or all points."""
     columns = _of_bases(scene)
     if columns.any():
-        yield Block(scene.all_lengths, -columns[None, :, None], [{}], SHARES)
+        yield Block(
+            scene.all_lengths,
+            -columns[None, :, None],
+            [{}],
+            SHARES,
+        )
     for k in scene.frames:
         name, _ = scene.labels[k]
         in_frame = scene.sockets == k
         shifts = -scene.offsets * in_frame[:, None]
         names = {"frame": name}
-        yield Block(scene.all_samples, shifts.reshape(1, -1, 1), [names], SHARES)
+        yield Block(
+            scene.all_samples,
+            shifts.reshape(1, -1, 1),
+            [names],
+            SHARES,
+        )
 
 
 def of_model(scene: Scene) -> Iterable[Block]:
@@ -257,13 +313,21 @@ def of_model(scene: Scene) -> Iterable[Block]:
     rows = scene.all_lengths
     if scene.frames:
         rows = slice(0, rows.stop)
-    yield Block(rows, -columns[None, rows, None], [{}], SHARES)
+    yield Block(
+        rows,
+        -columns[None, rows, None],
+        [{}],
+        SHARES,
+    )
 
 
 def _of_bases(scene: Scene) -> np.ndarray:
     """Return the changes of all distances for each share that those of bases are too long, (K,)."""
-    on_base = np.array([length.on_base for length in scene.known])
-    return DISTANCE_WEIGHT * scene.expected * on_base
+    return (
+        DISTANCE_WEIGHT
+        * scene.expected
+        * np.array([length.on_base for length in scene.known])
+    )
 
 
 def share(
@@ -283,7 +347,10 @@ def share(
     }
 
 
-def sockets_by_share(excess: float, length: float) -> Parameters:
+def sockets_by_share(
+    excess: float,
+    length: float,
+) -> Parameters:
     """Return how far apart sockets are that would make the arm no longer by a share [m]."""
     return {
         "share": excess,

@@ -66,8 +66,7 @@ class Candidate:
             kind = replace(kind, **kind.of_points)
         parameters = dict(self.parameters)
         advice = kind.advice.format(**parameters)
-        measurements = self.scene.measurements
-        largest = [np.abs(m.positions).max() for m in measurements]
+        largest = [np.abs(m.positions).max() for m in self.scene.measurements]
         if max(largest, default=0.0) < TINY:
             advice += (
                 f"; or are the angles in another unit? none is beyond {TINY:g} rad"
@@ -151,7 +150,10 @@ class Candidate:
         return replace(scene, explained=explained).recentred(self.sigma)
 
 
-def _as_it_is(scene: Scene, _: object) -> Scene:
+def _as_it_is(
+    scene: Scene,
+    _: object,
+) -> Scene:
     return scene
 
 
@@ -181,8 +183,7 @@ class Comparison:
         """Yield the best candidates of a kind: by few trials of the noise, then by many."""
         scene = self.scene
         blocks = list(kind.blocks(scene))
-        total = sum(len(block.parameters) for block in blocks)
-        share = kind.prior / max(total, 1)
+        share = kind.prior / max(sum(len(block.parameters) for block in blocks), 1)
         prior = math.log(STEP * share)
         if kind.noise is None:
             # the noise of servos is never much less
@@ -240,7 +241,10 @@ def likeliest_of(candidates: Iterable[Candidate]) -> Candidate:
     return max(candidates, key=lambda candidate: candidate.log_evidence)
 
 
-def sound_recordings(scene: Scene, share: float = INDEPENDENT) -> Candidate:
+def sound_recordings(
+    scene: Scene,
+    share: float = INDEPENDENT,
+) -> Candidate:
     """Return the candidate by which nothing is wrong in a scene."""
     (candidate,) = Comparison(scene, ONLY_SOUND, share).candidates
     return candidate

@@ -43,7 +43,11 @@ class LinearEvidence:
             log_volume = float(np.log(np.linalg.det(whitening)).sum())
             self._log_volume = share * log_volume
 
-    def _white(self, rows: slice, values: np.ndarray) -> np.ndarray:
+    def _white(
+        self,
+        rows: slice,
+        values: np.ndarray,
+    ) -> np.ndarray:
         """Return values in some rows, shape (R, n), in units in which samples are noisy alike.
 
         Only a share of the errors counts.
@@ -84,7 +88,11 @@ class LinearEvidence:
         end = int(np.argmax(logs)) + 2
         return sigma[:end], logs[:end]
 
-    def log_ratios(self, block: Block, sigma: np.ndarray) -> np.ndarray:
+    def log_ratios(
+        self,
+        block: Block,
+        sigma: np.ndarray,
+    ) -> np.ndarray:
         """Return ln p(r | candidate) - ln p(r) by noise, width and candidate, shape (L, W, C)."""
         M, g = self._information(block, sigma)
         if block.fixed:
@@ -94,20 +102,28 @@ class LinearEvidence:
         factors = log_bayes_factor(M[:, None], g[:, None], widths)
         return factors + block.bonus - np.log(len(widths))
 
-    def chi_square(self, block: Block, sigma: float) -> float:
+    def chi_square(
+        self,
+        block: Block,
+        sigma: float,
+    ) -> float:
         """Return by how much a block's only candidate lowers chi-square, by its widest prior."""
         _, g = self._information(block, np.array([sigma]))
         mean, _ = self.posterior(block, sigma)
         return float(g[0, 0] @ mean)
 
-    def posterior(self, block: Block, sigma: float) -> tuple[np.ndarray, np.ndarray]:
+    def posterior(
+        self,
+        block: Block,
+        sigma: float,
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and covariance of a block's only candidate, by its widest prior."""
         M, g = self._information(block, np.array([sigma]))
         information, axes = np.linalg.eigh(M[0, 0])
         # Where the nuisances explain all, M is a difference of equal numbers.
         information = information.clip(min=0.0)
         precision = information + max(block.widths) ** -2
-        covariance: np.ndarray = (axes / precision) @ axes.T
+        covariance = (axes / precision) @ axes.T
         return covariance @ g[0, 0], covariance
 
     def _information(

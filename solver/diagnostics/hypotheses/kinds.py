@@ -81,9 +81,17 @@ Blocks = Callable[[Scene], Iterable[Block]]
 """Candidates that a scene may have."""
 
 
-def without_columns(parameters: Parameters, bonus: float = 0.0) -> Block:
+def without_columns(
+    parameters: Parameters,
+    bonus: float = 0.0,
+) -> Block:
     """Return a candidate that changes no residuals."""
-    return Block(slice(0, 0), np.zeros((1, 0, 0)), [parameters], bonus=bonus)
+    return Block(
+        slice(0, 0),
+        np.zeros((1, 0, 0)),
+        [parameters],
+        bonus=bonus,
+    )
 
 
 @dataclass(frozen=True)
@@ -132,7 +140,11 @@ def sample_named(p: Parameters) -> str:
 class _Sentences(Formatter):
     """Sentences with sizes as in {size:.1f mm}, and a word by the sign as in {share:long|short}."""
 
-    def format_field(self, value: Any, format_spec: str) -> str:
+    def format_field(
+        self,
+        value: Any,
+        format_spec: str,
+    ) -> str:
         if "|" in format_spec:
             return format_spec.split("|")[bool(value <= 0)]
         digits, _, unit = format_spec.partition(" ")
@@ -181,7 +193,7 @@ class Kind:
     """Unit in which its size is told: mm, deg or %; empty where it has none; None where no fault
     can be told by it."""
     of_size: str = ""
-    """What it blames for an arm that comes out too large or small: the numbers of the ``model``,
+    """Part that it blames for an arm of another size than its model: the numbers of the ``model``,
     which the fit has as unknowns, or a ``distance`` between sockets; empty for neither."""
     at_ball: bool = False
     """True where its size is how far it moves the ball at most, not its unknowns'."""
@@ -224,4 +236,9 @@ def kind_of(
         **more,
     }
     words.setdefault("code", words["name"])
-    return Kind(**words, blocks=blocks, values=values, noise=noise)
+    return Kind(
+        **words,
+        blocks=blocks,
+        values=values,
+        noise=noise,
+    )

@@ -103,7 +103,11 @@ class LoadedArm:
         """Return the rows of some samples' residuals."""
         return slice(3 * samples.start, 3 * samples.stop)
 
-    def in_rows(self, rows: slice, columns: np.ndarray) -> np.ndarray:
+    def in_rows(
+        self,
+        rows: slice,
+        columns: np.ndarray,
+    ) -> np.ndarray:
         """Return columns, or a shift, of some rows as those of all residuals, (3 N + K, ...)."""
         full = np.zeros((self.all_lengths.stop, *columns.shape[1:]))
         full[rows] = columns
@@ -117,7 +121,11 @@ class LoadedArm:
         """Return the name of a placement, as a parameter of explanations."""
         return {"placement": self.measurements[place].name}
 
-    def sample(self, place: int, rank: int) -> dict[str, Any]:
+    def sample(
+        self,
+        place: int,
+        rank: int,
+    ) -> dict[str, Any]:
         """Return placement, socket, index in it, and the numbers as recorded, of a sample.
 
         It has a rank in its placement. A point that an instrument measured has its number in the
@@ -125,7 +133,7 @@ class LoadedArm:
         """
         row = self.places[place].start + np.argmax(self.ranks[place] == rank)
         recorded = self.measurements[place].placement.samples[rank]
-        names: dict[str, Any] = {
+        names = {
             **self.named(place),
             "socket": recorded.socket,
             "sample": int(self.numbers[row]),
@@ -209,21 +217,19 @@ class LoadedArm:
         true = design_matrix(self.effects, self.loaded_samples).true_positions(
             self.q, coefficients
         )
-        values = self.model.values(self.start)
-        return self.model.ball.linearise(values, true).by_joints
+        return self.model.ball.linearise(self.model.values(self.start), true).by_joints
 
     def of_effects(self, samples: Samples) -> np.ndarray:
         """Return derivatives of samples' residuals by effects, in their widths, (3 N, p)."""
         axes, turns = design_matrix(self.effects, samples)
         slopes = -self.by_readings[:, :, axes] * turns[:, None]
-        columns = slopes.reshape(3 * len(self.q), -1)
-        return columns * self.widths_of_effects(samples)
+        return slopes.reshape(3 * len(self.q), -1) * self.widths_of_effects(samples)
 
     def widths_of_effects(self, samples: Samples) -> np.ndarray:
         """Return the widths of effects' coefficients by how much they turn the joints, (p,)."""
         widths = [np.zeros(0)]
         for effect in self.effects:
-            turns: np.ndarray = effect.turns(samples)
+            turns = effect.turns(samples)
             usual = float(np.mean(turns**2)) ** 0.5
             shift = effect.typical_shift
             if effect.learned:

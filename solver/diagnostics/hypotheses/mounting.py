@@ -64,14 +64,16 @@ def _other_directions(said: np.ndarray) -> Iterator[Gravity]:
             yield as_point(gravity)
 
 
-def _logs(scene: Scene, directions: Sequence[Gravity]) -> Iterator[float]:
+def _logs(
+    scene: Scene,
+    directions: Sequence[Gravity],
+) -> Iterator[float]:
     """Yield the logarithm of the evidence by direction of gravity."""
     evidence, block = _elasticity(scene, directions)
     sigma, log_likelihood = evidence.trials(LEAST * scene.noise, LARGEST, TRIALS)
     noise = NoisePrior(1.5 * scene.noise, scene.noise_width, below=True)
     density = log_likelihood + noise.log_density(sigma)
-    ratios = evidence.log_ratios(block, sigma)[:, 0]
-    by_trial = ratios + density[:, None]
+    by_trial = evidence.log_ratios(block, sigma)[:, 0] + density[:, None]
     for c, likeliest in enumerate(np.argmax(by_trial, axis=0)):
         estimate = evidence.posterior(block.only([c]), float(sigma[likeliest]))
         yield float(by_trial[likeliest, c]) + _log_positive(*estimate)
@@ -98,10 +100,12 @@ def _elasticity(
     return LinearEvidence(scene.residuals[rows], others), block
 
 
-def _log_positive(mean: np.ndarray, covariance: np.ndarray) -> float:
+def _log_positive(
+    mean: np.ndarray,
+    covariance: np.ndarray,
+) -> float:
     """Return the sum of ln 2 P(u > 0), with each unknown u a Gaussian by itself."""
-    deviations = np.sqrt(np.diag(covariance))
-    ratios = mean / (2**0.5 * deviations)
+    ratios = mean / (2**0.5 * np.sqrt(np.diag(covariance)))
     doubled = [math.erfc(-ratio) for ratio in ratios.tolist()]
     return sum(math.log(max(share, 1e-30)) for share in doubled)
 
@@ -117,7 +121,10 @@ def stands(parameters: Parameters) -> str:
     return f"the arm {how}: gravity pulls along {directions} of its base"
 
 
-def remounted(scene: Scene, parameters: Parameters) -> Scene:
+def remounted(
+    scene: Scene,
+    parameters: Parameters,
+) -> Scene:
     """Return the scene of an arm that is mounted so."""
     load = replace(scene.load, gravity=tuple(parameters["gravity"]))
     return replace(scene, load=load)

@@ -6,7 +6,7 @@ import numpy as np
 
 from .ball import loose_here, scattered_placements
 from .evidence import INDEPENDENT
-from .kinds import Block, NoisePrior, Parameters, without_columns
+from .kinds import Block, NoisePrior, without_columns
 from .scene import Scene
 
 SAME = 2e-3
@@ -37,20 +37,19 @@ def copies(scene: Scene) -> Iterable[Block]:
     for later, q in enumerate(of_sockets):
         for earlier, others in enumerate(of_sockets[:later]):
             if _alike(q, others, SAME).any(axis=1).mean() > COPIED:
-                yield without_columns(_copy(scene, later, earlier), CHANCE)
+                # the names of a socket, and of that whose copy it is
+                placement, socket = scene.labels[later]
+                original, socket_of_original = scene.labels[earlier]
+                yield without_columns(
+                    {
+                        "placement": placement,
+                        "socket": socket,
+                        "of": original,
+                        "of_socket": socket_of_original,
+                    },
+                    CHANCE,
+                )
                 return
-
-
-def _copy(scene: Scene, later: int, earlier: int) -> Parameters:
-    """Return the names of a socket, and of that whose copy it is."""
-    placement, socket = scene.labels[later]
-    original, socket_of_original = scene.labels[earlier]
-    return {
-        "placement": placement,
-        "socket": socket,
-        "of": original,
-        "of_socket": socket_of_original,
-    }
 
 
 def repeated(scene: Scene) -> Iterable[Block]:
@@ -110,10 +109,13 @@ def of_steps(scene: Scene) -> NoisePrior:
     return NoisePrior(max(scene.noise, size), 0.5)
 
 
-def _effect(scene: Scene, steps_of_joints: np.ndarray) -> float:
+def _effect(
+    scene: Scene,
+    steps_of_joints: np.ndarray,
+) -> float:
     """Return the noise of the ball per axis by steps of the joints [m]."""
     shifts = UNIFORM * scene.by_joints * steps_of_joints
-    squares: np.ndarray = np.sum(shifts**2, axis=2)
+    squares = np.sum(shifts**2, axis=2)
     return float(squares.mean()) ** 0.5
 
 
@@ -160,6 +162,6 @@ def _gain(
     of_ball = scene.noise * np.array([1.0, 0.5])
     variances = of_joints + of_ball[:, None, None, None] ** 2
     terms = np.einsum("nij,ni->nj", axes, errors) ** 2 / variances + np.log(variances)
-    logs: np.ndarray = -0.5 * terms.sum(axis=(2, 3))
+    logs = -0.5 * terms.sum(axis=(2, 3))
     gain = float(logs.max()) - alike
     return INDEPENDENT * gain

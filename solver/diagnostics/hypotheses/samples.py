@@ -66,7 +66,11 @@ class SeatSamples(SampleRows):
         beside_centres = len(self.sockets) - self.count
         return 3 * beside_centres >= 2 * unknowns
 
-    def thinned(self, enough: int, minimum: int = 1) -> "SeatSamples":
+    def thinned(
+        self,
+        enough: int,
+        minimum: int = 1,
+    ) -> "SeatSamples":
         """Return about so many of the samples, evenly from each seat, and so many of it."""
         most = max(enough // self.count, minimum)
         indices = [evenly(len(rows), most) for rows in self.rows]
@@ -80,7 +84,11 @@ class SeatSamples(SampleRows):
         seats = np.unique(self.sockets[self.points.any(axis=1)])
         return seats.tolist()
 
-    def aligned(self, balls: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def aligned(
+        self,
+        balls: np.ndarray,
+        weights: np.ndarray,
+    ) -> np.ndarray:
         """Return the rotations R of all seats by predicted balls of V models, (S, V, 3, 3).
 
         Balls have shape (N, V, 3) [m], their weights (N, V); sockets have no rotation.
@@ -125,7 +133,11 @@ class SeatSamples(SampleRows):
             slopes[rows, ..., of_frame] = cross_matrices(offsets[rows])
         return slopes
 
-    def turned(self, R: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    def turned(
+        self,
+        R: np.ndarray,
+        turns: np.ndarray,
+    ) -> np.ndarray:
         """Return rotations of seats after small turns of the frames, shape (3 F,) [rad]."""
         after = R.copy()
         small_turns = turn(turns.reshape(-1, 3))
@@ -174,13 +186,18 @@ def _measured(measurements: Sequence[Measurement]) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def evenly(count: int, enough: int) -> np.ndarray:
+def evenly(
+    count: int,
+    enough: int,
+) -> np.ndarray:
     """Return indices of so many of some samples at most, evenly chosen."""
-    places = np.linspace(0, count - 1, min(count, enough))
-    return places.astype(int)
+    return np.linspace(0, count - 1, min(count, enough)).astype(int)
 
 
-def medians(points: np.ndarray, samples: SeatSamples) -> np.ndarray:
+def medians(
+    points: np.ndarray,
+    samples: SeatSamples,
+) -> np.ndarray:
     """Return the medians in each seat, shape (S, 3)."""
     by_seat = [median(points[rows]) for rows in samples.rows]
     return np.array(by_seat)
@@ -213,7 +230,10 @@ def typical(errors: np.ndarray) -> np.ndarray:
     return np.maximum(median(_squares(errors)) / CHI_SQUARE, SMALLEST**2) ** 0.5
 
 
-def robust_weights(errors: np.ndarray, noise: float | np.ndarray) -> np.ndarray:
+def robust_weights(
+    errors: np.ndarray,
+    noise: float | np.ndarray,
+) -> np.ndarray:
     """Return the robust weight of each error, shape (N, ..., 3), for a noise s [m]."""
     return student_weights(_squares(errors) / noise**2, NU)
 

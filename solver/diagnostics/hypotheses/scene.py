@@ -83,7 +83,7 @@ class Scene(LoadedArm):
 
     @cached_property
     def seats(self) -> np.ndarray:
-        """Where each sample has the place of its seat, Phi(q) - R y, shape (N, 3) [m]."""
+        """Place of its seat by each sample, Phi(q) - R y, shape (N, 3) [m]."""
         return self.linear.points - self.offsets
 
     @cached_property
@@ -206,7 +206,11 @@ class Scene(LoadedArm):
         return errors[self.all_samples].reshape(-1, 3)
 
 
-def _ridge(B: np.ndarray, r: np.ndarray, sigma: float) -> np.ndarray:
+def _ridge(
+    B: np.ndarray,
+    r: np.ndarray,
+    sigma: float,
+) -> np.ndarray:
     """Return x = (B^T B + sigma^2)^-1 B^T r, the most probable unknowns of r = B x + noise."""
-    precision = B.T @ B + sigma**2 * np.eye(B.shape[1])
-    return np.linalg.solve(precision, B.T @ r)
+    P = B.T @ B + sigma**2 * np.eye(B.shape[1])
+    return np.linalg.solve(P, B.T @ r)
