@@ -90,22 +90,17 @@ def read_images(
     blank = [file.name for i, file in enumerate(files) if i not in found]
     remarks = [f"{name}: no board found" for name in blank]
     if camera:
-        matrix, distortion = _camera_by(camera)
+        fx, fy, cx, cy, *coefficients = camera
+        matrix = np.diag([fx, fy, 1.0])
+        matrix[:2, 2] = cx, cy
+        distortion = np.array(coefficients or [0.0] * 4)
     else:
         matrix, distortion, remark = _camera_of(cv, list(found.values()), size)
         remarks.append(remark)
     samples: list[Sample] = []
     for i, (corners, pixels) in found.items():
         _, vector, place = cv.solvePnP(corners, pixels, matrix, distortion)
-        (turned,) = quaternion_of(turn(vector.ravel())[None]).tolist()
-        view = Sample(
-            rows[i],
-            socket=0,
-            where=str(files[i]),
-            point=tuple(place.ravel().tolist()),
-            orientation=tuple(turned),
-        )
-        samples.append(view)
+        samples.append(_view(rows[i], files[i], vector.ravel(), place.ravel()))
     return Placement(
         folder.name,
         tuple(samples),
@@ -116,12 +111,21 @@ def read_images(
     )
 
 
-def _camera_by(numbers: Sequence[float]) -> tuple[Any, Any]:
-    """Return the camera's matrix and distortion by fx, fy, cx, cy and coefficients, if any."""
-    fx, fy, cx, cy, *coefficients = numbers
-    matrix = np.diag([fx, fy, 1.0])
-    matrix[:2, 2] = cx, cy
-    return matrix, np.array(coefficients or [0.0] * 4)
+def _view(
+    position: tuple[float, ...],
+    file: Path,
+    vector: np.ndarray,
+    place: np.ndarray,
+) -> Sample:
+    """Return a view by the board's rotation vector and place in the camera."""
+    (quaternion,) = quaternion_of(turn(vector)[None]).tolist()
+    return Sample(
+        position,
+        socket=0,
+        where=str(file),
+        point=tuple(place.tolist()),
+        orientation=tuple(quaternion),
+    )
 
 
 def _camera_of(
