@@ -3,7 +3,10 @@ from .assessment import Assessment as Assessment
 from .assessment import assess as assess
 from .assessment import rows_since as rows_since
 from .conclusion import SURE as SURE
+from .conclusion import in_100 as in_100
+from .conclusion import intervals_in_words as intervals_in_words
 from .conclusion import is_better as is_better
+from .conclusion import short_mm as short_mm
 from .data_sufficiency import LEAST_HELD_OUT as LEAST_HELD_OUT
 from .data_sufficiency import LEAST_SAMPLES as LEAST_SAMPLES
 from .data_sufficiency import Recordings as Recordings
@@ -18,15 +21,12 @@ from .errors import quantiles as quantiles
 from .errors import sample_errors as sample_errors
 from .formatting import apart_words as apart_words
 from .formatting import area as area
-from .formatting import in_100 as in_100
-from .formatting import intervals_in_words as intervals_in_words
 from .formatting import joined as joined
 from .formatting import millimetres as millimetres
 from .formatting import mm as mm
 from .formatting import nice_above as nice_above
 from .formatting import percent as percent
 from .formatting import plural as plural
-from .formatting import short_mm as short_mm
 from .formatting import short_names as short_names
 from .formatting import short_where as short_where
 from .limits import BAND as BAND

@@ -16,7 +16,8 @@ from ..results import (
     Scale,
     Uncertainty,
 )
-from .formatting import interval_text, joined, mm, short_mm
+from .conclusion import interval_text, short_mm
+from .formatting import joined, mm
 from .limits import (
     NEAR,
     TITLES,

@@ -27,7 +27,7 @@ from ..identification.data import (
 )
 from ..identification.effects import EFFECTS, effects_of
 from ..identification.inference import FitPosterior, Posterior, estimate, refit
-from ..identification.model import ExtendedModel, extend
+from ..identification.model import ExtendedModel, Prediction, extend
 from ..identification.robot import Robot, choose_parameters, workspace
 from ..results import Better, ErrorMap, JointEffect, Scale
 from ..studies import (
@@ -74,29 +74,19 @@ def predicted_posterior(
     return replace(posterior, covariance=after.covariance[:size, :size])
 
 
-class WorkspaceSamples(NamedTuple):
-    """Balls in N random poses."""
-
-    points: np.ndarray
-    """Shape (N, 3) [m]."""
-    slopes: np.ndarray
-    """Their derivatives by the unknowns, shape (N, 3, size)."""
-
-
 def workspace_samples(
     model: ExtendedModel,
     x: np.ndarray,
     load: Load,
-) -> WorkspaceSamples:
-    """Return the ball in random poses by a model with unknowns x, shape (size,)."""
+) -> Prediction:
+    """Return balls in random poses by a model with unknowns x, shape (size,), and derivatives."""
     q = workspace(model.robot, POSES)
-    points, J, _ = model.linearise(x, load.at(model.robot, q))
-    return WorkspaceSamples(points, J)
+    return model.linearise(x, load.at(model.robot, q))
 
 
 def error_map(
     posterior: Posterior,
-    poses: WorkspaceSamples,
+    poses: Prediction,
 ) -> ErrorMap:
     """Return the predicted error of places over the workspace, seen from above.
 
@@ -106,7 +96,7 @@ def error_map(
     """
     _, J, _ = posterior.linearise(posterior.data)
     middle = posterior.points.mean(axis=0)
-    by_offsets = poses.slopes - J.mean(axis=0)
+    by_offsets = poses.by_unknowns - J.mean(axis=0)
     slopes = np.einsum("ni,nij->nj", unit(poses.points - middle), by_offsets)
     variances = variances_of(slopes, posterior.of_unknowns)
     from_above = poses.points[:, :2]
@@ -125,7 +115,7 @@ def error_map(
 def joint_effects(
     model: ExtendedModel,
     x: np.ndarray,
-    poses: WorkspaceSamples,
+    poses: Prediction,
     by_socket: Sequence[Samples],
 ) -> tuple[JointEffect, ...]:
     """Return the displacements of the ball by the numbers of each joint, and of the ball.
@@ -148,7 +138,7 @@ def joint_effects(
         _, J, _ = model.linearise(x, samples)
         recorded.append(squares(J))
     at_samples = np.concatenate(recorded).mean(axis=0)
-    anywhere = squares(poses.slopes).mean(axis=0)
+    anywhere = squares(poses.by_unknowns).mean(axis=0)
     columns = np.sqrt([at_samples, anywhere]).tolist()
     return tuple(map(JointEffect, joints, *columns))
 

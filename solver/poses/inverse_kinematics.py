@@ -5,7 +5,6 @@ once, so that the solutions are spread over all that the arm can do.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,15 +31,6 @@ MAX_TILT = np.deg2rad(50)
 
 class SimulationError(MukcaError):
     """An arm that cannot do what is asked of it."""
-
-
-class Starts(NamedTuple):
-    """Random starts of a batch."""
-
-    positions: np.ndarray
-    """Joint positions, shape (BATCH, m) [rad], [m] for a prismatic joint."""
-    necks: np.ndarray
-    """Directions that the ball's neck is to have, shape (BATCH, 3)."""
 
 
 @dataclass(frozen=True)
@@ -145,8 +135,11 @@ class InverseKinematics:
             reached[rows[some[arrived]]] = q[arrived]
         return not np.isnan(reached[failures, 0]).all()
 
-    def _random_starts(self, generator: np.random.Generator) -> Starts:
-        """Return joint positions, and directions of necks that are even over the cap of tilts."""
+    def _random_starts(
+        self,
+        generator: np.random.Generator,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return joint positions, (BATCH, m), and directions of necks, even over the cap."""
         shape = BATCH, len(self.lower)
         positions = generator.uniform(self.lower, self.upper, shape)
         height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
@@ -154,7 +147,7 @@ class InverseKinematics:
         radius = np.sqrt(1 - height**2)
         x = radius * np.cos(angle)
         y = radius * np.sin(angle)
-        return Starts(positions, np.column_stack([x, y, -height]))
+        return positions, np.column_stack([x, y, -height])
 
     def _follow(
         self,
