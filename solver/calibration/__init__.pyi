@@ -2,6 +2,7 @@
 from .calibration import Calibration as Calibration
 from .chance import Comparison as Comparison
 from .chance import differences as differences
+from .checks import InspectedProblem as InspectedProblem
 from .checks import placements_set_right as placements_set_right
 from .earlier import posterior_of as posterior_of
 from .earlier import prior_of as prior_of
@@ -10,7 +11,6 @@ from .errors import Errors as Errors
 from .fit import Methods as Methods
 from .fit import fit_robot as fit_robot
 from .full_model import FullModel as FullModel
-from .inspected_problem import InspectedProblem as InspectedProblem
 from .joint_path import CommandError as CommandError
 from .joint_path import JointPath as JointPath
 from .joint_path import find_jumps as find_jumps
@@ -35,7 +35,7 @@ from .poses import quaternion_of as quaternion_of
 from .preparation import as_list as as_list
 from .problem import CalibrationProblem as CalibrationProblem
 from .robot_calibration import calibrate_robot as calibrate_robot
-from .several_problems import problems_of as problems_of
+from .several_robots import problems_of as problems_of
 from .tables import CHECKS as CHECKS
 from .tables import METHODS as METHODS
 from .tables import STUDIES as STUDIES

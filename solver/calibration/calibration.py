@@ -23,11 +23,10 @@ from ..assessment import (
 )
 from ..assessment import Options as AssessmentOptions
 from ..identification.data import Measurement, measure, one_blas_thread
-from .checking import at_scale
 from .deviation import FittedModel
-from .errors import Errors, compared_models, placement_errors
+from .errors import Errors, placement_errors
 from .option import UsageError
-from .preparation import as_list
+from .preparation import as_list, at_scale
 
 CALIBRATION, URDF = "calibration.json", "calibrated.urdf"
 MOST_FINDINGS = 5
@@ -213,12 +212,15 @@ class Calibration(FittedModel):
 
         ``other_tip``: points were measured with another probe, whose tip is refitted.
         """
-        models = compared_models(self.calibrated, self.ball_refitted)
-        rows: list[results.PlacementErrors] = []
-        for m in map(self.as_read_now, data):
-            role = "train" if self.was_trained_on(m) else "test"
-            rows.append(placement_errors(models, role, m, other_tip=other_tip))
-        return Errors(sorted(rows, key=lambda row: row.role == "test"))
+        placements: list[tuple[results.Role, Measurement]] = [
+            ("train" if self.was_trained_on(m) else "test", m)
+            for m in map(self.as_read_now, data)
+        ]
+        placements.sort(key=lambda pair: pair[0] == "test")
+        ball = self.document.refitted_ball
+        return Errors(
+            placement_errors(self.calibrated, ball, (), placements, other_tip=other_tip)
+        )
 
     def at_scale(self, placement: Placement) -> Placement:
         """Return a placement at the scale of the instrument that the calibration was told."""

@@ -2,17 +2,50 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 
+import numpy as np
+
+from ...errors import NotConverged
 from ..identification import Prior, Progress
 from ..identification.robot import Robot
 from ..results import CalibratedRobot, CalibrationDocument, Fit, Study
 from ..tables import in_placements
-from .convergence import converged_fits
+from .document import document_of
 from .fit import NO_METHODS, Methods, fit_robot
 from .options import SolveOptions
 from .preparation import Check, Recordings, problem_of
 from .problem import CalibrationProblem
-from .results import document_of
+
+
+def converged_fits(
+    problems: Sequence[CalibrationProblem], fitted: Callable[[], list[Fit]]
+) -> list[Fit]:
+    """Return the fits of problems' robots that ``fitted`` makes.
+
+    Raises:
+        NotConverged: They did not converge to finite numbers; names an error in the recordings.
+    """
+    findings = list(chain.from_iterable(problem.checks for problem in problems))
+    contradiction = next(
+        (finding for finding in findings if finding.level == "error"), None
+    )
+    try:
+        fits = fitted()
+    except NotConverged:
+        if contradiction is None:
+            raise
+        raise NotConverged(f"the fit did not converge; {contradiction}") from None
+    except np.linalg.LinAlgError as error:
+        raise NotConverged(
+            f"the fit did not converge ({error}); run mukca check"
+        ) from None
+    if not all(np.isfinite(fit.calibrated.values).all() for fit in fits):
+        raise NotConverged(
+            "the fit did not converge: its numbers are not finite; run mukca check"
+        )
+    return fits
+
 
 PriorOf = Callable[[CalibrationProblem], Prior]
 """What is known of a robot before, by its problem."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..identification.data import STANDARD_LOAD, Load, Measurement
+from ..identification.data import STANDARD_LOAD, Load, Measurement, TipSamples
 from ..identification.model import Deflection
 from ..identification.robot import (
     BallModel,
@@ -195,6 +195,11 @@ class CalibratedRobot:
         """Return orientations of the ball's link at samples, shape (N, 3, 3)."""
         true = self._corrected_at(measured)
         return self.model.rotations(self.values, true).points
+
+    def tips(self, measured: Measurement) -> TipSamples:
+        """Return the balls and orientations of their link at points that were measured."""
+        points, rotations = self.predict(measured), self.rotations(measured)
+        return TipSamples(points, rotations, measured.points)
 
     def positions(
         self, q: ArrayLike, what: str = "joint positions", *, stacked: bool = False

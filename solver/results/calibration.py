@@ -13,7 +13,6 @@ from . import estimates, worth
 from .calibrated import CalibratedRobot
 from .files import Document, DocumentError
 from .fold_model import FoldModel
-from .patterns import ErrorPatterns
 from .placements import (
     Diagnostic,
     Hypothesis,
@@ -23,6 +22,7 @@ from .placements import (
     PlacementSamples,
     Summaries,
 )
+from .worth import ErrorPatterns
 
 FORMAT = "mukca-calibration-1"
 ARMS_FORMAT = "mukca-arms-1"

@@ -3,14 +3,14 @@ from .chance import apart_by_chance as apart_by_chance
 from .frames import frame_pose as frame_pose
 from .geometric_projection import project_to_geometry as project_to_geometry
 from .held_out_error import error_parts as error_parts
-from .held_out_misfit import HeldOut as HeldOut
-from .held_out_misfit import misfit as misfit
-from .held_out_misfit import tail as tail
-from .held_out_misfit import within as within
 from .identifiability import weak_directions as weak_directions
 from .improvement import Models as Models
 from .improvement import better_than_nominal as better_than_nominal
 from .patterns import error_patterns as error_patterns
+from .placement_deviations import HeldOut as HeldOut
+from .placement_deviations import misfit as misfit
+from .placement_deviations import tail as tail
+from .placement_deviations import within as within
 from .pose_covariance import movement_covariances as movement_covariances
 from .pose_covariance import pose_covariances as pose_covariances
 from .postures import arm_length as arm_length
@@ -21,7 +21,6 @@ from .projections import variances_of as variances_of
 from .size import model_of as model_of
 from .table import STUDIES as STUDIES
 from .uncertainty import correlations as correlations
-from .uncertainty import deviations as deviations
 from .uncertainty import distance_slopes as distance_slopes
 from .uncertainty import observability_index as observability_index
 from .uncertainty import predicted_deviation as predicted_deviation

@@ -19,7 +19,7 @@ from ..identification.data import Samples, joined
 from ..identification.inference import Posterior
 from ..identification.model import probabilities
 from ..results import ErrorParts, Fit, Interval, Measurements, Study
-from .background import NOISES, Background
+from .evidence import NOISES, Background
 from .projections import basis_of, block_diagonal, rows_of
 from .uncertainty import covariance_of
 

@@ -9,8 +9,7 @@ from ..identification.data import SEAT_DEVIATION, Load, Measurement, Samples
 from ..identification.inference import Posterior
 from ..identification.model import Gaussian
 from ..results import Unseen
-from .base_errors import BaseErrors
-from .base_length import BaseLength, SocketMean
+from .base_errors import BaseErrors, BaseLength, SocketMean
 from .projections import basis_of, block_diagonal, evenly, outside, rows_of, shifts_of
 from .uncertainty import covariance_of
 from .whitening import whitened

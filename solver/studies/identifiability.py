@@ -5,10 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..identification.inference import Posterior
-from ..results import Direction
+from ..results import Direction, Fit, Measurements, Study, Uncertainty
+from .predicted_errors import errors_near, workspace_errors
 from .projections import basis_of, outside, unit
 from .structural_changes import BASE, Change, structural_changes
-from .uncertainty import UNDECIDED
+from .uncertainty import UNDECIDED, correlations, observability_index
 
 UNOBSERVABLE = (
     "the base frame: you measured distances between sockets, not their positions in the base frame",
@@ -122,3 +123,24 @@ def unobservable(
     if any(direction.text == BASE for direction in weak):
         return (BASE_TURNS, flange)
     return (flange,)
+
+
+def uncertainty(fit: Fit, measurements: Measurements) -> Uncertainty:
+    """Return how well the arm is known, and what is not observable."""
+    posterior = fit.posterior
+    assert posterior is not None
+    load = fit.calibrated.load
+    exported = fit.calibrated.exported
+    recorded = [m for _, m in measurements.placements]
+    weak = weak_directions(posterior)
+    return Uncertainty(
+        weak_directions=weak,
+        correlations=correlations(posterior),
+        observability_index=observability_index(posterior),
+        distance_deviation=workspace_errors(posterior, load, exported),
+        near=errors_near(posterior, load, recorded, exported),
+        cannot_see=unobservable(posterior, weak),
+    )
+
+
+UNCERTAINTY = Study("uncertainty", uncertainty)

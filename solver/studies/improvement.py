@@ -14,7 +14,18 @@ from msgspec.structs import replace
 from ..identification.data import Load, Measurement
 from ..identification.inference import Posterior
 from ..identification.robot import workspace
-from ..results import Better, Improvement, Interval, Unseen
+from ..results import (
+    Better,
+    CalibratedRobot,
+    Fit,
+    Improvement,
+    Interval,
+    Measurements,
+    Place,
+    Study,
+    Unseen,
+    with_ball_at,
+)
 from .held_out_evidence import updated
 from .predicted_errors import neighbourhoods
 from .projections import (
@@ -126,3 +137,26 @@ def _interval(errors: np.ndarray) -> Interval:
     levels = np.quantile(errors, (0.16, 0.5, 0.84))
     low, middle, high = levels.tolist()
     return Interval(value=middle, low=low, high=high)
+
+
+def better(fit: Fit, measurements: Measurements, ball: Place | None) -> Better | None:
+    """Return the errors of distances before and now.
+
+    Before is the nominal robot with its ball refitted at ``ball``, or with the calibrated one:
+    whichever errs less. A model that is wrong elsewhere puts the ball wrong by millimetres.
+    """
+    assert fit.posterior is not None
+    calibrated: CalibratedRobot = fit.calibrated
+    nominal = [with_ball_at(calibrated.robot, ball), calibrated.with_ball_alone]
+    models = Models(
+        [robot.ball for robot in nominal if robot is not None],
+        calibrated.geometric_ball,
+        corrected=calibrated.exported is not None,
+    )
+    recorded = [m for _, m in measurements.placements]
+    return better_than_nominal(
+        fit.posterior, calibrated.load, models, recorded, measurements.unseen(fit)
+    )
+
+
+BETTER = Study("better", better, ("refitted_ball",))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..identification.robot import Robot, crude_bodies, link_poses
-from .pattern_evidence import PatternRows
+from .evidence import PatternRows
 from .projections import rows_of, unit
 
 HARMONICS = 5

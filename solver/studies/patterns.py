@@ -15,7 +15,7 @@ from ..results import (
     Study,
     Unseen,
 )
-from .pattern_evidence import (
+from .evidence import (
     EvidenceOf,
     PatternEvidence,
     PatternRows,

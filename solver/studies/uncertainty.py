@@ -7,9 +7,8 @@ import numpy as np
 
 from ..identification.data import IDENTITY, Samples
 from ..identification.inference import Posterior
-from ..identification.model import ExtendedModel, PriorGroup, submatrix
+from ..identification.model import ExtendedModel, submatrix
 from ..results import Correlation, Scale
-from .correlated_errors import with_correlated_errors
 from .projections import (
     basis_of,
     outside,
@@ -18,6 +17,7 @@ from .projections import (
     unit,
     variances_of,
 )
+from .whitening import with_correlated_errors
 
 UNDECIDED = 0.5
 """The data did not decide a direction if its posterior is wider than this share of its prior."""
@@ -27,33 +27,10 @@ BATCH = 500
 """Samples whose derivatives by all unknowns are held at once."""
 
 
-def deviations(posterior: Posterior) -> np.ndarray:
-    """Return the posterior standard deviation of each of the model's unknowns, shape (size,)."""
-    variances = np.diag(posterior.covariance)
-    return np.sqrt(variances[: posterior.model.size])
-
-
-def effective_parameters(
-    posterior: Posterior,
-    group: PriorGroup,
-) -> float:
-    """Return gamma: how many of a group's unknowns the data decide.
-
-    Without one by the estimation, it is the sum of 1 - s^2 / s_prior^2 of the unknowns.
-    """
-    if group.learned:
-        return group.effective
-    before = np.diag(group.covariance(group.deviation))
-    after = np.diag(posterior.covariance)[group.members]
-    is_free = before > 0
-    decided_shares = 1 - after[is_free] / before[is_free]
-    return max(float(decided_shares.sum()), 0.0)
-
-
 def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     """Return unknowns correlated beyond :data:`STRONG`, the closest pair first."""
     size = posterior.model.scalars
-    deviation = deviations(posterior)[:size]
+    deviation = np.sqrt(np.diag(posterior.covariance)[:size])
     prior = np.sqrt(np.diag(posterior.prior_covariance))
     is_decided = (deviation > 0) & (deviation < UNDECIDED * prior)
     decided = np.flatnonzero(is_decided)

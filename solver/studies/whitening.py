@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..identification.inference import Posterior
+from ..identification.model import Gaussian, probabilities
+from .projections import evenly
 
 
 class WhitenedSamples(NamedTuple):
@@ -46,3 +48,98 @@ def whitened(
     noise = posterior.noise.as_gaussian(by_joints)
     L = np.linalg.cholesky(noise)
     return np.linalg.solve(L, columns)
+
+
+LENGTHS = (0.3, 0.6, 1.2, 2.4)
+"""In joint space, over which errors are alike [rad]."""
+SHARES = np.linspace(0, 0.9, 10)[:, None]
+"""Of the errors' variance that is alike."""
+MOST, DECIDED = 150, 1e-3
+"""Samples that tell of it at most; and variance below which a fit leaves nothing of an error."""
+
+
+def with_correlated_errors(posterior: Posterior) -> np.ndarray:
+    """Return the covariance of the model's unknowns where play moves samples alike (A11).
+
+    With P = R R^T and W = A R, it is the sum over axes and lengths l in
+
+        R (1 - rho W^T W + rho W^T K W) R^T,    K_ij = exp(-|q_i - q_j|^2 / 2 l^2)
+
+    P is wider than the samples alone would leave it, where widths were averaged over; so the
+    eigenvalues of W^T W count up to 1.
+    """
+    P = posterior.covariance
+    q, residuals, A = samples_in_sockets(posterior)
+    kernels = _kernels(q)
+    some = evenly(len(q), MOST)
+    shared = _shared_variance(
+        residuals[some],
+        A[some],
+        P,
+        kernels[:, some[:, None], some],
+    )
+    zero = np.zeros(len(P))
+    R = Gaussian.of(zero, P).root
+    by_roots = A @ R
+    W = by_roots.transpose(1, 0, 2)  # axis, sample, unknown
+    across = W.swapaxes(1, 2)
+    rho_K = np.tensordot(shared, kernels, axes=1)
+    by_axis = across @ rho_K @ W
+    correlated = by_axis.sum(axis=0)
+    information = np.sum(across @ W, axis=0)
+    eigenvalues, axes = np.linalg.eigh(information)
+    lost = shared.sum() * eigenvalues.clip(max=1.0)
+    independent = axes * (1 - lost) @ axes.T
+    root = R[: posterior.model.size]
+    return root @ (independent + correlated) @ root.T
+
+
+def _kernels(q: np.ndarray) -> np.ndarray:
+    """Return K of N joint positions over each of L lengths, shape (L, N, N)."""
+    differences = q[:, None] - q
+    squares = np.sum(differences**2, axis=2)
+    kernels: list[np.ndarray] = []
+    for length in LENGTHS:
+        exponent = -0.5 * squares / length**2
+        kernels.append(np.exp(exponent))
+    return np.array(kernels)
+
+
+def _shared_variance(
+    u: np.ndarray,
+    A: np.ndarray,
+    P: np.ndarray,
+    kernels: np.ndarray,
+) -> np.ndarray:
+    """Return the share rho of errors that is alike over each length, its mean by the evidence.
+
+    A fit leaves u = (1 - A P A^T) e of errors e. With lambda and V the eigenvalues and axes of
+    that, V^T e = V^T u / lambda has the covariance (1 - rho) 1 + rho V^T K V where lambda is not 0.
+
+    Args:
+        u: Whitened residuals, shape (N, 3).
+        A: Whitened derivatives by all unknowns, shape (N, 3, n).
+        P: Posterior covariance of these, shape (n, n).
+        kernels: K over each length, shape (L, N, N).
+    """
+    numbers = u.size
+    slopes = A.transpose(1, 0, 2)
+    by_axis = slopes.reshape(numbers, -1)
+    shrinking = np.eye(numbers) - by_axis @ P @ by_axis.T
+    eigenvalues, axes = np.linalg.eigh(shrinking)
+    is_left = eigenvalues > DECIDED
+    axes = axes[:, is_left]
+    along_axes = axes.T @ u.T.ravel()
+    errors = along_axes / eigenvalues[is_left]
+    V = axes.reshape(3, len(u), -1)
+    across = V.swapaxes(1, 2)
+    by_kernels = kernels[:, None] @ V
+    inner = np.sum(across @ by_kernels, axis=1)
+    k, turns = np.linalg.eigh(inner)
+    squares = (errors @ turns) ** 2
+    k = k.clip(min=0.0)[:, None]
+    variances = 1 - SHARES + SHARES * k
+    ratios = squares[:, None] / variances
+    terms = np.log(variances) + ratios
+    log_likelihoods = -0.5 * terms.sum(axis=2)
+    return probabilities(log_likelihoods) @ SHARES[:, 0]
