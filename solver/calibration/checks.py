@@ -24,9 +24,9 @@ from ..identification.effects import GAIN
 from ..identification.robot import Robot
 from ..results import CalibratedRobot, Diagnostic, NextPlacement, Scale
 from .findings import reworded, sized_hypotheses
+from .fit import CalibrationProblem
 from .inspector import Inspector, is_between, with_gain
 from .options import SolveOptions
-from .problem import CalibrationProblem
 from .set_ups import aligned, as_recorded
 
 NEWTON = 2

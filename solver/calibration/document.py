@@ -21,8 +21,7 @@ from ..identification.inference import FitPosterior, Posterior
 from ..identification.model import PriorGroup, submatrix
 from ..identification.robot import Robot
 from .errors import Errors, history, left_out_errors, placement_errors
-from .fit import ball_refitted
-from .problem import CalibrationProblem
+from .fit import CalibrationProblem, ball_refitted
 
 UNKNOWN = (
     "how well the calibration is known could not be computed: the samples are too few or too much "

@@ -12,7 +12,7 @@ from ..identification.inference import FitPosterior
 from ..identification.model import BALL, BASE, Difference
 from ..identification.selection import follows_order, orders, set_ups
 from ..results import Diagnostic, Fit, Hypothesis, Scale, Study
-from .problem import CalibrationProblem
+from .fit import CalibrationProblem
 
 WORDS = {
     "step": "its place moved by {}, {}",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import identification
+from .. import identification, results
 from ..identification import data
 from ..identification.data import Load, Places, RobotRecordings, places_of
 from ..identification.inference import FitPosterior, Posterior, with_joint_offsets
@@ -14,7 +14,32 @@ from ..identification.paper import REGULARIZATION, build_problem, covariance, so
 from ..identification.robot import choose_parameters
 from ..results import CalibratedRobot, Fit, FramePose, Place, ball_of
 from .options import SolveOptions
-from .problem import CalibrationProblem
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationProblem(results.Measurements):
+    """A robot, checked recordings of it, and the options of their fit."""
+
+    options: SolveOptions
+    warnings: tuple[str, ...] = ()
+    checks: tuple[results.Diagnostic, ...] = ()
+    """Diagnostics of the recordings, from before the fit."""
+    hypotheses: tuple[results.Hypothesis, ...] = ()
+    """Explanations of the recordings, the most probable first."""
+    next_placement: results.NextPlacement | None = None
+    """None where an instrument measured all samples."""
+
+    def at_rest(
+        self, shifts: np.ndarray | None, calibrated: results.CalibratedRobot
+    ) -> "CalibrationProblem":
+        """Return the recordings with what differs between their places, row by row."""
+        if shifts is None:
+            return self
+        ends = np.cumsum([len(m.positions) for m in self.measurements])
+        # orientations come last
+        parts = zip(self.measurements, np.split(shifts, ends), strict=False)
+        train = tuple(replace(m, moved=shift) for m, shift in parts)
+        return replace(self, measurements=train)
 
 
 @dataclass(frozen=True)

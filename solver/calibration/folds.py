@@ -14,9 +14,8 @@ from ..identification import Prior, Progress
 from ..identification.data import NEAREST, Measurement, is_copy
 from ..results import Fit, Fold
 from ..tables import in_placements
-from .fit import Methods, ball_refitted, fit_robot
+from .fit import CalibrationProblem, Methods, ball_refitted, fit_robot
 from .options import SolveOptions
-from .problem import CalibrationProblem
 
 MOST = 10
 """Folds at most: where there are more places, those side by side are left out together."""

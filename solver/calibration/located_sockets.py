@@ -8,7 +8,7 @@ import numpy as np
 from ..identification.data import Measurement, SocketAt, is_called, kabsch
 from ..identification.robot import BallModel, Robot
 from ..results import Diagnostic
-from .problem import CalibrationProblem
+from .fit import CalibrationProblem
 
 LEAST = 4
 """Sockets of a frame of which fewer lie on one plane."""

@@ -23,9 +23,9 @@ from ..identification.data import (
 )
 from ..identification.robot import Robot, choose_parameters
 from ..tables import without
+from .fit import CalibrationProblem
 from .option import UsageError
 from .options import SolveOptions
-from .problem import CalibrationProblem
 
 
 def checked(

@@ -12,10 +12,9 @@ from ..identification.robot import Robot
 from ..results import CalibratedRobot, CalibrationDocument, Fit, Study
 from ..tables import in_placements
 from .document import document_of
-from .fit import NO_METHODS, Methods, fit_robot
+from .fit import NO_METHODS, CalibrationProblem, Methods, fit_robot
 from .options import SolveOptions
 from .preparation import Check, Recordings, problem_of
-from .problem import CalibrationProblem
 
 
 def converged_fits(

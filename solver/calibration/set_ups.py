@@ -25,8 +25,8 @@ from ..identification.model import extend
 from ..identification.robot import Robot, choose_parameters
 from ..identification.selection import set_ups
 from ..results import CalibratedRobot
+from .fit import CalibrationProblem
 from .poses import quaternion_of
-from .problem import CalibrationProblem
 
 ENOUGH = 10
 """Samples that tell where a frame and a target are, by themselves."""

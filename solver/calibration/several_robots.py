@@ -15,11 +15,10 @@ from ..tables import in_placements
 from .calibration import Calibration
 from .document import document_of
 from .earlier import prior_of
-from .fit import fit_of, posterior_at
+from .fit import CalibrationProblem, fit_of, posterior_at
 from .multi_robot_calibration import MultiRobotCalibration, common_document
 from .options import SolveOptions, UsageError
 from .preparation import Recordings, as_list, problem_of
-from .problem import CalibrationProblem
 from .robot_calibration import converged_fits
 from .tables import CHECKS, METHODS, PROOF, STUDIES
 

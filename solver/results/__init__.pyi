@@ -35,6 +35,7 @@ from .estimates import Correlation as Correlation
 from .estimates import Direction as Direction
 from .estimates import DistanceDeviation as DistanceDeviation
 from .estimates import ErrorCurves as ErrorCurves
+from .estimates import FoldModel as FoldModel
 from .estimates import JointCurve as JointCurve
 from .estimates import LaterZero as LaterZero
 from .estimates import NoiseScale as NoiseScale
@@ -61,7 +62,6 @@ from .fit import Measurements as Measurements
 from .fit import Study as Study
 from .fit import Unseen as Unseen
 from .fit import studied as studied
-from .fold_model import FoldModel as FoldModel
 from .joint_rows import JointsError as JointsError
 from .placements import ROLES as ROLES
 from .placements import Consequence as Consequence

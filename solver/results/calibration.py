@@ -11,8 +11,8 @@ from ..identification.model import Deflection
 from ..identification.robot import RotationNumbers, all_parameters, parse_robot, scan
 from . import estimates, worth
 from .calibrated import CalibratedRobot
+from .estimates import FoldModel
 from .files import Document, DocumentError
-from .fold_model import FoldModel
 from .placements import (
     Diagnostic,
     Hypothesis,

@@ -13,7 +13,7 @@ from .placement_deviations import tail as tail
 from .placement_deviations import within as within
 from .pose_covariance import movement_covariances as movement_covariances
 from .pose_covariance import pose_covariances as pose_covariances
-from .postures import arm_length as arm_length
+from .predicted_errors import arm_length as arm_length
 from .predicted_errors import workspace_errors as workspace_errors
 from .projections import pair_lengths as pair_lengths
 from .projections import unit as unit
