@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from html import escape
 from pathlib import Path
 
@@ -168,14 +168,16 @@ class Calibration(FittedModel):
 
     def saved_in(self, folder: Path) -> "Calibration":
         """Return the calibration with the paths and digests that :meth:`save` writes."""
-        files = {"urdf": URDF, "calibration": CALIBRATION}
-        outputs = {kind: str(folder / name) for kind, name in files.items()}
-        provenance = msgspec.structs.replace(
-            self.document.provenance,
-            output_sha256={URDF: results.sha256(self.urdf(folder))},
-        )
         document = msgspec.structs.replace(
-            self.document, outputs=outputs, provenance=provenance
+            self.document,
+            outputs={
+                "urdf": str(folder / URDF),
+                "calibration": str(folder / CALIBRATION),
+            },
+            provenance=msgspec.structs.replace(
+                self.document.provenance,
+                output_sha256={URDF: results.sha256(self.urdf(folder))},
+            ),
         )
         saved = Calibration(document, self.calibrated, self.source)
         saved.base_in = self.base_in
@@ -198,12 +200,8 @@ class Calibration(FittedModel):
             raise UsageError(
                 "no placement to validate on; read some by mukca.read_placements"
             )
-        return self.errors_of(
-            [
-                measure(self.at_scale(p), self.robot, sockets=1, load=self.load)
-                for p in several
-            ]
-        )
+        read = partial(measure, robot=self.robot, sockets=1, load=self.load)
+        return self.errors_of([read(self.at_scale(p)) for p in several])
 
     def errors_of(
         self, data: Sequence[Measurement], *, other_tip: bool = False
@@ -228,8 +226,9 @@ class Calibration(FittedModel):
 
     def was_trained_on(self, measured: Measurement) -> bool:
         """Tell whether the robot was fitted to most of these samples, in whatever form they are."""
-        trained_rows = [row for row in self.document.data if row.role == "train"]
-        return any(_are_in(measured, row) for row in trained_rows)
+        return any(
+            row.role == "train" and _are_in(measured, row) for row in self.document.data
+        )
 
     def as_read_now(self, measured: Measurement) -> Measurement:
         """Samples with joint positions converted to the present zeros [rad].
@@ -254,14 +253,12 @@ class Calibration(FittedModel):
 
     def __repr__(self) -> str:
         doc = self.document
-        distance = distance_text(doc.placements)
+        findings = [f"{finding.level}: {finding}" for finding in doc.checks or ()]
         lines = [
             f"{doc.robot}, calibrated by method {doc.method}",
             *self.verdict.answer,
-            distance,
-        ]
-        lines += [f"{finding.level}: {finding}" for finding in doc.checks or ()][
-            :MOST_FINDINGS
+            distance_text(doc.placements),
+            *findings[:MOST_FINDINGS],
         ]
         verdict = f"Verdict: {self.verdict.title}. {self.verdict.text}"
         return "\n".join([*lines, repr(self.errors), "", *textwrap.wrap(verdict, 100)])

@@ -15,7 +15,6 @@ from ..diagnostics import (
     without_unknown,
 )
 from ..identification.data import (
-    KnownDistance,
     KnownError,
     Measurement,
     measure,
@@ -125,9 +124,14 @@ def mended(problem: CalibrationProblem) -> tuple[InspectedProblem, list[Diagnost
     training, done = inspector.set_right(problem.measurements)
     held_out, of_held_out = inspector.set_right(problem.test, training, held_out=True)
     done += of_held_out
-    _check_ends(lengths, training)
+    lost = [length for length in lengths if not is_between(length, training)]
+    if lost:
+        raise KnownError(
+            f"--known {lost[0]}: one of its sockets is left with too few samples; leave that "
+            "distance out, or keep all samples by --as-recorded"
+        )
     survey = inspector.look(training, held_out)
-    gains = _gains(inspector, training)
+    gains = set(inspector.look(training).gains if inspector.sets_right else ())
     problem = replace(
         problem,
         measurements=tuple(training),
@@ -137,25 +141,6 @@ def mended(problem: CalibrationProblem) -> tuple[InspectedProblem, list[Diagnost
     )
     survey = with_gain(survey) if gains else survey
     return InspectedProblem.of(problem, survey), done
-
-
-def _gains(inspector: Inspector, training: Sequence[Measurement]) -> set[str]:
-    """Return the joints whose gain the fit is to have."""
-    if not inspector.sets_right:
-        return set()
-    return set(inspector.look(training).gains)
-
-
-def _check_ends(
-    lengths: Sequence[KnownDistance], training: Sequence[Measurement]
-) -> None:
-    """Refuse a known distance that lost an end."""
-    lost = [length for length in lengths if not is_between(length, training)]
-    if lost:
-        raise KnownError(
-            f"--known {lost[0]}: one of its sockets is left with too few samples; leave that "
-            "distance out, or keep all samples by --as-recorded"
-        )
 
 
 def inspected(problem: CalibrationProblem) -> InspectedProblem:
@@ -169,8 +154,7 @@ def inspected(problem: CalibrationProblem) -> InspectedProblem:
     )
     place = None
     if any(measured.kind == "sockets" for _, measured in problem.placements):
-        text = next_placement(problem.robot, problem.survey)
-        place = NextPlacement(text=text)
+        place = NextPlacement(text=next_placement(problem.robot, problem.survey))
     checks = (*done, *problem.survey.diagnostics)
     return replace(problem, checks=checks, next_placement=place)
 
@@ -179,8 +163,9 @@ def lone_sockets(problem: CalibrationProblem) -> CalibrationProblem:
     """Return recordings of one robot with findings on placements in one socket only."""
     if problem.name or problem.options.located:
         return problem
-    measurements = [measured for _, measured in problem.placements]
-    diagnostics = single_socket_diagnostics(measurements, problem.options.distances)
+    diagnostics = single_socket_diagnostics(
+        [measured for _, measured in problem.placements], problem.options.distances
+    )
     return replace(problem, checks=(*problem.checks, *diagnostics))
 
 

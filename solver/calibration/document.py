@@ -202,12 +202,10 @@ def _samples(
         turned = posterior.data.turned
         of_balls = chain(posterior.weights[~turned].tolist(), of_balls)
         of_turns = chain(posterior.weights[turned].tolist(), of_turns)
-    folds = {
-        id(sample): number
-        for number, fold in enumerate(problem.folds)
-        for measured in fold.left_out
-        for sample in measured.placement.samples
-    }
+    folds: dict[int, int] = {}
+    for number, fold in enumerate(problem.folds):
+        for measured in fold.left_out:
+            folds |= dict.fromkeys(map(id, measured.placement.samples), number)
     for role, measured in problem.placements:
         placement = measured.placement
         none = [None] * len(placement.samples)

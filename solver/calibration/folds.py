@@ -15,7 +15,6 @@ from ..identification.data import NEAREST, Measurement, is_copy
 from ..results import Fit, Fold
 from ..tables import in_placements
 from .fit import CalibrationProblem, Methods, ball_refitted, fit_robot
-from .options import SolveOptions
 
 MOST = 10
 """Folds at most: where there are more places, those side by side are left out together."""
@@ -53,8 +52,8 @@ def groups_of(
             for group in together
         ]
     first = measurements[0]
-    count = len(first.positions)
-    if len(measurements) > 1 or first.kind == "sockets" or count < FEWEST:
+    is_small = len(first.positions) < FEWEST
+    if len(measurements) > 1 or first.kind == "sockets" or is_small:
         return []
     return [{0: first.order[rows]} for rows in regions(first.positions, REGIONS)]
 
@@ -70,9 +69,7 @@ def _by_place(
         gap = float(np.linalg.norm(places[i] - places[j]))
         if not (in_sockets and gap < NEAREST) and not is_copy(*pair):
             continue
-        first, second = (
-            next(group for group in groups if index in group) for index in (i, j)
-        )
+        first, second = [next(g for g in groups if index in g) for index in (i, j)]
         if first is not second:
             first += second
             groups.remove(second)
@@ -162,27 +159,20 @@ def _divided(
     trained: list[Measurement] = []
     left_out: list[Measurement] = []
     for i, measured in enumerate(problem.measurements):
-        ranks = group.get(i)
-        if ranks is None:
-            trained.append(measured)
-            continue
+        ranks = group.get(i, np.zeros(0, int))
         remaining = np.setdiff1d(np.arange(len(measured.positions)), ranks)
-        if not remaining.size:
-            left_out.append(measured)
-            continue
-        left_out.append(measured.only(ranks))
-        trained.append(measured.only(remaining))
+        for part, rows in ((trained, remaining), (left_out, ranks)):
+            if rows.size:
+                is_whole = len(rows) == len(measured.positions)
+                part.append(measured if is_whole else measured.only(rows))
     names = {m.name for m in trained}
-    options = _on_placements(problem.options, names)
-    return replace(problem, measurements=tuple(trained), options=options), tuple(
-        left_out
-    )
-
-
-def _on_placements(options: SolveOptions, names: set[str]) -> SolveOptions:
-    """Return options with the known distances and coordinates between some placements."""
-    known = [k for k in options.distances if {k.first[0], k.second[0]} <= names]
+    options = problem.options
     located = options.located
     every_place = [socket.socket[0] for socket in located]
-    sockets_at = in_placements(located, sorted(names), every_place)
-    return replace(options, known=known, sockets_at=sockets_at)
+    options = replace(
+        options,
+        known=[k for k in options.distances if {k.first[0], k.second[0]} <= names],
+        sockets_at=in_placements(located, sorted(names), every_place),
+    )
+    part = replace(problem, measurements=tuple(trained), options=options)
+    return part, tuple(left_out)

@@ -36,7 +36,7 @@ def _findings(problem: CalibrationProblem) -> Iterator[Diagnostic]:
         pairs = [(s.coordinates, seats[k]) for s in sockets if (k := _key(s, seats))]
         if len(pairs) < LEAST or len(pairs) != len(sockets):
             continue
-        table, arm = (np.array(points) for points in zip(*pairs, strict=True))
+        table, arm = map(np.array, zip(*pairs, strict=True))
         errors = {"": _error(table, arm)}
         exchanged = _exchanged(sockets)
         if exchanged:

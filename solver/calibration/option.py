@@ -37,19 +37,14 @@ class Option:
     @property
     def method(self) -> str | None:
         """The only method that knows the option."""
-        return (
-            self.group.removeprefix("method ")
-            if self.group.startswith("method ")
-            else None
-        )
+        return self.group.partition("method ")[2] or None
 
     @property
     def help(self) -> str:
         """The text, with the default where there is one to name."""
-        plain_value = isinstance(self.default, str | int | float) and not isinstance(
-            self.default, bool
-        )
-        return f"{self.text} (default: {self.default})" if plain_value else self.text
+        if self.default in (None, True, False):
+            return self.text
+        return f"{self.text} (default: {self.default})"
 
     @property
     def described(self) -> str:
@@ -60,31 +55,26 @@ class Option:
         """Refuse a value that cannot be."""
         words = f"--{name.replace('_', '-')}"
         if self.within is not None and not self._is_within(value):
-            numbers = cast(
-                "Sequence[Any]", value if isinstance(value, tuple | list) else [value]
-            )
+            several = isinstance(value, tuple | list)
+            numbers = cast("Sequence[Any]", value if several else [value])
             typed_numbers = " ".join(
                 f"{x:g}" if isinstance(x, float) else str(x) for x in numbers
             )
             raise UsageError(f"{words} {typed_numbers}: give {self.unit}")
-        unknown = (
-            [item for item in value if item not in self.choices] if self.choices else []
-        )
-        if unknown:
-            raise UsageError(
-                f"{words} {unknown[0]}: choose among {', '.join(self.choices)}"
-            )
+        for item in value if self.choices else ():
+            if item not in self.choices:
+                raise UsageError(
+                    f"{words} {item}: choose among {', '.join(self.choices)}"
+                )
 
     def _is_within(self, value: Any) -> bool:
         """Return whether a number is in its range; of a vector, its length, and its components."""
         low, high = self.within or (-math.inf, math.inf)
         try:
-            if isinstance(self.metavar, tuple):
-                return (
-                    len(value) == len(self.metavar)
-                    and low <= math.hypot(*value) <= high
-                )
-            return bool(low <= value <= high)
+            if not isinstance(self.metavar, tuple):
+                return bool(low <= value <= high)
+            is_whole = len(value) == len(self.metavar)
+            return is_whole and low <= math.hypot(*value) <= high
         except TypeError:  # text in place of a number
             return False
 
@@ -94,11 +84,9 @@ def joints_named(words: str, joints: Sequence[str]) -> tuple[str, ...]:
 
     It has names between commas, or one word in which ``*`` is each of the model's names.
     """
-    names = (
-        words.split(",")
-        if "*" not in words
-        else [words.replace("*", j) for j in joints]
-    )
+    names = words.split(",")
+    if "*" in words:
+        names = [words.replace("*", joint) for joint in joints]
     if len(names) != len(joints):
         raise UsageError(
             f"--joints {words}: {len(names)} names, but the model has {len(joints)} joints: "
@@ -121,13 +109,10 @@ class Payloads:
     @staticmethod
     def read(words: float | str | Sequence[float | str] | None) -> "Payloads":
         """Return masses such as ``0.5`` and ``left=0.7``; UsageError for one that is none."""
-        several = (
-            words
-            if isinstance(words, Sequence) and not isinstance(words, str)
-            else [words]
-        )
+        if words is None:
+            return Payloads({})
         masses: dict[str, float] = {}
-        for item in several if words is not None else ():
+        for item in words if isinstance(words, tuple | list) else [words]:
             name, _, mass = str(item).rpartition("=")
             try:
                 masses[name] = float(mass)

@@ -25,16 +25,14 @@ def converged_fits(
     Raises:
         NotConverged: They did not converge to finite numbers; names an error in the recordings.
     """
-    findings = list(chain.from_iterable(problem.checks for problem in problems))
-    contradiction = next(
-        (finding for finding in findings if finding.level == "error"), None
-    )
     try:
         fits = fitted()
     except NotConverged:
-        if contradiction is None:
-            raise
-        raise NotConverged(f"the fit did not converge; {contradiction}") from None
+        for finding in chain.from_iterable(problem.checks for problem in problems):
+            if finding.level == "error":
+                words = f"the fit did not converge; {finding}"
+                raise NotConverged(words) from None
+        raise
     except np.linalg.LinAlgError as error:
         raise NotConverged(
             f"the fit did not converge ({error}); run mukca check"
@@ -47,7 +45,7 @@ def converged_fits(
 
 
 PriorOf = Callable[[CalibrationProblem], Prior]
-"""What is known of a robot before, by its problem."""
+"""Returns what is known of a robot before, by its problem."""
 Prove = Callable[[CalibrationProblem, Fit, PriorOf, Progress], CalibrationProblem]
 """Adds the folds that prove a fit to its problem."""
 

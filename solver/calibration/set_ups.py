@@ -9,7 +9,6 @@ from ...errors import NotConverged
 from ...recorder import Sample
 from ..identification.data import (
     FrameError,
-    HandEye,
     Measurement,
     Pose,
     RobotRecordings,
@@ -77,11 +76,16 @@ def _as_first(
     """Return measured poses of a target as if it sat as it did first, where it is turned by far."""
     if not (measured.has_orientations and first.has_orientations):
         return measured, ()
-    try:
-        tool, tool_first = (_on_nominal(robot, m).tool for m in (measured, first))
-    except FrameError:
-        return measured, ()
-    change = tool.inverse() @ tool_first
+    nominal = CalibratedRobot(robot)
+    tools: list[Pose] = []
+    for m in (measured, first):
+        p, R, _ = nominal.tips(m)
+        try:
+            by_both = hand_eye(R, p, m.rotations, m.points, str(m.placement.where))
+        except FrameError:
+            return measured, ()
+        tools.append(by_both.tool)
+    change = tools[0].inverse() @ tools[1]
     cosine = (np.trace(change.rotation) - 1) / 2
     angle = float(np.arccos(np.clip(cosine, -1, 1)))
     if angle < FAR_TURNED:
@@ -94,14 +98,6 @@ def _as_first(
         f"{first.name}; taken as turned back"
     )
     return turned_back, [words]
-
-
-def _on_nominal(robot: Robot, measured: Measurement) -> HandEye:
-    """Return frame and target of measured poses by the nominal robot."""
-    nominal = CalibratedRobot(robot)
-    R, p = nominal.rotations(measured), nominal.predict(measured)
-    where = str(measured.placement.where)
-    return hand_eye(R, p, measured.rotations, measured.points, where)
 
 
 def with_points(
@@ -168,7 +164,10 @@ def _rigid_arm(problem: CalibrationProblem) -> CalibratedRobot | None:
     """Return the robot by a rigid fit; None for a single set-up, or where nothing was found."""
     measured = [m for _, m in problem.placements if is_own(m)]
     tied = problem.name or problem.options.located or problem.options.as_recorded
-    few = [_thinned(m) for m in problem.measurements if is_own(m)]
+    few: list[Measurement] = []
+    for m in filter(is_own, problem.measurements):
+        count = len(m.points)
+        few.append(m.only(np.arange(0, count, -(-count // MOST))))
     if tied or not few or len(measured) < 2:
         return None
     robot = problem.robot
@@ -179,11 +178,6 @@ def _rigid_arm(problem: CalibrationProblem) -> CalibratedRobot | None:
     except (NotConverged, FrameError):
         return None
     return CalibratedRobot(robot, model.parameters, fit.arm.values)
-
-
-def _thinned(measured: Measurement) -> Measurement:
-    N = len(measured.points)
-    return measured.only(np.arange(0, N, -(-N // MOST)))
 
 
 def _with_one_target(

@@ -128,7 +128,7 @@ def tied_fits(
         NotConverged: A fit did not converge; names an error in the recordings.
         FrameError: Nothing ties a robot or a frame to the first robot.
     """
-    worlds = list[TiedRobots]()
+    worlds: list[TiedRobots] = []
 
     def fitted() -> list[Fit]:
         fits, world = _tied_fits(robots, options, progress)

@@ -58,8 +58,7 @@ def marginalised(fit: CurveFit) -> CurveFit:
     samples = fit.samples
     for _ in range(STEPS):
         state, weights = fit.state, fit.next_weights
-        ratios = np.log(weights / fit.weights)
-        by_weights = 0.2 * float(np.abs(ratios).max())
+        by_weights = 0.2 * float(np.abs(np.log(weights / fit.weights)).max())
         by_scales, prior, noises = _updated_scales(fit)
         y, covariance = fit.solution
         x = state.x + y[: len(state.x)]
@@ -93,11 +92,11 @@ def _updated_scales(fit: CurveFit) -> tuple[float, CurvePrior, list[Noise]]:
         changes[-1] = abs(np.log(length / prior.length))
         amplitude = prior.amplitude * factors[-2]
         prior = CurvePrior(amplitude, length)
-    updated: list[Noise] = []
-    for k, noise in enumerate(noises):
-        space = noise.space * factors[2 * k]
-        joint = noise.joint * factors[2 * k + 1]
-        updated.append(replace(noise, space=space, joint=joint))
+    pairs = zip(noises, factors[::2], factors[1::2], strict=False)
+    updated = [
+        replace(noise, space=noise.space * s, joint=noise.joint * j)
+        for noise, s, j in pairs
+    ]
     return float(changes.max()), prior, updated
 
 
@@ -162,6 +161,5 @@ def promised_gain(flat: CurveFit) -> float:
 
 def _times_blocks(V: np.ndarray, blocks: np.ndarray) -> np.ndarray:
     """Return the product of V, shape (3 N, 3 N), with a matrix of diagonal blocks, (N, 3, 3)."""
-    columns = V.reshape(len(V), -1, 3)
-    products = columns.swapaxes(0, 1) @ blocks
-    return products.swapaxes(0, 1).reshape(V.shape)
+    columns = V.reshape(len(V), -1, 3).swapaxes(0, 1)
+    return (columns @ blocks).swapaxes(0, 1).reshape(V.shape)

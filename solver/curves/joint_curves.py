@@ -10,7 +10,7 @@ from ...errors import fixed
 from ..identification.data import Observations
 from ..identification.effects import CURVE
 from ..identification.inference import FitPosterior, State
-from ..identification.model import SMALLEST, Noise, joint_reach
+from ..identification.model import SMALLEST, joint_reach
 from .curve_estimate import posterior_with_curves
 from .curve_fit import CurveFit
 from .curve_posterior import MOST_SAMPLES
@@ -69,9 +69,8 @@ def compare(state: State, samples: LinearSamples) -> Comparison | None:
     """Return the comparison by few samples, or by many if these are in favour; None for no hint."""
     rows = random_rows(samples, FIRST_SAMPLES)
     first = _compared(state, samples, rows)
-    if first is None or first.gain <= HINT:
-        return first
-    if len(rows) == len(samples.sources):
+    is_all = len(rows) == len(samples.sources)
+    if first is None or first.gain <= HINT or is_all:
         return first
     rows = random_rows(samples, MOST_SAMPLES)
     return _compared(first.flat.state, samples, rows, first.curved)
@@ -111,10 +110,8 @@ def marginal_fit(
 
 def random_rows(samples: LinearSamples, count: int) -> np.ndarray:
     """Return the indices of at most so many samples, drawn at random."""
-    generator = np.random.default_rng(0)
-    numbers = generator.random(len(samples.sources))
-    ranks: np.ndarray = numbers.argsort().argsort()
-    return np.flatnonzero(ranks < count)
+    numbers = np.random.default_rng(0).random(len(samples.sources))
+    return np.sort(numbers.argsort()[:count])
 
 
 def _initial_scales(flat: CurveFit) -> CurveFit:
@@ -124,14 +121,16 @@ def _initial_scales(flat: CurveFit) -> CurveFit:
     squares = (errors**2).sum(axis=1)
     square = float(np.median(squares)) / MEDIAN_OF_CHI_2
     half = 0.5**0.5
-    noises: list[Noise] = []
-    for noise in flat.state.noises:
-        space, joint = half * noise.space, half * noise.joint
-        noises.append(replace(noise, space=space, joint=joint))
+    noises = tuple(
+        replace(noise, space=half * noise.space, joint=half * noise.joint)
+        for noise in flat.state.noises
+    )
     amplitude = half * square**0.5 / joint_reach(samples.slopes)
-    prior = CurvePrior(amplitude, FIRST_LENGTH)
-    state = replace(flat.state, noises=tuple(noises))
-    return replace(flat, state=state, prior=prior)
+    return replace(
+        flat,
+        state=replace(flat.state, noises=noises),
+        prior=CurvePrior(amplitude, FIRST_LENGTH),
+    )
 
 
 LOG_EVIDENCE = 10.0
@@ -150,9 +149,7 @@ def _may_have_curves(posterior: FitPosterior) -> bool:
         return False
     if any(group.width and group.follows_noise for group in state.groups):
         return False
-    if len(data.placements) > 1:
-        return True
-    return not data.seated.all()
+    return len(data.placements) > 1 or not data.seated.all()
 
 
 def with_joint_curves(

@@ -215,9 +215,8 @@ class CalibratedRobot:
 
         Relative mesh paths are rewritten to be found from the folder where it will stand, if any.
         """
-        names = [joint.name for joint in self.robot.joints]
-        origins = [Origin.of(numbers) for numbers in self.origins.tolist()]
-        changed = dict(zip(names, origins, strict=True))
+        pairs = zip(self.robot.joints, self.origins.tolist(), strict=True)
+        changed = {joint.name: Origin.of(numbers) for joint, numbers in pairs}
         text = set_origins(self.robot.text, changed)
         source = Path(self.robot.source)
         if folder is None or not source.is_file():

@@ -208,7 +208,7 @@ class FoldModel(Document):
         coefficients = tuple(map(np.array, self.deflection.values()))
         return replace(
             calibrated,
-            values=np.array(self.values),
+            values=np.array(self.values, dtype=float),
             deflection=Deflection(tuple(self.deflection), coefficients),
-            exported=np.array(self.exported) if self.deflection else None,
+            exported=np.array(self.exported, dtype=float) if self.deflection else None,
         )

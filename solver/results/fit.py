@@ -71,7 +71,7 @@ class Measurements(RobotRecordings):
     test: Sequence[Measurement] = ()
     """Placements that the fit does not see."""
     folds: Sequence[Fold] = ()
-    """Where nothing is held out: fits that each leave out some samples."""
+    """Fits, where nothing is held out, that each leave out some samples."""
 
     @property
     def base_frame(self) -> str:
@@ -99,7 +99,7 @@ class Measurements(RobotRecordings):
 
 @dataclass(frozen=True)
 class Study:
-    """What is said about a posterior and its measurements."""
+    """One thing that is said about a posterior and its measurements."""
 
     section: str
     """Key of ``calibration.json`` that it writes."""

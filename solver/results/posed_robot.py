@@ -26,17 +26,9 @@ def symbolic_positions(robot: Robot, deflection: Deflection, load: Load, q: Any)
         q: Joint positions, shape (m,) [rad].
     """
     moments = moments_function(robot, load.gravity, load.payload)(q)
-    samples = Samples(_as_row(q), _as_row(moments))
-    (positions,) = deflection.true_positions(samples)
+    rows = [np.array([ca.vertsplit(column)], dtype=object) for column in (q, moments)]
+    (positions,) = deflection.true_positions(Samples(*rows))
     return ca.vertcat(*positions)
-
-
-def _as_row(column: Any) -> np.ndarray:
-    """Return a column of symbols as a row of objects, shape (1, n)."""
-    count = column.numel()
-    row = np.empty((1, count), dtype=object)
-    row[0] = [column[i] for i in range(count)]
-    return row
 
 
 @dataclass(frozen=True, repr=False)

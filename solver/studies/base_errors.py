@@ -34,7 +34,11 @@ class SocketMean(NamedTuple):
     """Its covariance by the samples' noise, shape (3, 3) [m^2]."""
 
     @classmethod
-    def of(cls, posterior: Posterior, samples: Samples) -> "SocketMean":
+    def of(
+        cls,
+        posterior: Posterior,
+        samples: Samples,
+    ) -> "SocketMean":
         """Return that of samples, whose noise counts as correlated."""
         points, J, by_joints = posterior.linearise(samples)
         noise = posterior.noise.as_gaussian(by_joints)
@@ -56,7 +60,11 @@ class BaseLength(NamedTuple):
     """Its variance by the samples' noise [m^2]."""
 
     @classmethod
-    def of(cls, first: SocketMean, second: SocketMean) -> "BaseLength":
+    def of(
+        cls,
+        first: SocketMean,
+        second: SocketMean,
+    ) -> "BaseLength":
         """Return that between two sockets."""
         offset = second.centre - first.centre
         value = float(np.linalg.norm(offset))
@@ -66,7 +74,11 @@ class BaseLength(NamedTuple):
         return cls(value, slope, float(noise))
 
     @classmethod
-    def at(cls, posterior: Posterior, by_socket: Sequence[Samples]) -> "BaseLength":
+    def at(
+        cls,
+        posterior: Posterior,
+        by_socket: Sequence[Samples],
+    ) -> "BaseLength":
         """Return that between the first two sockets of some samples."""
         means = [SocketMean.of(posterior, samples) for samples in by_socket[:2]]
         return cls.of(*means)
@@ -100,7 +112,7 @@ class KnownLengths(NamedTuple):
 
 @dataclass(frozen=True)
 class BaseErrors:
-    """What a fit tells of the errors z of h bases' readings, in their standard deviations.
+    """Knowledge by a fit of the errors z of h bases' readings, in their standard deviations.
 
     Where the model's unknowns change by d, z is m + B d + v^1/2 n with n standard normal.
     Placements whose stated distances are equal stand on one base. With l - d = F z + .. the errors
@@ -112,7 +124,10 @@ class BaseErrors:
     """Stated distance of each base [m]."""
 
     @staticmethod
-    def of(posterior: Posterior, placements: Sequence[Measurement]) -> "BaseErrors":
+    def of(
+        posterior: Posterior,
+        placements: Sequence[Measurement],
+    ) -> "BaseErrors":
         """Return those of the bases of some placements."""
         distances = {m.distance for m in placements if m.has_distance}
         return BaseErrors(posterior, tuple(sorted(distances)))

@@ -134,7 +134,10 @@ class Estimate:
         return slopes @ np.linalg.inv(distance_covariance(self.posterior.data.known))
 
 
-def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
+def difference_covariance(
+    a: Estimate,
+    b: Estimate,
+) -> np.ndarray:
     """Return the covariance by chance of the difference of predicted balls, (3 N, 3 N) [m^2].
 
         D [(M_a - M_b) P (M_a - M_b)^T + N_a + N_b] D^T - X - X^T
@@ -175,7 +178,10 @@ def _share_in_difference(
     return PriorShare((shares - held_by_other) @ places, places.T @ prior @ places)
 
 
-def _by_shared_errors(a: Estimate, b: Estimate) -> np.ndarray:
+def _by_shared_errors(
+    a: Estimate,
+    b: Estimate,
+) -> np.ndarray:
     """Return X, by samples that both were made of and by bases that both stood on, (3 N, 3 N)."""
     # one each: a posture may have been recorded twice
     numbers = {q: i for i, q in reversed([*enumerate(b.recorded)])}
@@ -216,7 +222,10 @@ def apart_by_chance(
     )
 
 
-def _still(covariance: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _still(
+    covariance: np.ndarray,
+    points: np.ndarray,
+) -> np.ndarray:
     """Return a covariance of N points without their rigid motions, symmetric, (3 N, 3 N)."""
     Q = basis_of(IDENTITY.slopes(points))
     inner = outside(outside(covariance, Q).T, Q)

@@ -56,14 +56,12 @@ class Background(NamedTuple):
         inverse = np.linalg.inv(G)
         s, U = np.linalg.eigh(inverse @ S @ inverse.T)
         basis = U.T @ inverse
-        variances = NOISES[:, None] + s.clip(min=0)
-        scales = 1 / np.sqrt(variances)
+        scales = 1 / np.sqrt(NOISES[:, None] + s.clip(min=0))
         white = scales * (basis @ y)
         squares = np.sum(white**2, axis=1)
         log_volume = np.log(np.diag(inverse)).sum()
         log_volumes = log_volume + np.log(scales).sum(axis=1)
-        log_noises = np.log(NOISES) / 2
-        prior = np.square(log_noises / NOISE_DEVIATION)
+        prior = np.square(np.log(NOISES) / 2 / NOISE_DEVIATION)
         logs = log_volumes - 0.5 * (squares + prior)
         return cls(basis, scales, white, logs)
 
@@ -79,7 +77,11 @@ class Background(NamedTuple):
             b[n] = self.white[n] @ W @ V[n]
         return Part(d.clip(min=0.0), b, V)
 
-    def with_part(self, part: Part, sizes: np.ndarray) -> np.ndarray:
+    def with_part(
+        self,
+        part: Part,
+        sizes: np.ndarray,
+    ) -> np.ndarray:
         """Return the logarithms of the evidence with a part, for each n and m^2 of sizes, (m,).
 
         A part adds
@@ -89,9 +91,8 @@ class Background(NamedTuple):
         m2 = sizes[:, None]
         variances = 1 + m2 * part.d[:, None]
         explained = m2 * part.b[:, None] ** 2 / variances
-        terms = explained - np.log(variances)
-        gains = 0.5 * terms.sum(axis=2)
-        return self.logs[:, None] + gains
+        gains = np.sum(explained - np.log(variances), axis=2)
+        return self.logs[:, None] + 0.5 * gains
 
 
 WIDE = 5.0
@@ -139,8 +140,7 @@ def of_held_out(
         (unaware, *_), parts = zip(*group, strict=True)
         J = np.concatenate([rows_of(part) for part in parts])
         blocks.append(J @ covariance_of(unaware) @ J.T)
-    changes = block_diagonal(blocks)
-    return PatternEvidence(posterior, rows, y, changes)
+    return PatternEvidence(posterior, rows, y, block_diagonal(blocks))
 
 
 def of_trained(
@@ -157,8 +157,7 @@ def of_trained(
         columns = J[:, group.members]
         prior = group.covariance(group.width)
         changes += WIDE**2 * (columns @ prior @ columns.T)
-    change_by_fit = J @ (posterior.x - mean)
-    y = rows.errors.ravel() - change_by_fit
+    y = rows.errors.ravel() - J @ (posterior.x - mean)
     return PatternEvidence(posterior, rows, y, changes)
 
 
@@ -182,8 +181,7 @@ class PatternEvidence:
         traces = np.trace(C, axis1=1, axis2=2)
         self.deviations: np.ndarray = np.sqrt(traces / 3)
         self._size = float(traces.mean())
-        by_places = rows.seats @ rows.seats.T
-        S = changes + by_places
+        S = changes + rows.seats @ rows.seats.T
         self._beside = Background.of(y, block_diagonal(C), S)
 
     def of(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
@@ -192,21 +190,17 @@ class PatternEvidence:
         With d, V and b of its :class:`.Part`, its mean at some n and m is
         A V diag(m^2 / (1 + m^2 d)) b.
         """
-        squares = float(np.sum(columns**2))
-        mean_square = max(squares / len(columns), 1e-30)
-        ratio = self._size / 3 / mean_square
-        A = columns * ratio**0.5
+        mean_square = max(float(np.sum(columns**2)) / len(columns), 1e-30)
+        A = columns * (self._size / 3 / mean_square) ** 0.5
         part = self._beside.part(A)
         logs = self._beside.with_part(part, SIZES)
         weights = probabilities(logs)
         m2 = SIZES[:, None]
         shrunk = m2 / (1 + m2 * part.d[:, None])
         along_axes = np.einsum("nm,nmk,nk->nk", weights, shrunk, part.b)
-        coefficients = np.einsum("njk,nk->j", part.V, along_axes)
-        mean = A @ coefficients
-        before = _log_sum(self._beside.logs)
+        mean = A @ np.einsum("njk,nk->j", part.V, along_axes)
         log_count = float(np.log(len(SIZES)))
-        log_odds = _log_sum(logs) - log_count - before
+        log_odds = _log_sum(logs) - log_count - _log_sum(self._beside.logs)
         return log_odds, mean.reshape(-1, 3)
 
 

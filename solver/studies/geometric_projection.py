@@ -65,7 +65,10 @@ class Use:
         return form
 
 
-def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
+def project_to_geometry(
+    posterior: Posterior,
+    load: Load,
+) -> np.ndarray:
     """Return the rigid geometry of least expected loss (A12), shape (geometry,) [m, rad].
 
     It is that of the fit where nothing beyond the geometry was found.
@@ -103,7 +106,10 @@ def _minimum(form: np.ndarray) -> np.ndarray:
     return -np.linalg.solve(H, form[:-1, -1])
 
 
-def _uses(posterior: Posterior, load: Load) -> list[Use]:
+def _uses(
+    posterior: Posterior,
+    load: Load,
+) -> list[Use]:
     """Return the uses that count: samples, points and distances near them, distances anywhere."""
     robot = posterior.model.robot
     margin = AWAY * arm_length(robot)
@@ -168,7 +174,10 @@ def _measured(posterior: Posterior) -> Iterator[Use]:
         samples = data.only(rows)
         Q = basis_of(IDENTITY.slopes(posterior.predict(samples)))
 
-        def point(errors: np.ndarray, Q: np.ndarray = Q) -> np.ndarray:
+        def point(
+            errors: np.ndarray,
+            Q: np.ndarray = Q,
+        ) -> np.ndarray:
             return outside(rows_of(errors), Q)
 
         yield _use(posterior, samples, point)
@@ -177,10 +186,13 @@ def _measured(posterior: Posterior) -> Iterator[Use]:
         yield _distances(posterior, data.only(np.concatenate([first, *seconds])))
 
 
-def _distances(posterior: Posterior, samples: Samples) -> Use:
+def _distances(
+    posterior: Posterior,
+    samples: Samples,
+) -> Use:
     """Return the use that measures distances, from the first half of the poses to the second."""
     points = posterior.predict(samples)
-    first, second = np.split(np.arange(len(points)), 2)
+    first, second = np.arange(len(points) // 2 * 2).reshape(2, -1)
     return _use(posterior, samples, _lengths(points, first, second))
 
 
@@ -222,14 +234,20 @@ def _use(
     return Use(samples.q, points, difference, variance / max(len(rows), 1))
 
 
-def without_mean(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+def without_mean(
+    values: np.ndarray,
+    places: np.ndarray,
+) -> np.ndarray:
     """Return values, shape (N, ...), less their mean at each place, by places of shape (N,)."""
     means = np.tensordot(_means(places, np.ones(len(places))), values, axes=1)
     _, place = np.unique(places, return_inverse=True)
     return values - means[place]
 
 
-def _means(places: np.ndarray, weights: np.ndarray) -> np.ndarray:
+def _means(
+    places: np.ndarray,
+    weights: np.ndarray,
+) -> np.ndarray:
     """Return the matrix of the weighted means at each place, shape (places, N)."""
     shares = (np.unique(places)[:, None] == places) * weights
     return shares / shares.sum(axis=1, keepdims=True)

@@ -38,13 +38,13 @@ def weak_directions(posterior: Posterior) -> tuple[Direction, ...]:
     L = np.linalg.cholesky(prior)
     whiten = np.linalg.inv(L)
     covariance = whiten @ posterior.covariance[:n, :n] @ whiten.T
-    changes: list[Change] = []
-    for text, vector in structural_changes(posterior):
-        changes.append(Change(text, unit(whiten @ vector)))
+    changes = [
+        Change(text, unit(whiten @ vector))
+        for text, vector in structural_changes(posterior)
+    ]
     if posterior.data.anchored:
         changes = _without_turns_of_joints(changes, n)
-    slope = posterior.model.by_scale()[:n]
-    by_scale = L.T @ slope
+    by_scale = L.T @ posterior.model.by_scale()[:n]
     if by_scale.any():
         changes.append(Change(SCALE, unit(by_scale)))
     Q = _basis(changes, n)
@@ -93,22 +93,20 @@ def _without_turns_of_joints(
 
     A turn of the base about joint 1 is one thing with joint 1's offset, which no ball shows.
     """
-    others = [change for change in changes if change.text != BASE]
-    Q = _basis(others, n)
-    parts: list[Change] = []
-    for change in changes:
-        if change.text == BASE:
-            vector = outside(change.vector, Q)
-            change = Change(BASE, unit(vector))
-        parts.append(change)
-    return parts
+    Q = _basis([change for change in changes if change.text != BASE], n)
+    return [
+        Change(BASE, unit(outside(vector, Q))) if text == BASE else Change(text, vector)
+        for text, vector in changes
+    ]
 
 
-def _basis(changes: Sequence[Change], n: int) -> np.ndarray:
+def _basis(
+    changes: Sequence[Change],
+    n: int,
+) -> np.ndarray:
     """Return an orthonormal basis of changes, shape (n, changes)."""
     vectors = [change.vector for change in changes]
-    columns = np.reshape(vectors, (-1, n)).T
-    return basis_of(columns)
+    return basis_of(np.reshape(vectors, (-1, n)).T)
 
 
 def unobservable(
@@ -125,7 +123,10 @@ def unobservable(
     return (flange,)
 
 
-def uncertainty(fit: Fit, measurements: Measurements) -> Uncertainty:
+def uncertainty(
+    fit: Fit,
+    measurements: Measurements,
+) -> Uncertainty:
     """Return how well the arm is known, and what is not observable."""
     posterior = fit.posterior
     assert posterior is not None

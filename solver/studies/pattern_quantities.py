@@ -41,7 +41,10 @@ def quantities_of(
     return {**quantities, **others, "time": _time(rows)}
 
 
-def _angle(angles: np.ndarray, motion: np.ndarray) -> Quantity:
+def _angle(
+    angles: np.ndarray,
+    motion: np.ndarray,
+) -> Quantity:
     """Return a joint's angle q: the ball moves by sin(k q) and cos(k q) along the joint's motion.
 
     Angles have shape (N,) [rad], and the motion, the ball's derivative, (N, 3).
@@ -59,7 +62,10 @@ def _angle(angles: np.ndarray, motion: np.ndarray) -> Quantity:
     )
 
 
-def _reach(middle: np.ndarray, balls: np.ndarray) -> Quantity:
+def _reach(
+    middle: np.ndarray,
+    balls: np.ndarray,
+) -> Quantity:
     """Return the reach: the ball moves along each of the arm's axes by a parabola.
 
     With the reach a base gives way as well, by which the ball turns about x or y in proportion to
@@ -107,7 +113,10 @@ def _time(rows: PatternRows) -> Quantity:
     )
 
 
-def _middle(robot: Robot, q: np.ndarray) -> np.ndarray:
+def _middle(
+    robot: Robot,
+    q: np.ndarray,
+) -> np.ndarray:
     """Return the arm's centre of mass, of crude masses where the model has none, (N, 3) [m]."""
     bodies = robot.bodies or crude_bodies(robot.joints)
     poses = link_poses(robot.joints, q)[:, [body.joint + 1 for body in bodies]]
@@ -123,7 +132,10 @@ def _axes(middle: np.ndarray) -> np.ndarray:
     return np.stack(np.broadcast_arrays(outward, sideways, UPWARD), axis=2)
 
 
-def _powers(axes: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _powers(
+    axes: np.ndarray,
+    values: np.ndarray,
+) -> np.ndarray:
     """Return errors along three axes in proportion to values and their squares, shape (3 N, 6)."""
     centred = (values - values.mean()) / max(float(values.std()), 1e-9)
     centred = centred[:, None, None]

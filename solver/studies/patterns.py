@@ -1,4 +1,4 @@
-"""Where the rest of the error sits: patterns over joints' angles, reach, height and time."""
+"""Patterns of the rest of the error: over joints' angles, reach, height and time."""
 
 from collections.abc import Sequence
 
@@ -42,7 +42,10 @@ DRAWN = 160
 BAND = 1.96
 
 
-def error_patterns(fit: Fit, measurements: Measurements) -> ErrorPatterns | None:
+def error_patterns(
+    fit: Fit,
+    measurements: Measurements,
+) -> ErrorPatterns | None:
     """Return the patterns of what a fit leaves, in placements trained on, and in unseen ones.
 
     Of the two the larger odds count. None for too few samples, or without noise.
@@ -104,7 +107,10 @@ def _rows(
     return PatternRows._make([*joined, by_places]), slopes
 
 
-def _by_frame(measured: Measurement, frame: Pose) -> np.ndarray:
+def _by_frame(
+    measured: Measurement,
+    frame: Pose,
+) -> np.ndarray:
     """Return B of balls that were measured in a frame, shape (N, 3, 6) [m]."""
     widths = np.repeat([TURN, SEAT], 3)
     return widths * frame.slopes(measured.points)

@@ -1,7 +1,9 @@
 """Study: how large the errors at each placement should be by the posterior."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
+from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +19,7 @@ from ..identification.data import (
 )
 from ..identification.inference import Posterior
 from ..identification.robot import Robot
-from ..results import CalibratedRobot, Fit, Measurements, PlacementErrors, Study
+from ..results import Fit, Measurements, PlacementErrors, Study
 from .base_errors import BaseErrors, BaseLength, length_deviation
 from .projections import basis_of, bisected, outside, rows_of, shifts_of
 from .uncertainty import covariance_of, predicted_deviation
@@ -42,7 +44,12 @@ class HeldOut(NamedTuple):
     """Balls in the instrument's frame, shape (N, 3) [m]; None for those of one socket."""
 
     @classmethod
-    def of(cls, robot: Robot, load: Load, measured: Measurement) -> "list[HeldOut]":
+    def of(
+        cls,
+        robot: Robot,
+        load: Load,
+        measured: Measurement,
+    ) -> "list[HeldOut]":
         """Return the samples of a placement by their places."""
         if measured.kind == "points":
             return [cls(load.samples(robot, measured), measured.points)]
@@ -97,7 +104,10 @@ class ByAxes(NamedTuple):
     """V^T L^-1 e_i, shape (N, 3)."""
 
 
-def _squares(samples: ByAxes, square: float) -> np.ndarray:
+def _squares(
+    samples: ByAxes,
+    square: float,
+) -> np.ndarray:
     """Return e^T S^-1 e of samples, S with a squared misfit, shape (N,)."""
     ratios = samples.errors**2 / (samples.shares + max(square, SMALLEST))
     return ratios.sum(axis=1)
@@ -112,11 +122,13 @@ def _all_by_axes(places: Iterable[tuple[Posterior, HeldOut]]) -> ByAxes | None:
     ]
     if sum(len(part.errors) for part in parts) < FEWEST:
         return None
-    shares, errors = (np.concatenate(rows) for rows in zip(*parts, strict=True))
-    return ByAxes(shares, errors)
+    return ByAxes(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _by_axes(posterior: Posterior, place: HeldOut) -> ByAxes:
+def _by_axes(
+    posterior: Posterior,
+    place: HeldOut,
+) -> ByAxes:
     """Return A_i Sigma A_i^T and e_i where N_i is one, along the axes of the first.
 
     With N_i = L L^T and L^-1 A_i Sigma A_i^T L^-T = V diag(s) V^T, these are s and V^T L^-1 e_i.
@@ -135,90 +147,87 @@ def _by_axes(posterior: Posterior, place: HeldOut) -> ByAxes:
     # The place was fitted to these samples, so their errors came out smaller.
     numbers, fitted_numbers = Q.shape
     errors *= (numbers / (numbers - fitted_numbers)) ** 0.5
-    columns = np.dstack([errors, A])
-    white = whitened(posterior, by_joints, columns)
+    white = whitened(posterior, by_joints, np.dstack([errors, A]))
     slopes = white[:, :, 1:]
-    across = slopes.swapaxes(1, 2)
-    spread = slopes @ covariance_of(posterior) @ across
+    spread = slopes @ covariance_of(posterior) @ slopes.swapaxes(1, 2)
     shares, axes = np.linalg.eigh(spread)
     along_axes = np.einsum("nji,nj->ni", axes, white[:, :, 0])
     return ByAxes(shares.clip(min=0.0), along_axes)
 
 
 def placements(
-    fit: Fit, measurements: Measurements, rows: Sequence[PlacementErrors]
+    fit: Fit,
+    measurements: Measurements,
+    rows: Sequence[PlacementErrors],
 ) -> tuple[PlacementErrors, ...]:
     """Return the errors of all placements, and how large they should be."""
-    assert fit.posterior is not None
-    expected: list[PlacementErrors] = []
-    for (role, m), row in zip(measurements.placements, rows, strict=True):
-        deviations = _deviations(
-            fit.calibrated, fit.posterior, m, held_out=role == "test"
-        )
-        expected.append(structs.replace(row, **deviations))
-    return tuple(expected)
+    return tuple(_expected([(fit, m) for _, m in measurements.placements], rows))
 
 
 def left_out(
-    _: Fit, measurements: Measurements, rows: Sequence[PlacementErrors]
+    _: Fit,
+    measurements: Measurements,
+    rows: Sequence[PlacementErrors],
 ) -> tuple[PlacementErrors, ...]:
     """Return the errors of what folds leave out, and how large they should be by the fold."""
     parts = [(fold.fit, m) for fold in measurements.folds for m in fold.left_out]
-    expected: list[PlacementErrors] = []
-    for (fit, m), row in zip(parts, rows, strict=True):
-        if fit.posterior is not None:
-            deviations = _deviations(fit.calibrated, fit.posterior, m, held_out=True)
-            row = structs.replace(row, **deviations)
-        expected.append(row)
-    return tuple(expected)
+    return tuple(_expected(parts, rows))
 
 
-def misfit_of_folds(fit: Fit, measurements: Measurements) -> float | None:
-    """Return f by what folds leave out; None without folds."""
-    return misfit(_unseen(fit, measurements)) if measurements.folds else None
+def _of_folds(
+    figure: Callable[[Iterable[tuple[Posterior, HeldOut]]], float],
+    fit: Fit,
+    measurements: Measurements,
+) -> float | None:
+    """Return a figure of what folds leave out; None without folds."""
+    return figure(_unseen(fit, measurements)) if measurements.folds else None
 
 
-def tail_of_folds(fit: Fit, measurements: Measurements) -> float | None:
-    """Return t by what folds leave out; None without folds."""
-    return tail(_unseen(fit, measurements)) if measurements.folds else None
-
-
-def _unseen(fit: Fit, measurements: Measurements) -> list[tuple[Posterior, HeldOut]]:
+def _unseen(
+    fit: Fit,
+    measurements: Measurements,
+) -> list[tuple[Posterior, HeldOut]]:
     """Return what folds leave out, each place with the posterior of its fold."""
     robot, load = measurements.robot, fit.calibrated.load
-    return [
-        (posterior, place)
-        for posterior, placements in measurements.unseen(fit)
-        for measured in placements
-        for place in HeldOut.of(robot, load, measured)
-    ]
+    pairs: list[tuple[Posterior, HeldOut]] = []
+    for posterior, unseen in measurements.unseen(fit):
+        for measured in unseen:
+            places = HeldOut.of(robot, load, measured)
+            pairs += zip(repeat(posterior), places, strict=False)
+    return pairs
 
 
-def _deviations(
-    calibrated: CalibratedRobot,
-    posterior: Posterior,
-    measured: Measurement,
-    *,
-    held_out: bool,
-) -> dict[str, float]:
-    """Return rms distances of samples from their socket's mean, and that of a distance held out."""
-    points = calibrated.predict(measured)
-    if measured.kind == "points":
-        noises = {"sockets": posterior.noises.get("points", posterior.noise)}
-        posterior = replace(posterior, noises=noises)
-    by_socket = calibrated.load.by_socket(calibrated.robot, measured)
-    deviations = {
-        "predicted_deviation": predicted_deviation(posterior, by_socket),
-        "found_deviation": found_deviation(points, measured),
-    }
-    if held_out and measured.has_distance:
-        bases = BaseErrors.of(posterior, [measured])
-        length = BaseLength.at(posterior, by_socket)
-        deviations["distance_deviation"] = length_deviation(bases, length, measured)
-    return deviations
+def _expected(
+    parts: Sequence[tuple[Fit, Measurement]],
+    rows: Sequence[PlacementErrors],
+) -> Iterator[PlacementErrors]:
+    """Yield errors with rms distances of samples from their socket's mean, as they should be.
+
+    And with the deviation of a distance that was not trained on.
+    """
+    for (fit, measured), row in zip(parts, rows, strict=True):
+        posterior, calibrated = fit.posterior, fit.calibrated
+        if posterior is None:
+            yield row
+            continue
+        if measured.kind == "points":
+            noises = {"sockets": posterior.noises.get("points", posterior.noise)}
+            posterior = replace(posterior, noises=noises)
+        by_socket = calibrated.load.by_socket(calibrated.robot, measured)
+        deviation = None
+        if row.role != "train" and measured.has_distance:
+            bases = BaseErrors.of(posterior, [measured])
+            length = BaseLength.at(posterior, by_socket)
+            deviation = length_deviation(bases, length, measured)
+        yield structs.replace(
+            row,
+            predicted_deviation=predicted_deviation(posterior, by_socket),
+            found_deviation=found_deviation(calibrated.predict(measured), measured),
+            distance_deviation=deviation,
+        )
 
 
 PLACEMENTS = Study("placements", placements, ("placements",))
 LEFT_OUT = Study("left_out", left_out, ("left_out",))
-MISFIT = Study("misfit", misfit_of_folds)
-TAIL = Study("tail", tail_of_folds)
+MISFIT = Study("misfit", partial(_of_folds, misfit))
+TAIL = Study("tail", partial(_of_folds, tail))

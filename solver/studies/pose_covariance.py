@@ -114,7 +114,10 @@ def _leaving(offsets: np.ndarray) -> np.ndarray:
     return L
 
 
-def _base_turn(posterior: Posterior, around: Samples) -> np.ndarray:
+def _base_turn(
+    posterior: Posterior,
+    around: Samples,
+) -> np.ndarray:
     """Return how the unknowns turn the whole arm: by a rigid motion that fits best, (3, size)."""
     points, J, _ = posterior.linearise(around)
     motions = rows_of(IDENTITY.slopes(points))
@@ -136,7 +139,10 @@ class PoseSlopes(NamedTuple):
 
 
 def _derivatives(
-    posterior: Posterior, poses: Samples, places: np.ndarray, of_ball: bool
+    posterior: Posterior,
+    poses: Samples,
+    places: np.ndarray,
+    of_ball: bool,
 ) -> PoseSlopes:
     """Return derivatives of poses by all unknowns, and by the joints."""
     model, x, q = posterior.model, posterior.x, poses.q
@@ -149,7 +155,10 @@ def _derivatives(
     _, turns, turns_by_joints = model.linearise(x, poses, of_turns=True)
     arms = (places - points)[:, :, None]
 
-    def of_pose(shift: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    def of_pose(
+        shift: np.ndarray,
+        turn: np.ndarray,
+    ) -> np.ndarray:
         by_turn = np.cross(turn, arms, axis=1)
         return np.concatenate([shift + by_turn, turn], axis=1)
 

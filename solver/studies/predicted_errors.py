@@ -23,9 +23,7 @@ OFF = 0.01
 
 def arm_length(robot: Robot) -> float:
     """Return the sum of the lengths of all origins [m]."""
-    offsets = robot.origins[:, :3]
-    lengths = np.linalg.norm(offsets, axis=1)
-    return float(lengths.sum())
+    return float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
 
 
 def poses_near(
@@ -52,27 +50,22 @@ def poses_near(
     ball = BallModel(robot, [])
 
     def any_of_recorded(count: int) -> np.ndarray:
-        rows = generator.integers(len(recorded), size=count)
-        return recorded[rows]
+        return recorded[generator.integers(len(recorded), size=count)]
 
     place_count, posture_count = counts
     q = any_of_recorded(place_count)
     centres = ball.points(ball.nominal, q)
     centres = centres + generator.normal(0, margin, centres.shape)
-    indices = np.arange(place_count)
-    places = np.repeat(indices, posture_count)
+    places = np.repeat(np.arange(place_count), posture_count)
     targets = centres[places]
     q = any_of_recorded(len(places)) if sway else q[places]
     q = q + generator.normal(0, sway, q.shape)
     for _ in range(ROUNDS):
         linear = ball.linearise(ball.nominal, q)
-        shifts = targets - linear.points
-        steps = _steps(linear.by_joints, shifts)
+        steps = _steps(linear.by_joints, targets - linear.points)
         q = q + steps.clip(-SWAY, SWAY)
     offsets = ball.points(ball.nominal, q) - targets
-    distances = np.linalg.norm(offsets, axis=1)
-    farthest = OFF * arm_length(robot)
-    is_there = distances < farthest
+    is_there = np.linalg.norm(offsets, axis=1) < OFF * arm_length(robot)
     is_there &= _within_limits(robot, recorded, q)
     return q[is_there], places[is_there]
 
@@ -88,16 +81,15 @@ def _within_limits(
     """
     middle: np.ndarray = np.median(recorded, axis=0)
     excess = middle - middle.clip(robot.lower, robot.upper)
-    turns = np.ceil(np.abs(excess) / TURN)
-    turns *= np.sign(excess)
+    turns = np.ceil(np.abs(excess) / TURN) * np.sign(excess)
     inside = q - TURN * turns
-    is_above = inside >= robot.lower
-    is_below = inside <= robot.upper
-    is_within = is_above & is_below
-    return np.all(is_within, axis=1)
+    return np.all((inside >= robot.lower) & (inside <= robot.upper), axis=1)
 
 
-def _steps(J: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+def _steps(
+    J: np.ndarray,
+    shifts: np.ndarray,
+) -> np.ndarray:
     """Return J^T (J J^T + d 1)^-1 s: damped steps of the joints that shift balls, shape (N, m).
 
     Args:
@@ -107,11 +99,8 @@ def _steps(J: np.ndarray, shifts: np.ndarray) -> np.ndarray:
     across = J.swapaxes(1, 2)
     stiffness = J @ across
     traces: np.ndarray = np.trace(stiffness, axis1=1, axis2=2)
-    damping = DAMPING * traces[:, None, None]
-    damped = stiffness + damping * np.eye(3)
-    forces = np.linalg.solve(damped, shifts[:, :, None])
-    steps = across @ forces
-    return steps[:, :, 0]
+    damped = stiffness + DAMPING * traces[:, None, None] * np.eye(3)
+    return (across @ np.linalg.solve(damped, shifts[:, :, None]))[:, :, 0]
 
 
 WITHIN_ONE, LARGE_GAP = 0.6827, 4.0
@@ -122,7 +111,10 @@ PAIRS = 200
 """Random distances in the workspace."""
 
 
-def likely_errors(gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+def likely_errors(
+    gap: np.ndarray,
+    deviation: np.ndarray,
+) -> np.ndarray:
     """Return what 68 % of the errors gap + deviation z do not exceed in size, shape (N,) [m]."""
     phi = np.vectorize(NormalDist().cdf)
     ratios = np.linspace(0, LARGE_GAP, 31)
@@ -150,8 +142,7 @@ def predicted_errors(
     export_error = None
     if exported is not None:
         points = posterior.model.ball.points(exported, q)
-        gap = pair_lengths(points) - distances
-        errors = likely_errors(gap, deviation)
+        errors = likely_errors(pair_lengths(points) - distances, deviation)
         export_error = float(np.median(errors))
     return DistanceDeviation(
         median=float(np.median(deviation)),
@@ -182,9 +173,8 @@ def errors_near(
     See :func:`neighbourhoods`; both ends of a distance are near one place.
     """
     nearby = neighbourhoods(posterior.model.robot, recorded)
-    deviations = [predicted_errors(posterior, load, q, exported) for q in nearby]
     return max(
-        deviations,
+        (predicted_errors(posterior, load, q, exported) for q in nearby),
         key=lambda deviation: deviation.alone or deviation.median,
         default=None,
     )
@@ -203,7 +193,6 @@ def neighbourhoods(
     for m in recorded:
         sway = SWAY if m.kind == "sockets" else 0.0
         q, _ = poses_near(robot, m.positions, (NEARBY, 1), NEAR, sway=sway)
-        pairs = len(q) // 2
-        if pairs:
-            nearby.append(q[: 2 * pairs])
+        if len(q) > 1:
+            nearby.append(q[: len(q) // 2 * 2])
     return nearby

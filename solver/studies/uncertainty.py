@@ -39,13 +39,11 @@ def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     matrix = covariance / np.outer(deviation, deviation)
     is_strong = np.abs(matrix) > STRONG
     names = [posterior.model.names[i] for i in decided]
-    pairs: list[Correlation] = []
-    above_diagonal = np.triu(is_strong, k=1)
-    for i, j in np.argwhere(above_diagonal).tolist():
-        value = float(matrix[i, j])
-        pairs.append(Correlation(names[i], names[j], value))
-    pairs.sort(key=lambda pair: -abs(pair.value))
-    return tuple(pairs)
+    pairs = [
+        Correlation(names[i], names[j], float(matrix[i, j]))
+        for i, j in np.argwhere(np.triu(is_strong, k=1)).tolist()
+    ]
+    return tuple(sorted(pairs, key=lambda pair: -abs(pair.value)))
 
 
 def observability_index(posterior: Posterior) -> float:
@@ -68,7 +66,10 @@ def observability_index(posterior: Posterior) -> float:
     shifts = motions[:, :, 3:]
     centred: list[np.ndarray] = []
 
-    def add(rows: np.ndarray, changes: np.ndarray) -> None:
+    def add(
+        rows: np.ndarray,
+        changes: np.ndarray,
+    ) -> None:
         if rows.any():
             Q = basis_of(changes[rows])
             centred.append(outside(rows_of(scaled[rows]), Q))
@@ -79,10 +80,8 @@ def observability_index(posterior: Posterior) -> float:
         add(data.measured_in == k, motions)
     slopes = np.concatenate(centred)
     values = np.linalg.svd(slopes, compute_uv=False)
-    values = values[values > 1e-6 * values[0]]
-    log_mean = np.mean(np.log(values))
-    mean = float(np.exp(log_mean))
-    return mean / len(data.q) ** 0.5
+    log_mean = np.mean(np.log(values[values > 1e-6 * values[0]]))
+    return float(np.exp(log_mean)) / len(data.q) ** 0.5
 
 
 def distance_slopes(
@@ -95,10 +94,8 @@ def distance_slopes(
     Of the 2 N samples, rows 0 and 1, 2 and 3, ... are pairs.
     """
     points, J, _ = model.linearise(x, samples)
-    offsets = points[1::2] - points[::2]
-    directions = unit(offsets)
-    by_offsets = J[1::2] - J[::2]
-    slopes = np.einsum("ni,nij->nj", directions, by_offsets)
+    directions = unit(points[1::2] - points[::2])
+    slopes = np.einsum("ni,nij->nj", directions, J[1::2] - J[::2])
     return pair_lengths(points), slopes
 
 
@@ -159,7 +156,10 @@ def _sum_of_squares(
     return total - of_mean + noise * (1 - 1 / n)
 
 
-def sum_of_variances(rows: np.ndarray, covariance: np.ndarray) -> float:
+def sum_of_variances(
+    rows: np.ndarray,
+    covariance: np.ndarray,
+) -> float:
     """Return the sum of r^T Sigma r of rows r, shape (N, n).
 
     Columns that are zero in all rows are left out: of a curve, a sample has but four coefficients.
@@ -177,9 +177,5 @@ def scale(posterior: Posterior) -> Scale:
     distance between its sockets.
     """
     slope = posterior.model.by_scale()
-    Sigma = covariance_of(posterior)
-    variance = float(slope @ Sigma @ slope)
-    return Scale(
-        value=float(slope @ posterior.x),
-        deviation=variance**0.5,
-    )
+    variance = float(slope @ covariance_of(posterior) @ slope)
+    return Scale(value=float(slope @ posterior.x), deviation=variance**0.5)

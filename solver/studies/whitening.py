@@ -32,11 +32,7 @@ def samples_in_sockets(posterior: Posterior) -> WhitenedSamples:
     by_centres = by_centres.reshape(len(points), 3, posterior.centres.size)
     columns = np.dstack([residuals, J, by_centres])
     white = whitened(posterior, by_joints, columns)
-    return WhitenedSamples(
-        samples.q,
-        residuals=white[:, :, 0],
-        slopes=white[:, :, 1:],
-    )
+    return WhitenedSamples(samples.q, white[:, :, 0], white[:, :, 1:])
 
 
 def whitened(
@@ -45,8 +41,7 @@ def whitened(
     columns: np.ndarray,
 ) -> np.ndarray:
     """Return L^-1 B of samples' columns B, shape (N, 3, k), by their derivatives by the joints."""
-    noise = posterior.noise.as_gaussian(by_joints)
-    L = np.linalg.cholesky(noise)
+    L = np.linalg.cholesky(posterior.noise.as_gaussian(by_joints))
     return np.linalg.solve(L, columns)
 
 
@@ -78,14 +73,11 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
         P,
         kernels[:, some[:, None], some],
     )
-    zero = np.zeros(len(P))
-    R = Gaussian.of(zero, P).root
-    by_roots = A @ R
-    W = by_roots.transpose(1, 0, 2)  # axis, sample, unknown
+    R = Gaussian.of(np.zeros(len(P)), P).root
+    W = (A @ R).transpose(1, 0, 2)  # axis, sample, unknown
     across = W.swapaxes(1, 2)
     rho_K = np.tensordot(shared, kernels, axes=1)
-    by_axis = across @ rho_K @ W
-    correlated = by_axis.sum(axis=0)
+    correlated = np.sum(across @ rho_K @ W, axis=0)
     information = np.sum(across @ W, axis=0)
     eigenvalues, axes = np.linalg.eigh(information)
     lost = shared.sum() * eigenvalues.clip(max=1.0)
@@ -96,13 +88,8 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
 
 def _kernels(q: np.ndarray) -> np.ndarray:
     """Return K of N joint positions over each of L lengths, shape (L, N, N)."""
-    differences = q[:, None] - q
-    squares = np.sum(differences**2, axis=2)
-    kernels: list[np.ndarray] = []
-    for length in LENGTHS:
-        exponent = -0.5 * squares / length**2
-        kernels.append(np.exp(exponent))
-    return np.array(kernels)
+    squares = np.sum((q[:, None] - q) ** 2, axis=2)
+    return np.exp(-0.5 * squares / np.reshape(LENGTHS, (-1, 1, 1)) ** 2)
 
 
 def _shared_variance(
@@ -123,23 +110,18 @@ def _shared_variance(
         kernels: K over each length, shape (L, N, N).
     """
     numbers = u.size
-    slopes = A.transpose(1, 0, 2)
-    by_axis = slopes.reshape(numbers, -1)
+    by_axis = A.transpose(1, 0, 2).reshape(numbers, -1)
     shrinking = np.eye(numbers) - by_axis @ P @ by_axis.T
     eigenvalues, axes = np.linalg.eigh(shrinking)
     is_left = eigenvalues > DECIDED
     axes = axes[:, is_left]
-    along_axes = axes.T @ u.T.ravel()
-    errors = along_axes / eigenvalues[is_left]
+    errors = axes.T @ u.T.ravel() / eigenvalues[is_left]
     V = axes.reshape(3, len(u), -1)
-    across = V.swapaxes(1, 2)
-    by_kernels = kernels[:, None] @ V
-    inner = np.sum(across @ by_kernels, axis=1)
+    inner = np.sum(V.swapaxes(1, 2) @ (kernels[:, None] @ V), axis=1)
     k, turns = np.linalg.eigh(inner)
     squares = (errors @ turns) ** 2
     k = k.clip(min=0.0)[:, None]
     variances = 1 - SHARES + SHARES * k
-    ratios = squares[:, None] / variances
-    terms = np.log(variances) + ratios
+    terms = np.log(variances) + squares[:, None] / variances
     log_likelihoods = -0.5 * terms.sum(axis=2)
     return probabilities(log_likelihoods) @ SHARES[:, 0]

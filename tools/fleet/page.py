@@ -1,7 +1,7 @@
 """The fleet as a page and on a terminal."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
 from urllib.parse import quote
@@ -45,13 +45,12 @@ def urgency(arm: FleetArm, months: Sequence[str] = ()) -> tuple[bool, bool, bool
 def _lines(arm: FleetArm, months: Sequence[str]) -> list[FleetMonth]:
     """Return the lines of an arm, the last one first."""
     names = session_names(arm)
-    first, last = (month_of(names[0]), month_of(names[-1])) if names else ("", "")
-    present = set(map(month_of, names))
+    present = [*map(month_of, names)]
     lines = [_session_line(arm, name) for name in names]
-    if first and last:
-        lines += _unchecked(
-            arm, names, [m for m in months if m > first and m not in present]
-        )
+    for month in months if names and present[0] and present[-1] else ():
+        if month > present[0] and month not in present:
+            last = max(name for name in names if name < month)
+            lines.append(_line(arm, month, None, f"not checked since {last}"))
     lines.sort(key=lambda line: line.session, reverse=True)
     if arm.error is not None:
         lines.insert(0, _line(arm, "", None, "no new calibration: mend the recordings"))
@@ -71,20 +70,6 @@ def _session_line(arm: FleetArm, name: str) -> FleetMonth:
         since = f" since {check.since}" if check.changed and check.since else ""
         words.insert(0, f"{check.change}{since}")
     return _line(arm, name, error, "; ".join(words))
-
-
-def _unchecked(
-    arm: FleetArm, names: Sequence[str], months: Sequence[str]
-) -> Iterator[FleetMonth]:
-    """Yield the lines of months without a session."""
-    for month in months:
-        last = max(name for name in names if name < month)
-        yield FleetMonth(
-            arm=arm.name,
-            session=month,
-            mean_absolute_error=None,
-            text=f"not checked since {last}",
-        )
 
 
 def _line(arm: FleetArm, session: str, error: float | None, text: str) -> FleetMonth:
