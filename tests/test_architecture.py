@@ -36,7 +36,7 @@ READING = {
 CLOSURES = {
     "solver/identification/inference/map_estimate.py": (60, 49_800),
     "solver/identification/robot_fit.py": (68, 56_450),
-    "solver/calibration/robot_calibration.py": (122, 89_000),
+    "solver/calibration/robot_calibration.py": (107, 87_900),
 }
 """The most files and tokens that a module may need, itself among them: these only fall."""
 

@@ -210,10 +210,10 @@ def _of_shared_places(world: Seen, first: np.ndarray) -> Equations:
     """
     again = np.flatnonzero(first != np.arange(len(first)))
     before = first[again]
-    deviations = world.deviations[again, None]
-    errors = (world.points[again] - world.points[before]) / deviations
+    weights = 1 / world.deviations[again, None]
+    errors = (world.points[again] - world.points[before]) * weights
     by_unknowns = world.slopes[again] - world.slopes[before]
-    slopes = by_unknowns / deviations[:, :, None]
+    slopes = by_unknowns * weights[:, :, None]
     return Equations(slopes.reshape(errors.size, -1), errors.ravel())
 
 

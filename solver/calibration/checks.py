@@ -19,7 +19,6 @@ from ..identification.data import (
     Measurement,
     measure,
 )
-from ..identification.effects import GAIN
 from ..identification.robot import Robot
 from ..results import CalibratedRobot, Diagnostic, NextPlacement, Scale
 from .findings import reworded, sized_hypotheses
@@ -131,13 +130,13 @@ def mended(problem: CalibrationProblem) -> tuple[InspectedProblem, list[Diagnost
             "distance out, or keep all samples by --as-recorded"
         )
     survey = inspector.look(training, held_out)
-    gains = set(inspector.look(training).gains if inspector.sets_right else ())
+    gains = inspector.gains(training)
     problem = replace(
         problem,
         measurements=tuple(training),
         test=tuple(held_out),
         options=replace(options, known=lengths),
-        effects=tuple(GAIN.coefficient_names(sorted(gains))),
+        effects=gains,
     )
     survey = with_gain(survey) if gains else survey
     return InspectedProblem.of(problem, survey), done

@@ -82,6 +82,11 @@ class Inspector:
             repeatability=repeatability_of(self.robot, options.repeatability_mm),
         )
 
+    def gains(self, training: Sequence[Measurement]) -> tuple[str, ...]:
+        """Return the coefficients of joints' gains that the fit is to have."""
+        joints = self.look(training).gains if self.sets_right else ()
+        return tuple(GAIN.coefficient_names(sorted(set(joints))))
+
     @property
     def sets_right(self) -> bool:
         """True unless recordings stay as they are; by Eq. (5) they do, as in the paper."""
