@@ -35,7 +35,7 @@ from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
 from .preparation import as_list as as_list
 from .robot_calibration import calibrate_robot as calibrate_robot
-from .several_robots import problems_of as problems_of
+from .several_problems import problems_of as problems_of
 from .tables import CHECKS as CHECKS
 from .tables import METHODS as METHODS
 from .tables import STUDIES as STUDIES

@@ -7,7 +7,6 @@ from functools import cached_property
 import numpy as np
 
 from ...errors import fixed
-from ..identification.data import Observations
 from ..identification.effects import CURVE
 from ..identification.inference import FitPosterior, State
 from ..identification.model import SMALLEST, joint_reach
@@ -52,9 +51,9 @@ class Comparison:
         """Rise of the logarithm of the evidence by curves."""
         return self.after - self.before
 
-    def rival(self, state: State, data: Observations) -> CurveFit:
+    def rival(self, other: FitPosterior, posterior: FitPosterior) -> CurveFit:
         """Return the fit of another model to the same samples, from the scales with curves."""
-        state, samples = samples_around(state, data)
+        state, samples = samples_around(other.state, posterior.data)
         state = replace(state, noises=self.curved.state.noises)
         fit = replace(
             self.curved,
@@ -197,7 +196,7 @@ def _with_joint_curves(
     fit, after = comparison.curved, comparison.after
     if alternative is not None:
         other, log_odds = alternative
-        rival = comparison.rival(other.state, posterior.data)
+        rival = comparison.rival(other, posterior)
         after_of_rival = log_evidence(rival)
         if after_of_rival + log_odds > after:
             start, fit, after = other, rival, after_of_rival
