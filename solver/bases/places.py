@@ -1,4 +1,7 @@
-"""The places of several robots: of all together, and as each has them when it is fitted alone."""
+"""The places of several robots: of all, as each has them alone, and as they are seen in one frame.
+
+A robot sees places in its base; measured coordinates are seen in a frame.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

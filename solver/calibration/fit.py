@@ -1,4 +1,4 @@
-"""Fit of one robot, by the paper's method or by the default one."""
+"""The problem of a calibration, and the fit of one robot, by the paper's method or by default."""
 
 import time
 from collections.abc import Callable

@@ -1,6 +1,9 @@
 """Folds of a calibration: whole fits that each leave out a place, or a region of joint space.
 
 Checks of the recordings are made once, before. Each fold chooses its effects anew.
+
+A fold leaves out the placements of one place, or a region of joint space. Neighbours stay
+together, since what a fit has seen beside a sample tells it of that sample.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Option of a calibration: its documentation and its range, and the refusal of what cannot be."""
+"""Option of a calibration: its documentation, range and refusals; and payloads."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,4 +1,7 @@
-"""An instrument that is set up anew for each placement: its frame, and its target on the flange."""
+"""An instrument that is set up anew for each placement: its frame, and its target on the flange.
+
+Checks see recordings as if one target sat alike everywhere, wherever each set-up has its own.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

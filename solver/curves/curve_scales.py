@@ -1,4 +1,4 @@
-"""Scales of joint error curves and of the noise beside them, by the evidence."""
+"""Scales of joint error curves and of the noise beside them, by the evidence; and their promise."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The fit of each joint's error curve together with everything else."""
+"""The fit of each joint's error curve with everything else, where the evidence is for it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Estimates of a fit in ``calibration.json``, their uncertainty and their use: metres, radians."""
+"""Estimates of a fit in ``calibration.json``, their uncertainty, use and folds: metres, radians."""
 
 from dataclasses import dataclass, replace
 

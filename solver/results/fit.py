@@ -1,4 +1,4 @@
-"""The fit of a robot, the same for both methods."""
+"""The fit of a robot, its folds, the measurements that it is of, and what studies say of it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

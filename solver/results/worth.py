@@ -1,4 +1,4 @@
-"""Worth of a calibration in ``calibration.json``: held-out errors in parts, gains, outlook."""
+"""Worth of a calibration in ``calibration.json``: errors in parts and patterns, gains, outlook."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Errors of the readings of bases' lengths, which all placements of a base share."""
+"""Errors of the readings of bases' lengths, which placements of a base share; and such lengths."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

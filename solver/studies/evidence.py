@@ -2,6 +2,16 @@
 
 Errors y are Gaussian with the covariance n^2 C + S: noise C of the fit's shape, and what else is
 known to change them, S. A part that the model lacks adds m^2 K to it.
+
+Samples are linear in all unknowns about the fit. With derivatives J of the model's unknowns,
+derivatives B by the places of sockets and frames, noise C, and a pattern of columns A and mean
+square m^2, errors y are::
+
+    y ~ N(0, n^2 C + J S J^T + B B^T + m^2 A A^T)
+
+Of samples held out S is the posterior covariance. Those trained on are compared beside all that the
+unknowns can explain: S is their prior covariance, made wider, and y is taken about the prior mean.
+The odds of a pattern are the evidence averaged over m > 0 and n, against that with m = 0.
 """
 
 from collections.abc import Callable, Sequence

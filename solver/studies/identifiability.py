@@ -1,4 +1,4 @@
-"""Directions of the geometry that the data do not identify, in words."""
+"""Study: how well the arm is known, and directions that the data do not identify, in words."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Predicted errors of distances: in the workspace, and near recorded places."""
+"""Predicted errors of distances in the workspace and near recorded places, and poses near these."""
 
 from collections.abc import Sequence
 from statistics import NormalDist

@@ -1,4 +1,7 @@
-"""Samples whose noise is made one: L^-1 before their columns, with L L^T the noise of a sample."""
+"""Samples whose noise is made one, L^-1 before their columns with L L^T the noise of a sample.
+
+And by them the posterior covariance of arms whose gears have play, which moves samples alike.
+"""
 
 from typing import NamedTuple
 

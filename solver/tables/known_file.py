@@ -2,6 +2,11 @@
 
 Files of known distances hold words, one a line, or a table with the columns
 ``from,to,distance [mm],deviation [mm]``, the last of which may be left out.
+
+In tables ``#`` begins a note, and columns stand in any order, as in::
+
+    from,to,distance [mm],deviation [mm]
+    left:0,right:0,350.02,0.1
 """
 
 import math

@@ -1,4 +1,4 @@
-"""The fleet as a page and on a terminal."""
+"""The fleet as a page and on a terminal, and its history: those that changed first."""
 
 import re
 from collections.abc import Sequence
