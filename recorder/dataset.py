@@ -3,7 +3,7 @@
 A *placement* is one position of the socket base, and the folder with the samples taken there; a
 *sample* is one configuration of the arm with the ball in a socket. The folder holds ``samples.csv``
 (by ``mukca record``), ``hole_0.csv`` and ``hole_1.csv`` (of the paper's authors), ``points.csv`` or
-``poses.csv`` (by an instrument), and beside it ``placement.json``; see docs/recording.md.
+``poses.csv`` (by an instrument), and beside it ``placement.json``; see docs/files.md.
 """
 
 import os

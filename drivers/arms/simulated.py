@@ -1,6 +1,6 @@
 """Driver of a simulated arm, which replays configurations and misbehaves on demand.
 
-Address: ``PATH?option=value&...``; docs/simulation.md lists options and faults.
+Address: ``PATH?option=value&...``; docs/simulated-arm.md lists options and faults.
 """
 
 import csv

@@ -1,6 +1,7 @@
 """View of a session, and the operator's next step: one or two words, and the reason.
 
-docs/recording.md lists the words. The prompt never asks for a key that would be refused.
+docs/recording.md and docs/alarms.md list the words. The prompt never asks for a key that would be
+refused.
 """
 
 import math

@@ -86,6 +86,8 @@ class SimulationOptions(TypedDict, total=False):
     """Between the centres of the two sockets (0.05) [m]."""
     warming: float
     """Rise of the arm's temperature at each placement (0) [K]; samples then keep theirs."""
+    zeros: float
+    """Standard deviation of each joint's zero (0) [rad]; some 0.05 in arms of servos."""
 
 
 DEFAULTS: SimulationOptions = {
@@ -96,6 +98,7 @@ DEFAULTS: SimulationOptions = {
     "noise": 5e-5,
     "distance": 0.05,
     "warming": 0.0,
+    "zeros": 0.0,
 }
 LEAST = {"placements": 1, "samples": 2}
 """Least values of what cannot be as small as zero."""
@@ -138,7 +141,13 @@ def simulate_recordings(
             raise UsageError(f"{name} {value}: give a number of at least {lowest}")
     seed = settings["seed"]
     arms, places, hands = (np.random.default_rng([seed, k]) for k in range(3))
-    arm = perturb(robot, arms, settings["translation"], settings["rotation"])
+    arm = perturb(
+        robot,
+        arms,
+        settings["translation"],
+        settings["rotation"],
+        zeros=settings["zeros"] > 0,
+    )
     distance = check_distance(settings["distance"])
     bases = reachable_bases(arm, places, placements, distance)
     deflection = _deflection(robot, arms, settings)
@@ -159,10 +168,11 @@ def truth_of(robot: Robot, arm: Robot, deflection: Deflection) -> CalibratedRobo
 def _deflection(
     robot: Robot, generator: np.random.Generator, sizes: Mapping[str, float]
 ) -> Deflection:
-    """Return the effects of extensions of such sizes, without those of size zero."""
+    """Return the effects of such sizes, of extensions and zeros, without those of size zero."""
     drawn: dict[str, np.ndarray] = {}
     for effect in EFFECTS.values():
-        if size := sizes.get(effect.extension):
+        name = "zeros" if effect.zeros else effect.extension
+        if size := sizes.get(name):
             draw = effect.random or partial(_independent, effect)
             drawn[effect.name] = size * draw(len(robot.joint_names), generator)
     return Deflection(tuple(drawn), tuple(drawn.values()))

@@ -1,7 +1,7 @@
 """Faults of a recording session at a simulated arm, such as a base that is bumped.
 
 A fault is ``KIND[@SAMPLE[+COUNT]][:SIZE]`` as in ``base@6:5mm``: from sample 6 on, for COUNT
-samples where it is given, by so much. docs/simulation.md lists them.
+samples where it is given, by so much. docs/simulated-arm.md lists them.
 """
 
 import math
