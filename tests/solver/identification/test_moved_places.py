@@ -92,7 +92,7 @@ def test_files_of_sockets_say_which_was_taken_to_be_first(panda):
 
 def test_a_conversion_makes_no_order_up_and_keeps_one_that_is_known(panda, tmp_path, command):
     """The base moved while socket 1, which was first, was recorded: both orders are weighed."""
-    truth, placement = recorded(panda, "base@6:3mm", [*range(12, 24), *range(12)])
+    _, placement = recorded(panda, "base@6:3mm", [*range(12, 24), *range(12)])
     folders = [tmp_path / name for name in ("timed", "holes", "samples", "again", "copy")]
     write_samples(folders[0], placement)
     steps = (0, 1, "holes"), (1, 2, "samples"), (2, 3, "holes"), (0, 4, "samples")
