@@ -21,6 +21,8 @@ MIN_FITTED = 6
 """Samples in each of two sockets from which on a fit is tried."""
 SHARE = 12
 """Samples in a socket from which on a placement can be exhausted."""
+MOST = 18
+"""Samples in a socket after which another placement teaches more, unless a goal was given."""
 CURVES = 3
 """Placements before this one, with which joint error curves are known as well as they may be."""
 MORE = 12
@@ -102,7 +104,8 @@ class PoseSelector:
         goal = self._given or (solved and solved.asked) or self._goal
         fewest = 0 if posterior is None else min(self._counts(samples)[:2])
         reserve = goal * rigid / predicted
-        exhausted = fewest >= SHARE and self._exhausted(
+        exhausted = fewest >= MOST and self._given is None
+        exhausted |= fewest >= SHARE and self._exhausted(
             state, where, samples, gain, reserve
         )
         # more samples mend no fault that is kept

@@ -131,6 +131,19 @@ def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(panda, 
     assert not near.enough and not near.exhausted
 
 
+@pytest.mark.parametrize(("goal", "ends"), [(None, True), (1e-6, False)])
+def test_a_placement_ends_though_each_sample_still_helps(panda, goal, ends):
+    class Helped(PoseSelector):
+        def _exhausted(self, *_):
+            return False
+
+    _, (placement,) = mukca.simulate_recordings(panda, 1, samples=18, seed=3)
+    rows = enumerate(placement.samples, start=1)
+    samples = [replace(sample, number=number) for number, sample in rows]
+    advice = Helped(panda, 0.05, goal).advise(samples, 1)
+    assert (advice.exhausted or advice.near_only or advice.enough) == ends
+
+
 @pytest.mark.parametrize(("name", "goal"), [("panda", 9e-4), ("ur5e", 9e-4), ("gen3_lite", 3e-3)])
 def test_the_goal_is_what_solve_asks(name, goal):
     assert goal_for(load_robot(name)) == pytest.approx(goal)
