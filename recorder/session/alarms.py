@@ -75,12 +75,12 @@ class Alarm:
         text = f"another arm, or its zeros: {text}"
         return replace(self, cause="joints", words="ANOTHER ARM?", text=text)
 
-    def after(self, kept: Iterable["Alarm"]) -> "Alarm":
-        """Return it as it is told after some that were kept: a joint that slipped before slips."""
+    def beside(self, kept: Iterable["Alarm"]) -> "Alarm":
+        """Return it as it is told beside some that were kept: a joint that slipped before slips."""
         if not self.joint or all(alarm.joint != self.joint for alarm in kept):
             return self
-        text = f"{self.joint} reads otherwise again and again: mend it"
-        return replace(self, words=SLIPS, text=text)
+        text = f"{self.joint} reads otherwise again and again"
+        return replace(self, cause="model", words=SLIPS, text=text)
 
 
 Alarms = tuple[Alarm, ...]
@@ -102,11 +102,16 @@ class Answers:
     """True once several proposals in a row were not followed: the arm may not get farther."""
 
     def open_alarms(self, alarms: Iterable[Alarm]) -> Alarms:
-        """Return the alarms that are not answered."""
+        """Return the alarms that are not answered; whatever moves beside a joint that slips is."""
+        told = tuple(alarms)
+        slips = any(kept.words == SLIPS for kept in self.kept)
+        # One that is kept and not told any more may be told as one that begins elsewhere.
+        kept = [one for one in self.kept if any(one.is_like(alarm) for alarm in told)]
         return tuple(
-            alarm.after(self.kept)
-            for alarm in alarms
-            if not any(kept.is_like(alarm) for kept in self.kept)
+            alarm.beside(kept)
+            for alarm in told
+            if not (slips and alarm.cause not in ("socket", "distance", "model"))
+            and not any(one.is_like(alarm) for one in kept)
         )
 
 
