@@ -27,7 +27,7 @@ Cause = Literal[
 NEAR = 2
 """Samples by which the begin of one fault may be told differently as more are recorded."""
 SLIPS = "JOINT SLIPS"
-"""Words for a joint whose readings changed again after the first change was kept."""
+"""Words for a joint whose readings change again and again."""
 CURES: dict[Cause, list[str]] = read_json(Path(__file__).with_name("cures.json"))
 """Keys that cure each kind of cause, the likeliest cure first."""
 
@@ -45,8 +45,6 @@ class Alarm:
     """Numbers of the samples that it concerns; none where it concerns all."""
     socket: int = 0
     """The one in which the ball truly was."""
-    joint: str = ""
-    """The one that reads otherwise; empty where it is none."""
     stays: bool = True
     """True if samples stay where they are when those of the alarm go into a new placement."""
 
@@ -64,8 +62,7 @@ class Alarm:
     def is_like(self, alarm: "Alarm") -> bool:
         """Return whether two alarms tell of one fault, which further samples locate better."""
         first, second = (*self.samples, 0)[0], (*alarm.samples, 0)[0]
-        is_same = self.words == SLIPS and self.joint == alarm.joint
-        return is_same or (self.cause == alarm.cause and abs(first - second) <= NEAR)
+        return self.cause == alarm.cause and abs(first - second) <= NEAR
 
     def after_reconnection(self) -> "Alarm":
         """Return it as it is told where no sound sample came since the connection was lost."""
@@ -74,13 +71,6 @@ class Alarm:
             return replace(self, text=text)
         text = f"another arm, or its zeros: {text}"
         return replace(self, cause="joints", words="ANOTHER ARM?", text=text)
-
-    def beside(self, kept: Iterable["Alarm"]) -> "Alarm":
-        """Return it as it is told beside some that were kept: a joint that slipped before slips."""
-        if not self.joint or all(alarm.joint != self.joint for alarm in kept):
-            return self
-        text = f"{self.joint} reads otherwise again and again"
-        return replace(self, cause="model", words=SLIPS, text=text)
 
 
 Alarms = tuple[Alarm, ...]
@@ -103,15 +93,12 @@ class Answers:
 
     def open_alarms(self, alarms: Iterable[Alarm]) -> Alarms:
         """Return the alarms that are not answered; whatever moves beside a joint that slips is."""
-        told = tuple(alarms)
         slips = any(kept.words == SLIPS for kept in self.kept)
-        # One that is kept and not told any more may be told as one that begins elsewhere.
-        kept = [one for one in self.kept if any(one.is_like(alarm) for alarm in told)]
         return tuple(
-            alarm.beside(kept)
-            for alarm in told
-            if not (slips and alarm.cause not in ("socket", "distance", "model"))
-            and not any(one.is_like(alarm) for one in kept)
+            alarm
+            for alarm in alarms
+            if not (slips and alarm.cause not in ("socket", "distance"))
+            and not any(kept.is_like(alarm) for kept in self.kept)
         )
 
 

@@ -29,7 +29,7 @@ PLAYS = tuple(np.deg2rad([0.05, 0.15, 0.45]).tolist())
 """Halves of the play that arms of servos may have [rad]."""
 WIDES = (1.0, 3.0)
 """Factors on the effects of an arm; those of heavy arms are larger."""
-NOT_OF_SERVOS = ("distance", "ball_loose", "slips")
+NOT_OF_SERVOS = ("distance", "ball_loose")
 """Explanations that are not considered for arms made of servos."""
 
 

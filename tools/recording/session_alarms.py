@@ -132,9 +132,7 @@ class SessionAlarms:
             r for r in fault.rivals if (f := FORMS.get(r.hypothesis.name)) and f.also
         ]
         if not rivals or not FORMS[hypothesis.name].also or form == AROUND:
-            joint = str(hypothesis.parameters.get("joint", ""))
-            socket = fault.socket or 0
-            return Alarm(cause, words, text, fault.samples, socket, joint)
+            return Alarm(cause, words, text, fault.samples, fault.socket or 0)
         rival = rivals[0]
         rival_hypothesis = rival.hypothesis
         statement = text.partition(";")[0]  # without the question that follows
