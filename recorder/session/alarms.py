@@ -15,6 +15,7 @@ from .actions import SessionActions
 
 Cause = Literal[
     "base",
+    "again",
     "passing",
     "ball",
     "flange",
