@@ -63,6 +63,7 @@ from .fit import Study as Study
 from .fit import Unseen as Unseen
 from .fit import studied as studied
 from .joint_rows import JointsError as JointsError
+from .mesh_paths import relocate_meshes as relocate_meshes
 from .placements import ROLES as ROLES
 from .placements import Consequence as Consequence
 from .placements import CostTerms as CostTerms

@@ -19,12 +19,12 @@ from ..identification.robot import (
     Robot,
     RotationNumbers,
     choose_parameters,
-    relocate_meshes,
     scan,
     set_origins,
 )
 from .by_model import ModelName
 from .joint_rows import effort_rows, position_rows, rows_for_poses
+from .mesh_paths import relocate_meshes
 
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Literal
 
 import numpy as np
@@ -145,7 +145,7 @@ class Observations(Samples, Places):
     def rows_of(self, *placements: str) -> np.ndarray:
         """Return a mask of the places that were recorded at some placements, shape (N,)."""
         masks = [self._rows[name] for name in placements if name in self._rows]
-        return np.any(masks, axis=0) if masks else np.zeros_like(self.turned)
+        return reduce(np.logical_or, masks, np.zeros_like(self.turned))
 
     @cached_property
     def _rows(self) -> dict[str, np.ndarray]:

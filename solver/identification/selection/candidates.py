@@ -1,6 +1,6 @@
 """What may differ between places, and the rise of the evidence by it, to first order."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, product
@@ -16,7 +16,14 @@ from ..inference import (
     data_equations,
     prior_equations,
 )
-from ..model import BALL, BASE, TYPICAL_SPREAD, Difference, directions
+from ..model import (
+    BALL,
+    BASE,
+    TYPICAL_SPREAD,
+    Difference,
+    courses_of_steps,
+    directions,
+)
 
 WAVES = 8
 """Waves of a slow process at most: the k-th goes to and fro k / 2 times, and is k^2 times smaller
@@ -51,15 +58,26 @@ def steps_of_base(
     """
     rows = data.rows_of(placement)
     in_socket = data.sockets[rows] == np.unique(data.sockets[rows])[:, None]
+    every_step = [
+        Difference("step", (placement,), BASE, clock, at, at + length)
+        for clock in orders(data, placement)
+        for at, length in product(_starts(data, placement, clock), lengths)
+    ]
     steps: dict[bytes, Difference] = {}
-    for clock in orders(data, placement):
-        for at, length in product(_starts(data, placement, clock), lengths):
-            step = Difference("step", (placement,), BASE, clock, at, at + length)
-            course = step.courses(data)[rows, 0]
-            counts = in_socket @ course
-            if np.minimum(counts, in_socket.sum(1) - counts).max() >= SIDE:
-                steps.setdefault(np.packbits(course > 0).tobytes(), step)
+    for batch in _batches(every_step):
+        courses = courses_of_steps(batch, data)[rows]
+        counts = in_socket @ courses
+        fewer = np.minimum(counts, in_socket.sum(1, keepdims=True) - counts)
+        for k in np.flatnonzero(fewer.max(axis=0) >= SIDE).tolist():
+            course = np.packbits(courses[:, k] > 0)
+            steps.setdefault(course.tobytes(), batch[k])
     return [*steps.values()]
+
+
+def _batches(differences: Sequence[Difference]) -> Iterator[Sequence[Difference]]:
+    """Return differences in batches, whose courses fit into memory."""
+    for begin in range(0, len(differences), BATCH):
+        yield differences[begin : begin + BATCH]
 
 
 def steps_of(data: Observations, part: str) -> list[Difference]:
@@ -223,12 +241,13 @@ class Rises:
         slopes = directions(
             first.part, fit.model, fit.data, fit.model.values(fit.state.x)
         )
-        rises: list[np.ndarray] = []
-        for begin in range(0, len(differences), BATCH):
-            batch = differences[begin : begin + BATCH]
-            courses = np.concatenate([d.courses(fit.data) for d in batch], axis=1)
-            rises.append(self._of(slopes, courses, first.width))
-        return np.concatenate(rises)
+        courses = (
+            courses_of_steps(batch, fit.data)
+            if first.course == "step"
+            else np.hstack([difference.courses(fit.data) for difference in batch])
+            for batch in _batches(differences)
+        )
+        return np.concatenate([self._of(slopes, c, first.width) for c in courses])
 
     def _of(self, slopes: np.ndarray, courses: np.ndarray, usual: float) -> np.ndarray:
         """Return the rise by courses, shape (N, K), of directions whose usual width is given."""
