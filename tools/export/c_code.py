@@ -11,9 +11,9 @@ from typing import Any
 import casadi as ca
 
 from ...solver import poses
-from ...solver.identification.robot import Robot, moments_function
+from ...solver.identification.robot import Robot
 from ...solver.poses import PoseModel, limited_step, newton_step
-from ...solver.results import PosedRobot
+from ...solver.results import PosedRobot, moments_function
 from .request import Exported, ExportError, Request, filled, plain
 
 _BODY = re.compile(

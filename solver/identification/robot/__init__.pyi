@@ -11,7 +11,6 @@ from .factory import check_controller as check_controller
 from .factory import ur_controller as ur_controller
 from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .gravity import gravity_moments as gravity_moments
-from .gravity import moments_function as moments_function
 from .joint_ranges import one_turn as one_turn
 from .joint_ranges import workspace as workspace
 from .kinematics import Motion as Motion
