@@ -38,7 +38,7 @@ class _ExportOptions(PayloadOptions, JsonOption):
     like: Path | None = option(
         None,
         "(ur) the file that ur_calibration wrote, whose hash is kept; (mjcf) the model to "
-        "correct; (lerobot) the arm's present calibration file",
+        "correct; (lerobot, pal, trossen) the arm's present file",
         "FILE",
     )
     joints: str | None = option(
