@@ -37,13 +37,13 @@ class _ExportOptions(PayloadOptions, JsonOption):
     )
     like: Path | None = option(
         None,
-        "(ur) the file that ur_calibration wrote, whose hash is kept; (mjcf) the model to "
+        "(ur) the file that ur_calibration wrote, whose hash is kept; (mjcf, usd) the model to "
         "correct; (lerobot, pal, trossen) the arm's present file",
         "FILE",
     )
     joints: str | None = option(
         None,
-        "(mjcf) how the model calls the joints: names in chain order, between commas; or one "
+        "(mjcf, usd) how the model calls the joints: names in chain order, between commas; or one "
         "word in which * is the URDF's name, as in left/*",
         "NAMES",
     )
