@@ -81,6 +81,7 @@ from .predicted_targets import TargetPrediction as TargetPrediction
 from .predicted_targets import target_predictions as target_predictions
 from .study import Study as Study
 from .study import studied as studied
+from .symbolic import symbolic_positions as symbolic_positions
 from .worth import Apart as Apart
 from .worth import Better as Better
 from .worth import ErrorMap as ErrorMap

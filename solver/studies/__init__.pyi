@@ -11,6 +11,7 @@ from .identifiability import weak_directions as weak_directions
 from .improvement import Models as Models
 from .improvement import better_than_nominal as better_than_nominal
 from .patterns import error_patterns as error_patterns
+from .pose_covariance import base_turn as base_turn
 from .pose_covariance import movement_covariances as movement_covariances
 from .pose_covariance import pose_covariances as pose_covariances
 from .postures import arm_length as arm_length
@@ -21,6 +22,7 @@ from .projections import variances_of as variances_of
 from .size import model_of as model_of
 from .table import STUDIES as STUDIES
 from .uncertainty import correlations as correlations
+from .uncertainty import covariance_of as covariance_of
 from .uncertainty import deviations as deviations
 from .uncertainty import distance_slopes as distance_slopes
 from .uncertainty import observability_index as observability_index

@@ -99,7 +99,7 @@ def movement_covariances(
     scalars = J_0.shape[2]
     H = np.zeros((9, len(Sigma)))
     H[:6, :scalars] = J_0[0]
-    H[6:] = _base_turn(posterior, around)
+    H[6:] = base_turn(posterior, around)
     has_curves = posterior.deflection.curves is not None
     if has_curves:
         knots, weights = _knots(poses.q[first], scalars)
@@ -132,12 +132,11 @@ def _leaving(offsets: np.ndarray) -> np.ndarray:
     return L
 
 
-def _base_turn(posterior: Posterior, around: Samples) -> np.ndarray:
+def base_turn(posterior: Posterior, around: Samples) -> np.ndarray:
     """Return how the unknowns turn the whole arm: by a rigid motion that fits best, (3, size)."""
     points, J, _ = posterior.linearise(around)
     motions = rows_of(IDENTITY.slopes(points))
-    by_unknowns, *_ = np.linalg.lstsq(motions, rows_of(J), rcond=None)
-    return by_unknowns[:3]
+    return np.linalg.pinv(motions)[:3] @ rows_of(J)
 
 
 class PoseSlopes(NamedTuple):
