@@ -7,7 +7,7 @@ from itertools import islice, pairwise
 import pytest
 
 from . import clock
-from .driver import Driver, DriverError, JointState, Reason
+from .driver import Driver, DriverError, JointNames, JointState, Reason
 
 Sent = Callable[[], Sequence[JointState]]
 """Returns all states that a robot has sent until now, in order."""
@@ -74,7 +74,7 @@ class DriverContract:
         with self.driver(address) as driver:
             yield driver
 
-    def names(self) -> tuple[str, ...]:
+    def names(self) -> JointNames:
         """Return the joint names of a model of the robot."""
         return tuple(
             self.model or (f"arm_joint_{index}" for index in range(self.joints))

@@ -12,6 +12,10 @@ from types import TracebackType
 
 from ..errors import MukcaError, fixed
 
+JointNames = tuple[str, ...]
+JointValues = tuple[float, ...]
+"""A number for each joint, in the order of their names."""
+
 
 class Reason(Enum):
     """Reason for which a driver cannot deliver."""
@@ -61,10 +65,10 @@ class JointState:
     """Time of measurement [s], by the controller's clock, or by the host's monotonic clock where
     the controller sends no time. Only differences have a meaning."""
 
-    position: tuple[float, ...]
+    position: JointValues
     """Joint positions in the order of the driver's joint names [rad], [m] for a prismatic joint."""
 
-    effort: tuple[float, ...] | None = None
+    effort: JointValues | None = None
     """Torque that each joint exerts on the links beyond it [N m], force [N] for a prismatic joint.
     While the arm rests it equals the gravity torque. None where the robot does not measure it."""
 
@@ -111,7 +115,7 @@ class Driver(ABC):
 
     @property
     @abstractmethod
-    def joint_names(self) -> tuple[str, ...]:
+    def joint_names(self) -> JointNames:
         """Names of the joints, in the order of :attr:`JointState.position`."""
 
     @abstractmethod
@@ -160,7 +164,7 @@ class Driver(ABC):
 
 def match_joints(
     joint_names: Sequence[str] | None, count: int, robot: str
-) -> tuple[str, ...]:
+) -> JointNames:
     """Return the names of a robot's joints: the model's if there is one, else joint1, joint2, ...
 
     Args:

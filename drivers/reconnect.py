@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from . import clock
-from .driver import Driver, DriverError, JointState, Reason
+from .driver import Driver, DriverError, JointNames, JointState, Reason
 
 _HOPELESS = frozenset({Reason.BAD_ADDRESS, Reason.MISSING_PACKAGE, Reason.WRONG_ROBOT})
 
@@ -46,7 +46,7 @@ class Reconnecting(Driver):
         self._driver: Driver | None = connect()
         self._names = self._driver.joint_names
         self.remark = ""
-        """What the operator should know of the joints' names; empty where they are the model's."""
+        """Remark to the operator on the joints' names; empty where they are the model's."""
         self.resolution = self._driver.resolution
         self._earlier_missed = self._earlier_rejected = 0
         self._last_state = clock.now()
@@ -60,7 +60,7 @@ class Reconnecting(Driver):
         self._order = self._matched(joint_names or self._names)
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
+    def joint_names(self) -> JointNames:
         """Names of the joints, the same for every connection."""
         return tuple(self._names[i] for i in self._order)
 
@@ -82,7 +82,13 @@ class Reconnecting(Driver):
         self._last_state = clock.now()
         self.trouble = None
         self._wait = self._first_wait
-        return self._ordered(state)
+        driver_order = tuple(range(len(state.position)))
+        # Another number of joints is refused later.
+        if self._order == driver_order or len(self._order) != len(driver_order):
+            return state
+        position = tuple(state.position[i] for i in self._order)
+        effort = state.effort and tuple(state.effort[i] for i in self._order)
+        return replace(state, position=position, effort=effort)
 
     def _matched(self, joint_names: Sequence[str]) -> tuple[int, ...]:
         """Return where each of the model's joints stands among those of the driver."""
@@ -98,16 +104,6 @@ class Reconnecting(Driver):
             return tuple(range(len(names)))
         self.close()
         raise Reason.WRONG_ROBOT(f"{text}; choose the model of this robot")
-
-    def _ordered(self, state: JointState) -> JointState:
-        """Return a state with its joints in the model's order."""
-        driver_order = tuple(range(len(state.position)))
-        # Another number of joints is refused later.
-        if self._order == driver_order or len(self._order) != len(driver_order):
-            return state
-        position = tuple(state.position[i] for i in self._order)
-        effort = state.effort and tuple(state.effort[i] for i in self._order)
-        return replace(state, position=position, effort=effort)
 
     def _read(self, driver: Driver, timeout: float) -> JointState:
         """Read a connection, and bring the counts over all connections up to date."""

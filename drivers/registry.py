@@ -7,15 +7,16 @@ Another package adds an arm by an entry point of the group ``mukca.drivers``::
     myarm = "mypackage.driver:MyArm"
 """
 
+import importlib
 import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
-from ..errors import read_json
+from ..errors import MukcaError, read_json
 from .driver import Driver, DriverError, Reason
-from .plugins import Entry, PluginError, installed, load
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ def open_driver(
 def _load(info: DriverInfo) -> type[Driver]:
     """Import a driver's class; every error names the driver and its package."""
     try:
-        loaded = load(Entry(info.name, info.target, info.arms, info.source), "driver")
+        loaded = load(info, "driver")
     except PluginError as error:
         raise Reason.MISSING_PACKAGE(str(error)) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Driver)):
@@ -119,3 +120,58 @@ def _load(info: DriverInfo) -> type[Driver]:
             f"driver {info.name!r} of {info.source}: {info.target} is no subclass of Driver"
         )
     return loaded
+
+
+OURS = "mukca"
+"""Source of what mukca brings."""
+
+
+class PluginError(MukcaError):
+    """An addition of a package cannot be imported; the line names the package and the reason."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One thing that can be used by its name."""
+
+    name: str
+    target: str
+    """The object, ``module:NAME``."""
+    line: str
+    """Description of it, in one line."""
+    source: str = OURS
+    """The package that provides it, with its version where it is a plug-in."""
+
+
+def installed(kind: str) -> list[Entry]:
+    """Return what installed packages add of a kind, such as ``drivers``, by name."""
+    from importlib.metadata import entry_points
+
+    entries: list[Entry] = []
+    for point in entry_points(group=f"mukca.{kind}"):
+        line, source = "plug-in", "a plug-in"
+        if (package := point.dist) is not None:
+            source = f"{package.name} {package.version}"
+            if "Summary" in package.metadata:
+                line = package.metadata["Summary"]
+        entries.append(Entry(point.name, point.value, line, source))
+    return sorted(entries, key=lambda entry: entry.name)
+
+
+def load(entry: "Entry | DriverInfo", kind: str) -> Any:
+    """Import an entry's object; ``kind`` is the word for it in messages, such as ``driver``.
+
+    Raises:
+        PluginError: A plug-in's module, or a package that any needs, cannot be imported. What else
+            is wrong in a module of mukca is a defect, and is raised as it is.
+    """
+    what = f"{kind} {entry.name!r} of {entry.source}"
+    module, _, attribute = entry.target.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except (Exception, SystemExit) as error:  # a plug-in may fail in any way
+        if isinstance(error, ImportError) and error.name:
+            raise PluginError(f"{what} needs {error.name}: {error}") from None
+        if entry.source == OURS:
+            raise
+        raise PluginError(f"{what} is broken: {error!r}") from error

@@ -2,11 +2,12 @@
 
 import math
 from abc import abstractmethod
+from collections import deque
 from collections.abc import Generator
 from contextlib import contextmanager
 
 from . import clock
-from .driver import Driver, DriverError, JointState, Reason
+from .driver import Driver, DriverError, JointNames, JointState, JointValues, Reason
 
 AHEAD = 2.0
 """A stamp may be further ahead of this computer's clock than any before it, by this much [s]."""
@@ -37,7 +38,7 @@ class ValidatingDriver(Driver):
     def __init__(self, where: str, period: float | None = None) -> None:
         self._where = where
         self._period = period
-        self._joint_names: tuple[str, ...] = ()
+        self._joint_names: JointNames = ()
         self._closed = False
         self._unread: JointState | None = None
         self._asked = 0.0
@@ -46,7 +47,7 @@ class ValidatingDriver(Driver):
         self._begin_anew()
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
+    def joint_names(self) -> JointNames:
         """The robot's joints, from base to flange: the model's names where there is a model."""
         return self._joint_names
 
@@ -135,7 +136,19 @@ class ValidatingDriver(Driver):
             try:
                 self._asked = clock.now()
                 state = self._receive(deadline)
-                self._check_values(state)
+                # A state has a number for each joint.
+                count = len(self._joint_names or state.position)
+                efforts = state.position if state.effort is None else state.effort
+                for values, name in (
+                    (state.position, "positions"),
+                    (efforts, "efforts"),
+                ):
+                    if len(values) != count:
+                        raise ValueError(
+                            f"a state with {len(values)} {name} for {count} joints"
+                        )
+                    if not all(map(math.isfinite, values)):
+                        raise ValueError(f"a state with {name} that are no numbers")
                 self._check_stamp(state.stamp)
                 self._proven = True
                 return state
@@ -152,19 +165,6 @@ class ValidatingDriver(Driver):
             if clock.now() > deadline:
                 raise Reason.SILENT(f"{self._where} sends {bad}")
         raise Reason.UNREACHABLE("the connection is closed")
-
-    def _check_values(self, state: JointState) -> None:
-        """See that there is a number for each joint."""
-        count = len(self._joint_names or state.position)
-        for values, name in ((state.position, "positions"), (state.effort, "efforts")):
-            if values is None:
-                continue
-            if len(values) != count:
-                raise ValueError(
-                    f"a state with {len(values)} {name} for {count} joints"
-                )
-            if not all(map(math.isfinite, values)):
-                raise ValueError(f"a state with {name} that are no numbers")
 
     def _check_stamp(self, stamp: float) -> None:
         """See that time goes on, and count what was missed."""
@@ -205,3 +205,54 @@ class PolledDriver(ValidatingDriver):
         start = clock.now()
         self._next_poll = start + interval
         return start
+
+
+LATEST = 3.0
+"""Time within which returns are counted [s]."""
+RETURNS = 5
+"""So many returns within it are no single faults."""
+FAR = 0.05
+"""A smaller step to another state and back is noise [rad], [m]."""
+NEAR = 0.2
+"""A return ends as near to where it began as this share of the step between."""
+
+TWO_SOURCES = "two sources send these joints in turn"
+
+
+class SourceDetector:
+    """Counts the returns of a stream, fed state by state.
+
+    A return is a state that equals the one before the last, which was far from both. No arm moves
+    so, but the states of two sources that are merged do.
+    """
+
+    def __init__(self) -> None:
+        self._before: deque[JointValues] = deque(maxlen=2)
+        self._returns: deque[float] = deque()
+
+    @property
+    def two_sources(self) -> bool:
+        """True while the states are of two sources."""
+        return len(self._returns) >= RETURNS
+
+    def feed(self, state: JointState) -> None:
+        """Take in a state, sound or not."""
+        stamps = self._returns
+        while stamps and not 0 <= state.stamp - stamps[0] < LATEST:
+            stamps.popleft()
+        if len(self._before) == 2:
+            first, last = self._before
+            step = _distance(last, state.position)
+            if step > FAR and _distance(first, state.position) < NEAR * step:
+                stamps.append(state.stamp)
+        self._before.append(state.position)
+
+
+def _distance(a: JointValues, b: JointValues) -> float:
+    """Return the largest difference of two positions without whole turns, or NaN."""
+    if a == b:
+        return 0.0
+    differences = [y - x for x, y in zip(a, b, strict=False)]
+    if not all(map(math.isfinite, differences)):
+        return math.nan
+    return max((abs(math.remainder(d, math.tau)) for d in differences), default=0.0)

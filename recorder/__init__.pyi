@@ -1,5 +1,4 @@
 # keep: write_holes
-from .arrays import numbers_of as numbers_of
 from .cells import number_of as number_of
 from .cells import read_text as read_text
 from .cells import seconds_of as seconds_of
@@ -13,10 +12,13 @@ from .files import APPEND as APPEND
 from .files import append_bytes as append_bytes
 from .files import lock_file as lock_file
 from .files import make_folder as make_folder
+from .files import refused as refused
 from .files import replace_files as replace_files
 from .files import sync_folder as sync_folder
 from .folders import find_placements as find_placements
 from .folders import is_placement as is_placement
+from .folders import newest_folder as newest_folder
+from .folders import next_folder as next_folder
 from .folders import placements_in as placements_in
 from .folders import unread as unread
 from .foreign_tables import foreign_table as foreign_table
@@ -51,18 +53,18 @@ from .placement_files import point_files as point_files
 from .placement_files import pose_files as pose_files
 from .placement_files import sample_files as sample_files
 from .placement_files import write_holes as write_holes
+from .placement_names import distinct as distinct
 from .placement_names import distinctly_named as distinctly_named
 from .placement_names import placement_name as placement_name
-from .placement_series import newest_folder as newest_folder
-from .placement_series import next_folder as next_folder
+from .placement_names import repeated_rows as repeated_rows
 from .points import read_points as read_points
 from .points import unit_quaternion as unit_quaternion
 from .recording_error import EmptyRecordingError as EmptyRecordingError
 from .recording_error import RecordingError as RecordingError
-from .repeated_samples import distinct as distinct
-from .repeated_samples import repeated_rows as repeated_rows
 from .sample import LAST_SOCKET as LAST_SOCKET
+from .sample import Configuration as Configuration
 from .sample import Sample as Sample
+from .sample import numbers_of as numbers_of
 from .sample import sample_name as sample_name
 from .samples import REDO as REDO
 from .samples import RELABEL as RELABEL

@@ -5,9 +5,11 @@ import io
 import re
 from collections.abc import Sequence
 from datetime import datetime
+from itertools import chain
 from pathlib import Path
 
 from ..errors import read_bytes
+from .files import refused
 from .recording_error import RecordingError
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*([eE][+-]?\d+)?")
@@ -59,17 +61,16 @@ def table_bytes(file: Path) -> bytes:
     Raises:
         RecordingError: The file cannot be read, or a line is too long.
     """
-    try:
+    with refused(f"{file}: cannot be read"):
         content = read_bytes(file)
-    except OSError as error:
-        raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
-    lines = content.split(b"\n") if b"\n" in content else content.split(b"\r")
-    longest = max(range(len(lines)), key=lambda i: len(lines[i]))
-    if len(lines[longest]) > LONGEST_LINE:
-        size = f"{len(lines[longest]) / 1e6:,.1f} MB"
+    lines = content.split(b"\n" if b"\n" in content else b"\r")
+    sizes = list(map(len, lines))
+    longest = max(sizes)
+    if longest > LONGEST_LINE:
         limit = f"{LONGEST_LINE / 1e6:g} MB"
         raise RecordingError(
-            f"{file}:{longest + 1}: a line of {size}; at most {limit} are read"
+            f"{file}:{sizes.index(longest) + 1}: a line of {longest / 1e6:,.1f} MB; "
+            f"at most {limit} are read"
         )
     return content
 
@@ -80,9 +81,8 @@ def require_columns(text: str, file: Path) -> None:
         if len(line) <= MOST_COLUMNS:
             continue
         line = re.sub('"[^"]*"', '""', line)
-        count = 1 + max(map(line.count, ",;\t"))
-        if count == 1:
-            count = len(line.split())
+        separators = max(map(line.count, ",;\t"))
+        count = separators + 1 if separators else len(line.split())
         if count > MOST_COLUMNS:
             words = f"{count:,} columns; at most {MOST_COLUMNS:,} are read"
             raise RecordingError(f"{file}:{i}: {words}")
@@ -95,73 +95,60 @@ def uncommented(text: str) -> str:
     """
     text = _NOTE.sub("", text)
     lines = text.splitlines()
-    lists = _of_lists(lines)
-    if lists:
-        lines = [_LIST.sub(r"\1", line) for line in lines]
     comments = [i for i, line in enumerate(lines) if line.startswith("#")]
-    if not comments and not lists:
+    rows = [line for line in lines if line.strip() and not line.startswith("#")]
+    if rows and all(map(_LIST.fullmatch, rows)):  # as [0.1, 0.2]
+        lines = [_LIST.sub(r"\1", line) for line in lines]
+        rows[0] = _LIST.sub(r"\1", rows[0])
+    elif not comments:
         return text
-    data = next(
-        (line for line in lines if line.strip() and not line.startswith("#")), ""
-    )
     words = lines[comments[-1]].lstrip("# ") if comments else ""
     for i in comments:
         lines[i] = ""
-    separator = next((d for d in ";\t," if d in data.strip()), None)
+    data = rows[0].strip() if rows else ""
+    separator = next((d for d in ";\t," if d in data), None)
     if separator is None:
         is_header = len(words.split()) == len(data.split()) > 1
     else:  # commas are decimal beside others
-        as_many = words.count(separator) == data.strip().count(separator)
-        is_header = as_many and not data[:1].isalpha()
+        as_many = words.count(separator) == data.count(separator)
+        is_header = as_many and not rows[0][:1].isalpha()
     if comments and is_header:
         lines[comments[-1]] = words
     return "\n".join(lines) + "\n"
-
-
-def _of_lists(lines: Sequence[str]) -> bool:
-    """Return whether each line is a list in brackets, as ``[0.1, 0.2]``."""
-    rows = [line for line in lines if line.strip() and not line.startswith("#")]
-    return bool(rows) and all(map(_LIST.fullmatch, rows))
 
 
 def records_of(text: str) -> list[tuple[int, list[str]]]:
     """Return the cells of each line that has some, with the line's number."""
     delimiter = _delimiter(text)
     if delimiter is None:
-        rows: list[tuple[int, list[str]]] = []
-        for number, line in enumerate(text.splitlines(), start=1):
-            if line.strip():
-                rows.append((number, _with_points(line.split())))
-        return rows
+        lines = enumerate(text.splitlines(), start=1)
+        return [(i, _with_points(line.split())) for i, line in lines if line.strip()]
     reader = csv.reader(
         io.StringIO(text, newline=""),
         delimiter=delimiter,
         skipinitialspace=delimiter != "\t",
     )
     records = [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
-    if delimiter == "," and not ('"' in text and _have_decimal_commas(records)):
-        return records
+    if delimiter == ",":
+        # Fractions with decimal commas are quoted, all of them, and no thousands as in 1,000.
+        cells = list(map(str.strip, chain.from_iterable(row for _, row in records)))
+        with_point = any("." in cell and number_of(cell) is not None for cell in cells)
+        with_comma = filter(_DECIMAL_COMMA.fullmatch, cells)
+        if '"' not in text or with_point or all(map(_THOUSANDS.fullmatch, with_comma)):
+            return records
     return [(i, _with_points(row)) for i, row in records]
 
 
 def _delimiter(text: str) -> str | None:
     """Return what parts the cells of at least half of the first lines; None for blanks."""
     unquoted = re.sub(r'"[^"\n]*"', '""', text)
-    stripped = [line.strip() for line in unquoted.splitlines()]
-    lines = [line for line in stripped if line][:_LOOKED_AT]
+    lines = [line.strip() for line in unquoted.splitlines() if line.strip()]
+    lines = lines[:_LOOKED_AT]
     for mark in ";\t,":
         if 2 * sum(mark in line for line in lines) >= max(len(lines), 1):
             blanks = mark == "," and any(map(_DECIMAL_COMMAS.fullmatch, lines))
             return None if blanks else mark
     return None
-
-
-def _have_decimal_commas(records: Sequence[tuple[int, Sequence[str]]]) -> bool:
-    """Return whether all fractions have decimal commas, and not thousands as in 1,000."""
-    cells = [cell.strip() for _, row in records for cell in row]
-    with_point = [cell for cell in cells if "." in cell and number_of(cell) is not None]
-    with_comma = [cell for cell in cells if _DECIMAL_COMMA.fullmatch(cell)]
-    return not with_point and not all(map(_THOUSANDS.fullmatch, with_comma))
 
 
 def _with_points(cells: Sequence[str]) -> list[str]:

@@ -1,31 +1,28 @@
 """Names of columns: their units, their words, and those that only count or date the rows."""
 
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-DEGREES = ("deg", "degree", "degrees", "°", "º", "grad")
-ANGLES = {
-    **dict.fromkeys(("rad", "radian", "radians"), 1.0),
-    **dict.fromkeys(DEGREES, math.pi / 180),
-    "mrad": 1e-3,
-}
+from ..errors import read_json
+
+_TABLE: dict[str, Any] = read_json(Path(__file__).with_name("units.json"))
+DEGREES: list[str] = _TABLE["degrees"]
+ANGLES: dict[str, float] = _TABLE["angles"]
 """Units of angles [rad]."""
-LENGTHS = {
-    **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), 1.0),
-    **dict.fromkeys(
-        ("cm", "centimetre", "centimetres", "centimeter", "centimeters"), 1e-2
-    ),
-    **dict.fromkeys(
-        ("mm", "millimetre", "millimetres", "millimeter", "millimeters"), 1e-3
-    ),
-    "um": 1e-6,
-    "µm": 1e-6,
-}
+LENGTHS: dict[str, float] = _TABLE["lengths"]
 """Units of lengths [m]."""
-UNITS = ("m", "cm", "mm", "um", "rad", "mrad", "deg")
+SIZES = ANGLES | LENGTHS
+UNITS: list[str] = _TABLE["known"]
 """All of them, each by one name."""
+OTHER_UNITS: list[str] = _TABLE["others"]
+"""Units of what else stands in tables."""
+
+
+PENDANTS: list[list[str]] = _TABLE["pendants"]
+"""Joints as pendants call them, base to tip: Universal Robots', and Yaskawa's."""
 _UNIT = re.compile(
     r"(.*?)[\s_]*(?:\[\s*([^\d\W][^\]]*|°)\]|\(\s*([^\d\W][^)]*|°)\)|"
     r"[\s_/]+(deg(?:rees?)?|grad|rad(?:ians?)?|[°º]|mm|cm))",
@@ -42,6 +39,8 @@ _ASIDE = re.compile(
 )
 """Words of columns that count or date the rows."""
 
+Names = Sequence[str]
+"""Names of columns, or of joints."""
 Words = tuple[str, ...]
 
 
@@ -66,10 +65,8 @@ class Column:
     @property
     def aside(self) -> bool:
         """True where it counts or dates the rows, or has a unit that no joint has."""
-        if not self.may_be_joint:
-            return True
         letters = list(filter(is_word, self.words))
-        return bool(letters) and all_match(_ASIDE, letters)
+        return not self.may_be_joint or (bool(letters) and all_match(_ASIDE, letters))
 
 
 def column_of(index: int, cell: str, below: str = "") -> Column:
@@ -91,8 +88,7 @@ def column_of(index: int, cell: str, below: str = "") -> Column:
 
 
 def _is_unit(text: str) -> bool:
-    unit = text.strip().lower()
-    return unit in ANGLES or unit in LENGTHS
+    return text.strip().lower() in SIZES
 
 
 def words_of(name: str) -> Words:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from itertools import product
 
-from .columns import Column, Words
+from .columns import Column, Names, Words
 from .joint_columns import COMMANDS, Ways, in_one_way
 
 AXES = ("x", "y", "z")
@@ -24,7 +24,7 @@ _ROTVEC = {"rotvec", "r", "rv"}
 
 
 def match_coordinates(
-    columns: Sequence[Column], names: Sequence[str], reserved: str = ""
+    columns: Sequence[Column], names: Names, reserved: str = ""
 ) -> list[Column] | None:
     """Return the columns called as wanted, with one beginning for all; None where one lacks.
 
@@ -37,20 +37,19 @@ def match_coordinates(
         ColumnError: Several columns may be one of them.
     """
     ways: Ways = {}
+    sent: set[Words] = set()
     for i, column in enumerate(columns):
         before, name = _coordinate(column.words)
         if name not in names or (reserved and reserved in before):
             continue
         places = ways.setdefault((before, ()), {})
         places.setdefault(names.index(name), []).append(i)
-    ways = {way: places for way, places in ways.items() if not _sent(way[0])} or ways
+        if any(map(COMMANDS.fullmatch, before)):
+            sent.add(before)
+    ways = {way: places for way, places in ways.items() if way[0] not in sent} or ways
     labels = [f"{column.name} (column {column.index + 1})" for column in columns]
     order = in_one_way(ways, names, labels)
-    return None if order is None else [columns[i] for i in order]
-
-
-def _sent(words: Words) -> bool:
-    return any(map(COMMANDS.fullmatch, words))
+    return [columns[i] for i in order] if order else None
 
 
 def _coordinate(words: Words) -> tuple[Words, str]:
@@ -69,10 +68,8 @@ def _coordinate(words: Words) -> tuple[Words, str]:
         return before, (*AXES, *VECTOR)[int(last)]
     if last in ("tx", "ty", "tz"):
         return before, last[1:]
-    if not before or last not in (*AXES, "w"):
-        return before, last
-    kind = before[-1]
-    if kind in _TURNED:
+    kind = before[-1] if before else ""
+    if kind in _TURNED and last in (*AXES, "w"):
         return before[:-1], f"q{last}"
     if kind in _ROTVEC and last in AXES:
         return before[:-1], f"r{last}"

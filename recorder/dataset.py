@@ -3,7 +3,7 @@
 A *placement* is one position of the socket base, and the folder with the samples taken there; a
 *sample* is one configuration of the arm with the ball in a socket. The folder holds ``samples.csv``
 (by ``mukca record``), ``hole_0.csv`` and ``hole_1.csv`` (of the paper's authors), ``points.csv`` or
-``poses.csv`` (by an instrument), and beside it ``placement.json``; see docs/recording.md.
+``poses.csv`` (by an instrument), and beside it ``placement.json``; see docs/files.md.
 """
 
 import os
@@ -96,28 +96,22 @@ def read_placement(
         raise RecordingError(
             f"{folder}: holds both {files[0].name} and {files[1].name}; keep one of them there"
         )
+    file, name = files[0], placement_name(folder)
     if holes:
         placement = read_holes(folder, holes)
-    elif files[0].name == SAMPLES:
-        placement = _read_recorded(files[0])
+    elif file.name == SAMPLES:
+        content = read_samples(file)
+        if not content.live:
+            raise EmptyRecordingError(f"{file}: holds no sample")
+        torn = f"{file}: the last line was torn off by a crash and is not read"
+        remarks = (torn,) if content.torn.strip() else ()
+        placement = Placement(
+            name, content.live, content.joint_names, files=(file,), remarks=remarks
+        )
     else:
-        placement = read_points(files[0], placement_name(folder))
+        placement = read_points(file, name)
     keys = vars(read_keys(folder / METADATA))
     stated = {key: value for key, value in keys.items() if value is not None}
     if placement.kind == "points":
         stated.pop("distance", None)
     return replace(placement, **stated)
-
-
-def _read_recorded(file: Path) -> Placement:
-    content = read_samples(file)
-    if not content.live:
-        raise EmptyRecordingError(f"{file}: holds no sample")
-    torn = f"{file}: the last line was torn off by a crash and is not read"
-    return Placement(
-        name=placement_name(file.parent),
-        samples=content.live,
-        joint_names=content.joint_names,
-        files=(file,),
-        remarks=(torn,) if content.torn.strip() else (),
-    )

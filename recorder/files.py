@@ -4,11 +4,12 @@ import errno
 import os
 import sys
 import time
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ..errors import require_file
+from ..errors import reason_of, require_file
+from .recording_error import RecordingError
 
 APPEND: int = os.O_APPEND | getattr(os, "O_BINARY", 0)
 """To open a file to which bytes are appended as they are; Windows would change ends of lines."""
@@ -44,12 +45,21 @@ def replace_files(contents: Mapping[Path, bytes]) -> None:
     Raises:
         OSError: One cannot be written; of several the reason says which are new by then.
     """
-    temporaries = {file: _name_beside(file) for file in contents}
+    # A name that no other program takes for the same file.
+    temporaries = {
+        file: file.with_name(f".{file.name}.{os.urandom(8).hex()}") for file in contents
+    }
     replaced: list[str] = []
     file = Path()
     try:
         for file, temporary in temporaries.items():
-            _write_new(temporary, contents[file])
+            # It is not there yet; a link of its name is an error, too.
+            flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | APPEND
+            descriptor = os.open(temporary, flags, 0o666)
+            try:
+                append_bytes(descriptor, contents[file])
+            finally:
+                os.close(descriptor)
         for file, temporary in temporaries.items():
             temporary.replace(file)
             replaced.append(str(file))
@@ -62,32 +72,14 @@ def replace_files(contents: Mapping[Path, bytes]) -> None:
         if isinstance(error, OSError):
             error.filename = str(file)
             if len(contents) > 1:
-                state = _state(contents, replaced)
+                as_before = [
+                    str(file) for file in contents if str(file) not in replaced
+                ]
+                state = f"new: {', '.join(replaced)}; as before: {', '.join(as_before) or 'none'}"
+                if not replaced:
+                    state = "nothing was changed"
                 error.strerror = f"{state}; reason: {error.strerror}"
         raise
-
-
-def _name_beside(file: Path) -> Path:
-    """Return a name that no other program takes for the same file."""
-    return file.with_name(f".{file.name}.{os.urandom(8).hex()}")
-
-
-def _write_new(file: Path, content: bytes) -> None:
-    """Write a file that is not there yet; a link of its name is an error, too."""
-    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | APPEND
-    descriptor = os.open(file, flags, 0o666)
-    try:
-        append_bytes(descriptor, content)
-    finally:
-        os.close(descriptor)
-
-
-def _state(files: Iterable[Path], replaced: Sequence[str]) -> str:
-    """Return in words which files are new, and which are as before."""
-    if not replaced:
-        return "nothing was changed"
-    remaining = [str(file) for file in files if str(file) not in replaced]
-    return f"new: {', '.join(replaced)}; as before: {', '.join(remaining) or 'none'}"
 
 
 def make_folder(folder: Path) -> list[Path]:
@@ -102,6 +94,15 @@ def make_folder(folder: Path) -> list[Path]:
     folder.mkdir(exist_ok=True)
     sync_folder(folder.parent)
     return [folder, *new_parents]
+
+
+@contextmanager
+def refused(what: str) -> Generator[None, None, None]:
+    """Turn an error of the system into a RecordingError; ``what`` begins its message."""
+    try:
+        yield
+    except OSError as error:
+        raise RecordingError(f"{what}: {reason_of(error)}") from None
 
 
 def sync_folder(folder: Path) -> None:
@@ -134,21 +135,18 @@ def locked(file: Path | None) -> Generator[None, None, None]:
     require_file(file, None)
     descriptor = os.open(file, os.O_RDONLY)
     try:
-        _wait_for_lock(descriptor)
+        deadline = time.monotonic() + PATIENCE
+        while True:
+            try:
+                lock_file(descriptor)
+                break
+            except BlockingIOError:
+                if time.monotonic() >= deadline:
+                    raise
+            time.sleep(0.0005)  # seldom free for longer while another writes on and on
         yield
     finally:
         os.close(descriptor)
-
-
-def _wait_for_lock(descriptor: int) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while True:
-        try:
-            return lock_file(descriptor)
-        except BlockingIOError:
-            if time.monotonic() >= deadline:
-                raise
-        time.sleep(0.0005)  # seldom free for longer while another writes on and on
 
 
 def lock_file(descriptor: int) -> None:

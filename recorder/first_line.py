@@ -5,26 +5,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .cells import number_of, trimmed
-from .columns import ANGLES, LENGTHS
+from .columns import OTHER_UNITS, SIZES
 from .recording_error import RecordingError
 
 GARBLED = re.compile(r"[\[('\"]*[+-]?\d+([.,]\d+)?\s*([|'\"\])].*|deg|rad|°|mm|m)")
 """A number with something attached, which is no name."""
-_UNITS = {
-    *ANGLES,
-    *LENGTHS,
-    "s",
-    "ms",
-    "us",
-    "ns",
-    "sec",
-    "-",
-    "nm",
-    "n m",
-    "rad/s",
-    "deg/s",
-    "a",
-}
+_DECIMAL = re.compile("[.eE]")
 _LOOKED_AT = 20
 """Rows below a first line by which it is judged."""
 _NUMBERED = 3
@@ -50,21 +36,28 @@ def header_of(
     header = tuple(cell.strip() for cell in cells)
     if names and names <= set(header):
         return header
-    if header and all(GARBLED.fullmatch(cell) for cell in header):
+    if header and all(map(GARBLED.fullmatch, header)):
         raise RecordingError(
             f"{file}:{line}: {header[0]!r} is neither a number nor the name of a joint; separate "
             "numbers by commas, as in 0.1,-1.5,2"
         )
-    below = [row for _, row in others[:_LOOKED_AT]]
+    below = [row[: len(header)] for _, row in others[:_LOOKED_AT]]
     numbers = [i for i, cell in enumerate(header) if number_of(cell) is not None]
     if not numbers:
-        beneath = [row[: len(header)] for row in below]
-        return header if not below or any(map(_has_number, beneath)) else None
-    if not _counted([header[i] for i in numbers]):
+        return header if not below or any(map(_has_number, below)) else None
+    # Names that are numbers are whole ones, each once and one after the other, in any order.
+    if len(numbers) < _NUMBERED or not all(header[i].isdecimal() for i in numbers):
         return None
-    under = [[row[i] for i in numbers if i < len(row)] for row in below]
-    is_decimal = [any(map(_is_decimal, row)) for row in under]
-    return header if under and all(is_decimal) else None
+    counts = sorted(int(header[i]) for i in numbers)
+    if not below or counts != list(range(counts[0], counts[0] + len(counts))):
+        return None
+    for row in below:
+        under = [row[i] for i in numbers if i < len(row)]
+        if not any(
+            number_of(cell) is not None and _DECIMAL.search(cell) for cell in under
+        ):
+            return None
+    return header
 
 
 def _refuse_title(
@@ -82,32 +75,17 @@ def _refuse_title(
     widths = {len(trimmed(cells, len(words))) for _, cells in others}
     has_width = len(widths) == 1 and len(words) not in widths
     no_header = has_width and (min(widths) == 1 or len(words) < min(widths))
-    if (no_header and not _has_number(words)) or _is_padded(words, others):
+    # Spreadsheets pad a title with separators.
+    size = len(trimmed(words, 1))
+    nameless = [cells[size : len(words)] for _, cells in others[:_LOOKED_AT]]
+    is_text = bool(words[0].strip()) and number_of(words[0]) is None
+    is_padded = is_text and max(map(count_numbers, nameless), default=0) > size
+    if is_padded or (no_header and not _has_number(words)):
         title = text.splitlines()[line - 1].strip(" ,;\t")
         raise RecordingError(
             f"{file}:{line}: {title!r:.60} is no header of the lines below it, which have another "
             "number of columns; name each column, or begin the line with #"
         )
-
-
-def _is_padded(words: Sequence[str], others: Sequence[Line]) -> bool:
-    """Return whether a first line is a title with separators behind it, as spreadsheets pad it."""
-    size = len(trimmed(words, 1))
-    nameless = [cells[size : len(words)] for _, cells in others[:_LOOKED_AT]]
-    is_text = bool(words[0].strip()) and number_of(words[0]) is None
-    return is_text and max(map(count_numbers, nameless), default=0) > size
-
-
-def _is_decimal(cell: str) -> bool:
-    return number_of(cell) is not None and any(mark in cell for mark in ".eE")
-
-
-def _counted(cells: Sequence[str]) -> bool:
-    """Return whether cells are whole numbers, each once and one after the other, in any order."""
-    if len(cells) < _NUMBERED or not all(cell.isdecimal() for cell in cells):
-        return False
-    numbers = sorted(map(int, cells))
-    return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
 def count_numbers(cells: Sequence[str]) -> int:
@@ -122,4 +100,4 @@ def _has_number(cells: Sequence[str]) -> bool:
 def are_units(cells: Sequence[str]) -> bool:
     """Return whether a line holds units: no number, and at least one that is known."""
     units = {cell.strip(" []()").lower() for cell in cells}
-    return not _has_number(cells) and bool(units & _UNITS)
+    return not _has_number(cells) and not units.isdisjoint({*SIZES, *OTHER_UNITS})

@@ -4,9 +4,9 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from ..errors import reason_of
+from .files import refused
 from .joined_tables import TABLES, tables_at
-from .metadata import METADATA
+from .metadata import METADATA, read_sessions
 from .points import POINTS, POSES
 from .recording_error import RecordingError
 from .samples import SAMPLES
@@ -21,7 +21,7 @@ _TABLES = (*TABLES, *_SPREADSHEETS)
 """Endings of tables."""
 
 MOST_LINES = 3
-"""What is not read, of a folder without a placement, is told in so many lines at most."""
+"""Most lines that tell what is not read of a folder without a placement."""
 
 
 def find_placements(paths: Iterable[Path]) -> list[Path]:
@@ -35,12 +35,8 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
     """
     folders: list[Path] = []
     for path in paths:
-        try:
+        with refused(f"{path}: cannot be read"):
             folders += _placements_at(path)
-        except OSError as error:
-            raise RecordingError(
-                f"{path}: cannot be read: {reason_of(error)}"
-            ) from None
     return folders
 
 
@@ -54,17 +50,12 @@ def _placements_at(path: Path) -> list[Path]:
         raise RecordingError(f"{path}: {_no_folder(path)}")
     folders = [path] if is_placement(path) else placements_in(path)
     if not folders:
-        raise RecordingError(f"{path}: {_no_recording(path)}")
+        lines = [*_unread_files(path), *unread([path])]
+        expected = (
+            f"no recording in this folder; expected {_NAMES}, or folders that hold them"
+        )
+        raise RecordingError("; ".join([f"{path}: {expected}", *lines[:MOST_LINES]]))
     return folders
-
-
-def _no_recording(folder: Path) -> str:
-    """Return what to do about a folder without a recording."""
-    expected = (
-        f"no recording in this folder; expected {_NAMES}, or folders that hold them"
-    )
-    lines = [*_unread_files(folder), *unread([folder])]
-    return "; ".join([expected, *lines[:MOST_LINES]])
 
 
 def _no_folder(path: Path) -> str:
@@ -84,9 +75,7 @@ def _no_folder(path: Path) -> str:
 
 def placements_in(folder: Path) -> list[Path]:
     """Return the placements' folders inside a folder, by name."""
-    return sorted(
-        child for child in folder.iterdir() if child.is_dir() and is_placement(child)
-    )
+    return sorted(filter(is_placement, filter(Path.is_dir, folder.iterdir())))
 
 
 def is_placement(folder: Path) -> bool:
@@ -160,3 +149,43 @@ def _unread_files(folder: Path, *, only_meant: bool = False) -> Iterator[str]:
     if other and not only_meant:
         words = f"name {folder / other[0]} itself"
         yield f"{other[0]} is not read as a recording; {words}"
+
+
+_NUMBERED = re.compile(r"(.+)-([2-9]|[1-9]\d{1,2})")
+"""Name of a later folder: a date has more digits."""
+
+
+def next_folder(folder: Path) -> Path:
+    """Return the folder after all of a series."""
+    folder = folder if folder.name.strip(".") else folder.resolve()
+    series = _series(folder)
+    return folder.with_name(f"{series[1].name}-{max(series) + 1}")
+
+
+def newest_folder(folder: Path) -> Path:
+    """Return the folder of a series that a recorder opened last, where the base must still be.
+
+    That is the folder itself where nothing was recorded there, or nothing after it.
+    """
+    series = _series(folder)
+    recorded = {n: f for n, f in series.items() if (f / SAMPLES).exists()}
+    if folder not in recorded.values():
+        return folder
+    started: dict[tuple[str, int], Path] = {}
+    for number, file in recorded.items():
+        sessions = read_sessions(file / METADATA) or [{}]
+        started[str(sessions[-1].get("started", "")), number] = file
+    return started[max(started)]
+
+
+def _series(folder: Path) -> dict[int, Path]:
+    """Return the folders of a series by their numbers, from 1."""
+    match = _NUMBERED.fullmatch(folder.name)
+    first = folder.with_name(match[1]) if match else folder
+    first = first if first.exists() else folder
+    folders = {1: first}
+    for path in first.parent.glob("*-*"):
+        match = _NUMBERED.fullmatch(path.name)
+        if match and match[1] == first.name:
+            folders[int(match[2])] = path
+    return folders

@@ -31,7 +31,13 @@ def read_holes(folder: Path, holes: Sequence[tuple[int, Path]]) -> Placement:
             raise RecordingError(
                 f"{file}: sockets have numbers from 0 to {LAST_SOCKET}"
             )
-        _require_samples(file)
+        # A log of an arm is refused before its cells are taken apart.
+        lines = table_bytes(file).count(b"\n")
+        if lines > MOST_SAMPLES + MOST_OTHERS:
+            raise RecordingError(
+                f"{file}: {lines:,} lines; a line is a sample, and at most {MOST_SAMPLES:,} are "
+                "read; of a log of the arm, mukca extract makes samples"
+            )
         try:
             tables.append((socket, read_table(file)))
         except EmptyRecordingError as error:
@@ -91,13 +97,3 @@ def _shared_joints(tables: Sequence[Table]) -> list[Column]:
                 f"but {first.file.name} has {width}"
             )
     return joints
-
-
-def _require_samples(file: Path) -> None:
-    """Refuse a log of an arm in the place of samples, before its cells are taken apart."""
-    lines = table_bytes(file).count(b"\n")
-    if lines > MOST_SAMPLES + MOST_OTHERS:
-        raise RecordingError(
-            f"{file}: {lines:,} lines; a line is a sample, and at most {MOST_SAMPLES:,} are read; "
-            "of a log of the arm, mukca extract makes samples"
-        )

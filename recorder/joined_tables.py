@@ -41,12 +41,13 @@ def joined(first: Table, second: Table, on: str = "") -> Table:
         RecordingError: Their rows are not as many, no such column, or one of its cells is twice
             there.
     """
+    blanks = [("",) * len(table.rows[0]) for table in (first, second)]
     header = None
     if first.header or second.header:
-        header = (*_or_blank(first, first.header), *_or_blank(second, second.header))
+        header = (*(first.header or blanks[0]), *(second.header or blanks[1]))
     units = ()
     if first.units or second.units:
-        units = (*_or_blank(first, first.units), *_or_blank(second, second.units))
+        units = (*(first.units or blanks[0]), *(second.units or blanks[1]))
     pairs = [(i, i) for i in range(len(first.rows))]
     notes = (*first.notes, *second.notes)
     if on:
@@ -69,10 +70,6 @@ def joined(first: Table, second: Table, on: str = "") -> Table:
     return replace(
         first, header=header, units=units, lines=lines, rows=rows, notes=notes
     )
-
-
-def _or_blank(table: Table, cells: tuple[str, ...] | None) -> tuple[str, ...]:
-    return cells or ("",) * len(table.rows[0])
 
 
 def _column(table: Table, on: str) -> int:

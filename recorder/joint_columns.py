@@ -12,8 +12,11 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from .columns import Words, all_match, is_word, words_of
+import numpy as np
+
+from .columns import PENDANTS, Names, Words, all_match, is_word, words_of
 from .recording_error import RecordingError
+from .sample import Sample
 
 _POSITION = re.compile(
     "pos|positions?|angles?|q|values?|act|actual|measured|meas|msr|state|present|reading|encoder|"
@@ -36,18 +39,10 @@ _STEM = re.compile(
 """Words before the number of a joint, where the number alone tells which."""
 
 
-_PENDANTS = (
-    ("base", "shoulder", "elbow", "wrist 1", "wrist 2", "wrist 3"),
-    ("s", "l", "u", "r", "b", "t"),
-    ("s", "l", "e", "u", "r", "b", "t"),
-)
-"""Joints as pendants call them, base to tip: Universal Robots', and Yaskawa's."""
-
-
 class ColumnError(RecordingError):
     """Columns of which several fit, so that nobody can tell; the message has no file yet."""
 
-    def __init__(self, joint: str, columns: Sequence[str]) -> None:
+    def __init__(self, joint: str, columns: Names) -> None:
         super().__init__(f"{joint!r} may be any of {', '.join(columns)}")
         self.joint, self.columns = joint, columns
 
@@ -62,10 +57,10 @@ class Match:
 
 
 def match_joints(
-    names: Sequence[str],
-    joints: Sequence[str],
+    names: Names,
+    joints: Names,
     *,
-    beside: Sequence[str] = (),
+    beside: Names = (),
     in_order: bool = True,
 ) -> Match | None:
     """Return where a model's joints stand among the names of columns; None where they do not.
@@ -78,8 +73,7 @@ def match_joints(
     """
     if beside:
         with suppress(ColumnError):
-            match = match_joints([*names, *beside], joints, in_order=False)
-            if match is not None:
+            if match := match_joints([*names, *beside], joints, in_order=False):
                 return match
     joints = [joint.strip() for joint in joints]
     if set(joints) <= set(names):
@@ -89,19 +83,17 @@ def match_joints(
         return Match(tuple(map(names.index, joints)))
     ways = _ways(names, joints)
     order = in_one_way(_without_zero(ways, names, joints), joints, names)
-    if order is not None and len(set(order)) == len(order):
+    if order and len(set(order)) == len(order):
         return Match(tuple(order))
-    for pendant in _PENDANTS:
+    for pendant in PENDANTS:
         order = in_one_way(_ways(names, pendant), pendant, names)
-        if order is not None and len(order) == len(joints):
+        if order and len(order) == len(joints):
             called = ", ".join(names[i] for i in order)
             return Match(tuple(order), f"{called} are taken as a pendant's names")
     return _numbered(names, joints, some_named=bool(ways)) if in_order else None
 
 
-def require_samples(
-    labels: Sequence[str], joints: Sequence[str], file: Path | str
-) -> None:
+def require_samples(labels: Names, joints: Names, file: Path | str) -> None:
     """Refuse a table whose lines are called like a model's joints, and not its columns."""
     if labels and joints and match_joints(labels, joints, in_order=False):
         raise RecordingError(
@@ -110,7 +102,7 @@ def require_samples(
         )
 
 
-def missing_joints(names: Sequence[str], joints: Sequence[str]) -> list[str]:
+def missing_joints(names: Names, joints: Names) -> list[str]:
     """Return the joints that no column is called like."""
     named = set(chain.from_iterable(_ways(names, joints).values()))
     return [joint for k, joint in enumerate(joints) if k not in named]
@@ -120,9 +112,7 @@ Ways = dict[tuple[Words, Words], dict[int, list[int]]]
 """By way of writing, the words before and after a name: the columns of each of some names."""
 
 
-def in_one_way(
-    ways: Ways, wanted: Sequence[str], columns: Sequence[str]
-) -> list[int] | None:
+def in_one_way(ways: Ways, wanted: Names, columns: Names) -> list[int] | None:
     """Return the column of each of some names, if one way of writing has all; bare names do best.
 
     A ColumnError names one that several columns may be.
@@ -139,7 +129,7 @@ def in_one_way(
     return order or None
 
 
-def _ways(names: Sequence[str], joints: Sequence[str]) -> Ways:
+def _ways(names: Names, joints: Names) -> Ways:
     """Return the ways in which columns are called like joints."""
     ways: Ways = {}
     cores = [words_of(joint) for joint in joints]
@@ -152,15 +142,14 @@ def _ways(names: Sequence[str], joints: Sequence[str]) -> Ways:
     return ways
 
 
-def _without_zero(ways: Ways, names: Sequence[str], joints: Sequence[str]) -> Ways:
+def _without_zero(ways: Ways, names: Names, joints: Names) -> Ways:
     """Return ways without those whose numbers begin at 0 and the joints' at 1, as q0 .. q5."""
     cores = [words_of(joint) for joint in joints]
     numbered = all(len(core) == 1 and core[0].isdecimal() for core in cores)
     if not numbered or ("0",) in cores:
         return ways
     columns = {words_of(name) for name in names}
-    remaining = [(a, b) for a, b in ways if (*a, "0", *b) not in columns]
-    return {way: ways[way] for way in remaining}
+    return {(a, b): ways[a, b] for a, b in ways if (*a, "0", *b) not in columns}
 
 
 def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
@@ -168,13 +157,12 @@ def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
 
     The column may lack what the joint's name begins with, or its last word ``joint``.
     """
-    without_last = joint[:-1]
     names = [joint] if joint else []
-    if joint[-1:] == ("joint",) and any(map(is_word, without_last)):
-        names.append(without_last)
-    text = " ".join(column)
+    if joint[-1:] == ("joint",) and any(map(is_word, joint[:-1])):
+        names.append(joint[:-1])
     for name in names:
-        match = re.fullmatch(rf"((?:\S+ )*){' '.join(name)}{_POSITIONS}", text)
+        pattern = rf"((?:\S+ )*){' '.join(name)}{_POSITIONS}"
+        match = re.fullmatch(pattern, " ".join(column))
         before = match[1].split() if match else []
         if match and not _any(_OTHER, before):
             return tuple(before), tuple(match[2].split())
@@ -188,26 +176,24 @@ def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
     return None
 
 
-def _numbered(
-    names: Sequence[str], joints: Sequence[str], *, some_named: bool
-) -> Match | None:
+def _numbered(names: Names, joints: Names, *, some_named: bool) -> Match | None:
     """Return columns like q1 .. q6, or all of as many as there are joints, in order.
 
     Where some are called like a joint, the others are not taken in order.
     """
-    order = in_one_way(_series(names), joints, names)
+    order = in_one_way(_series(names), joints, names) or []
     taken = "the columns"
-    if order is not None:
+    if order:
         taken = f"{names[order[0]]} to {names[order[-1]]}"
     elif not some_named:
         order = [i for i, name in enumerate(names) if not _any(_OTHER, words_of(name))]
-    if order is None or len(order) != len(joints):
+    if len(order) != len(joints):
         return None
     called = f"no column is called like a joint of the robot ({', '.join(joints)})"
     return Match(tuple(order), f"{called}; {taken} are taken in order")
 
 
-def _series(names: Sequence[str]) -> Ways:
+def _series(names: Names) -> Ways:
     """Return columns like q1, q2, .. or position[0], position[1], .., numbered from the first.
 
     Of columns with one number, as an angle in radians and again in degrees, the first one counts.
@@ -216,16 +202,11 @@ def _series(names: Sequence[str]) -> Ways:
     for i, name in enumerate(names):
         words = words_of(name)
         numbers = [k for k, word in enumerate(words) if word.isdecimal()]
-        last = numbers[-1] if numbers else 0
-        before = words[:last]
-        after = words[last + 1 :]
-        if (
-            _any(_STEM, before)
-            and not _any(_OTHER, words)
-            and all_match(_POSITION, after)
-        ):
-            way = ways.setdefault((before, after), {})
-            way.setdefault(int(words[last]), [i])
+        last = max(numbers, default=0)
+        before, after = words[:last], words[last + 1 :]
+        is_angle = _any(_STEM, before) and all_match(_POSITION, after)
+        if is_angle and not _any(_OTHER, words):
+            ways.setdefault((before, after), {}).setdefault(int(words[last]), [i])
     series: Ways = {}
     for way, columns in ways.items():
         first = min(columns)
@@ -234,5 +215,65 @@ def _series(names: Sequence[str]) -> Ways:
     return series
 
 
-def _any(kind: re.Pattern[str], words: Sequence[str]) -> bool:
+def _any(kind: re.Pattern[str], words: Names) -> bool:
     return any(map(kind.fullmatch, words))
+
+
+def joint_order(
+    columns: Names | None,
+    joint_names: Names,
+    samples: Sequence[Sample],
+    file: Path | str,
+    placement: str,
+    beside: Names = (),
+) -> Match | None:
+    """Return where a model's joints stand; None where they are in the model's order already.
+
+    Args:
+        columns: Names in the files' header; None without one.
+        joint_names: The model's joints, in chain order.
+        samples: Samples of the placement, one or more.
+        file: The first of its files, for messages.
+        placement: Its name, for messages where it was made in memory.
+        beside: Names of further columns, which count or date the rows.
+
+    Raises:
+        RecordingError: Another number of joints, a header that names only some of them, or several
+            columns that may be one joint.
+    """
+    m = len(joint_names)
+    count = len(samples[0].position)
+    hint = ""
+    if columns is not None:
+        try:
+            match = match_joints(columns, joint_names, beside=beside)
+        except ColumnError as error:
+            raise RecordingError(f"{file}: {error}; keep those of one arm") from None
+        if match is not None:
+            return match
+        absent = missing_joints(columns, joint_names)
+        if len(absent) < m:
+            lacking = (
+                f"missing: {', '.join(absent)}" if absent else "no arm has all of them"
+            )
+            raise RecordingError(
+                f"{file}: the header names {m - len(absent)} of the robot's {m} joints; {lacking}. "
+                "Name all of them, or none (columns then go by order)"
+            )
+        if count == m:
+            raise RecordingError(
+                f"{file}: no column holds the positions of the robot's joints "
+                f"({', '.join(joint_names)}); the header is {','.join(columns):.150}"
+            )
+        hint = f"; the header is {','.join(columns):.100}"
+    elif count == m:
+        return None
+    elif count == 2 * m and not np.any(np.array([s.position for s in samples]) % 1):
+        # 1,5,2,5 for 1.5 and 2.5: nobody could tell, but for the count.
+        hint = "; these look like decimal commas: separate by semicolons"
+    elif sum(sample.socket == samples[0].socket for sample in samples) == m:
+        hint = "; a line is a sample: are these lines joints?"
+    raise RecordingError(
+        f"{samples[0].where or placement}: {count} joint positions, but the robot's "
+        f"chain has {m} actuated joints ({', '.join(joint_names)}){hint}"
+    )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from .columns import ANGLES, LENGTHS, Column
+from .columns import SIZES, Column, Names
 from .coordinates import AXES, MAKERS, MATRIX, QUATERNION, RPY, TURNS, VECTOR
 from .foreign_tables import read_table
 from .joint_columns import ColumnError, match_joints, require_samples
@@ -35,7 +35,7 @@ class Rows:
 
 
 def read_rows(
-    file: Path, joint_names: Sequence[str] = (), forms: Sequence[Sequence[str]] = ((),)
+    file: Path, joint_names: Names = (), forms: Sequence[Names] = ((),)
 ) -> Rows:
     """Read a model's joints from a file, and one of some forms beside them.
 
@@ -51,17 +51,22 @@ def read_rows(
     return rows_of(read_table(file, joint_names), joint_names, forms)
 
 
-def rows_of(
-    table: Table, joint_names: Sequence[str], forms: Sequence[Sequence[str]] = ((),)
-) -> Rows:
+def rows_of(table: Table, joint_names: Names, forms: Sequence[Names] = ((),)) -> Rows:
     """Return the rows of a table as :func:`read_rows` does."""
     require_samples(table.labels, joint_names, table.file)
     columns, form, note = _Search(table, joint_names, forms).columns()
     if table.header is not None and table.header[:3] == _EVENTS:
-        return _captured(table, joint_names, note)
-    indices = [column.index for column in columns]
+        # A recording; its samples are those that were not taken back.
+        content = read_samples(table.file)
+        match = match_joints(content.joint_names, joint_names)
+        order = match.order if match else range(len(joint_names))
+        rows = [tuple(sample.position[i] for i in order) for sample in content.live]
+        wheres = [sample.where for sample in content.live]
+        return Rows(rows, wheres, (), (note,) if note else ())
     filled = [
-        i for i, row in enumerate(table.rows) if any(row[k].strip() for k in indices)
+        i
+        for i, row in enumerate(table.rows)
+        if any(row[c.index].strip() for c in columns)
     ]
     notes = [*table.notes, *([f"{table.file}: {note}"] if note else [])]
     if blank := len(table.rows) - len(filled):
@@ -74,33 +79,26 @@ def rows_of(
     return Rows(numbers, wheres, tuple(form), tuple(notes))
 
 
-def _captured(table: Table, joint_names: Sequence[str], note: str) -> Rows:
-    """Return the samples of a recording that were not taken back."""
-    content = read_samples(table.file)
-    match = match_joints(content.joint_names, joint_names)
-    order = match.order if match else range(len(joint_names))
-    rows = [tuple(map(sample.position.__getitem__, order)) for sample in content.live]
-    return Rows(rows, [s.where for s in content.live], (), (note,) if note else ())
-
-
 @dataclass(frozen=True)
 class _Search:
     """Search for a model's joints in a table, and for one of some forms beside them."""
 
     table: Table
-    joint_names: Sequence[str]
-    forms: Sequence[Sequence[str]]
+    joint_names: Names
+    forms: Sequence[Names]
 
-    def columns(self) -> tuple[list[Column], Sequence[str], str]:
+    def columns(self) -> tuple[list[Column], Names, str]:
         """Return the joints' columns and those of the first form that is there, and a remark."""
         table = self.table
         if table.header is None:
             return self._in_order()
+        last_words = {(column.words or ("",))[-1] for column in table.columns}
         for form in self.forms:
             form_columns = coordinates(table, form) if form else []
-            if form_columns is None or (
-                _TURNED.isdisjoint(form) and self._has_more(form)
-            ):
+            # Columns may belong to a richer form that is not complete.
+            richer = set(chain.from_iterable(self.forms)).difference(form, MAKERS)
+            is_poorer = _TURNED.isdisjoint(form) and not richer.isdisjoint(last_words)
+            if form_columns is None or is_poorer:
                 continue
             try:
                 joints = find_joints(table, self.joint_names, form_columns)
@@ -115,42 +113,33 @@ class _Search:
             f"{table.file}: its header is {header:.60}; needed: {self._wanted()}"
         )
 
-    def _has_more(self, form: Sequence[str]) -> bool:
-        """Return whether columns belong to a richer form that is not complete."""
-        richer = set(chain.from_iterable(self.forms)).difference(form, MAKERS)
-        names = {(column.words or ("",))[-1] for column in self.table.columns}
-        return not names.isdisjoint(richer)
-
-    def _in_order(self) -> tuple[list[Column], Sequence[str], str]:
+    def _in_order(self) -> tuple[list[Column], Names, str]:
         """Return the columns of a table without a header, as many as one form has."""
         columns = self.table.joints()
         size = len(columns) - len(self.joint_names)
         fitting = [form for form in self.forms if len(form) == size]
         if len(fitting) != 1:
-            reason = "no such number is known"
-            if fitting:
-                reason = "that many are several kinds of pose"
+            reason = (
+                "that many are several kinds of pose"
+                if fitting
+                else "no such number is known"
+            )
             raise RecordingError(
                 f"{self.table.file}: its header is missing, and {len(columns)} columns without one "
                 f"tell nothing: {reason}; needed: {self._wanted()}"
             )
-        form = fitting[0]
-        names = ",".join((*self.joint_names, *form))
+        names = ",".join((*self.joint_names, *fitting[0]))
         note = f"no header; the columns are taken in order, as {names:.120}"
-        return columns, form, note
+        return columns, fitting[0], note
 
     def _wanted(self) -> str:
         """Return the headers that would do."""
-        headers = (
-            ",".join((*self.joint_names, *form))
-            for form in reversed(self.forms)
-            if MAKERS.isdisjoint(form)
-        )
-        return "; or ".join(headers)
+        forms = filter(MAKERS.isdisjoint, reversed(self.forms))
+        return "; or ".join(",".join((*self.joint_names, *form)) for form in forms)
 
 
 def find_joints(
-    table: Table, joint_names: Sequence[str], reserved: Sequence[Column] = ()
+    table: Table, joint_names: Names, reserved: Sequence[Column] = ()
 ) -> tuple[list[Column], str] | None:
     """Return the columns of a model's joints in chain order, and a remark; None without them.
 
@@ -167,11 +156,9 @@ def find_joints(
     columns = [*joints, *beside]
     names = [column.name for column in columns]
     match = match_joints(names[: len(joints)], joint_names, beside=names[len(joints) :])
-    if match and match.note:
-        in_order = {names[i].lower() for i in match.order}
-        if in_order.issuperset(AXES):
-            return None
     if match is None:
+        return None
+    if match.note and {names[i].lower() for i in match.order}.issuperset(AXES):
         return None
     joints = [columns[i] for i in match.order]
     require_units(table, joints)
@@ -181,4 +168,4 @@ def find_joints(
 def require_units(table: Table, joints: Sequence[Column]) -> None:
     """Refuse joints in a unit that is not known; a RecordingError names the first."""
     for joint in joints:
-        require_unit(table, joint, (*ANGLES, *LENGTHS))
+        require_unit(table, joint, SIZES)

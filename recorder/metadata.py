@@ -3,11 +3,11 @@
 import json
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeGuard, cast
 
 from .._version import __version__
 from ..errors import PAYLOAD, read_json
@@ -17,6 +17,8 @@ from .recording_error import RecordingError
 from .samples import SAMPLES
 
 METADATA = "placement.json"
+Contents = dict[str, Any]
+"""Contents of such a file."""
 KEPT_ALARMS = "kept_alarms"
 READINGS_CHANGED = "readings_changed"
 NAMES = ("frame", "robot_name", "place", "poses_of")
@@ -58,10 +60,10 @@ class Metadata:
     """Name of the robot among several; empty for the only one."""
     readings_changed: bool = False
     """True where joints read otherwise than at the placements before."""
-    session: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    session: Contents = field(default_factory=Contents)
     """Driver, window and notes of this start alone."""
 
-    def fixed(self) -> dict[str, Any]:
+    def fixed(self) -> Contents:
         """The keys that must be the same each time that the placement is recorded on."""
         keys = {
             "robot": self.robot,
@@ -72,7 +74,7 @@ class Metadata:
         }
         return {key: value for key, value in keys.items() if value is not None}
 
-    def added_to(self, stored: dict[str, Any]) -> dict[str, Any]:
+    def added_to(self, stored: Contents) -> Contents:
         """Return the file's new contents: the earlier ones, and this start of the recorder."""
         contents = stored | self.fixed()
         if self.measured:
@@ -87,7 +89,7 @@ class Metadata:
         }
 
 
-def read_metadata(file: Path) -> dict[str, Any]:
+def read_metadata(file: Path) -> Contents:
     """Return the keys of a ``placement.json``; none where there is no such file.
 
     Raises:
@@ -101,18 +103,16 @@ def read_metadata(file: Path) -> dict[str, Any]:
         raise RecordingError(
             f'{file}: expected a JSON object, as in {{"distance": 0.05}}'
         )
-    return cast("dict[str, Any]", metadata)
+    return cast("Contents", metadata)
 
 
-def read_sessions(file: Path) -> list[dict[str, Any]]:
+def read_sessions(file: Path) -> list[Contents]:
     """Return what a ``placement.json`` says of each session; nothing of what cannot be read."""
     try:
         rows = _entries(read_metadata(file), "sessions")
     except RecordingError:
         return []
-    return [
-        cast("dict[str, Any]", row) if isinstance(row, dict) else {} for row in rows
-    ]
+    return [cast("Contents", row) if isinstance(row, dict) else {} for row in rows]
 
 
 def read_keys(file: Path) -> PlacementKeys:
@@ -125,84 +125,62 @@ def read_keys(file: Path) -> PlacementKeys:
     """
     metadata = read_metadata(file)
     distance = metadata.get("distance")
-    if not (distance is None or _is_length(distance)):
+    if not (distance is None or (_is_number(distance) and 0 < distance < math.inf)):
         raise RecordingError(
             f"{file}: distance {distance!r}: expected a positive number of metres"
         )
-    payload = metadata.get("payload")
-    if not (
-        payload is None or (_is_number(payload) and 0 <= payload <= PAYLOAD.largest)
-    ):
+    payload: Any = metadata.get("payload")
+    is_mass = _is_number(payload) and 0 <= payload <= PAYLOAD.largest
+    if not (payload is None or is_mass):
         raise RecordingError(
             f"{file}: payload {payload!r}: expected kilograms, zero or more"
         )
-    names = _names(metadata, file)
-    measured = distance is not None and metadata.get("distance_measured") is True
-    readings = _readings(metadata)
-    if readings and distance is None:
-        raise RecordingError(
-            f"{file}: readings without the distance that they are of; add it, as in "
-            f'"distance": {readings[-1]}'
-        )
-    readings = readings or ([distance] if measured else [])
-    return PlacementKeys(
-        distance=None if distance is None else float(distance),
-        # mukca record once wrote the default like a measured distance.
-        distance_assumed=distance == DEFAULT_DISTANCE and not measured,
-        **names,
-        kept_alarms=tuple(map(str, _entries(metadata, KEPT_ALARMS))),
-        readings=tuple(map(float, readings)),
-        payload=None if payload is None else float(payload),
-    )
-
-
-def _names(metadata: Mapping[str, Any], file: Path) -> dict[str, Any]:
-    """Return the keys that are names, None where one is not there.
-
-    Raises:
-        RecordingError: One is no name; ``file`` begins the message.
-    """
     names = {key: metadata.get(key) for key in NAMES}
     for key, name in names.items():
         if not (name is None or (isinstance(name, str) and _NAME.fullmatch(name))):
             raise RecordingError(
                 f"{file}: {key} {name!r} is no name: letters, digits, and . _ -"
             )
-    return names
-
-
-def _readings(metadata: Mapping[str, Any]) -> list[Any]:
-    """Return all readings of the sockets' distance [m]; each is a number, or has it as a key."""
+    measured = distance is not None and metadata.get("distance_measured") is True
     readings: list[Any] = []
-    for entry in _entries(metadata, "readings"):
+    for entry in _entries(metadata, "readings"):  # a number, or an object that has it
         reading: Any = entry
-        if isinstance(entry, dict):
-            reading = cast("dict[str, Any]", entry).get("distance")
-        if _is_length(reading):
+        if isinstance(reading, dict):
+            reading = cast("Contents", reading).get("distance")
+        if _is_number(reading) and 0 < reading < math.inf:
             readings.append(reading)
-    return readings
+    if readings and distance is None:
+        raise RecordingError(
+            f"{file}: readings without the distance that they are of; add it, as in "
+            f'"distance": {readings[-1]}'
+        )
+    single: list[Any] = [distance] if measured else []
+    return PlacementKeys(
+        distance=None if distance is None else float(distance),
+        # mukca record once wrote the default like a measured distance.
+        distance_assumed=distance == DEFAULT_DISTANCE and not measured,
+        **names,
+        kept_alarms=tuple(map(str, _entries(metadata, KEPT_ALARMS))),
+        readings=tuple(map(float, readings or single)),
+        payload=None if payload is None else float(payload),
+    )
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _is_length(value: Any) -> bool:
-    """Tell whether a value is a positive number."""
-    return _is_number(value) and 0 < value < math.inf
-
-
-def with_kept_alarm(metadata: dict[str, Any], text: str) -> dict[str, Any]:
+def with_kept_alarm(metadata: Contents, text: str) -> Contents:
     """Return the contents with what an alarm said, and the operator kept as it was."""
     return {**metadata, KEPT_ALARMS: [*_entries(metadata, KEPT_ALARMS), text]}
 
 
-def metadata_file(metadata: Mapping[str, Any]) -> dict[str, bytes]:
+def metadata_file(metadata: Contents) -> dict[str, bytes]:
     """Return the content of ``placement.json`` by its name."""
     return {METADATA: json.dumps(metadata, indent=2).encode() + b"\n"}
 
 
-def write_metadata(folder: Path, metadata: Mapping[str, Any]) -> None:
+def write_metadata(folder: Path, metadata: Contents) -> None:
     """Replace a placement's file in one step."""
     contents = metadata_file(metadata)
     replace_files({folder / name: content for name, content in contents.items()})
@@ -228,7 +206,7 @@ def add_reading(folder: Path, distance: float) -> float | None:
 def _rewrite(
     folder: Path,
     distance: float,
-    change: Callable[[Mapping[str, Any], float], dict[str, Any]],
+    change: Callable[[Contents, float], Contents],
 ) -> float | None:
     """Write a placement's metadata with its distance changed; return the earlier one.
 
@@ -236,8 +214,11 @@ def _rewrite(
         RecordingError: The file cannot be read or written, or a recorder has it open.
     """
     file = folder / METADATA
+    samples = folder / SAMPLES
+    if not samples.exists():  # which the recorder locks
+        samples = min(folder.glob("*.csv"), default=None)
     try:
-        with locked(_locked_file(folder)):
+        with locked(samples):
             before = read_keys(file).distance
             write_metadata(folder, change(read_metadata(file), distance))
     except BlockingIOError:
@@ -249,7 +230,7 @@ def _rewrite(
     return before
 
 
-def with_distance(metadata: Mapping[str, Any], distance: float) -> dict[str, Any]:
+def with_distance(metadata: Contents, distance: float) -> Contents:
     """Return metadata with another distance between the sockets [m], and the earlier one kept."""
     change = {"time": _now(), "distance": [metadata.get("distance"), distance]}
     changes = [*_entries(metadata, "changes"), change]
@@ -261,7 +242,7 @@ def with_distance(metadata: Mapping[str, Any], distance: float) -> dict[str, Any
     }
 
 
-def with_reading(metadata: Mapping[str, Any], distance: float) -> dict[str, Any]:
+def with_reading(metadata: Contents, distance: float) -> Contents:
     """Return metadata with a further reading of that distance [m], the one that counts by now.
 
     The key ``readings`` has all of them, the first one too where somebody measured it.
@@ -276,16 +257,10 @@ def with_reading(metadata: Mapping[str, Any], distance: float) -> dict[str, Any]
     return {**changed, "readings": readings, "distance_measured": True}
 
 
-def _entries(metadata: Mapping[str, Any], key: str) -> list[Any]:
+def _entries(metadata: Contents, key: str) -> list[Any]:
     entries = metadata.get(key)
     return cast("list[Any]", entries) if isinstance(entries, list) else []
 
 
 def _now() -> str:
     return datetime.now(timezone.utc).isoformat(timespec="seconds")
-
-
-def _locked_file(folder: Path) -> Path | None:
-    """Return the table that stands for a placement; the recorder locks its samples."""
-    samples = folder / SAMPLES
-    return samples if samples.exists() else min(folder.glob("*.csv"), default=None)

@@ -8,22 +8,18 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
-from .columns import ANGLES, LENGTHS, Column, column_of
+from .columns import ANGLES, LENGTHS, SIZES, Column, column_of
 from .coordinates import AXES, TURNS
 from .recording_error import RecordingError
 from .tables import Table
 
-_TURNING = {name for form in TURNS for name in form if len(form) == 3}
-_NAMES = ("q", "effort", "socket", *AXES, *dict.fromkeys(n for f in TURNS for n in f))
-_UNITS = (
-    dict.fromkeys(AXES, LENGTHS)
-    | dict.fromkeys(_TURNING, ANGLES)
-    | {"q": ANGLES | LENGTHS}
-)
-_SIZES = {**ANGLES, **LENGTHS}
+_TURNING = set(chain.from_iterable(form for form in TURNS if len(form) == 3))
+_NAMES = ("q", "effort", "socket", *AXES, *dict.fromkeys(chain.from_iterable(TURNS)))
+_UNITS = dict.fromkeys(AXES, LENGTHS) | dict.fromkeys(_TURNING, ANGLES) | {"q": SIZES}
 _SPEC = re.compile(r"(\w+)=(.+?)\s*(?:\[\s*([^\]]+?)\s*\])?")
 _RANGE = re.compile(r"(.*?)(\d+)\.\.(?:\1)?(\d+)(.*)")
 EXAMPLE = "'q=joint_1..6 [deg]' 'x=x_t+x_dif [mm]'"
@@ -72,16 +68,16 @@ def _parsed(words: str) -> tuple[str, list[str], str]:
         RecordingError: They are no specification of columns, or count downwards.
     """
     match = _SPEC.fullmatch(words.strip())
-    unit = (match[3] or "").lower() if match else ""
     if match is None or match[1] not in _NAMES:
         raise RecordingError(
             f"--columns {words!r}: write {EXAMPLE}; there are {', '.join(_NAMES)}"
         )
-    if unit and unit not in _UNITS.get(match[1], {}):
-        units = ", ".join(dict.fromkeys(_UNITS.get(match[1], {}))) or "none"
+    unit = (match[3] or "").lower()
+    known = _UNITS.get(match[1], {})
+    if unit and unit not in known:
         raise RecordingError(
             f"--columns {words!r}: {match[1]} has no unit {unit!r}; write {EXAMPLE}; "
-            f"units are {units}"
+            f"units are {', '.join(known) or 'none'}"
         )
     parts = _expanded(match[2])
     if not parts:
@@ -94,15 +90,13 @@ def _parsed(words: str) -> tuple[str, list[str], str]:
 def _expanded(words: str) -> list[str]:
     """Return columns between commas, and all of a range such as ``joint_1..6``."""
     parts: list[str] = []
-    for word in words.split(","):
-        name = word.strip()
+    for name in map(str.strip, words.split(",")):
         span = _RANGE.fullmatch(name)
         if span is None:
             parts.append(name)
             continue
-        first = int(span[2])
-        last = int(span[3])
-        parts += [f"{span[1]}{i}{span[4]}" for i in range(first, last + 1)]
+        before, first, last, after = span.groups()
+        parts += [f"{before}{i}{after}" for i in range(int(first), int(last) + 1)]
     return parts
 
 
@@ -148,30 +142,21 @@ class _Source:
         terms: list[np.ndarray] = []
         columns: list[Column] = []
         for sign, part in re.findall(rf"(-?)\s*({name})", words):
-            column = self._one(part, where)
-            size = self._size(column, unit, where)
+            column, *others = self.columns[part]
+            if others:
+                numbers = ", ".join(str(c.index + 1) for c in (column, *others))
+                raise RecordingError(
+                    f"{where}: {part!r} is the name of columns {numbers}; write the number"
+                )
+            said = column.unit
+            same = SIZES.get(said) == SIZES.get(unit, math.nan)
+            same_kind = (said in ANGLES) == (unit in ANGLES)
+            if unit and said and not (same and same_kind):
+                raise RecordingError(
+                    f"{where}: the header says {said!r} of {column.name}, not {unit!r}"
+                )
+            size = 1.0 if said else SIZES.get(unit, 1.0)
             values = np.array(self.table.numbers([column], gaps=True))[:, 0]
             terms.append((-size if sign else size) * values)
             columns.append(column)
         return np.sum(terms, axis=0), columns
-
-    def _one(self, name: str, where: str) -> Column:
-        """Return the column of a name; a RecordingError where several have it."""
-        first, *others = self.columns[name]
-        if others:
-            numbers = ", ".join(str(column.index + 1) for column in self.columns[name])
-            raise RecordingError(
-                f"{where}: {name!r} is the name of columns {numbers}; write the number"
-            )
-        return first
-
-    def _size(self, column: Column, unit: str, where: str) -> float:
-        """Return what a column is multiplied by; a RecordingError where its header disagrees."""
-        said = column.unit
-        same = _SIZES.get(said) == _SIZES.get(unit, math.nan)
-        same_kind = (said in ANGLES) == (unit in ANGLES)
-        if unit and said and not (same and same_kind):
-            raise RecordingError(
-                f"{where}: the header says {said!r} of {column.name}, not {unit!r}"
-            )
-        return 1.0 if said else _SIZES.get(unit, 1.0)

@@ -12,12 +12,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import numbers_of
-from .joint_columns import Match, require_samples
-from .joint_order import joint_order
+from .columns import Names
+from .joint_columns import Match, joint_order, require_samples
 from .recording_error import RecordingError
-from .sample import Sample
-from .sample_arrays import samples_of_arrays
+from .sample import Sample, numbers_of, samples_of_arrays
 
 SOCKETS = 2
 """Number of sockets of a base by default."""
@@ -77,7 +75,7 @@ class Placement:
     is_table: bool = False
     """True for a table of another program, which is no folder of its own."""
     suggestion: str = ""
-    """What a user may say of a table's columns, as the table itself tells."""
+    """Words that a user may say of a table's columns, as the table itself tells."""
     beside: tuple[str, ...] = ()
     """Names of columns that count or date the rows, unless a joint is called so."""
     payload: float | None = None
@@ -87,7 +85,13 @@ class Placement:
         if not self.place:
             object.__setattr__(self, "place", self.name.split("/")[-1])
         if not all(sample.place for sample in self.samples):
-            object.__setattr__(self, "samples", _counted(self.samples))
+            last = Counter[int]()
+            counted: list[Sample] = []
+            for sample in self.samples:
+                last[sample.socket] += 1
+                place = sample.place or last[sample.socket]
+                counted.append(replace(sample, place=place))
+            object.__setattr__(self, "samples", tuple(counted))
 
     @classmethod
     def of_arrays(
@@ -95,7 +99,7 @@ class Placement:
         name: str,
         positions: ArrayLike,
         sockets: ArrayLike,
-        joint_names: Sequence[str] | None = None,
+        joint_names: Names | None = None,
         *,
         efforts: ArrayLike | None = None,
         temperatures: ArrayLike | None = None,
@@ -153,15 +157,13 @@ class Placement:
     @property
     def kind(self) -> Literal["sockets", "points"]:
         """``points`` where an instrument measured each sample's ball, in no socket."""
-        measured = any(sample.point is not None for sample in self.samples)
-        return "points" if measured else "sockets"
+        return "points" if any(sample.point for sample in self.samples) else "sockets"
 
     @property
     def path(self) -> Path | None:
         """The folder that it was read from, or the table."""
-        if self.is_table:
-            return self.files[0]
-        return self.files[0].parent if self.files else None
+        file = self.files[0] if self.files else None
+        return file if file is None or self.is_table else file.parent
 
     @property
     def where(self) -> Path | str:
@@ -175,7 +177,7 @@ class Placement:
         samples = tuple(replace(sample, position=tuple(row)) for sample, row in pairs)
         return replace(self, samples=samples)
 
-    def for_joints(self, joint_names: Sequence[str]) -> "Placement":
+    def for_joints(self, joint_names: Names) -> "Placement":
         """Return the placement with its joints in the order in which a robot model has them.
 
         Joints are matched by name, see :mod:`.columns`. Where the file names none of them, they are
@@ -210,7 +212,7 @@ class Placement:
             remarks=tuple(remarks),
         )
 
-    def order_note(self, joint_names: Sequence[str]) -> str:
+    def order_note(self, joint_names: Names) -> str:
         """Return the remark that columns are taken in order; empty where they go by name."""
         match = self._order(tuple(joint_names))
         return match.note if match else ""
@@ -251,13 +253,3 @@ def _reordered(sample: Sample, order: Sequence[int]) -> Sample:
         spread=sample.spread and reordered(sample.spread),
         effort=sample.effort and reordered(sample.effort),
     )
-
-
-def _counted(samples: Sequence[Sample]) -> tuple[Sample, ...]:
-    """Return samples that know their place among those of their socket, from 1."""
-    last = Counter[int]()
-    counted: list[Sample] = []
-    for sample in samples:
-        last[sample.socket] += 1
-        counted.append(replace(sample, place=sample.place or last[sample.socket]))
-    return tuple(counted)

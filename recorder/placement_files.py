@@ -1,5 +1,6 @@
 """Files of a placement: the recorder's form, and that of the paper's authors."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,19 +10,20 @@ from .metadata import metadata_file
 from .placement import Placement
 from .points import POINTS, POSES
 from .recording_error import RecordingError
-from .sample import Sample
 from .samples import SAMPLES, capture_line, header_line
 
-_MEASURED = "# measured flange poses"
+Files = dict[str, bytes]
+"""Contents of files by their names."""
+_MEASURED = b"# measured flange poses\n"
 
 
-def hole_files(placement: Placement) -> dict[str, bytes]:
+def hole_files(placement: Placement) -> Files:
     """Return a placement as ``hole_0.csv``, ``hole_1.csv``, ..., as the paper's authors have it.
 
     One configuration a line, without a header; the numbers read back exactly. Times, spreads and
     efforts are left out; a known distance is in ``placement.json``.
     """
-    files: dict[str, bytes] = {}
+    files: Files = {}
     for sample in placement.samples:
         line = ",".join(map(repr, sample.position)) + "\n"
         name = f"hole_{sample.socket}.csv"
@@ -39,7 +41,7 @@ def write_holes(placement: Placement, folder: Path) -> None:
     replace_files({folder / name: content for name, content in files.items()})
 
 
-def sample_files(placement: Placement) -> dict[str, bytes]:
+def sample_files(placement: Placement) -> Files:
     """Return a placement as ``samples.csv``, and ``placement.json`` with a known distance, by name.
 
     Samples are numbered anew, from 1. Joints without a name are called joint1, joint2, ...
@@ -52,7 +54,7 @@ def sample_files(placement: Placement) -> dict[str, bytes]:
     return {SAMPLES: b"".join(lines)} | _metadata(placement)
 
 
-def _metadata(placement: Placement) -> dict[str, bytes]:
+def _metadata(placement: Placement) -> Files:
     if placement.distance is None:
         return {}
     facts = {
@@ -62,47 +64,42 @@ def _metadata(placement: Placement) -> dict[str, bytes]:
     return metadata_file(facts)
 
 
-def point_files(placement: Placement) -> dict[str, bytes]:
+def point_files(placement: Placement) -> Files:
     """Return the content of ``points.csv`` by its name; orientations have no place in it."""
-    lines = [",".join([*_names(placement), *AXES])]
-    for sample in placement.samples:
-        lines.append(
-            ",".join(map(repr, [*sample.position, *_point(placement, sample)]))
-        )
-    return {POINTS: ("\n".join(lines) + "\n").encode()}
+    return {POINTS: _measured(placement, AXES)}
 
 
-def pose_files(placement: Placement) -> dict[str, bytes]:
+def pose_files(placement: Placement) -> Files:
     """Return the content of ``poses.csv`` by its name: measured poses of the flange."""
-    lines = [_MEASURED, ",".join([*_names(placement), *AXES, *QUATERNION])]
+    table = _measured(placement, (*AXES, *QUATERNION))
+    return {POSES: _MEASURED + table}
+
+
+def _measured(placement: Placement, columns: Sequence[str]) -> bytes:
+    """Return joint positions and what an instrument measured there, as a table."""
+    lines = [",".join((*_names(placement), *columns))]
     for sample in placement.samples:
-        if sample.orientation is None:
+        if len(columns) > len(AXES) and sample.orientation is None:
             raise RecordingError(
                 f"{placement.name}: no instrument measured orientations"
             )
-        pose = (*_point(placement, sample), *sample.orientation)
-        lines.append(",".join(map(repr, [*sample.position, *pose])))
-    return {POSES: ("\n".join(lines) + "\n").encode()}
+        if sample.point is None:
+            raise RecordingError(
+                f"{placement.name}: no instrument measured it; give --to samples"
+            )
+        measured = (*sample.point, *(sample.orientation or ()))[: len(columns)]
+        lines.append(",".join(map(repr, (*sample.position, *measured))))
+    return ("\n".join(lines) + "\n").encode()
 
 
-def own_files(placement: Placement) -> dict[str, bytes]:
+def own_files(placement: Placement) -> Files:
     """Return a placement in the form that holds all that was measured."""
     first, *_ = placement.samples
     if first.point is None:
         return sample_files(placement)
-    return (
-        point_files(placement) if first.orientation is None else pose_files(placement)
-    )
+    return pose_files(placement) if first.orientation else point_files(placement)
 
 
 def _names(placement: Placement) -> tuple[str, ...]:
     count = len(placement.samples[0].position)
     return placement.joint_names or tuple(f"joint{i + 1}" for i in range(count))
-
-
-def _point(placement: Placement, sample: Sample) -> tuple[float, float, float]:
-    if sample.point is None:
-        raise RecordingError(
-            f"{placement.name}: no instrument measured it; give --to samples"
-        )
-    return sample.point

@@ -1,9 +1,11 @@
 """Names of placements: as short as they can be while each has its own."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from .placement import Placement
 
@@ -32,7 +34,15 @@ def distinctly_named(placements: Sequence[Placement]) -> list[Placement]:
         name = placement.name
         path = placement.path
         if path is not None and len(folders[name]) > 1:
-            name = _name_among(path.resolve(), folders[name])
+            # The shortest name, of two parts at least, that no other folder has.
+            parts = path.resolve().parts[1:]
+            others = [other.parts[1:] for other in folders[name] - {path.resolve()}]
+            length = NAMED
+            while length < len(parts) and parts[-length:] in [
+                o[-length:] for o in others
+            ]:
+                length += 1
+            name = "/".join(parts[-length:])
         elif path is None:
             counts[name] += 1
             number = counts[name] + bool(folders[name])
@@ -44,12 +54,50 @@ def distinctly_named(placements: Sequence[Placement]) -> list[Placement]:
     return renamed
 
 
-def _name_among(folder: Path, folders: Iterable[Path]) -> str:
-    """Return the shortest name of a folder, of two parts at least, that no other one has."""
-    parts = folder.parts[1:]
-    others = [other.parts[1:] for other in folders if other != folder]
-    for length in range(NAMED, len(parts)):
-        name = parts[-length:]
-        if all(name != other[-length:] for other in others):
-            return "/".join(name)
-    return "/".join(parts)
+SAME_ROW = 1e-6
+"""Samples that differ by less are one that was written twice [rad], [m]."""
+LISTED = 8
+"""Most lines that a remark names."""
+
+
+def distinct(placement: Placement) -> Placement:
+    """Return the placement with samples that are equal once, and a remark on the others.
+
+    Equal are the socket, the joint positions, and what an instrument measured there, the latter
+    two to :data:`SAME_ROW`. The first of equal samples is kept.
+    """
+    points = [sample.point or () for sample in placement.samples]
+    turns = [sample.orientation or () for sample in placement.samples]
+    rows = np.column_stack(
+        [placement.sockets.astype(float), placement.positions, points, turns]
+    )
+    copies = repeated_rows(rows)
+    if not copies:
+        return placement
+    samples = tuple(s for i, s in enumerate(placement.samples) if i not in copies)
+    lines = [placement.samples[i].where.rpartition(":")[2] for i in sorted(copies)]
+    remark = (
+        f"{placement.first_file}: {len(copies)} of {len(placement.samples)} samples repeat "
+        "another one and do not count"
+    )
+    if all(lines):
+        listed = ", ".join(lines[:LISTED])
+        ellipsis = ", .." if len(lines) > LISTED else ""
+        remark = f"{remark} (lines {listed}{ellipsis})"
+    return replace(placement, samples=samples, remarks=(*placement.remarks, remark))
+
+
+def repeated_rows(rows: np.ndarray) -> set[int]:
+    """Return the rows of numbers, shape (N, k), that equal an earlier one to :data:`SAME_ROW`."""
+    weights = np.sqrt(np.arange(2.0, 2.0 + rows.shape[1]))
+    key = rows @ weights
+    copies: set[int] = set()
+    for step in range(1, len(rows)):
+        originals = np.array([i for i in range(len(rows)) if i not in copies])
+        order = originals[np.argsort(key[originals], kind="stable")]
+        first, second = order[:-step], order[step:]
+        if not (key[second] - key[first] < SAME_ROW * weights.sum()).any():
+            break
+        close = np.abs(rows[first] - rows[second]).max(axis=1) < SAME_ROW
+        copies |= set(np.maximum(first[close], second[close]).tolist())
+    return copies

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .columns import ANGLES, DEGREES, LENGTHS, UNITS, Column
+from .columns import ANGLES, DEGREES, LENGTHS, UNITS, Column, Names
 from .coordinates import (
     AXES,
     FANUC,
@@ -61,42 +61,46 @@ def read_points(file: Path, name: str) -> Placement:
 
 def placement_of_points(table: Table, name: str) -> Placement:
     """Return the placement of a table as :func:`read_points` does."""
-    file = table.file
-    headless = table.header is None and file.name == POINTS
+    headless = table.header is None and table.file.name == POINTS
     measured, form = _measured(table, headless)
     joints = table.joints(measured)
     if not joints:
-        raise _no_columns(file, form)
-    called = [column for column in table.columns if column.name.lower() in CLOCKS]
-    clocks = [column for column in called if not table.is_text(column.index)]
+        raise _no_columns(table.file, form)
+    clocks = [
+        column
+        for column in table.columns
+        if column.name.lower() in CLOCKS and not table.is_text(column.index)
+    ]
     beside = table.beside(measured)
-    positions = table.numbers(joints, gaps=not headless)
-    numbers_beside = table.numbers(beside, gaps=True)
-    times = table.numbers(clocks)
+    rows = zip(
+        table.numbers(joints, gaps=not headless),
+        table.numbers(beside, gaps=True),
+        table.numbers(clocks),
+        table.numbers(measured),
+        strict=True,
+    )
     samples: list[Sample] = []
-    for i, (x, y, z, *turn) in enumerate(table.numbers(measured)):
+    for i, (position, numbers_beside, times, (x, y, z, *turn)) in enumerate(rows):
         where = table.where(i)
         sample = Sample(
-            positions[i],
+            position,
             0,
             where=where,
             point=(x, y, z),
+            orientation=unit_quaternion(turn, form, where) if turn else None,
             turn=tuple(turn),
-            beside=numbers_beside[i],
+            beside=numbers_beside,
         )
-        if turn:
-            sample = replace(sample, orientation=unit_quaternion(turn, form, where))
-        clock_times = {c.name.lower(): t for c, t in zip(clocks, times[i], strict=True)}
+        clock_times = {c.name.lower(): t for c, t in zip(clocks, times, strict=True)}
         samples.append(replace(sample, **clock_times))
     comment = table.comment.lower()
     meanings = [meaning for meaning, word in _MEANINGS if word in comment]
-    joint_names = tuple(column.name for column in joints)
     note = vector_note(table, measured, form)
     return Placement(
         name=name,
         samples=tuple(samples),
-        joint_names=None if headless else joint_names,
-        files=(file,),
+        joint_names=None if headless else tuple(column.name for column in joints),
+        files=(table.file,),
         remarks=(*table.notes, *filter(None, [note])),
         poses_of=meanings[0] if meanings else None,
         beside=tuple(column.name for column in beside),
@@ -124,9 +128,7 @@ def _no_columns(file: Path, form: tuple[str, ...]) -> RecordingError:
     )
 
 
-def coordinates(
-    table: Table, names: Sequence[str], reserved: str = ""
-) -> list[Column] | None:
+def coordinates(table: Table, names: Names, reserved: str = "") -> list[Column] | None:
     """Return the columns of coordinates as by :func:`.match_coordinates`, their units checked.
 
     Raises:
@@ -137,16 +139,12 @@ def coordinates(
     except ColumnError as error:
         raise RecordingError(f"{table.file}:1: {error}") from None
     for name, column in zip(names, columns or (), strict=False):
-        units: Container[str] = ()
-        if name in AXES:
-            units = LENGTHS
-        elif name in (*VECTOR, *RPY, *MAKERS):
-            units = ANGLES
         if name in MAKERS and not column.unit:
             raise RecordingError(
                 f"{table.file}:1: column {column.name} has no unit: is it {column.name} [deg]?"
             )
-        require_unit(table, column, units)
+        angles = ANGLES if name in (*VECTOR, *RPY, *MAKERS) else ()
+        require_unit(table, column, LENGTHS if name in AXES else angles)
     return columns
 
 
@@ -164,7 +162,7 @@ def require_unit(table: Table, column: Column, units: Container[str]) -> None:
         )
 
 
-def vector_note(table: Table, columns: Sequence[Column], form: Sequence[str]) -> str:
+def vector_note(table: Table, columns: Sequence[Column], form: Names) -> str:
     """Return how a rotation vector among columns is taken, in words; empty without one."""
     if not {*VECTOR} <= {*form}:
         return ""
@@ -173,7 +171,7 @@ def vector_note(table: Table, columns: Sequence[Column], form: Sequence[str]) ->
     return f"{table.file}: {words}, as a UR's pendant has it"
 
 
-def require_vectors(rows: Sequence[Sequence[float]], wheres: Sequence[str]) -> None:
+def require_vectors(rows: Sequence[Sequence[float]], wheres: Names) -> None:
     """Refuse rows that end in a rotation vector longer than half a turn.
 
     Raises:
@@ -190,7 +188,7 @@ def require_vectors(rows: Sequence[Sequence[float]], wheres: Sequence[str]) -> N
 
 
 def unit_quaternion(
-    turn: Sequence[float], form: Sequence[str], where: str
+    turn: Sequence[float], form: Names, where: str
 ) -> tuple[float, float, float, float]:
     """Return the unit quaternion of a rotation in one of the forms :data:`.TURNS`; refuse others.
 
@@ -205,7 +203,9 @@ def unit_quaternion(
     elif tuple(form) == KUKA:
         quaternion = _of_rpy(*turn[::-1])
     elif len(turn) == 3:
-        quaternion = _of_vector(turn)
+        angle = math.hypot(*turn)
+        share = math.sin(angle / 2) / angle if angle else 0.5
+        quaternion = [*(share * value for value in turn), math.cos(angle / 2)]
     elif len(turn) == 9:
         quaternion = _of_matrix(turn, where)
     length = math.hypot(*quaternion)
@@ -214,28 +214,20 @@ def unit_quaternion(
             f"{where}: the quaternion {','.join(QUATERNION)} has length {length:.4g} instead of "
             "1; are these its four columns, and not degrees or a rotation vector?"
         )
-    qx, qy, qz, qw = (value / length for value in quaternion)
+    qx, qy, qz, qw = [value / length for value in quaternion]
     return qx, qy, qz, qw
 
 
 def _of_rpy(roll: float, pitch: float, yaw: float) -> list[float]:
     """Return the quaternion of turns about x, then y, then z of the fixed frame [rad]."""
-    sr, cr = math.sin(roll / 2), math.cos(roll / 2)
-    sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
-    sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
+    sr, sp, sy = np.sin(np.array([roll, pitch, yaw]) / 2).tolist()
+    cr, cp, cy = np.cos(np.array([roll, pitch, yaw]) / 2).tolist()
     return [
         sr * cp * cy - cr * sp * sy,
         cr * sp * cy + sr * cp * sy,
         cr * cp * sy - sr * sp * cy,
         cr * cp * cy + sr * sp * sy,
     ]
-
-
-def _of_vector(vector: Sequence[float]) -> list[float]:
-    """Return the quaternion of a rotation vector [rad]."""
-    angle = math.hypot(*vector)
-    share = math.sin(angle / 2) / angle if angle else 0.5
-    return [*(share * value for value in vector), math.cos(angle / 2)]
 
 
 def _of_matrix(rotation: Sequence[float], where: str) -> list[float]:

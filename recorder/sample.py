@@ -1,11 +1,20 @@
 """A sample: one captured configuration, as the recorder keeps it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from ..errors import fixed
+from .recording_error import RecordingError
 
 LAST_SOCKET = 999
 """Largest number of a socket."""
+
+
+Configuration = tuple[float, ...]
+"""Joint positions in chain order [rad], [m] for a prismatic joint."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -15,7 +24,7 @@ class Sample:
     It is an average over a moment in which the arm was still.
     """
 
-    position: tuple[float, ...]
+    position: Configuration
     """Joint positions in chain order [rad], [m] for a prismatic joint."""
     socket: int
     """Number of the socket in which the ball sat, from 0."""
@@ -63,3 +72,75 @@ class Sample:
 def sample_name(number: int, place: int, socket: int) -> str:
     """Return a sample by the recorder's number, or where that is 0 by its place in its socket."""
     return f"sample {number}" if number else f"sample {place} of socket {socket}"
+
+
+def numbers_of(values: object, what: str) -> np.ndarray:
+    """Return values as an array of finite numbers.
+
+    Raises:
+        RecordingError: One of the values, which is called ``what``, is no number.
+    """
+    try:
+        numbers = np.array(values)
+        if np.iscomplexobj(numbers):
+            raise TypeError("they are complex")
+        numbers = numbers.astype(float)
+    except (TypeError, ValueError) as error:
+        raise RecordingError(f"{what}: real numbers are expected: {error}") from None
+    places = np.argwhere(~np.isfinite(np.atleast_1d(numbers)))
+    if len(places):
+        value = np.atleast_1d(numbers)[tuple(places[0])]
+        raise RecordingError(f"{what}{places[0].tolist()}: {value:g} is no number")
+    return numbers
+
+
+def samples_of_arrays(
+    where: str,
+    positions: ArrayLike,
+    sockets: ArrayLike,
+    joint_names: Sequence[str] | None,
+    efforts: ArrayLike | None,
+    temperatures: ArrayLike | None,
+) -> tuple[Sample, ...]:
+    """Return samples of arrays as :meth:`.Placement.of_arrays` takes them.
+
+    Raises:
+        RecordingError: No samples, shapes that do not fit each other, a number that is none, or a
+            socket that is no number from 0 to 999.
+    """
+    q = numbers_of(positions, f"{where}: positions")
+    seats = numbers_of(sockets, f"{where}: sockets")
+    tau = 0 * q
+    if efforts is not None:
+        tau = numbers_of(efforts, f"{where}: efforts")
+    warmth = 0 * seats
+    if temperatures is not None:
+        warmth = numbers_of(temperatures, f"{where}: temperatures")
+    names = q.shape[1:] if joint_names is None else (len(joint_names),)
+    of_samples = q.shape[:1] == seats.shape == warmth.shape
+    of_joints = q.ndim == 2 and tau.shape == q.shape and q.shape[1:] == names
+    if not (of_samples and of_joints):
+        raise RecordingError(
+            f"{where}: positions of shape {q.shape}, sockets of {seats.shape}, efforts of "
+            f"{tau.shape}, temperatures of {warmth.shape} and {len(joint_names or ())} joint names "
+            "do not fit: give (samples, joints), (samples,), (samples, joints), (samples,) and a "
+            "name for each joint"
+        )
+    if not len(q):
+        raise RecordingError(f"{where}: no samples")
+    if not np.isin(seats, np.arange(LAST_SOCKET + 1)).all():
+        raise RecordingError(
+            f"{where}: sockets are {seats.min():g} to {seats.max():g}; they are whole numbers, "
+            f"from 0 to {LAST_SOCKET}"
+        )
+    samples: list[Sample] = []
+    rows = zip(q.tolist(), seats.tolist(), tau.tolist(), warmth.tolist(), strict=True)
+    for position, seat, effort, temperature in rows:
+        sample = Sample(
+            tuple(position),
+            int(seat),
+            None if efforts is None else tuple(effort),
+            temperature=None if temperatures is None else temperature,
+        )
+        samples.append(sample)
+    return tuple(samples)

@@ -2,14 +2,13 @@
 
 import csv
 import io
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 
 from ..errors import is_number
-from .cells import require_columns, table_bytes
+from .cells import number_of, require_columns, table_bytes
 from .recording_error import RecordingError
 from .sample import LAST_SOCKET as LAST_SOCKET
 from .sample import Sample
@@ -37,9 +36,7 @@ class SampleFile:
     @property
     def live(self) -> tuple[Sample, ...]:
         """The samples that count: all but those that were taken back."""
-        return tuple(
-            sample for sample in self.samples if sample.number not in self.withdrawn
-        )
+        return tuple(s for s in self.samples if s.number not in self.withdrawn)
 
 
 def header_line(joint_names: Sequence[str]) -> bytes:
@@ -50,18 +47,9 @@ def header_line(joint_names: Sequence[str]) -> bytes:
 
 def capture_line(sample: Sample) -> bytes:
     """Return the line that records a capture; every number reads back exactly."""
-    blanks = [""] * len(sample.position)
-    leading = [
-        CAPTURE,
-        sample.number,
-        sample.socket,
-        sample.time,
-        sample.stamp,
-        sample.states,
-    ]
-    spread = sample.spread or blanks
-    effort = sample.effort or blanks
-    return _line([*leading, *sample.position, *spread, *effort])
+    s, blanks = sample, [""] * len(sample.position)
+    leading = (CAPTURE, s.number, s.socket, s.time, s.stamp, s.states)
+    return _line([*leading, *s.position, *(s.spread or blanks), *(s.effort or blanks)])
 
 
 def mark_line(event: str, sample: Sample, time: float) -> bytes:
@@ -107,16 +95,15 @@ def read_samples(file: Path) -> SampleFile:
     samples: list[Sample] = []
     withdrawn: list[int] = []
     for line, cells in enumerate(lines[1:], start=2):
-        where = f"{file}:{line}"
         if not cells:
             continue
+        where = f"{file}:{line}"
         if len(cells) != len(header):
             raise RecordingError(
                 f"{where}: {len(cells)} columns where the header has {len(header)}"
             )
-        _Row(where, dict(zip(header, cells, strict=True)), joint_names).add_to(
-            samples, withdrawn
-        )
+        row = _Row(where, dict(zip(header, cells, strict=True)), joint_names)
+        row.add_to(samples, withdrawn)
     return SampleFile(joint_names, tuple(samples), tuple(withdrawn), torn)
 
 
@@ -130,23 +117,21 @@ class _Row:
 
     def add_to(self, samples: list[Sample], withdrawn: list[int]) -> None:
         """Do to the samples of the lines before what this line says."""
-        event = self.cells["event"]
+        event, count = self.cells["event"], len(samples)
         if event not in (CAPTURE, UNDO, REDO, RELABEL):
             events = f"{CAPTURE}, {UNDO}, {REDO} and {RELABEL}"
             raise RecordingError(f"{self.where}: event {event!r} is none of {events}")
         number = self.integer("sample")
         if event == CAPTURE:
-            if number != len(samples) + 1:
+            if number != count + 1:
                 raise RecordingError(
-                    f"{self.where}: sample {number} where {len(samples) + 1} is next; "
+                    f"{self.where}: sample {number} where {count + 1} is next; "
                     "a line is missing or twice there"
                 )
             samples.append(self.capture(number))
             return
-        exists = 1 <= number <= len(samples)
-        if not exists or (
-            event != RELABEL and (number in withdrawn) != (event == REDO)
-        ):
+        fits = event == RELABEL or (number in withdrawn) == (event == REDO)
+        if not (fits and 1 <= number <= count):
             raise RecordingError(
                 f"{self.where}: {event} of sample {number}, which is not there"
             )
@@ -155,9 +140,8 @@ class _Row:
         elif event == REDO:
             withdrawn.remove(number)
         else:
-            samples[number - 1] = replace(
-                samples[number - 1], socket=self.integer("socket")
-            )
+            socket = self.integer("socket")
+            samples[number - 1] = replace(samples[number - 1], socket=socket)
 
     def capture(self, number: int) -> Sample:
         position, spread, effort = map(self.joints, _PER_JOINT)
@@ -165,18 +149,15 @@ class _Row:
             raise RecordingError(f"{self.where}: a capture without positions")
         time = self.number("time") if self.cells["time"].strip() else None
         stamp = self.number("stamp") if self.cells["stamp"].strip() else None
-        socket, states = self.integer("socket"), self.integer("states")
+        socket, states = map(self.integer, ("socket", "states"))
         return Sample(
             position, socket, effort, self.where, number, time, stamp, states, spread
         )
 
     def number(self, column: str) -> float:
         text = self.cells[column]
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not is_number(value):
+        value = number_of(text)
+        if value is None or not is_number(value):
             raise RecordingError(
                 f"{self.where}: {column} is {text!r}, not a finite number"
             )
@@ -185,7 +166,7 @@ class _Row:
     def integer(self, column: str) -> int:
         value = self.number(column)
         most = LAST_SOCKET if column == "socket" else MOST
-        if not 0 <= value <= most or value != int(value):
+        if not 0 <= value <= most or value % 1:
             raise RecordingError(
                 f"{self.where}: {column} is {self.cells[column]!r}, not a count"
             )

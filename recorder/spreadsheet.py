@@ -31,7 +31,7 @@ _DAMAGED = (
     OSError,
     ZlibError,
 )
-"""What a stranger's archive may raise."""
+"""Errors that a stranger's archive may raise."""
 
 
 def sheet_text(content: bytes, file: Path) -> tuple[str, list[str]]:
@@ -42,16 +42,17 @@ def sheet_text(content: bytes, file: Path) -> tuple[str, list[str]]:
     """
     try:
         with ZipFile(BytesIO(content)) as archive:
-            return _first_sheet(archive)
+            strings: list[str] = []
+            if "xl/sharedStrings.xml" in archive.namelist():
+                root = _root(archive, "xl/sharedStrings.xml")
+                strings = list(map(_words, root.iter(f"{_MAIN}si")))
+            texts = {
+                name: _text(archive, part, strings) for name, part in _sheets(archive)
+            }
+            filled = [name for name, text in texts.items() if text.strip()]
+            return (with_signs(texts[filled[0]]), filled[1:]) if filled else ("", [])
     except _DAMAGED:
         raise RecordingError(f"{file}: {NO_TEXT}") from None
-
-
-def _first_sheet(archive: ZipFile) -> tuple[str, list[str]]:
-    strings = _shared_strings(archive)
-    texts = {name: _text(archive, part, strings) for name, part in _sheets(archive)}
-    filled = [name for name, text in texts.items() if text.strip()]
-    return (with_signs(texts[filled[0]]), filled[1:]) if filled else ("", [])
 
 
 def _root(archive: ZipFile, part: str) -> ElementTree.Element:
@@ -75,13 +76,6 @@ def _sheets(archive: ZipFile) -> Iterator[tuple[str, str]]:
             yield sheet.get("name", ""), part
 
 
-def _shared_strings(archive: ZipFile) -> list[str]:
-    if "xl/sharedStrings.xml" not in archive.namelist():
-        return []
-    strings = _root(archive, "xl/sharedStrings.xml")
-    return [_words(item) for item in strings.iter(f"{_MAIN}si")]
-
-
 def _words(element: ElementTree.Element) -> str:
     """Return the text of a cell on one line, without the marks of its pronunciation."""
     runs = [element, *element.findall(f"{_MAIN}r")]
@@ -99,7 +93,14 @@ def _text(archive: ZipFile, part: str, strings: list[str]) -> str:
         column = 0
         for letter in match[1]:
             column = 26 * column + ord(letter) - ord("A") + 1
-        rows.setdefault(int(match[2]), {})[column] = _content(cell, strings)
+        kind, content = cell.get("t", "n"), cell.findtext(f"{_MAIN}v") or ""
+        if kind != "n":  # a number is as the sheet keeps it, words are between quotes
+            inline = cell.find(f"{_MAIN}is")
+            words = content if inline is None else _words(inline)
+            words = strings[int(content)] if kind == "s" else words
+            escaped = words.replace('"', "'")
+            content = f'"{escaped}"' if escaped else ""
+        rows.setdefault(int(match[2]), {})[column] = content
     width = max((max(cells) for cells in rows.values()), default=0)
     if width * len(rows) > MOST_CELLS:
         raise ValueError(part)
@@ -108,17 +109,3 @@ def _text(archive: ZipFile, part: str, strings: list[str]) -> str:
         filled = [cells.get(column, "") for column in range(1, width + 1)]
         lines[number - 1] = ",".join(filled) if any(filled) else ""
     return "\n".join(lines) + "\n"
-
-
-def _content(cell: ElementTree.Element, strings: list[str]) -> str:
-    """Return a number as the sheet keeps it, or words between quotes."""
-    kind = cell.get("t", "n")
-    value = cell.findtext(f"{_MAIN}v") or ""
-    if kind == "n":
-        return value
-    inline = cell.find(f"{_MAIN}is")
-    words = value if inline is None else _words(inline)
-    if kind == "s":
-        words = strings[int(value)]
-    escaped = words.replace('"', "'")
-    return f'"{escaped}"' if escaped else ""

@@ -1,25 +1,24 @@
 """Stops of an arm's joints, to which a hand led each of them, and the file that holds them."""
 
 import json
-import math
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from ..drivers import JointState
 from ..errors import read_json, reason_of
-from .files import make_folder, replace_files
+from .files import make_folder, refused, replace_files
 from .recording_error import RecordingError
+from .turns import TURN
 
 STOPS = "stops.json"
 REST = 0.3
 """Time for which a joint that stands at a stop rests [s]."""
 STILL = 5e-3
 """Range within which a joint rests [rad, m]."""
-TURN = 2 * math.pi
 
 
 @dataclass(frozen=True)
@@ -40,15 +39,9 @@ class Stops:
             RecordingError: They cannot be written.
         """
         file = folder / STOPS
-        text = json.dumps(
-            {"ranges": self.ranges, "wrapped": self.wrapped, "driver": self.driver},
-            indent=1,
-        )
-        try:
+        with refused(str(file)):
             make_folder(folder)
-            replace_files({file: f"{text}\n".encode()})
-        except OSError as error:
-            raise RecordingError(f"{file}: {reason_of(error)}") from None
+            replace_files({file: f"{json.dumps(asdict(self), indent=1)}\n".encode()})
 
 
 def read_stops(folder: Path) -> Stops:

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..drivers import JointState
 from ..errors import read_bytes
-from .files import APPEND, append_bytes
+from .files import APPEND, append_bytes, refused
 from .recording_error import RecordingError
 
 FORMAT = "mukca-stream-2"
@@ -70,18 +70,14 @@ class StreamLog:
         self._rows: list[list[int]] = []
         self._count = len(joints)
         head = json.dumps({"format": FORMAT, "joints": list(joints), "digits": DIGITS})
-        try:
+        with refused(f"{file}: cannot be written"):
             flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | APPEND
             self._fd = os.open(file, flags, 0o666)
             append_bytes(self._fd, head.encode() + b"\n")
-        except OSError as error:
-            raise RecordingError(
-                f"{file}: cannot be written: {error.strerror}"
-            ) from None
 
     def add(self, state: JointState, connection: int) -> None:
         """Keep a state; one with another number of joints, or with no numbers, is passed over."""
-        second, radian, newton_metre = (1 / digit for digit in DIGITS)
+        second, radian, newton_metre = [1 / digit for digit in DIGITS]
         try:
             row = [round(state.stamp * second), connection, state.effort is not None]
             row += [round(value * radian) for value in state.position]
@@ -151,10 +147,8 @@ def read_stream_log(file: Path) -> LoggedStates:
     Raises:
         RecordingError: It cannot be read, or is no such file.
     """
-    try:
+    with refused(f"{file}: cannot be read"):
         data = read_bytes(file)
-    except OSError as error:
-        raise RecordingError(f"{file}: cannot be read: {error.strerror}") from None
     head, _, body = data.partition(b"\n")
     try:
         described = json.loads(head)
@@ -171,7 +165,14 @@ def read_stream_log(file: Path) -> LoggedStates:
     efforts = None
     if len(rows) and rows[:, 2].all():
         efforts = numbers[:, 3 + m :] * effort
-    remarks = [_remark(file, blocks[gap - 1], blocks[gap:], stamp) for gap in gaps]
+    remarks: list[str] = []
+    for gap in gaps:
+        before, after = blocks[gap - 1], blocks[gap:]
+        first = f"{before[-1, 0] * stamp:.3f} s" if len(before) else "the beginning"
+        last = f"{after[0][0, 0] * stamp:.3f} s" if after else "the end"
+        remarks.append(
+            f"{file}: the states between {first} and {last} are damaged, and left out"
+        )
     return LoggedStates(
         joints,
         stamps=numbers[:, 0] * stamp,
@@ -198,9 +199,3 @@ def _blocks(data: bytes, columns: int) -> tuple[list[Block], list[int]]:
             begin = data.find(PACKED, place + 5)  # a block somewhere behind, perhaps
             place = begin - 4 if begin >= 0 else len(data)
     return blocks, list(dict.fromkeys(gaps))
-
-
-def _remark(file: Path, before: Block, after: list[Block], second: float) -> str:
-    first = f"{before[-1, 0] * second:.3f} s" if len(before) else "the beginning"
-    last = f"{after[0][0, 0] * second:.3f} s" if after else "the end"
-    return f"{file}: the states between {first} and {last} are damaged, and left out"

@@ -9,7 +9,6 @@ import csv
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 from pathlib import Path
 
 from ..errors import is_number
@@ -21,15 +20,12 @@ from .cells import (
     trimmed,
     uncommented,
 )
-from .columns import ANGLES, LENGTHS, Column, column_of
+from .columns import SIZES, Column, column_of
 from .first_line import GARBLED, Line, are_units, header_of
 from .recording_error import EmptyRecordingError, RecordingError
 
+Cells = tuple[str, ...]
 Arranged = Callable[[list[Line], str], tuple[list[Line], list[str]]]
-
-
-def _as_it_is(records: list[Line], _: str) -> tuple[list[Line], list[str]]:
-    return records, []
 
 
 @dataclass(frozen=True)
@@ -37,14 +33,14 @@ class Table:
     """Cells of a file, as text, with the line each row stands on."""
 
     file: Path
-    header: tuple[str, ...] | None
+    header: Cells | None
     lines: tuple[int, ...]
-    rows: tuple[tuple[str, ...], ...]
-    units: tuple[str, ...] = ()
+    rows: tuple[Cells, ...]
+    units: Cells = ()
     """The line of units below the header, where there is one."""
     comment: str = ""
     """Text of a first line that is a comment."""
-    notes: tuple[str, ...] = ()
+    notes: Cells = ()
     """Remarks for people on what was left out, one line each."""
 
     @property
@@ -69,10 +65,11 @@ class Table:
         return all(_is_text(row[index].strip()) for row in self.rows)
 
     @property
-    def labels(self) -> tuple[str, ...]:
+    def labels(self) -> Cells:
         """Texts of the first column that holds some; empty without one."""
-        texts = (i for i in range(len(self.rows[0])) if self.is_text(i))
-        return tuple(row[i].strip() for i in islice(texts, 1) for row in self.rows)
+        for i in filter(self.is_text, range(len(self.rows[0]))):
+            return tuple(row[i].strip() for row in self.rows)
+        return ()
 
     def joints(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that may be joints: numbers, and neither times nor row numbers."""
@@ -109,8 +106,14 @@ class Table:
                 elif gaps:
                     row.append(math.nan)
                 else:
+                    words = (
+                        f"{cells[i].strip():.40}, not a finite number that can be measured; delete "
+                        "the line if the capture failed"
+                    )
+                    if value is None:
+                        words = f"{cells[i][:40]!r}, not a number; write 0.1 and separate by commas"
                     raise RecordingError(
-                        f"{self.file}:{line}: {_no_number(cells[i], i)}"
+                        f"{self.file}:{line}: column {i + 1} is {words}"
                     )
             rows.append(tuple(row))
         return rows
@@ -126,11 +129,14 @@ def _is_text(cell: str) -> bool:
 
 def scale_of(column: Column) -> float:
     """Return a column's unit in radians or metres; 1 where none is named."""
-    return {**ANGLES, **LENGTHS}.get(column.unit, 1.0)
+    return SIZES.get(column.unit, 1.0)
 
 
 def table_of(
-    text: str, file: Path, names: Collection[str] = (), arranged: Arranged = _as_it_is
+    text: str,
+    file: Path,
+    names: Collection[str] = (),
+    arranged: Arranged | None = None,
 ) -> Table:
     """Return the cells of a text; messages begin with the file.
 
@@ -160,9 +166,11 @@ def table_of(
         records = [(line, row[:-1]) for line, row in records]
     if not records:
         raise EmptyRecordingError(f"{file}: empty; expected one configuration a line")
-    records, left_out = arranged(records, text)
+    left_out: list[str] = []
+    if arranged:
+        records, left_out = arranged(records, text)
     first, *others = records
-    units: tuple[str, ...] = ()
+    units: Cells = ()
     header = header_of(text, file, first, others, set(names))
     if header:
         records = others
@@ -173,24 +181,18 @@ def table_of(
             f"{file}: only a header; expected one configuration a line below it"
         )
     width = len(header or records[0][1])
-    rows = [(line, _fitting(file, line, row, width)) for line, row in records]
-    lines, cells = zip(*rows, strict=True)
+    lines = tuple(line for line, _ in records)
+    rows = tuple(_fitting(file, line, row, width) for line, row in records)
     notes = [f"{file}:{remark}" for remark in left_out]
     if header and any(map(str.isdecimal, header)):
         words = f"{','.join(header):.40} are taken for names, not for a sample"
         notes.append(f"{file}:{first[0]}: {words}")
-    comment = _comment(text)
-    return Table(file, header, lines, cells, units, comment, tuple(notes))
+    top = text.partition("\n")[0]
+    comment = top.lstrip("# ").strip() if top.startswith("#") else ""
+    return Table(file, header, lines, rows, units, comment, tuple(notes))
 
 
-def _comment(text: str) -> str:
-    first = text.partition("\n")[0]
-    return first.lstrip("# ").strip() if first.startswith("#") else ""
-
-
-def _fitting(
-    file: Path, line: int, cells: Sequence[str], width: int
-) -> tuple[str, ...]:
+def _fitting(file: Path, line: int, cells: Sequence[str], width: int) -> Cells:
     """Return the cells of a row, which must be as many as are expected."""
     cells = trimmed(cells, width)
     if len(cells) != width:
@@ -199,16 +201,3 @@ def _fitting(
             "by commas"
         )
     return tuple(cells)
-
-
-def _no_number(cell: str, index: int) -> str:
-    """Return the words for a cell that must be a finite number."""
-    if number_of(cell) is None:
-        return (
-            f"column {index + 1} is {cell[:40]!r}, not a number; "
-            "write 0.1 and separate by commas"
-        )
-    return (
-        f"column {index + 1} is {cell.strip():.40}, not a finite number that can be measured; "
-        "delete the line if the capture failed"
-    )

@@ -66,22 +66,17 @@ def without_turns(
     """
     unwound = np.array(positions, dtype=float)
     for i in np.flatnonzero(turning).tolist():
-        limits = float(lower[i]), float(upper[i])
-        unwound[:, i] = _unwound(unwound[:, i], *limits)
+        q, low, high = unwound[:, i].copy(), float(lower[i]), float(upper[i])
+        choices = [q]
+        if high - low >= ALL_ROUND:
+            choices = [*_on_arc(q), q]
+        if math.isfinite(high - low):
+            choices.append(low + (q - low) % TURN)
+        for choice in choices:
+            if low <= choice.min() and choice.max() <= high:
+                unwound[:, i] = np.where(np.abs(choice - q) < 1.0, q, choice)
+                break
     return unwound
-
-
-def _unwound(q: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Return positions of one joint, the first of some choices that is inside its limits."""
-    choices = [q]
-    if high - low >= ALL_ROUND:
-        choices = [*_on_arc(q), q]
-    if math.isfinite(high - low):
-        choices.append(low + (q - low) % TURN)
-    for choice in choices:
-        if low <= choice.min() and choice.max() <= high:
-            return np.where(np.abs(choice - q) < 1.0, q, choice)
-    return q
 
 
 def _on_arc(q: np.ndarray) -> list[np.ndarray]:

@@ -1,5 +1,7 @@
 """The folders below packaging/ hold together with the project."""
 
+import importlib.metadata
+import platform
 import re
 import shutil
 import subprocess
@@ -8,10 +10,12 @@ import xml.etree.ElementTree as ElementTree
 
 import jinja2
 import pytest
+from packaging.requirements import Requirement
 from project import PROJECT, ROOT
 
 import mukca
 
+ROOMS = ("drivers", "recorder", "solver", "tools")
 ROS = ROOT / "packaging" / "ros2" / "mukca_ros"
 
 
@@ -48,3 +52,38 @@ def test_the_launch_file_feeds_the_urdf_with_the_corrected_states():
     launch = (ROS / "launch/calibrated.launch.py").read_text()
     node = (ROS / "mukca_ros/true_joint_states.py").read_text()
     assert '("joint_states", "joint_states_true")' in launch and '"joint_states_true"' in node
+
+
+def requirements(name, extras=()):
+    """Names of the packages that a package needs, itself included."""
+    names, asked = set(), [(name, extras)]
+    while asked:
+        name, extras = asked.pop()
+        for line in importlib.metadata.requires(name) or []:
+            need = Requirement(line)
+            is_asked = need.marker is None or any(
+                need.marker.evaluate({"extra": extra}) for extra in ("", *extras)
+            )
+            if is_asked and need.name not in names:
+                asked.append((need.name, need.extras))
+        names.add(name)
+    return names
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="sizes are those of Linux on x86-64")
+def test_the_page_of_installing_has_the_size_of_each_package():
+    """Of its files and those of what it brings, in the row of the first that brings them."""
+    page = (ROOT / "docs/install.md").read_text().partition("## The Tab key")[0]
+    rows = re.findall(r"^\| ([\w, -]+) \| ([\d.]+) \| ", page, re.M)
+    counted, wrong = set(), {}
+    for names, stated in rows:
+        packages = set().union(*(requirements(name) for name in names.split(", "))) - counted
+        counted |= packages
+        files = [file.locate() for name in packages for file in importlib.metadata.files(name)]
+        if names == "mukca":
+            files = [file for room in ROOMS for file in (ROOT / room).rglob("*")]
+        files = [file for file in files if file.is_file() and file.suffix != ".pyc"]
+        size = sum(file.stat().st_size for file in files) / 1e6
+        if abs(size - float(stated)) > max(0.1 * size, 0.2):
+            wrong[names] = f"{size:.1f} MB"
+    assert len(rows) > 7 and wrong == {}

@@ -1,4 +1,4 @@
-"""docs/print.md says what the program does, and its figures are right."""
+"""docs/print.md and docs/balls.md say what the program does, and their figures are right."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ from mukca.tools.cli import main
 from mukca.tools.printables import MOUNTS, BallPart, PrintableError, SocketBase, build_parts
 
 FOLDER = Path(__file__).parents[1] / "docs"
-TEXT = (FOLDER / "print.md").read_text()
+TEXT = "".join((FOLDER / f"{page}.md").read_text() for page in ("print", "balls"))
 ROWS = [[cell.strip() for cell in line.split("|")[1:-1]] for line in TEXT.splitlines()]
 
 
@@ -78,8 +78,9 @@ def test_the_list_of_what_to_buy_holds_for_every_mount():
     balls = [printed_parts.ball(name).facts for name in MOUNTS]
     base = next(build_parts(SocketBase(), {})).facts
     grams = [1000 * ball["mass"]["PLA"] for ball in balls]
-    assert f"{1000 * base['mass']['PLA']:.0f} g for the base" in readme
-    assert f"{min(grams):.0f} to {max(grams):.0f} g for the ball" in readme
+    for page in (readme, TEXT):
+        assert f"{1000 * base['mass']['PLA']:.0f} g for the base" in page
+        assert f"{min(grams):.0f} to {max(grams):.0f} g for the ball" in page
     base_hours, *hours = [part["print_time"] / 3600 for part in (base, *balls)]
     times = f"{base_hours:.1f} hours, and the ball in {min(hours):.1f} to {max(hours):.1f}."
     assert times in " ".join(readme.split())

@@ -29,6 +29,31 @@ def site(shared):
     return shared("site", make)
 
 
+QUERIES = {
+    "NOT ENOUGH DATA": "report.html",
+    "sockets-at": "frames.html",
+    "own column names": "tables.html",
+    "joint-table": "corrections.html",
+    "calibrate again": "hold.html",
+    "mukca.toml": "use.html",
+    "exit status": "messages.html",
+    "what to buy": "print.html",
+    "print settings": "print.html",
+    "caliper": "print.html",
+    "lerobot": "so101.html",
+    "freedrive": "universal-robots.html",
+    "DH table": "use.html",
+    "hand-eye camera": "handeye.html",
+    "tool centre point": "hold.html",
+    "left out": "verdict.html",
+    "rosbag": "extract.html",
+    "BASE MOVED": "causes/base_moved.html",
+    "own URDF": "new-arm.html",
+    "Tab key": "install.html",
+}
+"""What a user types, and the page that is meant."""
+
+
 class Page:
     """The main text of a page: code boxes, items of numbered lists, links, and words."""
 
@@ -85,7 +110,23 @@ def test_the_site_works_from_the_disk_on_every_screen(site, tab):
             "[...document.querySelectorAll('article img')]"
             ".filter(img => !img.complete || !img.naturalWidth).map(img => img.src)"
         )
-    tab.get_by_placeholder("Search").click()
-    tab.keyboard.type("backlash")
-    tab.locator(".md-search-result__item").first.wait_for(timeout=60_000)
     assert wrong == []
+
+
+def test_a_search_finds_the_page_that_is_meant(site, tab):
+    """Among the first three; by the site's own search, which no address of the reference is in."""
+    tab.goto((site / "index.html").as_uri())
+    box = tab.get_by_placeholder("Search")
+    box.click()
+    wrong = {}
+    for query, page in QUERIES.items():
+        for words, count in (("", "== 0"), (query, "> 0")):
+            box.fill(words)
+            box.press("End")
+            items = "document.querySelectorAll('.md-search-result__item')"
+            tab.wait_for_function(f"{items}.length {count}", timeout=60_000)
+        links = tab.evaluate(f"Array.from({items}, item => item.querySelector('a').pathname)")
+        first = [link.partition("/site/")[2] for link in links[:3]]
+        if page not in first or "api.html" in links:
+            wrong[query] = first
+    assert wrong == {}

@@ -22,6 +22,18 @@ MESSAGES = "<!-- every message -->"
 BY_HAND = "<!-- where the site has them -->"
 OPTIONS = "<!-- every option -->"
 EXAMPLES = "<!-- every example -->"
+SOUGHT_LESS = {
+    "architecture.md",
+    "benchmarks.md",
+    "causes/index.md",
+    "examples.md",
+    "gallery.md",
+    "messages.md",
+    "model.md",
+    "recipes.md",
+    "versions.md",
+}
+"""Pages with many words: a search names them after those that say what to do."""
 SAID = {"Diagnostic", "warn"}
 CODE = ast.FunctionDef | ast.Assign | ast.Call
 BARE = {
@@ -44,8 +56,10 @@ def on_startup(**_: Any) -> None:
             link.symlink_to(ROOT / name)
 
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
+def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
     """Fill in what is taken from the code, and lead links to examples to their page."""
+    if page.file.src_uri in SOUGHT_LESS:
+        page.meta["search"] = {"boost": 0.3}
     markdown = re.sub(
         r"\]\(\.\./examples/plugin[^)]*\)", "](examples.md#plugin)", markdown
     )

@@ -183,7 +183,7 @@ def main() -> None:
         )
         for command in (
             f"check demo/recordings {where}",
-            f"solve demo/recordings/front --test demo/recordings {where} --out calibrated",
+            f"solve demo/recordings {where} --out calibrated",
         ):
             run(film, command.split(), folder)
     Path(__file__).with_name("terminal.svg").write_text(film.svg())

@@ -78,7 +78,22 @@ class Damiao(PolledDriver):
         self._bus = CanBus(bus, tuple(ANSWERS + motor for motor in self._motors))
         self._fresh = FreshAnswers(self._bus.discard)
         with self._closed_on_error():
-            self._inspect()
+            # All motors answer, and count as they should.
+            for motor in self._motors:
+                until = clock.now() + FIRST_ANSWER_SECONDS
+                try:
+                    largest = self._ask(
+                        motor, QUERY, PMAX_REGISTER, decode_query, until
+                    )
+                except ValueError as error:
+                    raise Reason.UNREACHABLE(
+                        f"{error} on {self._where}: is the arm's power on, and the bus at 1 Mbit/s?"
+                    ) from None
+                if largest != PMAX:
+                    raise Reason.WRONG_ROBOT(
+                        f"motor {motor} on {self._where} counts to {largest:g} rad, not {PMAX:g}: "
+                        "its angles would be read wrong"
+                    )
 
     def _receive(self, deadline: float) -> JointState:
         start = self._await_turn(deadline, self._interval)
@@ -101,22 +116,6 @@ class Damiao(PolledDriver):
 
     def _disconnect(self) -> None:
         self._bus.close()
-
-    def _inspect(self) -> None:
-        """See that all motors answer, and count as they should."""
-        for motor in self._motors:
-            try:
-                until = clock.now() + FIRST_ANSWER_SECONDS
-                largest = self._ask(motor, QUERY, PMAX_REGISTER, decode_query, until)
-            except ValueError as error:
-                raise Reason.UNREACHABLE(
-                    f"{error} on {self._where}: is the arm's power on, and the bus at 1 Mbit/s?"
-                ) from None
-            if largest != PMAX:
-                raise Reason.WRONG_ROBOT(
-                    f"motor {motor} on {self._where} counts to {largest:g} rad, not {PMAX:g}: its "
-                    "angles would be read wrong"
-                )
 
     def _ask(
         self,

@@ -17,6 +17,7 @@ import math
 import struct
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
+from itertools import starmap
 from pathlib import Path
 from typing import Any, cast
 
@@ -88,19 +89,17 @@ def _connect(
 ) -> tuple[TcpStream, DatagramSocket]:
     """Open the connection, with the version that the robot speaks if it refuses the given one."""
     session = _try_version(endpoint, version, on_stranger)
-    if isinstance(session, int):
-        if (
-            session not in VERSIONS
-            or session == version
-            or "version" in endpoint.options
-        ):
-            raise Reason.PROTOCOL(
-                f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
-                f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here, tried with libfranka "
-                "0.9 and 0.21. Look for a newer mukca, or read the arm by --driver ros"
-            )
-        clock.sleep(SETTLE_SECONDS)
-        version, session = session, _try_version(endpoint, session, on_stranger)
+    if not isinstance(session, int):
+        return session
+    is_given = "version" in endpoint.options
+    if session not in VERSIONS or session == version or is_given:
+        raise Reason.PROTOCOL(
+            f"the robot at {endpoint} speaks version {session} of FCI and refused {version}; "
+            f"versions {VERSIONS[0]} to {VERSIONS[-1]} can be read here, tried with libfranka "
+            "0.9 and 0.21. Look for a newer mukca, or read the arm by --driver ros"
+        )
+    clock.sleep(SETTLE_SECONDS)
+    version, session = session, _try_version(endpoint, session, on_stranger)
     if isinstance(session, int):
         raise Reason.PROTOCOL(
             f"the robot at {endpoint} asked for version {version} of FCI, then refused it"
@@ -130,22 +129,18 @@ def _try_version(
                 f"the robot at {endpoint} took the connection, then {did}. If another program "
                 "holds FCI, which serves one at a time, close it; else see what Desk says"
             ) from None
-        status, server = _parse_response(response, endpoint)
+        *header, status, server = RESPONSE.unpack(response)
+        if header != [CONNECT, 0, RESPONSE.size] or status not in (
+            SUCCESS,
+            INCOMPATIBLE,
+        ):
+            raise Reason.PROTOCOL(
+                f"what listens at {endpoint} does not speak FCI: it answered {response.hex(' ')}"
+            )
         if status == INCOMPATIBLE:
             return server
         opened.pop_all()
         return tcp, udp
-
-
-def _parse_response(response: bytes, endpoint: Endpoint) -> tuple[int, int]:
-    """Return status and server version of a connect response."""
-    command, identifier, size, status, server = RESPONSE.unpack(response)
-    header = (command, identifier, size)
-    if header != (CONNECT, 0, RESPONSE.size) or status not in (SUCCESS, INCOMPATIBLE):
-        raise Reason.PROTOCOL(
-            f"what listens at {endpoint} does not speak FCI: it answered {response.hex(' ')}"
-        )
-    return status, server
 
 
 def _layout(
@@ -159,13 +154,7 @@ def _layout(
     )
 
 
-_LAYOUTS = (
-    _layout("d", torque=760, position=928, errors=2002, count=37),
-    _layout("d", torque=1016, position=1184, errors=2258, count=37),
-    _layout("d", torque=1016, position=1184, errors=2282, count=41),
-    _layout("f", torque=512, position=596, errors=1290, count=41),
-)
-LAYOUTS = {layout.size: layout for layout in _LAYOUTS}
+LAYOUTS = {layout.size: layout for layout in starmap(_layout, _NAMES["layouts"])}
 """By the length of a RobotState; offsets [bytes] as in the headers of libfranka-common."""
 
 

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
+from .. import JointValues
+
 MONITORING_ID = 0x245142
 COMMAND_ID = 0x34001
 LARGEST_ANGLE = 2 * math.pi
@@ -50,9 +52,9 @@ class StateMessage:
     """Of the connection, in a word."""
     receive_multiplier: int
     """The controller expects a reply to each message of this many."""
-    position: tuple[float, ...]
+    position: JointValues
     """Measured joint angles [rad]; empty when the message has none, as it may when idle."""
-    torque: tuple[float, ...] | None
+    torque: JointValues | None
     """Measured joint torques [N m]."""
     stamp: float
     """The controller's clock [s]; without one in the message, counted in send periods."""
@@ -65,7 +67,14 @@ QUALITIES = ("poor", "fair", "good", "excellent")
 
 def decode_message(datagram: bytes) -> StateMessage:
     """Decode a monitoring message."""
-    body, in_frame = _unframe(datagram)
+    size, body = int.from_bytes(datagram[:4], "little"), datagram
+    in_frame = datagram[:1] != HEADER_KEY or size <= LARGEST_DATAGRAM
+    if in_frame:
+        body = datagram[4:-4]
+        if len(datagram) < FRAME_BYTES or size != len(body):
+            raise ValueError("a datagram that is no FRI message")
+        if int.from_bytes(datagram[-4:], "little") != zlib.crc32(body):
+            raise ValueError("an FRI message with a wrong checksum")
     message = _fields(body)
     header = _fields(_bytes(message, 1))
     if _varint(header, 1) != MONITORING_ID:
@@ -94,6 +103,15 @@ def decode_message(datagram: bytes) -> StateMessage:
             f"an FRI message that wants a reply only to each {multiplier}th"
         )
     sequence = _varint(header, 2)
+    stamp = sequence * _varint(connection, 3, 1) * 1e-3
+    if 15 in monitor:
+        clock = _fields(_bytes(monitor, 15))
+        seconds, nanoseconds = _varint(clock, 1), _varint(clock, 2)
+        if seconds >= 1 << 32 or nanoseconds >= 10**9:
+            raise ValueError(
+                f"an FRI message with a stamp of {seconds} s and {nanoseconds} ns"
+            )
+        stamp = seconds + nanoseconds * 1e-9
     return StateMessage(
         sequence=sequence,
         session=Session(_varint(connection, 1)),
@@ -101,7 +119,7 @@ def decode_message(datagram: bytes) -> StateMessage:
         receive_multiplier=multiplier,
         position=position,
         torque=torque or None,
-        stamp=_stamp(monitor, sequence * _varint(connection, 3, 1) * 1e-3),
+        stamp=stamp,
         framed=in_frame,
     )
 
@@ -129,24 +147,7 @@ def nested(number: int, message: bytes) -> bytes:
     return varint(number << 3 | BYTES) + varint(len(message)) + message
 
 
-def _unframe(datagram: bytes) -> tuple[bytes, bool]:
-    """Return the protobuf in a datagram, and True if it was framed."""
-    if (
-        datagram[:1] == HEADER_KEY
-        and int.from_bytes(datagram[:4], "little") > LARGEST_DATAGRAM
-    ):
-        return datagram, False
-    body = datagram[4:-4]
-    if len(datagram) < FRAME_BYTES or int.from_bytes(datagram[:4], "little") != len(
-        body
-    ):
-        raise ValueError("a datagram that is no FRI message")
-    if int.from_bytes(datagram[-4:], "little") != zlib.crc32(body):
-        raise ValueError("an FRI message with a wrong checksum")
-    return body, True
-
-
-def _joint_values(fields: Fields, number: int) -> tuple[float, ...]:
+def _joint_values(fields: Fields, number: int) -> JointValues:
     """Return a JointValues message: repeated doubles, packed or not; empty if it is absent."""
     values: list[float] = []
     for wire, value in _fields(_bytes(fields, number, b"")).get(1, []):
@@ -156,18 +157,6 @@ def _joint_values(fields: Fields, number: int) -> tuple[float, ...]:
     if not all(map(math.isfinite, values)):
         raise ValueError("an FRI message with joint values that are no numbers")
     return tuple(values)
-
-
-def _stamp(monitor: Fields, default: float) -> float:
-    if 15 not in monitor:
-        return default
-    stamp = _fields(_bytes(monitor, 15))
-    seconds, nanoseconds = _varint(stamp, 1), _varint(stamp, 2)
-    if seconds >= 1 << 32 or nanoseconds >= 10**9:
-        raise ValueError(
-            f"an FRI message with a stamp of {seconds} s and {nanoseconds} ns"
-        )
-    return seconds + nanoseconds * 1e-9
 
 
 def _fields(body: bytes) -> Fields:

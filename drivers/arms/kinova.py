@@ -14,9 +14,17 @@ from concurrent.futures import TimeoutError as FutureTimeoutError
 from itertools import chain
 from typing import Any
 
-from .. import DriverError, JointState, PolledDriver, Reason, clock, match_joints
+from .. import (
+    DriverError,
+    JointState,
+    JointValues,
+    PolledDriver,
+    Reason,
+    clock,
+    match_joints,
+)
 from ..transport import Endpoint, open_tcp, parse_endpoint
-from .kinova_bus import Answers, KinovaArm, open_can, open_serial
+from .kinova_bus import Answers, KinovaArm, PolledArm, open_can, open_serial
 
 TURN = 360.0  # degrees
 KORTEX_PORT = 10000
@@ -33,12 +41,19 @@ class Kinova(PolledDriver):
 
     def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
         super().__init__("the Kinova arm")
-        self._arm = _connect(address)
+        scheme, separator, path = address.partition("://")
+        kinds = {"serial": open_serial, "can": open_can, "kortex": Kortex}
+        if not separator or scheme not in kinds:
+            raise Reason.BAD_ADDRESS(
+                f"kinova address {address!r}: expected serial://PORT (Gen2, JACO), can://CHANNEL, "
+                "or kortex://HOST (Gen3, Gen3 lite)"
+            )
+        self._arm: PolledArm | Kortex = kinds[scheme](path)
         with self._closed_on_error():
             self._joint_names = match_joints(
                 joint_names, self._arm.joints, "the Kinova arm"
             )
-        self._last: tuple[float, ...] = ()  # joint angles [degrees]
+        self._last: JointValues = ()  # joint angles [degrees]
         self._fastest = math.inf
 
     def _receive(self, deadline: float) -> JointState:
@@ -49,21 +64,14 @@ class Kinova(PolledDriver):
         finally:
             self.rejected += self._arm.rejected - before
         effort = tuple(self._arm.sign * torque for torque in torques)
-        return JointState(stamp, self._unwrapped(degrees), effort)
+        # Each is within half a turn of the joint's last one.
+        start = (0.0,) * len(degrees) if self._arm.centred else degrees
+        pairs = zip(degrees, self._last or start, strict=True)
+        self._last = tuple(a - TURN * round((a - last) / TURN) for a, last in pairs)
+        return JointState(stamp, tuple(map(math.radians, self._last)), effort)
 
     def _disconnect(self) -> None:
         self._arm.close()
-
-    def _unwrapped(self, degrees: Sequence[float]) -> tuple[float, ...]:
-        """Return angles in radians, each within half a turn of the joint's last one."""
-        reference = self._last or (
-            (0.0,) * len(degrees) if self._arm.centred else degrees
-        )
-        self._last = tuple(
-            angle - TURN * round((angle - last) / TURN)
-            for angle, last in zip(degrees, reference, strict=True)
-        )
-        return tuple(map(math.radians, self._last))
 
     def _measure(self, deadline: float) -> tuple[Answers, float]:
         """Ask all joints once; return their answers and the time in the middle [s]."""
@@ -83,18 +91,6 @@ class Kinova(PolledDriver):
             )
             if end >= deadline:
                 raise Reason.SILENT(f"the joints take {end - start:.2g} s to answer")
-
-
-def _connect(address: str) -> KinovaArm:
-    """Open the kind of connection that an address names."""
-    scheme, separator, path = address.partition("://")
-    kinds = {"serial": open_serial, "can": open_can, "kortex": Kortex}
-    if separator and scheme in kinds:
-        return kinds[scheme](path)
-    raise Reason.BAD_ADDRESS(
-        f"kinova address {address!r}: expected serial://PORT (Gen2, JACO), can://CHANNEL, or "
-        "kortex://HOST (Gen3, Gen3 lite)"
-    )
 
 
 class Kortex(KinovaArm):
@@ -157,7 +153,22 @@ class Kortex(KinovaArm):
 
     def _open(self, endpoint: Endpoint) -> None:
         """Connect, log in, and make the client that asks."""
-        kortex = _modules()
+        names = (
+            "TCPTransport",
+            "RouterClient",
+            "SessionManager",
+            "autogen.messages.Session_pb2",
+            "autogen.client_stubs.BaseCyclicClientRpc",
+        )
+        try:
+            kortex: dict[str, Any] = {
+                name: importlib.import_module(f"kortex_api.{name}") for name in names
+            }
+        except ImportError as error:
+            raise Reason.MISSING_PACKAGE(
+                "kinova over Kortex needs kortex_api, which is not on PyPI: install the wheel that "
+                f"the readme of github.com/Kinovarobotics/kortex names ({error})"
+            ) from None
         self._options = kortex["RouterClient"].RouterClientSendOptions()
         open_tcp(
             endpoint, "is this the arm's address?"
@@ -183,21 +194,3 @@ class Kortex(KinovaArm):
     def _failed(self, error: Exception) -> DriverError:
         self.close()
         return Reason.UNREACHABLE(f"the Kinova arm at {self._where}: {error}")
-
-
-def _modules() -> dict[str, Any]:
-    """Import the parts of kortex_api that are used."""
-    names = (
-        "TCPTransport",
-        "RouterClient",
-        "SessionManager",
-        "autogen.messages.Session_pb2",
-        "autogen.client_stubs.BaseCyclicClientRpc",
-    )
-    try:
-        return {name: importlib.import_module(f"kortex_api.{name}") for name in names}
-    except ImportError as error:
-        raise Reason.MISSING_PACKAGE(
-            "kinova over Kortex needs kortex_api, which is not on PyPI: install the wheel that the "
-            f"readme of github.com/Kinovarobotics/kortex names ({error})"
-        ) from None

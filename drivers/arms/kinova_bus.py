@@ -8,8 +8,8 @@ GET_ACTUALPOSITION is ever sent; other commands move the arm or rewrite its zero
 import logging
 import math
 import struct
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import serial
@@ -45,7 +45,7 @@ Answers = tuple[Sequence[float], Sequence[float]]
 """Angles [degrees] and torques [N m] of all joints, from base to flange, by the arm's own sign."""
 
 
-class KinovaArm(ABC):
+class KinovaArm:
     """A connection that is asked for the joints again and again."""
 
     joints: int
@@ -58,14 +58,6 @@ class KinovaArm(ABC):
     """True where the first angle of each joint is brought between -180 and 180 degrees."""
     rejected: int = 0
     """Number of answers that could not be used."""
-
-    @abstractmethod
-    def measure(self, deadline: float) -> Answers:
-        """Ask all joints once; raise SILENT when one does not answer until the deadline [s]."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """End the connection; safe to call twice."""
 
 
 def decode_reply(message: bytes, actuator: int) -> tuple[float, float]:
@@ -118,7 +110,9 @@ class IsoTpLink:
             isotp.AddressingMode.Normal_11bits, txid=transmit, rxid=receive
         )
         self._transfer: Any = isotp.TransportLayerLogic(
-            self._next_frame, self._send_frame, address
+            self._next_frame,
+            lambda frame: bus.send(frame.arbitration_id, bytes(frame.data)),
+            address,
         )
         self._until = 0.0
 
@@ -159,9 +153,6 @@ class IsoTpLink:
             return None
         return isotp.CanMessage(frame.arbitration_id, data=bytes(frame.data))
 
-    def _send_frame(self, frame: "isotp.CanMessage") -> None:
-        self._bus.send(frame.arbitration_id, bytes(frame.data))
-
 
 class PolledArm(KinovaArm):
     """Actuators that answer one after the other; ``where`` is the link as messages name it."""
@@ -188,23 +179,21 @@ class PolledArm(KinovaArm):
             raise
 
     def measure(self, deadline: float) -> Answers:
-        """Return the answers of all actuators."""
-        replies = [
-            self._poll(FIRST_ACTUATOR + joint, deadline) for joint in range(self.joints)
-        ]
+        """Return the answers of all actuators; SILENT where one gives none by the deadline [s]."""
+        replies: list[tuple[float, float]] = []
+        for actuator in range(FIRST_ACTUATOR, FIRST_ACTUATOR + self.joints):
+            try:
+                replies.append(
+                    self._fresh.ask(partial(self._ask, actuator, deadline), deadline)
+                )
+            except ValueError as error:
+                raise Reason.SILENT(str(error)) from None
         degrees, torques = zip(*replies, strict=True)
         return degrees, torques
 
     def close(self) -> None:
         """Free the line."""
         self._link.close()
-
-    def _poll(self, actuator: int, deadline: float) -> tuple[float, float]:
-        """Ask one actuator until it gives a proper answer, or time is up."""
-        try:
-            return self._fresh.ask(lambda: self._ask(actuator, deadline), deadline)
-        except ValueError as error:
-            raise Reason.SILENT(str(error)) from None
 
     def _ask(self, actuator: int, deadline: float) -> tuple[float, float]:
         """Return an actuator's answer; other messages are counted."""

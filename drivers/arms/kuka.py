@@ -41,7 +41,14 @@ class Kuka(ValidatingDriver):
         for datagram, source in self._udp.until(deadline):
             message = decode_message(datagram)
             self._follow(message)
-            self._answer(message, source)
+            # A reply is due to each receiveMultiplier-th message, and none when idle.
+            expects = message.session is not Session.IDLE
+            self._unanswered += expects
+            if expects and self._unanswered >= message.receive_multiplier:
+                reply = encode_reply(self._replies, message.sequence, message.framed)
+                self._udp.send(reply, source)
+                self._replies = (self._replies + 1) % COUNTER
+                self._unanswered = 0
             if message.position:
                 effort = message.torque and tuple(
                     self._sign * torque for torque in message.torque
@@ -95,15 +102,3 @@ class Kuka(ValidatingDriver):
                 f"the FRI session of {self._where} is in {message.session.name}: it expects "
                 "commands, and nothing here sends any; run an application that only monitors"
             )
-
-    def _answer(self, message: StateMessage, source: tuple[str, int]) -> None:
-        """Answer a message where one is due: each receiveMultiplier-th, and none when idle."""
-        if message.session is Session.IDLE:
-            return
-        self._unanswered += 1
-        if self._unanswered >= message.receive_multiplier:
-            self._udp.send(
-                encode_reply(self._replies, message.sequence, message.framed), source
-            )
-            self._replies = (self._replies + 1) % COUNTER
-            self._unanswered = 0

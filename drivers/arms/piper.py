@@ -87,14 +87,11 @@ class Piper(ValidatingDriver):
         if len(self._angles) < JOINTS:
             return None
         position, self._angles = tuple(self._angles), []
-        return JointState(self._stamp(self._monotonic(arrival)), position)
-
-    def _monotonic(self, arrival: float) -> float:
-        """Return a time of arrival by the monotonic clock [s]; buses tell it by one that is set."""
+        # Buses tell the time of arrival by a clock that is set; the first one is far off, too.
         now = clock.now()
-        if not abs(arrival + self._offset - now) < CLOCK_STEP:  # true for the first
+        if not abs(arrival + self._offset - now) < CLOCK_STEP:
             self._offset = now - arrival
-        return arrival + self._offset
+        return JointState(self._stamp(arrival + self._offset), position)
 
     def _lose_turn(self) -> None:
         """Give up the state of this turn, and wait for the first frame of the next."""

@@ -17,7 +17,7 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from .. import JointState, Reason, ValidatingDriver, clock
+from .. import JointNames, JointState, JointValues, Reason, ValidatingDriver, clock
 from ..transport import Endpoint, open_tcp, parse_endpoint
 
 if TYPE_CHECKING:
@@ -50,7 +50,10 @@ def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> Joint
         effort = _numbers(
             message.get("effort") or [None] * len(names), order, len(names)
         )
-        stamp = _stamp(message)
+        time = message["header"]["stamp"]
+        # ROS 2 and 1 name its parts differently.
+        keys = ("sec", "nanosec") if "sec" in time else ("secs", "nsecs")
+        stamp = float(time[keys[0]]) + 1e-9 * float(time[keys[1]])
     except (AttributeError, KeyError, IndexError, OverflowError, TypeError) as error:
         raise ValueError(f"a message that is no JointState: {error!r}") from None
     if not all(map(math.isfinite, (*position, stamp))):
@@ -75,7 +78,14 @@ class Ros(ValidatingDriver):
         topic = endpoint.options.get("topic", "/joint_states")
         super().__init__(f"{topic} of the rosbridge at {endpoint}")
         self._messages: queue.Queue[tuple[float, Any]] = queue.Queue(LONGEST_QUEUE)
-        self._client, self._topic = _subscribe(endpoint, topic, self._put)
+
+        def put(message: Any) -> None:
+            try:
+                self._messages.put_nowait((clock.now(), message))
+            except queue.Full:
+                self.missed += 1
+
+        self._client, self._topic = _subscribe(endpoint, topic, put)
         self._ended = threading.Event()
         self._unstamped = False
         self._late: deque[bool] = deque(maxlen=LATEST)
@@ -85,7 +95,7 @@ class Ros(ValidatingDriver):
             self._joint_names = self._match(joint_names)
 
     def _receive(self, deadline: float) -> JointState:
-        others: tuple[str, ...] = ()
+        others: JointNames = ()
         while (came := self._get(deadline)) is not None:
             arrival, message = came
             names = _names(message)
@@ -115,11 +125,11 @@ class Ros(ValidatingDriver):
             self._topic.unsubscribe()
             self._client.close()
 
-    def _match(self, joint_names: Sequence[str] | None) -> tuple[str, ...]:
+    def _match(self, joint_names: Sequence[str] | None) -> JointNames:
         """Wait for a message that has the model's joints, or any joints without a model."""
         deadline = clock.now() + FIRST_STATE_SECONDS
         published: set[str] = set()
-        longest: tuple[str, ...] = ()
+        longest: JointNames = ()
         while (came := self._get(deadline)) is not None:
             names = _names(came[1])
             published.update(names)
@@ -137,12 +147,6 @@ class Ros(ValidatingDriver):
             f"{self._where} has no joint {', '.join(lost) or 'states with all joints at once'}; "
             f"it has {', '.join(sorted(published))}"
         )
-
-    def _put(self, message: Any) -> None:
-        try:
-            self._messages.put_nowait((clock.now(), message))
-        except queue.Full:
-            self.missed += 1
 
     def _get(self, deadline: float) -> tuple[float, Any] | None:
         """Return the next message, and when it came [s]."""
@@ -190,24 +194,15 @@ def _keep_quiet() -> None:
         logging.getLogger(name).addHandler(logging.NullHandler())
 
 
-def _names(message: Any) -> tuple[str, ...]:
+def _names(message: Any) -> JointNames:
     try:
         return tuple(map(str, message["name"]))
     except (KeyError, TypeError):
         return ()
 
 
-def _numbers(
-    values: Sequence[Any], order: Sequence[int], count: int
-) -> tuple[float, ...]:
+def _numbers(values: Sequence[Any], order: Sequence[int], count: int) -> JointValues:
     """Return the numbers at the given places of a list of a given length; NaN where it has none."""
     if len(values) != count:
         raise ValueError(f"a message with {count} names and {len(values)} values")
     return tuple(math.nan if values[i] is None else float(values[i]) for i in order)
-
-
-def _stamp(message: Any) -> float:
-    """Return the stamp of a message [s], whose parts ROS 2 and 1 name differently."""
-    stamp = message["header"]["stamp"]
-    seconds, nanoseconds = ("sec", "nanosec") if "sec" in stamp else ("secs", "nsecs")
-    return float(stamp[seconds]) + 1e-9 * float(stamp[nanoseconds])

@@ -1,19 +1,20 @@
 """Driver of a simulated arm, which replays configurations and misbehaves on demand.
 
-Address: ``PATH?option=value&...``; docs/simulation.md lists options and faults.
+Address: ``PATH?option=value&...``; docs/simulated-arm.md lists options and faults.
 """
 
 import csv
 import math
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 from urllib.parse import parse_qsl
 
 from ...errors import read_bytes, reason_of
-from .. import Driver, JointState, Reason, clock, match_joints
+from .. import Driver, JointNames, JointState, JointValues, Reason, clock, match_joints
 from .simulated_arm import Fault, Motion, SimulatedArm
 
-_Rows = list[tuple[float, ...]]
+_Rows = list[JointValues]
 
 
 class Mock(Driver):
@@ -57,7 +58,7 @@ class Mock(Driver):
         self._open = True
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
+    def joint_names(self) -> JointNames:
         """Names of the joints: the model's where it is known, else the recording's own.
 
         They stand in the recording's order where that has the model's names.
@@ -95,10 +96,9 @@ class Mock(Driver):
     def _skip_lost(self) -> None:
         """Skip the states that no longer fit the buffer, as a socket drops them."""
         late = self._arm.now() - self._next / self._arm.rate - self._arm.buffer
-        if late > 0:
-            lost = math.ceil(late * self._arm.rate)
-            self.missed += lost
-            self._next += lost
+        lost = math.ceil(max(0.0, late) * self._arm.rate)
+        self.missed += lost
+        self._next += lost
 
     def _receive(self) -> JointState | None:
         moment = self._next / self._arm.rate
@@ -144,16 +144,16 @@ def arm_at(address: str) -> SimulatedArm:
 def _build(path: Path, options: dict[str, float], faults: list[Fault]) -> SimulatedArm:
     """Return the arm that replays a CSV file, or all recordings in a placement's folder."""
     files = sorted([*path.glob("hole_*.csv"), *path.glob("samples.csv")]) or [path]
-    parts = [_read(file) for file in files]
-    configurations = [row for _, rows, _ in parts for row in rows]
-    efforts = [row for _, _, rows in parts for row in rows]
+    names, positions, torques = zip(*map(_read, files), strict=True)
+    configurations = list(chain.from_iterable(positions))
+    efforts = list(chain.from_iterable(torques))
     if not configurations:
         raise Reason.BAD_ADDRESS(f"mock: {path}: no configuration to replay")
     hold = options.pop("hold", Motion.hold)
     move = options.pop("move", Motion.move)
     return SimulatedArm(
         Motion(configurations, hold=hold, move=move),
-        joint_names=parts[0][0],
+        joint_names=names[0],
         efforts=efforts if len(efforts) == len(configurations) else None,
         seed=int(options.pop("seed", 0)),
         faults=faults,
@@ -169,7 +169,7 @@ def _number(text: str) -> float | None:
         return None
 
 
-def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
+def _read(file: Path) -> tuple[JointNames, _Rows, _Rows]:
     """Return a file's joint names, positions [rad] and efforts [N m]."""
     try:
         text = read_bytes(file).decode("utf-8-sig")
@@ -191,7 +191,7 @@ def _read(file: Path) -> tuple[tuple[str, ...], _Rows, _Rows]:
 
 def _pick(lines: Sequence[Sequence[str]], columns: Sequence[int]) -> _Rows:
     """Return the numbers in some columns, of the lines that have all of them."""
-    rows = list[tuple[float, ...]]()
+    rows = list[JointValues]()
     for line in lines:
         cells = [line[i].strip() for i in columns if i < len(line)]
         if columns and len(cells) == len(columns) and all(cells):

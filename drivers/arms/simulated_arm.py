@@ -5,7 +5,7 @@ import random
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from .. import JointState, clock
+from .. import JointNames, JointState, JointValues, clock
 
 ARM_FAULTS = (
     "drop",
@@ -103,7 +103,7 @@ class Motion:
         count = len(self.configurations)
         return count * self.hold + (count - 1) * self.move
 
-    def position(self, time: float) -> tuple[float, ...]:
+    def position(self, time: float) -> JointValues:
         """Return the joint positions [rad] at a time after the start [s]."""
         index, progress = self.phase(time)
         start = self.configurations[index]
@@ -127,7 +127,7 @@ class SimulatedArm:
 
     motion: Motion
     """Path through its configurations."""
-    joint_names: tuple[str, ...] = ()
+    joint_names: JointNames = ()
     """Names of the joints; joint1, joint2, ... where none are given."""
     efforts: Sequence[Sequence[float]] | None = None
     """Torque of each joint at each of the motion's configurations [N m], shape (configurations,
@@ -203,22 +203,21 @@ class SimulatedArm:
                 effort = tuple([tau + 5 + self._random.gauss(0, 0.5) for tau in effort])
         if not self.faults:
             return JointState(stamp=moment, position=position, effort=effort)
-        state = JointState(moment, self._spoilt(position, moment), effort)
+        if self.shows("nan", moment):
+            position = (*position[:-1], math.nan)
+        elif self.shows("jump", moment):
+            position = (*position[:-1], position[-1] + 0.2)
+        elif self.shows("zeros", moment):
+            position = (0.0,) * len(position)
+        elif self.shows("short", moment):
+            position = position[:-1]
+        state = JointState(moment, position, effort)
         if self.shows("freeze", moment):
             self._frozen = state
         return state
 
-    def _noisy(self, values: tuple[float, ...], sigma: float) -> tuple[float, ...]:
+    def _noisy(self, values: JointValues, sigma: float) -> JointValues:
         if sigma == 0:
             return values
         gauss = self._random.gauss
         return tuple([value + gauss(0.0, sigma) for value in values])
-
-    def _spoilt(self, position: tuple[float, ...], moment: float) -> tuple[float, ...]:
-        if self.shows("nan", moment):
-            return (*position[:-1], math.nan)
-        if self.shows("jump", moment):
-            return (*position[:-1], position[-1] + 0.2)
-        if self.shows("zeros", moment):
-            return (0.0,) * len(position)
-        return position[:-1] if self.shows("short", moment) else position

@@ -13,7 +13,15 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
+from .. import (
+    DriverError,
+    JointState,
+    JointValues,
+    Reason,
+    ValidatingDriver,
+    clock,
+    match_joints,
+)
 from ..transport import CONNECT_SECONDS, TcpStream, cut, parse_endpoint
 
 PORT = 30004
@@ -66,7 +74,14 @@ class Ur(ValidatingDriver):
             self.rate = min(wanted_rate, self._fastest())
             """States per second."""
             self._period = 1 / self.rate
-            self._recipe = self._start(self.rate, endpoint.options.get("effort"))
+            effort = endpoint.options.get("effort")
+            outputs = self._ask(SETUP_OUTPUTS, setup_payload(self.rate, effort))
+            try:
+                self._recipe = decode_recipe(outputs, effort)
+            except ValueError as error:
+                raise Reason.PROTOCOL(f"{self._where} sends {error}") from None
+            if self._ask(START) != b"\x01":
+                raise Reason.WRONG_MODE(f"{self._where} refuses to start")
 
     def _receive(self, deadline: float) -> JointState:
         state, self.status = self._recipe.decode(self._next_package(DATA, deadline))
@@ -87,17 +102,6 @@ class Ur(ValidatingDriver):
                 f"{self._where} sends no version that can be read: {TRIED}"
             )
         return FAST if struct.unpack(">4I", version)[0] >= E_SERIES else SLOW
-
-    def _start(self, rate: float, effort: str | None) -> "Recipe":
-        """Ask for the outputs, and for the stream to start; return the outputs' recipe."""
-        outputs = self._ask(SETUP_OUTPUTS, setup_payload(rate, effort))
-        try:
-            recipe = decode_recipe(outputs, effort)
-        except ValueError as error:
-            raise Reason.PROTOCOL(f"{self._where} sends {error}") from None
-        if self._ask(START) != b"\x01":
-            raise Reason.WRONG_MODE(f"{self._where} refuses to start")
-        return recipe
 
     def _ask(self, kind: int, payload: bytes = b"") -> bytes:
         """Send a request and return the payload of its reply."""
@@ -146,7 +150,7 @@ class Recipe:
         return state, status_text(*values[6:8])
 
 
-def check_angles(position: Sequence[float]) -> tuple[float, ...]:
+def check_angles(position: Sequence[float]) -> JointValues:
     """Return six joint angles [rad], if they can be."""
     *arm, wrist_3 = position
     if not all(abs(angle) <= LARGEST_ANGLE for angle in arm) or not math.isfinite(

@@ -13,6 +13,7 @@ from .. import (
     ArrivalTimeFilter,
     DriverError,
     JointState,
+    JointValues,
     Reason,
     ValidatingDriver,
     clock,
@@ -59,7 +60,7 @@ RICH_PORT = 30002
 class Report:
     """The used part of a report."""
 
-    angles: tuple[float, ...]
+    angles: JointValues
     """Of seven joints [rad]; an arm with fewer has zeros for the rest."""
     status: str
     time: float | None = None
@@ -79,23 +80,21 @@ def take_report(received: bytearray) -> bytes | None:
 
 def decode_report(report: bytes, layout: Layout) -> Report:
     """Decode a report."""
-    last = max(layout.angles + ANGLES.size, (layout.joints or 0) + 1)
-    if len(report) < max(last, SHORTEST) or int.from_bytes(report[:4], "big") != len(
-        report
-    ):
+    last = max(layout.angles + ANGLES.size, (layout.joints or 0) + 1, SHORTEST)
+    if len(report) < last or int.from_bytes(report[:4], "big") != len(report):
         raise ValueError(f"a report of {len(report)} bytes")
-    angles: tuple[float, ...] = ANGLES.unpack_from(report, layout.angles)
+    angles: JointValues = ANGLES.unpack_from(report, layout.angles)
     if not all(abs(angle) <= LARGEST_ANGLE for angle in angles):  # false for NaN too
         raise ValueError("a report with impossible joint angles")
     joints = None if layout.joints is None else report[layout.joints]
-    if joints is not None and joints not in (5, 6, 7):
+    if joints not in (None, 5, 6, 7):
         raise ValueError(f"a report of an arm with {joints} joints")
     mode, state = divmod(report[layout.status], 16)
     status = f"{MODES.get(mode, f'mode {mode}')}, {STATES.get(state, f'state {state}')}"
-    if layout.time is None:
-        return Report(angles, status, None, joints)
-    (micros,) = struct.unpack_from(">Q", report, layout.time)
-    return Report(angles, status, micros * 1e-6, joints)
+    time = None
+    if layout.time is not None:
+        time = int.from_bytes(report[layout.time : layout.time + 8], "big") * 1e-6
+    return Report(angles, status, time, joints)
 
 
 class XArm(ValidatingDriver):
@@ -107,7 +106,14 @@ class XArm(ValidatingDriver):
         port = endpoint.options.integer("port", 0)
         if port not in (0, *PORTS):
             raise endpoint.options.wrong("port", f"one of {', '.join(map(str, PORTS))}")
-        count = self._count_joints(endpoint)
+        tcp = TcpStream(endpoint, "is the controller on, and is this its address?")
+        try:
+            report = tcp.take(take_report, clock.now() + FIRST_SECONDS)
+            count = decode_report(report, RICH).joints or MOST_JOINTS
+        except ValueError as error:
+            raise Reason.PROTOCOL(f"{self._where} sends {error}") from None
+        finally:
+            tcp.close()
         self._joint_names = match_joints(
             joint_names, count, f"the arm at {endpoint.host}"
         )
@@ -127,19 +133,6 @@ class XArm(ValidatingDriver):
 
     def _disconnect(self) -> None:
         self._tcp.close()
-
-    def _count_joints(self, endpoint: Endpoint) -> int:
-        """Return the number of the arm's joints."""
-        tcp = TcpStream(endpoint, "is the controller on, and is this its address?")
-        try:
-            report = decode_report(
-                tcp.take(take_report, clock.now() + FIRST_SECONDS), RICH
-            )
-        except ValueError as error:
-            raise Reason.PROTOCOL(f"{self._where} sends {error}") from None
-        finally:
-            tcp.close()
-        return report.joints or MOST_JOINTS
 
     def _follow(
         self, endpoint: Endpoint, ports: Sequence[int]

@@ -2,7 +2,7 @@
 
 import math
 import socket
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from urllib.parse import parse_qsl, urlsplit
@@ -39,15 +39,27 @@ class Options(dict[str, str]):
 
     def signs(self, count: int) -> tuple[int, ...]:
         """Return the option ``signs``, 1 or -1 for each joint."""
-        if "signs" not in self:
-            return (1,) * count
-        try:
-            signs = tuple(map(float, self["signs"].split(",")))
-        except ValueError:
-            signs = ()
-        if len(signs) != count or not set(signs) <= {1.0, -1.0}:
-            raise self.wrong("signs", f"1 or -1 for each joint ({count})")
+        form = f"1 or -1 for each joint ({count})"
+        signs = self.numbers("signs", (1,) * count, lambda sign: abs(sign) == 1, form)
         return tuple(map(int, signs))
+
+    def numbers(
+        self,
+        name: str,
+        default: Sequence[float],
+        allows: Callable[[float], bool],
+        form: str,
+    ) -> tuple[float, ...]:
+        """Return an option that is a list of as many numbers as there are by default."""
+        if name not in self:
+            return tuple(default)
+        try:
+            numbers = tuple(map(float, self[name].split(",")))
+        except ValueError:
+            numbers = ()
+        if len(numbers) != len(default) or not all(map(allows, numbers)):
+            raise self.wrong(name, form)
+        return numbers
 
     def positive(self, name: str, default: float) -> float:
         """Return an option as a positive number."""

@@ -68,21 +68,22 @@ class CanBus:
             while True:
                 # python-can would wait by the wall's time, which is set.
                 frame = self._bus.recv(0)
-                if frame is not None:
-                    odd = (
-                        frame.is_extended_id
-                        or frame.is_error_frame
-                        or frame.is_remote_frame
-                    )
-                    if not odd and frame.arbitration_id in (self._identifiers or ALL):
-                        return frame
-                elif (remainder := deadline - clock.now()) <= 0:
-                    return None
-                else:
-                    clock.wait(
-                        self._watched,
-                        remainder if self._watched else min(remainder, POLL_SECONDS),
-                    )
+                if frame is None:
+                    remainder = deadline - clock.now()
+                    if remainder <= 0:
+                        return None
+                    pause = remainder if self._watched else min(remainder, POLL_SECONDS)
+                    clock.wait(self._watched, pause)
+                    continue
+                kinds = (
+                    frame.is_extended_id,
+                    frame.is_error_frame,
+                    frame.is_remote_frame,
+                )
+                if not any(kinds) and frame.arbitration_id in (
+                    self._identifiers or ALL
+                ):
+                    return frame
 
     def discard(self, wait: float) -> bool:
         """Throw away a frame that has come, or comes within the wait [s]; return if one did."""

@@ -33,25 +33,18 @@ class TcpStream:
         """Have a robot that vanishes noticed within seconds."""
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         # TCP_KEEPALIVE is what macOS calls TCP_KEEPIDLE
-        seconds = {
-            "TCP_KEEPIDLE": 1,
-            "TCP_KEEPALIVE": 1,
-            "TCP_KEEPCNT": 3,
-            "TCP_KEEPINTVL": 1,
-        }
-        for name, value in seconds.items():
-            if hasattr(socket, name):
-                self._socket.setsockopt(
-                    socket.IPPROTO_TCP, getattr(socket, name), value
-                )
+        for name in ("KEEPIDLE", "KEEPALIVE", "KEEPCNT", "KEEPINTVL"):
+            option = getattr(socket, f"TCP_{name}", None)
+            if option is not None:
+                value = 3 if name == "KEEPCNT" else 1
+                self._socket.setsockopt(socket.IPPROTO_TCP, option, value)
 
     @property
     def ended(self) -> bool:
         """True once the other side has ended the connection and nothing is left to read."""
         try:
-            return bool(clock.wait([self], 0)) and not self._socket.recv(
-                1, socket.MSG_PEEK
-            )
+            waits = clock.wait([self], 0)
+            return bool(waits) and not self._socket.recv(1, socket.MSG_PEEK)
         except (OSError, ValueError):
             return True
 

@@ -1,12 +1,13 @@
 from .actions import Check as Check
 from .actions import SessionActions as SessionActions
 from .actions import Sound as Sound
-from .actions import StreamAlerts as StreamAlerts
 from .alarms import NO_ANSWERS as NO_ANSWERS
 from .alarms import SLIPS as SLIPS
 from .alarms import Alarm as Alarm
+from .alarms import Alarms as Alarms
 from .alarms import Answers as Answers
 from .alarms import Cause as Cause
+from .alarms import StreamAlerts as StreamAlerts
 from .guidance import Advice as Advice
 from .guidance import GuidanceClient as GuidanceClient
 from .guidance import GuidanceProvider as GuidanceProvider

@@ -1,14 +1,12 @@
-"""Actions on a session and its file, which is written first; and alerts to its stream."""
+"""Actions on a session and its file, which is written first."""
 
 import math
-import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from ...drivers import clock
-from .. import REDO, RELABEL, UNDO, RecordingError, Sample
-from ..stream import StationaryPose, Stream, StreamMonitor
+from .. import REDO, RELABEL, UNDO, Configuration, RecordingError, Sample
+from ..stream import StationaryPose
 from .recording_file import Recording
 from .session import BLOCK, Session
 
@@ -81,12 +79,8 @@ class SessionActions:
 
     def keep(self, text: str) -> None:
         """Go on although an alarm said this; the recording says so from now on."""
-        try:
-            self.recording.keep_alarm(text)
-        except RecordingError as error:
-            self.alarm(f"not noted: {error}")
-            return
-        self.notify(f"kept as it is: {text}")
+        if self._written("not noted", self.recording.keep_alarm, text):
+            self.notify(f"kept as it is: {text}")
 
     def reconnected(self) -> None:
         """Remember that the stream was lost, and came back, before the next sample."""
@@ -100,9 +94,8 @@ class SessionActions:
 
     def implausible(self, pose: StationaryPose) -> str | None:
         """Return the reason why a rest is not captured without a key; None if it is."""
-        odd = self.plausible and self.plausible(
-            (*self.session.live, self.session.sample_at(pose, time.time()))
-        )
+        samples = (*self.session.live, self.session.sample_at(pose, time.time()))
+        odd = self.plausible and self.plausible(samples)
         return f"this pose {odd}" if odd else None
 
     def capture(
@@ -115,23 +108,24 @@ class SessionActions:
         except RecordingError as error:
             self.refuse(str(error))
             return None
-        self.session = self.session.captured(sample)
-        count = self.session.counts[sample.socket]
+        self.session = session = self.session.captured(sample)
+        count = session.counts[sample.socket]
+        done = count == session.target
         message = f"captured sample {sample.number}: {count} in socket {sample.socket}"
-        message += f", while the arm was pushed ({contact})" if contact else ""
-        done = count == self.session.target
-        further = "s for the next socket, " if self.session.sockets > 1 else ""
-        message += f"; that is the target: {further}q to finish" if done else ""
+        if contact:
+            message += f", while the arm was pushed ({contact})"
+        if done:
+            further = "s for the next socket, " if session.sockets > 1 else ""
+            message += f"; that is the target: {further}q to finish"
         self.notify(message)
-        is_done = done or self.session.turn_done
-        self.sound.play(DONE if is_done else CAPTURED, f"got {sample.number}")
-        taken = len(self.session.live)
-        if taken % BLOCK == 0 and self.session.span < ALIKE:
+        pattern = DONE if done or session.turn_done else CAPTURED
+        self.sound.play(pattern, f"got {sample.number}")
+        taken = len(session.live)
+        if taken % BLOCK == 0 and session.span < ALIKE:
             self.alarm(
                 f"all {taken} poses lie within 25 degrees of each other: lead every joint on"
             )
-        odd = self.plausible and self.plausible(self.session.live)
-        if odd:
+        if odd := self.plausible and self.plausible(session.live):
             back = "u takes it back. Or has the base moved? n: new placement"
             self.alarm(f"sample {sample.number} {odd} {back}")
         return sample
@@ -160,9 +154,10 @@ class SessionActions:
         """Take samples back because of an alarm."""
         for number in numbers:
             self.delete(number)
-        self.session = self.session.doubting(numbers)
+        doubted = (*self.session.doubted, *numbers)
+        self.session = replace(self.session, doubted=doubted)
 
-    def avoid(self, pose: tuple[float, ...] | None) -> None:
+    def avoid(self, pose: Configuration | None) -> None:
         """Propose a pose and its neighbours no more."""
         if pose is None:
             self.alarm("no pose is proposed now")
@@ -172,17 +167,13 @@ class SessionActions:
 
     def measured_again(self, distance: float) -> bool:
         """Write a further reading of the sockets' distance [m]; return whether it is as before."""
-        try:
-            before = self.recording.add_reading(distance)
-        except RecordingError as error:
-            self.alarm(f"not done: {error}")
+        before = self.recording.distance
+        if not self._written("not done", self.recording.add_reading, distance):
             return False
         self.session = replace(self.session, distance=distance, measured=True)
-        was = (
-            ""
-            if before is None
-            else f", before {1e3 * before:g}; both readings are kept"
-        )
+        was = ""
+        if before is not None:
+            was = f", before {1e3 * before:g}; both readings are kept"
         self.notify(f"the sockets are {1e3 * distance:g} mm apart{was}")
         return before is not None and abs(distance - before) < SAME_READING
 
@@ -231,14 +222,14 @@ class SessionActions:
         leaving = [s for s in session.live if numbers and s.number >= min(numbers)]
         part = [s for s in session.samples if s in leaving or s.number in doubts]
         try:
-            self.successor = self.recording.begin_next(metadata, part)
+            successor = self.recording.begin_next(metadata, part)
         except RecordingError as error:
             self.alarm(f"not done: {error}")
             return False
         if leaving and not self._mark(UNDO, *leaving):
-            self.successor.discard()
-            self.successor = None
+            successor.discard()
             return False
+        self.successor = successor
         for sample in leaving:
             self.session = self.session.without(sample.number)
         return True
@@ -259,28 +250,22 @@ class SessionActions:
         if not self._has(socket):
             return
         self.session = self.session.switched(socket)
-        try:
-            self.recording.set_socket(socket)
-        except RecordingError as error:
-            self.alarm(f"socket {socket} is active, but {error}")
-            return
-        self.notify(f"socket {socket} is active: put the ball there")
+        failed = f"socket {socket} is active, but"
+        if self._written(failed, self.recording.set_socket, socket, mark=" "):
+            self.notify(f"socket {socket} is active: put the ball there")
 
     def _known(self, number: int) -> Sample | None:
-        if 1 <= number <= len(self.session.samples):
+        count = len(self.session.samples)
+        if 1 <= number <= count:
             return self.session.samples[number - 1]
-        self.alarm(
-            f"there is no sample {number}: they are 1 to {len(self.session.samples)}"
-        )
+        self.alarm(f"there is no sample {number}: they are 1 to {count}")
         return None
 
     def _has(self, socket: int) -> bool:
-        if socket < self.session.sockets:
-            return True
-        self.alarm(
-            f"there is no socket {socket}: they are 0 to {self.session.sockets - 1}"
-        )
-        return False
+        count = self.session.sockets
+        if socket >= count:
+            self.alarm(f"there is no socket {socket}: they are 0 to {count - 1}")
+        return socket < count
 
     def _take_back(self, sample: Sample) -> None:
         if self._mark(UNDO, sample):
@@ -288,56 +273,21 @@ class SessionActions:
             self.notify(f"took back sample {sample.number} of socket {sample.socket}")
 
     def _mark(self, event: str, *samples: Sample) -> bool:
+        return self._written(
+            "not done", self.recording.mark, event, samples, time.time()
+        )
+
+    def _written(
+        self,
+        failed: str,
+        write: Callable[..., object],
+        *values: object,
+        mark: str = ": ",
+    ) -> bool:
+        """Write to the recording; return False if that failed, and the operator was told."""
         try:
-            self.recording.mark(event, samples, time.time())
+            write(*values)
         except RecordingError as error:
-            self.alarm(f"not done: {error}")
+            self.alarm(f"{failed}{mark}{error}")
             return False
         return True
-
-
-class StreamAlerts:
-    """Alerts on a stream, one for each kind of trouble."""
-
-    def __init__(
-        self, stream: Stream, monitor: StreamMonitor, actions: SessionActions
-    ) -> None:
-        self._stream, self._monitor, self._actions = stream, monitor, actions
-        self._started = clock.now()
-        self._silent_since: float | None = None
-        self._alarmed = set[str]()
-        self._log_alarmed = False
-
-    def trouble(self, now: float) -> str | None:
-        """Return the reason why the stream cannot be trusted now; None if it can."""
-        if self._stream.trouble and self._monitor.age(now) > self._monitor.patience:
-            return f"the stream is silent: {self._stream.trouble}"
-        return self._monitor.unsound(now)
-
-    def update(self, now: float) -> None:
-        """Alert to changes."""
-        if self._stream.log and self._stream.log.trouble and not self._log_alarmed:
-            self._log_alarmed = True
-            self._actions.alarm(self._stream.log.trouble)
-        silent = now - max(self._stream.arrival, self._started) > self._monitor.patience
-        trouble = self.trouble(now)
-        if not silent and self._silent_since is not None:
-            self._actions.notify(
-                f"the stream is back after {now - self._silent_since:.1f} s"
-            )
-            self._actions.reconnected()
-            self._silent_since = None
-            self._alarmed.clear()
-        elif silent and self._silent_since is None:
-            self._silent_since = now
-            self._alarm(trouble or "the stream is silent")
-        elif trouble is None:
-            self._alarmed.clear()
-        elif silent or math.isfinite(self._monitor.age(now)):
-            self._alarm(trouble)
-
-    def _alarm(self, trouble: str) -> None:
-        kind = re.sub(r"[\d.]+", "", trouble)
-        if kind not in self._alarmed:  # two that take turns are told once
-            self._alarmed.add(kind)
-            self._actions.alarm(trouble)

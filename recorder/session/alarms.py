@@ -1,10 +1,17 @@
-"""Alarms: faults that the samples show, the keys that cure them, and the operator's answers."""
+"""Alarms: faults that the samples show, keys that cure them, answers; and alerts to a stream."""
 
+import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Literal
 
-from .. import Sample
+from ...drivers import clock
+from ...errors import read_json
+from .. import Configuration, Sample
+from ..stream import Stream, StreamMonitor
+from .actions import SessionActions
 
 Cause = Literal[
     "base",
@@ -21,17 +28,7 @@ NEAR = 2
 """Samples by which the begin of one fault may be told differently as more are recorded."""
 SLIPS = "JOINT SLIPS"
 """Words for a joint whose readings changed again after the first change was kept."""
-CURES: dict[Cause, tuple[str, ...]] = {
-    "base": ("n new placement",),
-    "passing": ("x take back",),
-    "ball": ("x take back", "n base moved"),
-    "flange": ("n new placement",),
-    "socket": ("s mends it",),
-    "distance": ("m type it measured again",),
-    "joints": ("n new placement",),
-    "model": ("q finish, and mend it",),
-    "other": (),
-}
+CURES: dict[Cause, list[str]] = read_json(Path(__file__).with_name("cures.json"))
 """Keys that cure each kind of cause, the likeliest cure first."""
 
 
@@ -78,22 +75,25 @@ class Alarm:
         return replace(self, words=SLIPS, text=text)
 
 
+Alarms = tuple[Alarm, ...]
+
+
 @dataclass(frozen=True)
 class Answers:
     """The operator's answers to alarms."""
 
-    kept: tuple[Alarm, ...] = ()
+    kept: Alarms = ()
     """Alarms whose samples are kept as they are."""
     doubted: tuple[Sample, ...] = ()
     """The last samples, as far as alarms took them back; what they have in common is evidence."""
     distance: float | None = None
     """Distance of the sockets, by the last reading [m]; None where nobody said it."""
-    avoided: tuple[tuple[float, ...], ...] = ()
+    avoided: tuple[Configuration, ...] = ()
     """Proposed poses that cannot be taken here."""
     confined: bool = False
     """True once several proposals in a row were not followed: the arm may not get farther."""
 
-    def open_alarms(self, alarms: Iterable[Alarm]) -> tuple[Alarm, ...]:
+    def open_alarms(self, alarms: Iterable[Alarm]) -> Alarms:
         """Return the alarms that are not answered."""
         return tuple(
             alarm.after(self.kept)
@@ -103,3 +103,50 @@ class Answers:
 
 
 NO_ANSWERS = Answers()
+
+
+class StreamAlerts:
+    """Alerts on a stream, one for each kind of trouble."""
+
+    def __init__(
+        self, stream: Stream, monitor: StreamMonitor, actions: SessionActions
+    ) -> None:
+        self._stream, self._monitor, self._actions = stream, monitor, actions
+        self._started = clock.now()
+        self._silent_since: float | None = None
+        self._alarmed = set[str]()
+        self._log_alarmed = False
+
+    def trouble(self, now: float) -> str | None:
+        """Return the reason why the stream cannot be trusted now; None if it can."""
+        if self._stream.trouble and self._monitor.age(now) > self._monitor.patience:
+            return f"the stream is silent: {self._stream.trouble}"
+        return self._monitor.unsound(now)
+
+    def update(self, now: float) -> None:
+        """Alert to changes."""
+        log = self._stream.log
+        if log and log.trouble and not self._log_alarmed:
+            self._log_alarmed = True
+            self._actions.alarm(log.trouble)
+        silent = now - max(self._stream.arrival, self._started) > self._monitor.patience
+        trouble = self.trouble(now)
+        if not silent and self._silent_since is not None:
+            silence = now - self._silent_since
+            self._actions.notify(f"the stream is back after {silence:.1f} s")
+            self._actions.reconnected()
+            self._silent_since = None
+            self._alarmed.clear()
+        elif silent and self._silent_since is None:
+            self._silent_since = now
+            self._alarm(trouble or "the stream is silent")
+        elif trouble is None:
+            self._alarmed.clear()
+        elif silent or math.isfinite(self._monitor.age(now)):
+            self._alarm(trouble)
+
+    def _alarm(self, trouble: str) -> None:
+        kind = re.sub(r"[\d.]+", "", trouble)
+        if kind not in self._alarmed:  # two that take turns are told once
+            self._alarmed.add(kind)
+            self._actions.alarm(trouble)

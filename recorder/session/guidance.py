@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 from ...drivers import clock
-from .. import Sample
+from .. import Configuration, Sample
 from .actions import ALARM, DONE, ENOUGH, NEXT_PLACE, SessionActions, Sound
-from .alarms import NO_ANSWERS, Alarm, Answers
+from .alarms import NO_ANSWERS, Alarm, Alarms, Answers
 from .session import Session
 
 LATE = 15.0
@@ -34,14 +34,14 @@ class GuidanceRequest:
     """Those that count."""
     socket: int
     """The active one."""
-    position: tuple[float, ...] | None
+    position: Configuration | None
     """Configuration of the arm [rad], [m] for a prismatic joint."""
     answers: Answers = NO_ANSWERS
 
     def is_like(self, request: "GuidanceRequest | None") -> bool:
         """Return whether two requests differ in the arm's configuration alone."""
-        return (
-            request is not None and replace(self, position=request.position) == request
+        return request is not None and request == replace(
+            self, position=request.position
         )
 
     def is_begin_of(self, session: Session) -> bool:
@@ -80,13 +80,11 @@ class Advice:
     """True if that is so near the recorded places, and not yet in the whole workspace."""
     exhausted: bool = False
     """True if it is not reached, and more samples at this placement would hardly help."""
-    target: tuple[float, ...] | None = None
+    target: Configuration | None = None
     """The configuration that would improve it most."""
     lift: bool = False
     """True if the ball must leave its socket on the way to the target."""
-    gain: float = 0.0
-    """Share by which the target would lower the predicted error."""
-    alarms: tuple[Alarm, ...] = ()
+    alarms: Alarms = ()
     """Faults that the samples show, the most probable first."""
     early: bool = False
     """True if nothing but its alarms is known yet."""
@@ -96,7 +94,7 @@ class Advice:
     """mrad where prediction and goal are of joints' zeros [rad], in place of distances."""
     closing: tuple[str, ...] = ()
     """Lines on the gain of another placement, once this one is enough."""
-    route: tuple[tuple[int, tuple[float, ...]], ...] = ()
+    route: tuple[tuple[int, Configuration], ...] = ()
     """Sockets and configurations of the samples to come, the target first."""
 
     def carried_on(self, session: Session) -> "Advice":
@@ -150,9 +148,9 @@ class GuidanceClient:
         self._advice: Advice | None = None
         self._request: GuidanceRequest | None = None
         self._asked_at = math.inf
-        self._alarms: tuple[Alarm, ...] = ()
-        self._kept: tuple[Alarm, ...] = ()
-        self._proposal: tuple[int, tuple[float, ...] | None] = 0, None
+        self._alarms: Alarms = ()
+        self._kept: Alarms = ()
+        self._proposal: tuple[int, Configuration | None] = 0, None
         self._unfollowed = 0
 
     @property
@@ -193,20 +191,22 @@ class GuidanceClient:
             self._kept = (*self._kept, alarm)
         self._alarms = tuple(a for a in self._alarms if not a.is_like(alarm))
 
-    def update(self, position: tuple[float, ...] | None) -> None:
+    def update(self, position: Configuration | None) -> None:
         """Take an answer that has come, and ask anew for the arm's position if need be."""
-        if self._provider is None:
+        provider = self._provider
+        if provider is None:
             return
-        self._accept(self._provider.answer())
+        self._accept(provider.answer())
         self._see_proposal()
         session = self._actions.session
         request = GuidanceRequest(session.live, session.socket, position, self.answers)
-        if self._provider.idle and not request.is_like(self._request):
+        if provider.idle and not request.is_like(self._request):
             self._request, self._asked_at = request, clock.now()
-            self._provider.ask(request)
-        if self._provider.trouble:
-            trouble = self._provider.trouble
-            self._actions.notify(f"no advice any more: {trouble}; recording goes on")
+            provider.ask(request)
+        if provider.trouble:
+            self._actions.notify(
+                f"no advice any more: {provider.trouble}; recording goes on"
+            )
             self._provider = self._advice = None
 
     def _see_proposal(self) -> None:

@@ -1,6 +1,7 @@
 """View of a session, and the operator's next step: one or two words, and the reason.
 
-docs/recording.md lists the words. The prompt never asks for a key that would be refused.
+docs/recording.md and docs/alarms.md list the words. The prompt never asks for a key that would be
+refused.
 """
 
 import math
@@ -8,8 +9,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ...errors import fixed
+from .. import Configuration
 from ..stream import JointLimits
-from .alarms import Alarm
+from .alarms import Alarm, Alarms
 from .guidance import Advice
 from .session import Session
 
@@ -36,7 +38,7 @@ class View:
     """Snapshot of a session: all that a screen or a page shows."""
 
     session: Session
-    position: tuple[float, ...] | None = None
+    position: Configuration | None = None
     """Joint positions where the arm rests, else of the last state that was not faulty [rad], [m];
     None before the first."""
     title: str = ""
@@ -67,7 +69,7 @@ class View:
     """The operator is asked this, in a word or two, a colon, and the answers' keys."""
     alarm: Alarm | None = None
     """A fault that the samples show, and that was not answered."""
-    kept: tuple[Alarm, ...] = ()
+    kept: Alarms = ()
     """Faults whose samples the operator keeps as they are."""
     capture_key: str = "space"
     rate: float = 0.0
@@ -135,8 +137,7 @@ _CALM, _STEADY, _GOOD, _NEXT, _BAD = (
 
 def _before_all(now: View) -> OperatorPrompt | None:
     """Return the step that does not depend on the arm's pose."""
-    session = now.session
-    key = now.capture_key
+    session, advice, key = now.session, now.advice, now.capture_key
     if now.question:
         words, _, reason = now.question.partition(": ")
         return OperatorPrompt(words, _NEXT, reason)
@@ -145,36 +146,31 @@ def _before_all(now: View) -> OperatorPrompt | None:
     if now.trouble or now.position is None:
         return OperatorPrompt("WAIT", _BAD, now.trouble or "no state yet")
     if now.captured is not None:
-        return OperatorPrompt(
-            f"GOT {now.captured}", _GOOD, f"sample {now.captured} is on the disk"
-        )
+        reason = f"sample {now.captured} is on the disk"
+        return OperatorPrompt(f"GOT {now.captured}", _GOOD, reason)
     if now.alarm:
         return OperatorPrompt(now.alarm.words, _BAD, now.alarm.reason)
     hint = "" if now.hands_free else f", {key} captures one more"
-    if now.advice and now.advice.fails and (now.advice.exhausted or session.complete):
-        return OperatorPrompt("SOLVE FAILS", _BAD, now.advice.fails)
-    if now.advice and now.advice.exhausted:
-        why = "more poses here hardly help: n, base elsewhere"
-        return OperatorPrompt("NEXT PLACE", _NEXT, why)
-    if now.advice and now.advice.enough:
-        return OperatorPrompt("ENOUGH", _GOOD, _enough_for(session, now.advice, hint))
+    leave = False
+    if advice:
+        leave = advice.leave and advice.socket == session.socket
+        if advice.fails and (advice.exhausted or session.complete):
+            return OperatorPrompt("SOLVE FAILS", _BAD, advice.fails)
+        if advice.exhausted:
+            why = "more poses here hardly help: n, base elsewhere"
+            return OperatorPrompt("NEXT PLACE", _NEXT, why)
+        if advice.enough:
+            return OperatorPrompt("ENOUGH", _GOOD, _enough_for(session, advice, hint))
     if session.complete:
-        return OperatorPrompt(
-            "TARGET" if now.advice else "ENOUGH", _GOOD, f"q finishes{hint}"
-        )
-    done = session.turn_done or session.counts[session.socket] >= session.target
-    if done or (
-        now.advice and now.advice.leave and now.advice.socket == session.socket
-    ):
-        target = session.next_socket
-        over = f"enough here: ball to socket {target}, then press s"
-        return OperatorPrompt(f"SOCKET {target} NOW", _NEXT, over)
-    if now.paused:
+        words = "TARGET" if advice else "ENOUGH"
+        return OperatorPrompt(words, _GOOD, f"q finishes{hint}")
+    target, reason = session.next_socket, ""
+    if leave or session.turn_done or session.counts[session.socket] >= session.target:
+        reason = f"enough here: ball to socket {target}, then press s"
+    elif now.paused:
         target = session.socket
-        return OperatorPrompt(
-            f"SOCKET {target} NOW", _NEXT, f"once the ball is in socket {target}: {key}"
-        )
-    return None
+        reason = f"once the ball is in socket {target}: {key}"
+    return OperatorPrompt(f"SOCKET {target} NOW", _NEXT, reason) if reason else None
 
 
 def _enough_for(session: Session, advice: Advice, hint: str) -> str:
@@ -183,12 +179,8 @@ def _enough_for(session: Session, advice: Advice, hint: str) -> str:
         return "m types the sockets' distance, without which solve gives no PASS; q finishes"
     if advice.near_only:
         return "for this place: q finishes; for all the workspace train on two: n, base elsewhere"
-    reached = f"q finishes{hint}; the goal is reached"
-    return (
-        reached
-        if advice.unit == "mrad"
-        else f"{reached}; for PASS hold out another place"
-    )
+    place = "" if advice.unit == "mrad" else "; for PASS hold out another place"
+    return f"q finishes{hint}; the goal is reached{place}"
 
 
 def _by_place(now: View) -> OperatorPrompt | None:

@@ -27,6 +27,7 @@ from .. import (
     placements_in,
     read_metadata,
     read_samples,
+    refused,
     replace_files,
     sync_folder,
     with_kept_alarm,
@@ -55,26 +56,25 @@ class Recording:
         self._agree(metadata)
         self._is_new = False
         self._new_folders: list[Path] = []
-        try:
+        with refused(f"{self.file}: cannot be written"):
             self._new_folders = make_folder(folder)
             flags = os.O_RDWR | os.O_CREAT | APPEND
             self._fd = os.open(self.file, flags, 0o666)
-        except OSError as error:
-            raise RecordingError(
-                f"{self.file}: cannot be written: {error.strerror}"
-            ) from None
         try:
-            self._lock()
+            try:
+                lock_file(self._fd)
+            except BlockingIOError:
+                raise RecordingError(
+                    f"{folder}: another mukca record is writing there; finish it first"
+                ) from None
             # Another program may have written there before the lock.
             stored = self._agree(metadata)
             # A description that somebody wrote beforehand stays, whatever happens.
             described = (folder / METADATA).exists()
             self._is_new = not described and not os.fstat(self._fd).st_size
             self.content = self._mend(metadata.joints)
-            if (
-                stored.get("model_sha256", metadata.model_sha256)
-                != metadata.model_sha256
-            ):
+            model = metadata.model_sha256
+            if stored.get("model_sha256", model) != model:
                 self.remarks.append(
                     "the robot's model has changed since this recording was begun"
                 )
@@ -129,20 +129,20 @@ class Recording:
         """Remember what an alarm said, and the operator kept as it was."""
         self._write(with_kept_alarm(self._metadata, text))
 
-    def add_reading(self, distance: float) -> float | None:
-        """Write a further reading of the sockets' distance [m]; return the one before, if any."""
-        before = self._metadata.get("distance")
+    @property
+    def distance(self) -> float | None:
+        """The last reading of the sockets' distance [m], if any."""
+        distance = self._metadata.get("distance")
+        return distance if isinstance(distance, int | float) else None
+
+    def add_reading(self, distance: float) -> None:
+        """Write a further reading of the sockets' distance [m]."""
         self._write(with_reading(self._metadata, distance))
-        return before if isinstance(before, int | float) else None
 
     def _write(self, metadata: dict[str, Any]) -> None:
         self._check_place()
-        try:
+        with refused(f"{METADATA} cannot be written"):
             write_metadata(self.folder, metadata)
-        except OSError as error:
-            raise RecordingError(
-                f"{METADATA} cannot be written: {error.strerror}"
-            ) from None
         self._metadata = metadata
 
     @property
@@ -192,31 +192,27 @@ class Recording:
         stored = read_metadata(self.folder / METADATA)
         for key, value in metadata.fixed().items():
             if key in stored and stored[key] != value:
+                remedy = "choose another --out to begin anew"
+                if key == "distance":
+                    correct = f"mukca info {self.folder} --set-distance {value}"
+                    remedy = f"leave --distance out, or correct it by {correct} first"
                 raise RecordingError(
                     f"{self.folder / METADATA}: recorded with {key} {_text(stored[key])}, "
-                    f"not {_text(value)}; {self._remedy(key, value)}"
+                    f"not {_text(value)}; {remedy}"
                 )
         return stored
-
-    def _remedy(self, key: str, value: object) -> str:
-        if key != "distance":
-            return "choose another --out to begin anew"
-        correct = f"mukca info {self.folder} --set-distance {value}"
-        return f"leave --distance out, or correct it by {correct} first"
-
-    def _lock(self) -> None:
-        try:
-            lock_file(self._fd)
-        except BlockingIOError:
-            raise RecordingError(
-                f"{self.folder}: another mukca record is writing there; finish it first"
-            ) from None
 
     def _mend(self, joints: tuple[str, ...]) -> SampleFile:
         """Move a torn line aside, give a new file its header, and return what the file holds."""
         lines, newline, torn = read_bytes(self.file).rpartition(b"\n")
         if torn:
-            self._set_aside(torn)
+            count = 1
+            while (aside := self.folder / f"{SAMPLES}.torn-{count}").exists():
+                count += 1
+            replace_files({aside: torn})
+            self.remarks.append(
+                f"the last line of {SAMPLES} was torn off by a crash; it is kept in {aside.name}"
+            )
             os.ftruncate(self._fd, len(lines) + len(newline))
         if not lines:
             os.ftruncate(self._fd, 0)
@@ -230,15 +226,6 @@ class Recording:
                 f"not {_text(joints)}; choose another --out to begin anew"
             )
         return content
-
-    def _set_aside(self, torn: bytes) -> None:
-        count = 1
-        while (aside := self.folder / f"{SAMPLES}.torn-{count}").exists():
-            count += 1
-        replace_files({aside: torn})
-        self.remarks.append(
-            f"the last line of {SAMPLES} was torn off by a crash; it is kept in {aside.name}"
-        )
 
     def _append(self, line: bytes) -> None:
         self._check_place()

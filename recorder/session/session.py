@@ -10,9 +10,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import takewhile
 
-from .. import SOCKETS, Sample
+from .. import SOCKETS, Configuration, Sample
 from ..stream import JointLimits, StationaryPose
 
+Numbers = tuple[int, ...]
+"""Numbers of samples."""
 TARGET = 30
 """Default number of samples for each socket."""
 USUAL = "12-20"
@@ -53,13 +55,13 @@ class Session:
     """The active socket."""
     samples: tuple[Sample, ...] = ()
     """All captures in order, also those that were taken back."""
-    withdrawn: tuple[int, ...] = ()
+    withdrawn: Numbers = ()
     """Numbers of the samples that were taken back, the last one at the end."""
-    doubted: tuple[int, ...] = ()
+    doubted: Numbers = ()
     """Numbers of those that were taken back because of an alarm."""
-    avoided: tuple[tuple[float, ...], ...] = ()
+    avoided: tuple[Configuration, ...] = ()
     """Proposed poses that the operator says cannot be taken here [rad], [m]."""
-    reconnected: tuple[int, ...] = ()
+    reconnected: Numbers = ()
     """Numbers of the samples before which the connection was lost, and came back."""
     distance: float | None = None
     """Distance of the sockets, by the last reading [m]; None where nobody said it."""
@@ -75,12 +77,10 @@ class Session:
     @cached_property
     def live(self) -> tuple[Sample, ...]:
         """The samples that count: all but those that were taken back."""
-        return tuple(
-            sample for sample in self.samples if sample.number not in self.withdrawn
-        )
+        return tuple(s for s in self.samples if s.number not in self.withdrawn)
 
     @cached_property
-    def counts(self) -> tuple[int, ...]:
+    def counts(self) -> Numbers:
         """Number of samples in each socket, without those that were taken back."""
         counts = Counter(sample.socket for sample in self.live)
         return tuple(counts[socket] for socket in range(self.sockets))
@@ -101,12 +101,9 @@ class Session:
     @property
     def turn_done(self) -> bool:
         """True once the active socket has had its turn."""
-        run = takewhile(
-            lambda sample: sample.socket == self.socket, reversed(self.live)
-        )
-        return (
-            self.block is not None and self.sockets > 1 and len(list(run)) >= self.block
-        )
+        last_first = reversed(self.live)
+        run = list(takewhile(lambda sample: sample.socket == self.socket, last_first))
+        return self.block is not None and self.sockets > 1 and len(run) >= self.block
 
     @property
     def next_socket(self) -> int:
@@ -156,10 +153,6 @@ class Session:
         """Return the session with a sample taken back."""
         return replace(self, withdrawn=(*self.withdrawn, number))
 
-    def doubting(self, numbers: Sequence[int]) -> "Session":
-        """Return the session with samples that an alarm takes back."""
-        return replace(self, doubted=(*self.doubted, *numbers))
-
     def switched(self, socket: int) -> "Session":
         """Return the session with another socket active."""
         return replace(self, socket=socket)
@@ -170,13 +163,6 @@ class Session:
 
     def refusal(self, position: Sequence[float]) -> str | None:
         """Return the reason to refuse a configuration at the active socket; None without one."""
-        return (
-            self._outside(position)
-            or self.repeated(position)
-            or self.left_behind(position)
-        )
-
-    def _outside(self, position: Sequence[float]) -> str | None:
         for joint, value in zip(self.joints, position, strict=True):
             margin = BEYOND_LIMITS_LENGTH if joint.prismatic else BEYOND_LIMITS
             if not joint.allows(value, margin):
@@ -187,7 +173,7 @@ class Session:
                     f"{joint.shown(joint.lower)} to {joint.shown(joint.upper)}: "
                     f"is this the right robot model?{hint}"
                 )
-        return None
+        return self.repeated(position) or self.left_behind(position)
 
     def repeated(self, position: Sequence[float]) -> str | None:
         """Return the refusal of a configuration that the active socket has already, or None."""
@@ -199,9 +185,8 @@ class Session:
     def left_behind(self, position: Sequence[float]) -> str | None:
         """Return the refusal of a pose in which the ball is still in another socket, or None."""
         for sample in self.live:
-            if sample.socket != self.socket and self.same(
-                sample.position, position, STOOD_STILL
-            ):
+            stands = self.same(sample.position, position, STOOD_STILL)
+            if stands and sample.socket != self.socket:
                 return (
                     f"the arm stands where it stood for sample {sample.number} in socket "
                     f"{sample.socket}: move the ball to socket {self.socket} first"
@@ -212,8 +197,8 @@ class Session:
         self, a: Sequence[float], b: Sequence[float], within: float = SAME
     ) -> bool:
         """Return whether two configurations differ by at most an angle [rad] at every joint."""
+        length = SAME_LENGTH * within / SAME
         return all(
-            abs(joint.difference(x - y))
-            <= (SAME_LENGTH * within / SAME if joint.prismatic else within)
+            abs(joint.difference(x - y)) <= (length if joint.prismatic else within)
             for joint, x, y in zip(self.joints, a, b, strict=True)
         )

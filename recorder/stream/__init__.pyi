@@ -1,5 +1,5 @@
-from .contact import ContactDetector as ContactDetector
 from .monitor import JUMP as JUMP
+from .monitor import ContactDetector as ContactDetector
 from .monitor import StreamMonitor as StreamMonitor
 from .stationarity import STILL as STILL
 from .stationarity import WINDOW as WINDOW

@@ -2,10 +2,11 @@
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from statistics import median
 
-from ...drivers import TWO_SOURCES, JointState, SourceDetector
+from ...drivers import TWO_SOURCES, JointState, JointValues, SourceDetector
+from ...errors import fixed
 from .. import TURN
 from .stationarity import (
     STILL,
@@ -13,7 +14,51 @@ from .stationarity import (
     FrozenStreamDetector,
     JointLimits,
     StationarityDetector,
+    StationaryPose,
 )
+
+LOAD = 2.0
+"""Deviation from the gravity torque that is always allowed [N m]."""
+LOAD_SHARE = 0.1
+"""Further deviation that is allowed, as a share of the gravity torque."""
+TREMOR = 4.0
+"""A torque may tremble by this many times its tremor at the quietest rest."""
+LEAST_TREMOR = 0.1
+"""Standard deviation of a torque that is always allowed [N m]."""
+
+
+class ContactDetector:
+    """Compares each rest with gravity, and with the quietest rest before.
+
+    ``gravity`` returns each joint's torque [N m] at joint positions; None where the model has no
+    masses.
+    """
+
+    def __init__(
+        self,
+        joints: Sequence[JointLimits],
+        gravity: Callable[[Sequence[float]], Sequence[float]] | None = None,
+    ) -> None:
+        self._joints = tuple(joints)
+        self._gravity = gravity
+        self._quietest: JointValues | None = None
+
+    def evidence(self, pose: StationaryPose) -> str | None:
+        """Return the evidence that the arm is being pushed, in words; None without any."""
+        effort, spread = pose.effort, pose.effort_spread
+        if effort is None or spread is None:
+            return None
+        torques = self._gravity(pose.position) if self._gravity else effort
+        for joint, tau, torque in zip(self._joints, effort, torques, strict=True):
+            if abs(tau - torque) > LOAD + LOAD_SHARE * abs(torque):
+                return f"{joint.name} exerts {fixed(tau - torque, 1, '+')} N m beyond gravity"
+        quietest = self._quietest or spread
+        self._quietest = tuple(map(min, quietest, spread))
+        for joint, now, quiet in zip(self._joints, spread, quietest, strict=True):
+            if now > max(LEAST_TREMOR, TREMOR * quiet):
+                return f"the effort of {joint.name} trembles by {now:.2f} N m"
+        return None
+
 
 SILENT = 0.25
 """Longest pause of a stream that is alive [s], but for slow ones."""
@@ -47,9 +92,9 @@ class StreamMonitor(StationarityDetector):
     def __init__(
         self,
         joints: Sequence[JointLimits],
-        *,
         window: float = WINDOW,
         still: float = STILL,
+        *,
         live: bool = True,
         resolution: float = 0.0,
     ) -> None:
@@ -97,9 +142,9 @@ class StreamMonitor(StationarityDetector):
 
     def rate(self, now: float) -> float:
         """Return the number of states within the last second."""
-        if self.age(now) <= self.patience:
-            return float(len(self._arrivals))
         while self._arrivals and self._arrivals[0] < now - 1.0:
+            if self.age(now) <= self.patience:
+                break
             self._arrivals.popleft()
         return float(len(self._arrivals))
 
@@ -119,9 +164,8 @@ class StreamMonitor(StationarityDetector):
     def unsound(self, now: float) -> str | None:
         """Return the reason why the stream cannot be trusted now; None if it can."""
         if self.age(now) > self.patience:
-            silent = (
-                f"for {self.age(now):.1f} s" if math.isfinite(self.arrival) else "yet"
-            )
+            age = self.age(now)
+            silent = f"for {age:.1f} s" if math.isfinite(age) else "yet"
             return f"the stream is silent: no state {silent}"
         if self._sources.two_sources:
             return (
@@ -157,17 +201,16 @@ class StreamMonitor(StationarityDetector):
 
     def _count(self, arrival: float, stamp: float) -> None:
         """Keep track of the stream's rate and delay."""
+        pause = arrival - self.arrival
         self._arrivals.append(arrival)
-        self._pauses.append(arrival - self.arrival)
+        self._pauses.append(pause)
         while self._arrivals[0] < arrival - 1.0:
             self._arrivals.popleft()
-        allowed = (
-            DRIFT * (arrival - self.arrival) if math.isfinite(self.arrival) else 0.0
-        )
         self.arrival = arrival
         if stamp < self._stamp:
             self._least_delay = math.inf
         delay = arrival - stamp
+        allowed = DRIFT * pause if math.isfinite(pause) else 0.0
         self._least_delay = min(self._least_delay + allowed, delay)
         self._delay = delay - self._least_delay
 
@@ -192,14 +235,10 @@ class StreamMonitor(StationarityDetector):
         return None
 
     def _broken(self, values: Sequence[float]) -> str | None:
-        if all(-ABSURD < value < ABSURD for value in values):  # false for NaN
-            return None
-        pairs = zip(self.joints, values, strict=True)
-        return next(
-            f"{joint.name} came as {v}"
-            for joint, v in pairs
-            if not -ABSURD < v < ABSURD
-        )
+        for joint, value in zip(self.joints, values, strict=True):
+            if not -ABSURD < value < ABSURD:  # true for NaN
+                return f"{joint.name} came as {value}"
+        return None
 
     def _follow(self, state: JointState) -> None:
         """Detect jumps and a frozen stream."""

@@ -10,7 +10,7 @@ from statistics import median
 
 import numpy as np
 
-from ...drivers import JointState
+from ...drivers import JointState, JointValues
 from .. import TURN, within, without_turn
 
 WINDOW = 0.3
@@ -74,13 +74,13 @@ class JointLimits:
 class StationaryPose:
     """The average over a window in which the arm was still."""
 
-    position: tuple[float, ...]
+    position: JointValues
     """Mean position of each joint [rad], [m] for a prismatic joint."""
-    spread: tuple[float, ...]
+    spread: JointValues
     """Standard deviation of each joint's position [rad], [m]."""
-    effort: tuple[float, ...] | None
+    effort: JointValues | None
     """Mean effort of each joint [N m]; None where the robot does not measure it."""
-    effort_spread: tuple[float, ...] | None
+    effort_spread: JointValues | None
     """Standard deviation of each joint's effort [N m]."""
     stamp: float
     """The robot's own time of the last state [s]."""
@@ -213,28 +213,24 @@ class FrozenStreamDetector:
         self._stopped_dead = False
         self._rests = 0
         self._steps = self._turns = 0
-        self._step: tuple[float, ...] = ()
+        self._step: JointValues = ()
         self._speed = self._last_speed = 0.0
 
     def feed(self, before: JointState, state: JointState) -> None:
         """Take in two states, one after the other."""
         elapsed = max(state.stamp - before.stamp, 1e-6)
         if state.position == before.position and state.effort == before.effort:
-            self._repeats(before, state, elapsed)
-        else:
-            self._changes(before, state, elapsed)
-
-    def _repeats(self, before: JointState, state: JointState, elapsed: float) -> None:
-        if math.isnan(self._since):
-            self._since = before.stamp
-            speed = min(self._speed, self._last_speed)
-            self._stopped_dead = speed > max(SLOW, DEAD_STOP * elapsed)
-        if state.stamp - self._since >= LONG:
-            noisy = self._steps >= ENOUGH_STEPS and self._turns > NOISY * self._steps
-            noisy = noisy and self._rests < USUAL
-            self.frozen = self.frozen or noisy or self._stopped_dead
-
-    def _changes(self, before: JointState, state: JointState, elapsed: float) -> None:
+            if math.isnan(self._since):
+                self._since = before.stamp
+                speed = min(self._speed, self._last_speed)
+                self._stopped_dead = speed > max(SLOW, DEAD_STOP * elapsed)
+            if state.stamp - self._since >= LONG:
+                noisy = (
+                    self._steps >= ENOUGH_STEPS and self._turns > NOISY * self._steps
+                )
+                noisy = noisy and self._rests < USUAL
+                self.frozen = self.frozen or noisy or self._stopped_dead
+            return
         step = tuple(map(sub, state.position, before.position))
         length = max(map(abs, step))
         if before.stamp - self._since >= SHORT and length < self._goes_on:

@@ -81,26 +81,18 @@ class Stream:
     def _step(self) -> bool:
         """Read one state; return False once no more will come."""
         try:
-            self._read_one()
-        except DriverError as error:
-            self.trouble, self.ended = str(error), True
-        except (
-            Exception
-        ) as error:  # a plug-in may fail in any way; the session goes on to be saved
-            self.trouble, self.ended = f"the driver failed: {error!r}", True
-        return not self.ended
-
-    def _read_one(self) -> None:
-        try:
             state = self._driver.read(PATIENCE)
         except DriverError as error:
-            if error.reason is not Reason.SILENT:
-                raise
             self.trouble = str(error)
-            return
-        self.trouble = None
-        if len(self._waiting) >= self._capacity:
-            self._waiting.popleft()
-            self.dropped += 1
-        self.arrival = clock.now()
-        self._waiting.append((self.arrival, state, self.drops))
+            self.ended = error.reason is not Reason.SILENT
+        except Exception as error:
+            # A plug-in may fail in any way; the session goes on to be saved.
+            self.trouble, self.ended = f"the driver failed: {error!r}", True
+        else:
+            self.trouble = None
+            if len(self._waiting) >= self._capacity:
+                self._waiting.popleft()
+                self.dropped += 1
+            self.arrival = clock.now()
+            self._waiting.append((self.arrival, state, self.drops))
+        return not self.ended

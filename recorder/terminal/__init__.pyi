@@ -1,10 +1,10 @@
 from .display import Lines as Lines
 from .display import Screen as Screen
+from .display import Speech as Speech
 from .key_bindings import Script as Script
 from .key_bindings import keys_with as keys_with
+from .key_handler import Outcome as Outcome
 from .keyboard import ConsoleKeyboard as ConsoleKeyboard
 from .keyboard import Keyboard as Keyboard
-from .outcome import Outcome as Outcome
 from .record import Recorder as Recorder
 from .screen import render as render
-from .speech import Speech as Speech

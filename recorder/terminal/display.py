@@ -1,12 +1,15 @@
 """Display of views on a terminal: only changed lines are written, so SSH has little to carry."""
 
 import os
+import shutil
+import subprocess
 import sys
 from contextlib import suppress
 
 from rich.console import Console, ConsoleDimensions, Group
 from rich.text import Text
 
+from ...errors import MukcaError
 from ..session import View
 from .keyboard import HangUp
 from .screen import HELP, KEYS, advice_lines, render
@@ -31,7 +34,13 @@ class Screen:
         self._unwritten = b""
 
     def __enter__(self) -> "Screen":
-        self._output = _opened_again(self._descriptor)
+        # The shell shares the terminal's own descriptor, and expects its writes to wait.
+        if sys.platform != "win32":
+            flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY
+            with suppress(OSError):
+                self._output = os.open(os.ttyname(self._descriptor), flags)
+        if self._output < 0:
+            self._output = os.dup(self._descriptor)
         self._write(_ENTER)
         return self
 
@@ -52,17 +61,22 @@ class Screen:
         self._write("")
         if self._unwritten:
             return
-        width, height = size = self._terminal_size()
+        # The terminal itself knows: what the shell exported in COLUMNS may be out of date.
+        try:
+            columns, rows = os.get_terminal_size(self._descriptor)
+        except OSError:
+            raise HangUp from None
+        # A serial line does not know its size.
+        width, height = size = ConsoleDimensions(columns or 80, rows or 24)
         text = ""
         if size != self._size:
             self._size = self._console.size = size
             self._lines = []
             text = "\x1b[2J"
         lines = render(view, width, height, ascii_only=self._plain)
-        rows_shown = [*map(_content, self._lines), *[None] * height]
-        changed = [
-            row for row, line in enumerate(lines) if _content(line) != rows_shown[row]
-        ]
+        shown = [*map(_content, self._lines), *[None] * height]
+        contents = enumerate(map(_content, lines))
+        changed = [row for row, content in contents if content != shown[row]]
         with self._console.capture() as capture:
             self._console.print(Group(*(lines[row] for row in changed)))
         for row, line in zip(changed, capture.get().split("\n"), strict=False):
@@ -75,15 +89,6 @@ class Screen:
         if not self._unwritten.endswith(b"\a"):
             self._write("\a")
 
-    def _terminal_size(self) -> ConsoleDimensions:
-        """Ask the terminal itself: what the shell exported in COLUMNS may be out of date."""
-        try:
-            columns, rows = os.get_terminal_size(self._descriptor)
-        except OSError:
-            raise HangUp from None
-        # A serial line does not know its size.
-        return ConsoleDimensions(columns or 80, rows or 24)
-
     def _write(self, text: str) -> None:
         """Write what the terminal takes in now, and keep what it does not."""
         self._unwritten += text.encode(self._console.encoding, errors="replace")
@@ -95,18 +100,6 @@ class Screen:
             return
         except OSError:
             raise HangUp from None
-
-
-def _opened_again(descriptor: int) -> int:
-    """Return a descriptor of a terminal on which writes need not wait, if the system has one.
-
-    The shell shares the terminal's own descriptor, and expects its writes to wait.
-    """
-    if sys.platform != "win32":
-        flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY
-        with suppress(OSError):
-            return os.open(os.ttyname(descriptor), flags)
-    return os.dup(descriptor)
 
 
 def _content(line: Text) -> object:
@@ -176,3 +169,52 @@ class Lines:
             with suppress(OSError):
                 self._console.file.write("\a")
                 self._console.file.flush()
+
+
+PROGRAMS = ("spd-say", "espeak-ng", "espeak", "say")
+"""Programs that say what they are given as their argument; the first that is there is taken."""
+
+LAST_WORDS = 3.0
+"""Longest wait for the last words [s]."""
+
+
+class NoSpeechError(MukcaError):
+    """No program that speaks is installed."""
+
+
+class Speech:
+    """A voice, which leaves off in the middle of a word where there is something newer to say.
+
+    Raises:
+        NoSpeechError: There is no program that speaks.
+    """
+
+    def __init__(self) -> None:
+        found = next(filter(None, map(shutil.which, PROGRAMS)), None)
+        if found is None:
+            raise NoSpeechError(f"--say needs one of {', '.join(PROGRAMS)}; install it")
+        self._program = found
+        self._speaking: subprocess.Popen[bytes] | None = None
+
+    def __call__(self, words: str) -> None:
+        """Say some words, in place of those before."""
+        if self._speaking and self._speaking.poll() is None:
+            self._speaking.kill()
+            self._speaking.wait()
+        nowhere = subprocess.DEVNULL
+        self._speaking = subprocess.Popen(  # noqa: S603, a program of the table above
+            [self._program, words.lstrip("-")],
+            stdin=nowhere,
+            stdout=nowhere,
+            stderr=nowhere,
+            start_new_session=True,
+        )
+
+    def close(self) -> None:
+        """Let the last words end, and take their program off the system's list."""
+        if self._speaking:
+            try:
+                self._speaking.wait(timeout=LAST_WORDS)
+            except subprocess.TimeoutExpired:
+                self._speaking.kill()
+                self._speaking.wait()

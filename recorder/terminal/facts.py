@@ -8,11 +8,13 @@ from rich.text import Text
 from ...errors import fixed
 from ..session import View
 
+Texts = list[Text]
+"""Lines of a screen."""
 OLD = 2
 """Samples by which advice may be older before its age is said."""
 
 
-def kept(view: View, width: int) -> list[Text]:
+def kept(view: View, width: int) -> Texts:
     """The faults that are kept, and what a solving will make of them."""
     if not view.kept:
         return []
@@ -20,40 +22,40 @@ def kept(view: View, width: int) -> list[Text]:
     solved = "solve tells once there are more samples"
     if advice and advice.fitted:
         solved = "solve says FAIL" if advice.fails else "solve names it and goes on"
-    faults = ", ".join(
-        f"{a.words} from sample {(*a.samples, 1)[0]} on" for a in view.kept[-2:]
-    )
+    samples = ((a.words, *a.samples, 1) for a in view.kept[-2:])
+    faults = ", ".join(f"{words} from sample {n} on" for words, n, *_ in samples)
     return [Text(fit(f" kept: {faults}; {solved}", width), style="bold red")]
 
 
-def gauge(view: View, width: int) -> list[Text]:
+def gauge(view: View, width: int) -> Texts:
     """The predicted error against the goal, and what the fit says: a line, or two if need be."""
     advice = view.advice
     if advice is None or not advice.is_informative:
         late = " no advice yet: the computer is busy; go on meanwhile"
         return [Text(late if view.late else "", style="bold")]
+    older = len(view.session.live) - advice.count
     facts = [
-        None if advice.last_error is None else f"last {_mm(advice.last_error)}",
-        None if advice.mean_error is None else f"mean {_mm(advice.mean_error)}",
+        f"goal {_mm(advice.goal)}",
+        f"{older} samples ago" if older > OLD else None,
+        _fact("last", advice.last_error),
+        _fact("mean", advice.mean_error),
         None
         if advice.scale is None
         else f"scale {fixed(100 * advice.scale, 2, '+')} %",
-        None if advice.distance is None else f"sockets {_mm(advice.distance)}",
+        _fact("sockets", advice.distance),
     ]
-    older = len(view.session.live) - advice.count
-    age = f"{older} samples ago" if older > OLD else ""
     unit = " mrad" if advice.unit == "mrad" else ""
     start = f" predicted {_mm(advice.predicted)}{unit} "
-    first, *lines = _lines_of(
-        [f"goal {_mm(advice.goal)}", age, *facts], width - len(start) - 4
-    )
+    first, *lines = _lines_of(facts, width - len(start) - 4)
     length = max(3, min(24, width - len(f"{start} {first}")))
     bar = progress_bar(advice.goal / max(advice.predicted, 1e-9), length)
     style = "green" if advice.predicted <= advice.goal else ""
-    return [
-        Text(f"{start}{bar} {first}", style=style),
-        *(Text(f" {line}") for line in lines),
-    ]
+    top = Text(f"{start}{bar} {first}", style=style)
+    return [top, *(Text(f" {line}") for line in lines)]
+
+
+def _fact(name: str, metres: float | None) -> str | None:
+    return None if metres is None else f"{name} {_mm(metres)}"
 
 
 def _lines_of(facts: Iterable[str | None], width: int) -> list[str]:
@@ -79,18 +81,15 @@ def stream(view: View, width: int) -> Text:
     """The stream's state; in fewer words where there is less room."""
     age = f"{view.age * 1e3:.0f} ms" if view.age < 1 else f"{view.age:.1f} s"
     has_state = math.isfinite(view.age)
-    lost = f"  discarded {view.discarded}" if view.discarded else ""
     drops, rate = view.drops, f"{view.rate:.0f} Hz"
-    text = f" stream {rate}  {f'last state {age} ago' if has_state else 'no state yet'}"
-    text += (
-        f"  missed {view.missed}{lost}{f'  connection lost {drops}x' if drops else ''}"
-    )
-    brief = f" {rate}  {f'{age} ago' if has_state else 'no state'}"
-    brief += f"  missed {view.missed}{lost}{f'  lost {drops}x' if drops else ''}"
-    line = Text(text if len(text) <= width else fit(brief, width))
-    if view.age > 0.25:
-        line.stylize("bold red")
-    return line
+    missed = f"  missed {view.missed}"
+    missed += f"  discarded {view.discarded}" if view.discarded else ""
+    text = f" stream {rate}  {f'last state {age} ago' if has_state else 'no state yet'}{missed}"
+    text += f"  connection lost {drops}x" if drops else ""
+    if len(text) > width:
+        text = f" {rate}  {f'{age} ago' if has_state else 'no state'}{missed}"
+        text = fit(text + (f"  lost {drops}x" if drops else ""), width)
+    return Text(text, style="bold red" if view.age > 0.25 else "")
 
 
 def fit(text: str, width: int) -> str:

@@ -9,25 +9,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from ...errors import MukcaError
-from .keyboard import NAMES
+from .keyboard import NAMES, TABLES
 
-KEYS: Mapping[str, str] = {
-    "space": "capture",
-    "a": "capture",
-    "d": "undo",
-    "u": "undo",
-    "r": "redo",
-    "x": "delete",
-    "l": "relabel",
-    "m": "measure",
-    "s": "next",
-    "b": "avoid",
-    "q": "finish",
-    "?": "help",
-    "y": "yes",
-    "n": "new",
-    "k": "keep",
-}
+KEYS = TABLES["actions"]
 """Default action of each key; digits choose a socket."""
 ACTIONS = [*dict.fromkeys(KEYS.values())]
 """Actions that a key can be given."""
@@ -56,7 +40,15 @@ def keys_with(settings: Iterable[str]) -> dict[str, str]:
                 raise KeyMapError(
                     f"--key {setting}: {action!r} is none of {', '.join(ACTIONS)}"
                 )
-            keys[_known(name, setting)] = action
+            by_lower = {name.lower(): name for name in NAMES}
+            is_letter = len(name) == 1 and name.isprintable() and not name.isdigit()
+            key = by_lower.get(name.lower(), name.lower() if is_letter else " ")
+            if key == " ":
+                raise KeyMapError(
+                    f"--key {setting}: no key is called {name!r}; a character but a digit, or one "
+                    f"of {', '.join(sorted(NAMES))}"
+                )
+            keys[key] = action
     return keys
 
 
@@ -68,24 +60,7 @@ def capture_key(keys: Mapping[str, str]) -> str:
     return next(keys_of_capture, "space")
 
 
-def _known(name: str, setting: str) -> str:
-    """Return a key by the keyboard's name for it."""
-    by_lower = {name.lower(): name for name in NAMES}
-    if name.lower() in by_lower:
-        return by_lower[name.lower()]
-    if len(name) == 1 and name.isprintable() and not name.isdigit() and name != " ":
-        return name.lower()
-    raise KeyMapError(
-        f"--key {setting}: no key is called {name!r}; a character but a digit, or one of "
-        f"{', '.join(sorted(NAMES))}"
-    )
-
-
-ASKS = {
-    "delete": "delete sample",
-    "relabel": "relabel: sample, blank, socket",
-    "measure": "sockets apart, in mm",
-}
+ASKS = TABLES["asks"]
 """Words that ask for the numbers of each action that takes some."""
 _NUMBER = re.compile(r"\d+\.?\d*|\.\d+")
 
@@ -107,11 +82,7 @@ class TypedLine:
     def numbers(self) -> list[float]:
         """Numbers typed so far; none where a word is no number."""
         words = self.typed.replace(",", ".").split()
-        return (
-            [float(word) for word in words]
-            if all(map(_NUMBER.fullmatch, words))
-            else []
-        )
+        return list(map(float, words)) if all(map(_NUMBER.fullmatch, words)) else []
 
     def with_key(self, key: str) -> "TypedLine":
         """Return the line after one more key."""
@@ -173,7 +144,7 @@ class Script:
     @property
     def hungry(self) -> bool:
         """True while more is to be read before the script can go on."""
-        return not self._steps and not self._read_all
+        return not (self._steps or self._read_all)
 
     @property
     def over(self) -> bool:
@@ -187,25 +158,21 @@ class Script:
             step = self._steps[0]
             paused = stamp - self._begun[1] >= step.pause
             if not paused or (trouble and not step.at_once):
-                self._check_patience(now, step, trouble)
+                if now - self._begun[0] > PATIENCE + step.pause:
+                    reason = f"the arm came to no new rest ({trouble})"
+                    if not step.key:
+                        reason = "no state came"
+                    raise ScriptError(
+                        f"{self.name}: waited {PATIENCE:g} s, but {reason}; what was captured is "
+                        "saved",
+                        failed=True,
+                    )
                 return None
             self._begun = None
             self._steps.popleft()
             if step.key:
                 return step.key
         return None
-
-    def _check_patience(self, now: float, step: Step, trouble: str | None) -> None:
-        if self._begun and now - self._begun[0] > PATIENCE + step.pause:
-            reason = (
-                f"the arm came to no new rest ({trouble})"
-                if step.key
-                else "no state came"
-            )
-            raise ScriptError(
-                f"{self.name}: waited {PATIENCE:g} s, but {reason}; what was captured is saved",
-                failed=True,
-            )
 
     def read(self) -> None:
         """Read all that there is; call it when the descriptor is ready.

@@ -1,22 +1,34 @@
-"""Handling of keys: they act on the session, open a line to type in, answer, or finish."""
+"""Handling of keys: they act on the session, type in a line, answer, or finish with an outcome."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ..session import Alarm, GuidanceClient, SessionActions
+from ..session import Advice, Alarm, GuidanceClient, Recording, Session, SessionActions
 from .key_bindings import ASKS, TypedLine
+from .keyboard import TABLES
 
 RESUME = "GO ON?: is the base where it was?   y yes, go on   n new placement   q leave"
 MOVED = "MOVED?: is the base elsewhere now, or will it be?   y new placement   n go on"
 """Questions, each with its answers."""
-WANTED = {
-    "delete": "a sample's number",
-    "relabel": "a sample's number, and a socket",
-    "measure": "the distance of the sockets' centres in mm, as in 100.08",
-}
+WANTED = TABLES["wanted"]
 """Numbers that each action takes."""
 DISTANCES = (0.01, 3.0)
 """Least and largest distance of sockets [m]."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """End of a session."""
+
+    session: Session
+    signal: int | None
+    """The signal that ended it; None where the operator did."""
+    refused: int
+    """Number of refused captures."""
+    successor: Recording | None = None
+    """The next placement, open, if the operator goes on there."""
+    advice: Advice | None = None
+    """The last that was given."""
 
 
 @dataclass
@@ -43,8 +55,11 @@ class KeyHandler:
         action = self.keys.get(key)
         if word in ASKS and numbers:
             self._do(word, [float(number) for number in numbers.split(":")])
-        elif self.line:
-            self._type_on(self.line, key)
+        elif line := self.line:
+            finishes = key == "Enter" or action == "finish"
+            self.line = None if finishes else line.with_key(key)
+            if key == "Enter":
+                self._do(line.action, line.numbers)
         elif self.question:
             self._answer(action)
         elif not self._cure(self.guidance.alarm, action):
@@ -60,8 +75,14 @@ class KeyHandler:
 
     def _act(self, action: str | None) -> None:
         """Carry out an action that asks for nothing."""
-        if action == "capture":
-            self._go_on_or_capture()
+        if action == "capture" and self.paused:
+            self.paused = False
+            if self.hands_free:
+                self.actions.notify(
+                    "captures by itself wherever the arm rests at a new pose"
+                )
+        elif action == "capture":
+            self.capture()
         elif action == "undo":
             self.actions.undo()
         elif action == "redo":
@@ -114,16 +135,6 @@ class KeyHandler:
         self.guidance.answered(alarm, keep=action == "keep")
         return True
 
-    def _go_on_or_capture(self) -> None:
-        if self.paused:
-            self.paused = False
-            if self.hands_free:
-                self.actions.notify(
-                    "captures by itself wherever the arm rests at a new pose"
-                )
-        else:
-            self.capture()
-
     def _switch(self, socket: int) -> None:
         self.paused = False
         self.actions.switch(socket)
@@ -137,32 +148,22 @@ class KeyHandler:
             self.finish()
         return begun
 
-    def _type_on(self, line: TypedLine, key: str) -> None:
-        self.line = line.with_key(key)
-        if key == "Enter":
-            self.line = None
-            self._do(line.action, line.numbers)
-        elif self.keys.get(key) == "finish":
-            self.line = None
-
     def _do(self, action: str, numbers: Sequence[float]) -> None:
         samples = [int(number) for number in numbers]
+        lowest, highest = DISTANCES
         if action == "delete" and len(numbers) == 1:
             self.actions.delete(samples[0])
         elif action == "relabel" and len(numbers) == 2:
             self.actions.relabel(samples[0], samples[1])
-        elif action == "measure" and len(numbers) == 1:
-            self._measure(numbers[0] / 1e3)
+        elif (
+            action == "measure"
+            and len(numbers) == 1
+            and lowest <= numbers[0] / 1e3 <= highest
+        ):
+            # A further reading of the sockets' distance answers an alarm on it.
+            alarm = self.guidance.alarm
+            confirmed = self.actions.measured_again(numbers[0] / 1e3)
+            if alarm and alarm.cause == "distance":
+                self.guidance.answered(alarm, keep=confirmed)
         else:
             self.actions.alarm(f"{action}: type {WANTED[action]}")
-
-    def _measure(self, distance: float) -> None:
-        """Take a further reading of the sockets' distance [m], which answers an alarm on it."""
-        lowest, highest = DISTANCES
-        if not lowest <= distance <= highest:
-            self.actions.alarm(f"measure: type {WANTED['measure']}")
-            return
-        alarm = self.guidance.alarm
-        confirmed = self.actions.measured_again(distance)
-        if alarm and alarm.cause == "distance":
-            self.guidance.answered(alarm, keep=confirmed)

@@ -16,12 +16,12 @@ from ...drivers import clock
 # Arrow keys, function keys, Alt with a letter: none of them may pass for a letter.
 _KEY = re.compile(rb"\x1b(\[\[?[0-?]*[ -/]*[@-~]|O[ -~]|[^\[O\x1b])|[^\x1b]|\x1b")
 _FILE = Path(__file__).with_name("keys.json")
-_TABLES: dict[str, dict[str, str]] = json.loads(_FILE.read_text())
-_SEQUENCES = _TABLES["of_sequences"]
+TABLES: dict[str, dict[str, str]] = json.loads(_FILE.read_text())
+_SEQUENCES = TABLES["of_sequences"]
 """Key by the sequence that follows ``ESC [`` or ``ESC O``."""
-_SINGLE = _TABLES["of_characters"]
+_SINGLE = TABLES["of_characters"]
 """Key by the one character that it sends."""
-_SPECIAL = _TABLES["of_console"]
+_SPECIAL = TABLES["of_console"]
 """Rest of a special key after ESC, by its second character in a console."""
 NAMES = frozenset({*_SEQUENCES.values(), *_SINGLE.values(), "space"})
 """Names of the keys that are no printable character."""

@@ -20,9 +20,8 @@ from ..session import (
 from ..stream import ContactDetector, StationaryPose, Stream, StreamMonitor
 from .display import Lines, Screen
 from .key_bindings import KEYS, Script, capture_key
-from .key_handler import RESUME, KeyHandler
+from .key_handler import RESUME, KeyHandler, Outcome
 from .keyboard import HANG_UP, HangUp, Keyboard, Signals
-from .outcome import Outcome
 
 FRAME = 1 / 15
 """Time between two drawings of the screen [s]."""
@@ -103,22 +102,21 @@ class Recorder:
         # Signals come first, so that none leaves the terminal as it is now.
         with Signals() as signals:
             received: int | None = None
+            actions = self._actions
             try:
                 with self.display, self.keyboard or nullcontext():
-                    while (
-                        not self._actions.session.finished and signals.received is None
-                    ):
+                    while not actions.session.finished and signals.received is None:
                         self._wait(signals)
                         self._take_states()
-                        self._update(clock.now())
                         self._draw()
             except HangUp:
                 received = HANG_UP
+            signal = signals.received or received
             return Outcome(
-                self._actions.session,
-                signals.received or received,
-                self._actions.refused,
-                self._actions.successor,
+                actions.session,
+                signal,
+                actions.refused,
+                actions.successor,
                 self._client.advice,
             )
 
@@ -169,14 +167,6 @@ class Recorder:
         if self.script:
             self._follow_script(self.script, clock.now())
 
-    def _update(self, now: float) -> None:
-        """Update alerts, guidance and sound."""
-        self._alerts.update(now)
-        pose, latest = self.monitor.rest, self.monitor.latest
-        self._evidence = self._detector.evidence(pose) if pose else None
-        self._client.update(latest.position if latest else None)
-        self._sound.update(now)
-
     def _press(self, key: str, now: float) -> None:
         if self._actions.session.finished:
             return
@@ -208,7 +198,7 @@ class Recorder:
     def _capture_hands_free(self, now: float) -> None:
         """Capture a settled rest at a new, plausible pose, unless a key is awaited."""
         pose = self.monitor.rest
-        if not pose or not self.monitor.settled or self._trouble(now):
+        if not (pose and self.monitor.settled) or self._trouble(now):
             return
         if self._same(self._rejected, pose):
             return
@@ -227,9 +217,8 @@ class Recorder:
     def _same(
         self, reference: StationaryPose | Sample | None, pose: StationaryPose
     ) -> bool:
-        return bool(
-            reference and self._actions.session.same(reference.position, pose.position)
-        )
+        same = self._actions.session.same
+        return reference is not None and same(reference.position, pose.position)
 
     def _follow_script(self, script: Script, now: float) -> None:
         """Press all keys of the script that are due."""
@@ -250,17 +239,16 @@ class Recorder:
             return trouble or "not yet still for long enough"
         if self._same(self._rejected, pose):
             return "it rests where a capture was just refused"
-        taken = [
-            sample.number
-            for sample in self._actions.session.live
-            if self._same(sample, pose)
-        ]
-        return f"it rests where sample {taken[0]} was taken" if taken else None
+        for sample in self._actions.session.live:
+            if self._same(sample, pose):
+                return f"it rests where sample {sample.number} was taken"
+        return None
 
     def _view(self, now: float) -> View:
         """Return the state of the session, from which the operator's next step follows."""
         pose, latest = self.monitor.rest, self.monitor.latest
         captured, line = self._captured, self._handler.line
+        asks = self._handler.question == RESUME
         by_itself = pose if self.hands_free else None
         if by_itself and self._actions.session.refusal(by_itself.position):
             by_itself = None  # often: it was just captured
@@ -289,15 +277,19 @@ class Recorder:
             missed=self.stream.missed,
             drops=self.stream.drops,
             discarded=self.stream.rejected,
-            resume_summary=tuple(self.resume_summary)
-            if self._handler.question == RESUME
-            else (),
+            resume_summary=tuple(self.resume_summary) if asks else (),
             help=self._handler.help,
             scripted=self.script is not None,
         )
 
     def _draw(self) -> None:
+        """Update alerts, guidance and sound, and draw what they say by now."""
         now = clock.now()
+        self._alerts.update(now)
+        pose, latest = self.monitor.rest, self.monitor.latest
+        self._evidence = self._detector.evidence(pose) if pose else None
+        self._client.update(latest.position if latest else None)
+        self._sound.update(now)
         if now < self._next_frame and not self._actions.session.finished:
             return
         self._next_frame = now + FRAME

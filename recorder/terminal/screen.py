@@ -15,7 +15,7 @@ from ...errors import cleaned
 from .. import Sample
 from ..session import Message, Session, View
 from ..stream import JointLimits
-from .facts import fit, gauge, kept, progress_bar, stream
+from .facts import Texts, fit, gauge, kept, progress_bar, stream
 
 KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
 _TEXTS = Path(__file__).parent
@@ -30,9 +30,7 @@ def rows_needed(joints: int) -> int:
     return joints + 7
 
 
-def render(
-    view: View, width: int, height: int, *, ascii_only: bool = False
-) -> list[Text]:
+def render(view: View, width: int, height: int, *, ascii_only: bool = False) -> Texts:
     """Return a view as lines of a terminal's width, as many as its height unless it is too small.
 
     ``ascii_only`` draws with ASCII only.
@@ -62,7 +60,7 @@ def _shown(line: Text, width: int, *, ascii_only: bool) -> Text:
     return line
 
 
-def _brief(view: View, width: int, height: int) -> list[Text]:
+def _brief(view: View, width: int, height: int) -> Texts:
     """The next step, the counts, and the last message, where the whole screen has no room."""
     session = view.session
     counts = [f"{count} in socket {k}" for k, count in enumerate(session.counts)]
@@ -76,7 +74,7 @@ def _brief(view: View, width: int, height: int) -> list[Text]:
     return [*lines, *[Text()] * height][:height]
 
 
-def _lines(view: View, width: int, height: int) -> list[Text]:
+def _lines(view: View, width: int, height: int) -> Texts:
     """Return all lines: the less room there is, the fewer of those that are least needed."""
     spare = height - rows_needed(len(view.session.joints))
     names = [
@@ -95,7 +93,9 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
         predicted, *details = gauge(view, width)
         facts = [*kept(view, width), predicted, stream(view, width), *details]
         top += [line for line in facts if line.plain][: max(0, spare - 2)]
-    keys = [Text(fit(_keys(view), width), style="bold")][:spare]
+    # While the operator is asked, those that answer.
+    answers = view.question.partition("   ")[2] or view.typed.partition("_   ")[2]
+    keys = [Text(fit(answers or KEYS, width), style="bold")][:spare]
     room = height - len(top) - len(keys)
     if view.help:
         page = [f"page        {view.page}"] if view.page else []
@@ -106,14 +106,7 @@ def _lines(view: View, width: int, height: int) -> list[Text]:
     return [*top, *middle[:room], *keys]
 
 
-def _keys(view: View) -> str:
-    """Return the keys that do something now: while the operator is asked, those that answer."""
-    if view.question:
-        return view.question.partition("   ")[2]
-    return view.typed.partition("_   ")[2] if view.typed else KEYS
-
-
-def _wrapped(texts: Iterable[str], width: int, style: str) -> list[Text]:
+def _wrapped(texts: Iterable[str], width: int, style: str) -> Texts:
     """Return texts in as many lines as they need."""
     lines = chain.from_iterable(
         textwrap.wrap(text, max(1, width - 2)) for text in texts
@@ -121,17 +114,14 @@ def _wrapped(texts: Iterable[str], width: int, style: str) -> list[Text]:
     return [Text(f" {line}", style=style) for line in lines]
 
 
-def _status(view: View, width: int, rows: int) -> list[Text]:
+def _status(view: View, width: int, rows: int) -> Texts:
     """The active socket, the banner's words again, and the whole reason, if it fits some lines."""
     start, text = f"SOCKET {view.session.socket}  ", view.prompt.text
     if width < _USUAL and len(start + text) >= width:  # the words stand in the banner
         text = view.prompt.reason
     lines = _wrapped([start + text], width, "bold")
-    return (
-        lines
-        if len(lines) <= rows
-        else [Text(fit(f" {start}{text}", width), style="bold")]
-    )
+    whole = Text(fit(f" {start}{text}", width), style="bold")
+    return lines if len(lines) <= rows else [whole]
 
 
 def _counts(session: Session, width: int) -> Text:
@@ -149,7 +139,7 @@ def _counts(session: Session, width: int) -> Text:
     return line
 
 
-def _middle(view: View, width: int, room: int) -> list[Text]:
+def _middle(view: View, width: int, room: int) -> Texts:
     """Joints, last captures and messages, as many as there is room for."""
     joints = _joints(view, width)
     if view.resume_summary:
@@ -158,11 +148,14 @@ def _middle(view: View, width: int, room: int) -> list[Text]:
     hint = _hint(view, width)[: max(0, room - 2)]
     of_messages = min(room // 2, room - len(hint))
     messages = _messages(view.session, width, max(2, of_messages))
-    captures = _captures(view.session, width, room - len(messages) - len(hint))
+    room = max(0, room - len(messages) - len(hint))
+    newest = view.session.live[::-1][:room]
+    captures = [Text(fit(_capture(view.session, s), width)) for s in newest]
+    captures = captures or [Text(" no capture yet", style="dim")][:room]
     return [*joints, *hint, *captures, *messages]
 
 
-def _hint(view: View, width: int) -> list[Text]:
+def _hint(view: View, width: int) -> Texts:
     """The next pose in words: each joint that must move, in the order of the chain."""
     advice = view.advice
     if advice is None:
@@ -177,7 +170,7 @@ def _hint(view: View, width: int) -> list[Text]:
     return _wrapped([text], width, "bold cyan")
 
 
-def _joints(view: View, width: int) -> list[Text]:
+def _joints(view: View, width: int) -> Texts:
     session = view.session
     longest = max(len(joint.name) for joint in session.joints)
     names = min(longest, max(10, width // 4))
@@ -185,13 +178,12 @@ def _joints(view: View, width: int) -> list[Text]:
     values = view.position or nowhere
     target = (view.advice and view.advice.target) or nowhere
     here_last = sorted(session.live, key=lambda sample: sample.socket == session.socket)
-    lines: list[Text] = []
+    lines: Texts = []
     for i, joint in enumerate(session.joints):
         marks: list[tuple[float, str, str]] = []
         for sample in here_last:
-            mark, style = (
-                ("▮", "cyan") if sample.socket == session.socket else ("╷", "dim")
-            )
+            is_here = sample.socket == session.socket
+            mark, style = ("▮", "cyan") if is_here else ("╷", "dim")
             marks.append((sample.position[i], mark, style))
         lower, upper = _ends(joint)
         margin = min(values[i] - lower, upper - values[i])
@@ -232,13 +224,6 @@ def _ends(joint: JointLimits) -> tuple[float, float]:
     return (lower, upper) if upper > lower else (lower - 0.5, lower + 0.5)
 
 
-def _captures(session: Session, width: int, room: int) -> list[Text]:
-    """The last samples that count, the newest first."""
-    newest = session.live[::-1][: max(0, room)]
-    lines = [Text(fit(_capture(session, sample), width)) for sample in newest]
-    return lines or [Text(" no capture yet", style="dim")][: max(0, room)]
-
-
 def _capture(session: Session, sample: Sample) -> str:
     clock = ""
     if sample.time is not None:
@@ -254,17 +239,16 @@ def _capture(session: Session, sample: Sample) -> str:
     return f"{text}  spread {size} ({joint.name})"
 
 
-def _messages(session: Session, width: int, room: int) -> list[Text]:
+def _messages(session: Session, width: int, room: int) -> Texts:
     """The last messages, the newest at the end and in full."""
-    lines: list[Text] = []
+    lines: Texts = []
     for message in session.messages[-room:-1]:
         text = fit(f" {_mark(message)} {message.text}", width - 1)
         lines.append(Text(text, style="dim"))
-    lines += _last_message(session, width, room)
-    return lines[-room:]
+    return [*lines, *_last_message(session, width, room)][-room:]
 
 
-def _last_message(session: Session, width: int, room: int) -> list[Text]:
+def _last_message(session: Session, width: int, room: int) -> Texts:
     """The last message in full, as far as there is room."""
     if not session.messages:
         return []
@@ -287,7 +271,7 @@ _LETTERS = {
 """Three rows a letter, five half-rows high."""
 
 
-def banner(words: str, colour: str, width: int) -> list[Text]:
+def banner(words: str, colour: str, width: int) -> Texts:
     """Return some words as three lines, each as wide as the screen and all of one colour."""
     letters = [_LETTERS.get(letter, _LETTERS["?"]) for letter in words]
     style = f"bold white on {colour}"

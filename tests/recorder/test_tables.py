@@ -236,7 +236,7 @@ def test_times_are_seconds():
 
 def test_the_documentation_shows_what_is_read():
     """MUKCA_KEEP_PAGES=1 writes it anew."""
-    file = ROOT / "docs" / "recording.md"
+    file = ROOT / "docs" / "tables.md"
     before, _, others = file.read_text().partition(BEGIN)
     text = f"{before}{BEGIN}\n{page()}{END}{others.partition(END)[2]}"
     if os.environ.get("MUKCA_KEEP_PAGES"):

@@ -95,6 +95,18 @@ def test_a_simulated_arm_may_bend_in_three_axes_and_turn_unevenly(panda):
     assert np.array_equal(same.values, truth.values)
 
 
+def test_the_zeros_of_a_simulated_arm_are_in_its_truth():
+    robot = load_robot("so101")
+    truth, (placement,) = mukca.simulate_recordings(
+        robot, 1, samples=4, seed=3, noise=0, zeros=0.05
+    )
+    (zeros,) = truth.deflection.coefficients
+    assert truth.deflection.extensions == ("zero",) and 0.01 < np.std(zeros) < 0.1
+    in_socket = placement.positions[placement.sockets == 0]
+    assert np.ptp(truth.ball(in_socket), axis=0) == pytest.approx(0, abs=1e-9)
+    assert np.ptp(truth.geometric_ball(in_socket), axis=0).max() > 1e-3
+
+
 @by_table("numbers", "words")
 def test_numbers_that_cannot_be_simulated_are_told(panda, numbers, words):
     with pytest.raises(mukca.MukcaError, match=words):

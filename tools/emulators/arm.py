@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...drivers.arms import Fault, Motion, SimulatedArm
-from ...errors import MukcaError
+from ...errors import MukcaError, read_json
 from ...recorder import read_placement
 
 POSES = 40
@@ -30,23 +30,19 @@ def emulated_arm(
     Poses and efforts that are no placement's are invented. A placement of another robot is a
     MukcaError.
     """
-    poses, efforts = _invented(joints) if folder is None else _recorded(folder, joints)
+    if folder is None:
+        poses, efforts = _invented(joints)
+    else:
+        placement = read_placement(folder)
+        poses = placement.positions.tolist()
+        efforts = None if placement.efforts is None else placement.efforts.tolist()
+        if len(poses[0]) != joints:
+            raise MukcaError(
+                f"{folder}: {len(poses[0])} joints, but this controller's arm has {joints}"
+            )
     hold, move = motion
     path = Motion(poses, hold=hold, move=move)
     return SimulatedArm(path, efforts=efforts, rate=rate, noise=noise)
-
-
-def _recorded(
-    folder: Path, joints: int
-) -> tuple[list[list[float]], list[list[float]] | None]:
-    """Return the poses of a recording, and its efforts where it has them."""
-    placement = read_placement(folder)
-    poses: list[list[float]] = placement.positions.tolist()
-    if len(poses[0]) != joints:
-        raise MukcaError(
-            f"{folder}: {len(poses[0])} joints, but this controller's arm has {joints}"
-        )
-    return poses, None if placement.efforts is None else placement.efforts.tolist()
 
 
 def _invented(joints: int) -> tuple[list[list[float]], list[list[float]]]:
@@ -57,31 +53,14 @@ def _invented(joints: int) -> tuple[list[list[float]], list[list[float]]]:
     efforts = list[list[float]]()
     for _ in range(POSES):
         pose = [q + source.uniform(-SPREAD, SPREAD) for q in middle]
-        effort = [GREATEST_EFFORT * math.sin(q) for q in pose]
         poses.append(pose)
-        efforts.append(effort)
+        efforts.append([GREATEST_EFFORT * math.sin(q) for q in pose])
     return poses * ROUNDS, efforts * ROUNDS
 
 
-KINDS = {
-    "drop": "messages are lost",
-    "reorder": "a message comes after the one that follows it",
-    "duplicate": "a message comes twice",
-    "truncate": "a message ends early",
-    "garble": "a message's bytes are random",
-    "freeze": "messages come, with the joint angles of the moment at which it began",
-    "silent": "nothing comes, no answer either; the connection stands",
-    "stall": "nothing comes; then all of it comes at once",
-    "hangup": "the connection is ended, and none is taken",
-    "busy": "connections are taken and ended without an answer",
-    "stranger": "a message comes once more, changed, from another host (franka, kuka)",
-    "version": "it announces a version that nobody reads (franka, kuka, ur)",
-    "commanding": "the session goes on to commanding (kuka)",
-}
+KINDS: dict[str, str] = read_json(Path(__file__).with_name("faults.json"))
 """Kinds of faults; not every controller has a way to show the last three."""
-COMMON_KINDS = tuple(
-    kind for kind in KINDS if kind not in ("stranger", "version", "commanding")
-)
+COMMON_KINDS = tuple(KINDS)[:-3]
 
 Packet = tuple[Any, bytes]
 """A message: its CAN identifier or UDP address, if it has one, and its bytes."""
@@ -116,13 +95,11 @@ class FaultInjector:
             message = self._random.randbytes(len(message))
         packet = target, message
         if self.is_active("reorder", moment) and not self._held_back:
-            self._held_back.append(packet)
+            self._held_back = [packet]
             return []
-        copies = 2 if self.is_active("duplicate", moment) else 1
-        sent = [*self._stalled, *copies * [packet], *self._held_back]
+        copies = [packet] * (1 + self.is_active("duplicate", moment))
+        sent = [*self._stalled, *copies, *self._held_back]
         self._held_back = []
-        self._stalled = []
-        if self.is_active("stall", moment):
-            self._stalled = sent
-            return []
-        return sent
+        stalls = self.is_active("stall", moment)
+        self._stalled = sent if stalls else []
+        return [] if stalls else sent

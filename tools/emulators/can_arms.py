@@ -36,9 +36,9 @@ class DamiaoEmulator(Emulator):
         self._state: JointState | None = None
 
     def _reply(self, identifier: int, data: bytes) -> None:
-        if identifier != 0x7FF or len(data) != 8 or not 1 <= data[0] <= JOINTS:
+        motor = data[0] if identifier == 0x7FF and len(data) == 8 else 0
+        if not 1 <= motor <= JOINTS:
             return
-        motor = data[0]
         self.arm.connect()
         if data[2:4] == b"\x33\x15":
             reply = data[:4] + struct.pack("<f", self.pmax)
@@ -47,8 +47,7 @@ class DamiaoEmulator(Emulator):
                 self._state = self.next_state(self.moment)
             angle = self._state.position[motor - 1]
             count = round((angle + HALF_RANGE) / 25 * 65535)
-            status = bytes([self.status << 4 | motor])
-            reply = status + count.to_bytes(2, "big") + REST
+            reply = bytes([self.status << 4 | motor]) + count.to_bytes(2, "big") + REST
         else:
             return
         self.answer(self._bus.send, reply, 0x10 + motor)
@@ -68,10 +67,8 @@ class PiperEmulator(Emulator):
 
     def send_state(self, state: JointState, moment: float) -> None:
         """Send the three frames of one state."""
-        degrees = map(math.degrees, state.position)
-        counts = [round(1000 * angle) for angle in degrees]
-        for index, identifier in enumerate(PIPER_FRAMES):
-            first = 2 * index
+        counts = [round(1000 * angle) for angle in map(math.degrees, state.position)]
+        for identifier, first in zip(PIPER_FRAMES, (0, 2, 4), strict=True):
             pair = struct.pack(">ii", *counts[first : first + 2])
             self.emit(self._bus.send, pair, moment, identifier)
 
@@ -105,7 +102,9 @@ class KinovaEmulator(Emulator):
             rxfn=lambda _: self._frames.popleft() if self._frames else None,
             txfn=lambda frame: self._bus.send(bytes(frame.data), ANSWERS),
             address=isotp.Address(
-                isotp.AddressingMode.Normal_11bits, txid=ANSWERS, rxid=REQUESTS
+                isotp.AddressingMode.Normal_11bits,
+                txid=ANSWERS,
+                rxid=REQUESTS,
             ),
         )
         self._send = lambda message, _: self._transfer.send(message)

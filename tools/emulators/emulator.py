@@ -31,19 +31,19 @@ class Journal:
 
     def received(self, channel: str, message: bytes) -> None:
         """Note a message that came in."""
-        self._write({"channel": channel, "received": message.hex()})
+        self._write(channel=channel, received=message.hex())
 
     def sent(self, number: int, state: JointState) -> None:
         """Note a state that went out."""
-        content = {"position": state.position, "effort": state.effort}
-        self._write({"sent": number, "at": clock.now(), **content})
+        position, effort = state.position, state.effort
+        self._write(sent=number, at=clock.now(), position=position, effort=effort)
 
     def close(self) -> None:
         """Write what is left."""
         if self._stream:
             self._stream.close()
 
-    def _write(self, line: dict[str, Any]) -> None:
+    def _write(self, **line: Any) -> None:
         if self._stream:
             self._stream.write(json.dumps(line) + "\n")
 
@@ -130,8 +130,7 @@ class Emulator(ABC):
     def serve(self) -> None:
         """Run until interrupted."""
         while True:
-            until_due = self.due() - clock.now()
-            pause = max(0.0, min(IDLE_SECONDS, until_due))
+            pause = max(0.0, min(IDLE_SECONDS, self.due() - clock.now()))
             self.dispatch(clock.wait(list(self.watched), pause))
             self.send_due()
 
@@ -167,13 +166,11 @@ class Emulator(ABC):
     def next_state(self, moment: float) -> JointState:
         """Return the next state, counted and noted."""
         state = self.arm.state(max(0.0, moment - self._released))
-        if self.faults.is_active("freeze", moment):
-            state = self._frozen = self._frozen or state
-        else:
-            self._frozen = None
+        is_frozen = self.faults.is_active("freeze", moment)
+        self._frozen = (self._frozen or state) if is_frozen else None
         self.number += 1
-        self.journal.sent(self.number, state)
-        return state
+        self.journal.sent(self.number, self._frozen or state)
+        return self._frozen or state
 
     def emit(
         self,
@@ -187,7 +184,10 @@ class Emulator(ABC):
             send(packet, receiver)
 
     def answer(
-        self, send: Callable[[bytes, Any], object], message: bytes, target: Any = 0
+        self,
+        send: Callable[[bytes, Any], object],
+        message: bytes,
+        target: Any = 0,
     ) -> None:
         """Answer a request, unless it serves nobody now."""
         if not self.is_away(self.moment):

@@ -69,9 +69,8 @@ class TcpServer:
     def _accept(self) -> None:
         with suppress(OSError):  # it may have left already
             client, _ = self._server.accept()
-            if len(self.clients) >= self._places or self._emulator.is_away(
-                self._emulator.moment
-            ):
+            is_away = self._emulator.is_away(self._emulator.moment)
+            if is_away or len(self.clients) >= self._places:
                 client.close()
                 return
             client.settimeout(SEND_SECONDS)
@@ -108,7 +107,10 @@ class UdpPort:
     """A UDP port."""
 
     def __init__(
-        self, emulator: Emulator, address: tuple[str, int], receiver: Receiver = _ignore
+        self,
+        emulator: Emulator,
+        address: tuple[str, int],
+        receiver: Receiver = _ignore,
     ) -> None:
         self._emulator, self._receiver = emulator, receiver
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -134,12 +136,25 @@ class SerialPort:
     """One end of a pseudo-terminal, whose other end has the name ``name``."""
 
     def __init__(
-        self, emulator: Emulator, address: str, receiver: Callable[[bytearray], object]
+        self,
+        emulator: Emulator,
+        address: str,
+        receiver: Callable[[bytearray], object],
     ) -> None:
         if address:
             kind = type(emulator).__name__.removesuffix("Emulator").lower()
             raise MukcaError(f"{kind} opens a terminal of its own; leave --address out")
-        self._line, self.name = _open_terminal()
+        if sys.platform == "win32":
+            raise MukcaError(
+                "Windows has no pseudo-terminals: emulate this controller elsewhere"
+            )
+        import tty
+
+        self._line, terminal = os.openpty()
+        tty.setraw(self._line)
+        tty.setraw(terminal)
+        os.set_blocking(self._line, False)
+        self.name = os.ttyname(terminal)
         emulator.opened.callback(os.close, self._line)
         self._journal = emulator.journal
         self._receiver, self._received, self._last = receiver, bytearray(), 0.0
@@ -162,21 +177,6 @@ class SerialPort:
         self._receiver(self._received)
 
 
-def _open_terminal() -> tuple[int, str]:
-    """Return the descriptor of a pseudo-terminal's one end, and the name of its other."""
-    if sys.platform == "win32":
-        raise MukcaError(
-            "Windows has no pseudo-terminals: emulate this controller elsewhere"
-        )
-    import tty
-
-    line, terminal = os.openpty()
-    tty.setraw(line)
-    tty.setraw(terminal)
-    os.set_blocking(line, False)
-    return line, os.ttyname(terminal)
-
-
 class CanPort:
     """A node on a CAN bus; the receiver is given each frame of others, by identifier and data."""
 
@@ -197,7 +197,9 @@ class CanPort:
         """Send a frame."""
         with suppress(can.CanError, OSError):
             frame = can.Message(
-                arbitration_id=identifier, data=data, is_extended_id=False
+                arbitration_id=identifier,
+                data=data,
+                is_extended_id=False,
             )
             self._sent.append((identifier, data))
             self._bus.send(frame)

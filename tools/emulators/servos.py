@@ -94,7 +94,12 @@ class ServoEmulator(Emulator):
                     self._reply(*request)
 
     def _reply(
-        self, servo: int, instruction: int, first: int, count: int, servos: bytes
+        self,
+        servo: int,
+        instruction: int,
+        first: int,
+        count: int,
+        servos: bytes,
     ) -> None:
         self.arm.connect()
         if instruction not in (PING, READ, SYNC_READ):
@@ -102,41 +107,31 @@ class ServoEmulator(Emulator):
         asked = [number for number in self._known if servo in (number, 0xFE)]
         if instruction == SYNC_READ:
             asked = [number for number in servos if number in self._known]
-        steps = {} if instruction == PING else self._steps(first, count)
+        registers: dict[str, tuple[int, int]] = self.TABLE["registers"]
+        steps: dict[int, int] = {}
+        # The state counts as sent where it is asked for.
+        if instruction != PING and first <= registers["position"][0] < first + count:
+            position = self.next_state(self.moment).position
+            turns = [round(STEPS / 2 + q * STEPS / TURN) for q in position]
+            steps = dict(zip(self._joints, turns, strict=True))
         sent: list[bytes] = []
         for number in asked:
-            registers = self._memory(number, steps)[first : first + count]
-            data = self._pong() if instruction == PING else registers
-            self.answer(
-                lambda packet, _: sent.append(packet), self._status(number, data)
-            )
+            of_joint = steps.get(number, STEPS // 2)
+            values = {
+                "firmware": self.TABLE["firmware"],
+                "model": self.model,
+                "servo": number,
+                "torque": self.stiff,
+                "position": self._position(self.turned.get(number, of_joint)),
+            }
+            memory = bytearray(MEMORY)
+            for name, value in values.items():
+                begin, size = registers[name]
+                memory[begin : begin + size] = value.to_bytes(size, "little")
+            data = bytes(memory[first : first + count])
+            answer = self._status(number, self._pong() if instruction == PING else data)
+            self.answer(lambda packet, _: sent.append(packet), answer)
         self._line.send(b"".join(sent))  # at once, as a USB adapter hands them over
-
-    def _steps(self, first: int, count: int) -> dict[int, int]:
-        """Return each servo's position; the state counts as sent where it is asked for."""
-        address, _ = self.TABLE["registers"]["position"]
-        if not first <= address < first + count:
-            return {}
-        position = self.next_state(self.moment).position
-        steps = [round(STEPS / 2 + q * STEPS / TURN) for q in position]
-        return dict(zip(self._joints, steps, strict=True))
-
-    def _memory(self, servo: int, steps: dict[int, int]) -> bytes:
-        """Return a servo's registers."""
-        of_joint = steps.get(servo, STEPS // 2)
-        turned = self.turned.get(servo, of_joint)
-        values = {
-            "firmware": self.TABLE["firmware"],
-            "model": self.model,
-            "servo": servo,
-            "torque": self.stiff,
-            "position": self._position(turned),
-        }
-        memory = bytearray(MEMORY)
-        for name, value in values.items():
-            first, size = self.TABLE["registers"][name]
-            memory[first : first + size] = value.to_bytes(size, "little")
-        return bytes(memory)
 
 
 class DynamixelEmulator(ServoEmulator):

@@ -37,7 +37,13 @@ class UrEmulator(Emulator):
     def listen(self, address: str) -> None:
         """Open TCP port 30004."""
         endpoint = parse_endpoint(address, 30004, default_host="127.0.0.1")
-        self._tcp = TcpServer(self, (endpoint.host, endpoint.port), self._requests)
+
+        def receive(received: bytes) -> None:
+            self._buffer += received
+            while (package := take_package(self._buffer)) is not None:
+                self._answer(*package)
+
+        self._tcp = TcpServer(self, (endpoint.host, endpoint.port), receive)
         self._tcp.on_leave = self._forget
         self.driver_address = f"ur:{self._tcp.address}"
         self._forget()
@@ -52,17 +58,11 @@ class UrEmulator(Emulator):
                 "robot_mode": [RUNNING],
                 "safety_mode": [NORMAL],
             }
-            package = b"\x01"
-            for name in self._names:
-                _, layout = OUTPUTS[name]
-                package += struct.pack(layout, *values[name])
-            self.emit(self._tcp.send, encode_package(ord("U"), package), moment)
-
-    def _requests(self, received: bytes) -> None:
-        """Answer all requests that have come in whole."""
-        self._buffer += received
-        while (package := take_package(self._buffer)) is not None:
-            self._answer(*package)
+            outputs = [
+                struct.pack(OUTPUTS[name][1], *values[name]) for name in self._names
+            ]
+            package = encode_package(ord("U"), b"".join([b"\x01", *outputs]))
+            self.emit(self._tcp.send, package, moment)
 
     def _answer(self, kind: int, payload: bytes) -> None:
         match chr(kind):
@@ -84,18 +84,14 @@ class UrEmulator(Emulator):
 
     def _set_up(self, payload: bytes) -> bytes:
         """Take note of the outputs that are asked for; return their types."""
-        frequency = 0.0
-        if len(payload) >= 8:
-            (frequency,) = struct.unpack_from(">d", payload)
+        frequency = struct.unpack_from(">d", payload)[0] if len(payload) >= 8 else 0.0
         if not frequency >= 1e-3:  # nor NaN
             raise ValueError("outputs at no rate")
         self._every = max(1, round(self.arm.rate / frequency))
-        text = payload[8:].decode().rstrip(",")
-        names = text.split(",")
+        names = payload[8:].decode().rstrip(",").split(",")
         types = [OUTPUTS.get(name, ("NOT_FOUND",))[0] for name in names]
         self._names = [] if "NOT_FOUND" in types else names
-        number = bytes([bool(self._names)])
-        return number + ",".join(types).encode()
+        return bytes([bool(self._names)]) + ",".join(types).encode()
 
     def _forget(self) -> None:
         self._buffer = bytearray()
@@ -155,7 +151,8 @@ def real_report(state: JointState) -> bytes:
     """Return a report of port 30003."""
     torques = _seven(state.effort or ())
     return _report(
-        REAL_SIZE, {4: bytes([GUIDING]), 7: _seven(state.position), 59: torques}
+        REAL_SIZE,
+        {4: bytes([GUIDING]), 7: _seven(state.position), 59: torques},
     )
 
 

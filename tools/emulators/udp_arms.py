@@ -9,6 +9,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import starmap
 from pathlib import Path
 
 from ...drivers import JointState
@@ -56,7 +57,8 @@ class FrankaEmulator(DatagramEmulator):
     """A Panda (versions 3 to 5) or FR3 (6 to 10)."""
 
     VERSIONS = dict.fromkeys(
-        ("5", "3", "4", "6", "7", "8", "9", "10"), Version(7, 1000.0)
+        ("5", "3", "4", "6", "7", "8", "9", "10"),
+        Version(7, 1000.0),
     )
     FAULTS = (*DatagramEmulator.FAULTS, "version")
 
@@ -83,17 +85,13 @@ class FrankaEmulator(DatagramEmulator):
             self._reply(command, identifier, b"\0" + FRANKA["model"].encode())
 
     def _connect(self, identifier: int, version: int, port: int) -> None:
-        offered = int(self.version)
-        if self.faults.is_active("version", self.moment):
-            offered = 99
+        is_unknown = self.faults.is_active("version", self.moment)
+        offered = 99 if is_unknown else int(self.version)
         refused = version != offered
         self._reply(0, identifier, struct.pack("<BH", refused, offered))
-        if refused:
-            return
-        for client in self._tcp.clients:  # none, where it has left
+        for client in [] if refused else self._tcp.clients:  # none, where it has left
             self.arm.connect()
-            host, *_ = client.getpeername()
-            self._target = (host, port)
+            self._target = (client.getpeername()[0], port)
             self.streaming = True
 
     def _reply(self, command: int, identifier: int, payload: bytes) -> None:
@@ -131,14 +129,18 @@ class KukaEmulator(DatagramEmulator):
     """An iiwa whose Sunrise application has opened FRI of one version."""
 
     VERSIONS = dict.fromkeys(
-        ("1.15", "1.11", "1.14", "1.16", "2.5", "2.7"), Version(7, 200.0)
+        ("1.15", "1.11", "1.14", "1.16", "2.5", "2.7"),
+        Version(7, 200.0),
     )
     FAULTS = (*DatagramEmulator.FAULTS, "version", "commanding")
 
     def listen(self, address: str) -> None:
         """Bind the controller's UDP port; the session's client is on the same port."""
         endpoint = parse_endpoint(
-            address, 30200, options=("client", "multiplier"), default_host="127.0.0.2"
+            address,
+            30200,
+            options=("client", "multiplier"),
+            default_host="127.0.0.2",
         )
         self._target = (endpoint.options.get("client", "127.0.0.1"), endpoint.port)
         self._multiplier = endpoint.options.integer("multiplier", 1)
@@ -185,26 +187,22 @@ def encode_message(
     q = doubles(state.position)
     # An iiwa's other sign.
     torques = doubles([-torque for torque in state.effort or zeros])
-    monitor = nested(1, q) + nested(2, torques)
-    if version.startswith("1."):
-        monitor += nested(3, q)
-    monitor += nested(4, torques)
-    monitor += nested(5, doubles(zeros))
     seconds, remainder = divmod(nanoseconds, 1_000_000_000)
-    monitor += nested(15, numbers({1: START_OF_CLOCK + seconds, 2: remainder}))
-    robot = numbers({1: joints, 2: 0})
-    robot += joints * numbers({5: 2})
-    robot += numbers({6: 0, 7: 0})
+    clock = numbers({1: START_OF_CLOCK + seconds, 2: remainder})
+    values = {1: q, 2: torques, 3: q, 4: torques, 5: doubles(zeros), 15: clock}
+    if not version.startswith("1."):
+        del values[3]
+    robot = numbers({1: joints, 2: 0}) + joints * numbers({5: 2})
     override = b"\x61" + struct.pack("<d", 1.0)
-    interpolator = numbers({10: 0, 11: 0}) + override
-    body = nested(1, numbers(dict(enumerate(header, 1))))
-    body += nested(2, robot)
-    body += nested(3, monitor)
-    body += nested(4, numbers(dict(enumerate(connection, 1))))
-    body += nested(5, interpolator)
-    if version == "2.7":
-        return framed(body)
-    return body + nested(15, b"")
+    parts = {
+        1: numbers(dict(enumerate(header, 1))),
+        2: robot + numbers({6: 0, 7: 0}),
+        3: b"".join(starmap(nested, values.items())),
+        4: numbers(dict(enumerate(connection, 1))),
+        5: numbers({10: 0, 11: 0}) + override,
+    }
+    body = b"".join(starmap(nested, parts.items()))
+    return framed(body) if version == "2.7" else body + nested(15, b"")
 
 
 def doubles(values: Sequence[float]) -> bytes:

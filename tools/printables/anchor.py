@@ -96,15 +96,12 @@ class AnchoredBase(SocketBase):
 
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""
-        low = self.face
         high = self.plate[0][1]
-        bridge = rectangle(self._sides, (low, high + 1))
-        return union(super().solid(), prism(PLATE, bridge), *self._fingers(PLATE))
+        return union(super().solid(), *self._clip(PLATE, high + 1))
 
     def fit_test(self) -> Solid:
         """Return a thin slice of the clip, to try on the arm."""
-        bar = rectangle(self._sides, (self.face, self.face + BAR))
-        return union(prism(SLICE, bar), *self._fingers(SLICE))
+        return union(*self._clip(SLICE, self.face + BAR))
 
     def sockets_at(self) -> str:
         """Return the file for ``mukca solve --sockets-at``, of a placement named ``anchored``."""
@@ -115,15 +112,11 @@ class AnchoredBase(SocketBase):
         header = "frame,socket,x [mm],y [mm],z [mm],deviation [mm]"
         return "\n".join((header, *rows)) + "\n"
 
-    @property
-    def _sides(self) -> tuple[float, float]:
-        half = self.width / 2 + GAP + THICK
-        return -half, half
-
-    def _fingers(self, height: float) -> list[Solid]:
+    def _clip(self, height: float, end: float) -> list[Solid]:
+        """Return a bar from the plate's front edge to some y, and two fingers."""
         y = self.face
         inner = self.width / 2 + GAP
-        outer = self._sides[1]
+        outer = inner + THICK
         bump = self.width / 2 - GRIP
         finger: Outline = (
             (inner, y + 1),
@@ -135,4 +128,5 @@ class AnchoredBase(SocketBase):
             (outer, y + 1),
         )
         mirror = tuple((-x, y) for x, y in reversed(finger))
-        return [prism(height, outline) for outline in (finger, mirror)]
+        bar = rectangle((-outer, outer), (y, end))
+        return [prism(height, outline) for outline in (bar, finger, mirror)]

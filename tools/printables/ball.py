@@ -175,8 +175,13 @@ class BallPart:
             body = body - sphere(radius + GLUE).at(z=self.height)
         else:
             body = body | sphere(radius).at(z=self.height)
-        letters = self._lettering()
-        return body - letters if letters else body
+        # The ball's height is engraved on the mount, where there is room for it.
+        text = f"Z {self.height - self.mount.origin:g}"
+        inner = self.root / 2 + 1.0
+        room = math.hypot(inner + HEIGHT, text_width(text) / 2)
+        if room > (self.mount.lettering or 0.0):
+            return body
+        return body - engraving(text, 0.0, -inner - HEIGHT / 2, self.mount.top)
 
     def envelope(self) -> Solid:
         """Return what moves with the part: itself, a bought ball and the heads of its screws."""
@@ -186,14 +191,3 @@ class BallPart:
         if self.mount.hardware:
             parts.append(self.mount.hardware)
         return union(*parts)
-
-    def _lettering(self) -> Solid | None:
-        """Return the engraving of the ball's height on the mount, where there is room for it."""
-        outer = self.mount.lettering
-        if outer is None:
-            return None
-        text = f"Z {self.height - self.mount.origin:g}"
-        inner = self.root / 2 + 1.0
-        if math.hypot(inner + HEIGHT, text_width(text) / 2) > outer:
-            return None
-        return engraving(text, 0.0, -inner - HEIGHT / 2, self.mount.top)

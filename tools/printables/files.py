@@ -110,8 +110,6 @@ def _drawing(part: Part) -> bytes:
 
 def _path(body: Any, x: float, y: float) -> str:
     """Return the outline of a body's shadow along z, its origin drawn at x, y."""
-    path = ""
-    for ring in body.project().to_polygons():
-        corners = [f"{a:.2f} {b:.2f}" for a, b in ring * (1, -1) + (x, y)]
-        path += f"M{'L'.join(corners)}Z"
-    return path
+    rings = (ring * (1, -1) + (x, y) for ring in body.project().to_polygons())
+    texts = (map("{0[0]:.2f} {0[1]:.2f}".format, ring) for ring in rings)
+    return "".join(f"M{'L'.join(corners)}Z" for corners in texts)

@@ -84,7 +84,13 @@ Shape = Any
 
 def step_bytes(name: str, solid: Solid) -> bytes:
     """Return a STEP file (AP214, millimetres) of a part."""
-    body = _one_body(name, _shape(solid))
+    unify = _occ("ShapeUpgrade_UnifySameDomain")(_shape(solid), True, True, False)
+    unify.Build()
+    explorer = _occ("TopExp_Explorer")(unify.Shape(), _occ("TopAbs_SOLID"))
+    body = explorer.Current() if explorer.More() else None
+    explorer.Next()
+    if body is None or explorer.More():
+        raise PrintableError(f"{name}: Open CASCADE does not make one body of it")
     # What Open CASCADE says goes to standard output.
     chatter = _occ("Message_PrinterOStream").get_type_descriptor_s()
     messenger = _occ("Message").DefaultMessenger_s()
@@ -98,18 +104,6 @@ def step_bytes(name: str, solid: Solid) -> bytes:
         if writer.Write(str(path)) != _occ("IFSelect_RetDone"):
             raise PrintableError(f"{name}: Open CASCADE could not write it as STEP")
         return path.read_bytes()
-
-
-def _one_body(name: str, shape: Shape) -> Shape:
-    """Return the only body of a shape, without superfluous edges."""
-    unify = _occ("ShapeUpgrade_UnifySameDomain")(shape, True, True, False)
-    unify.Build()
-    explorer = _occ("TopExp_Explorer")(unify.Shape(), _occ("TopAbs_SOLID"))
-    body = explorer.Current() if explorer.More() else None
-    explorer.Next()
-    if body is None or explorer.More():
-        raise PrintableError(f"{name}: Open CASCADE does not make one body of it")
-    return body
 
 
 def _occ(name: str) -> Any:
@@ -144,20 +138,15 @@ def _shape(solid: Solid) -> Shape:
             vector = _occ("gp_Vec")(*offset)
             move = _occ("gp_Trsf")()
             move.SetTranslation(vector)
-            return _moved(parts[0], move)
+            return parts[0].Moved(_occ("TopLoc_Location")(move))
         case "leaned", lean, azimuth:
             about_y = _turn((0, 1, 0), lean)
             about_z = _turn((0, 0, 1), azimuth)
-            return _moved(parts[0], about_z.Multiplied(about_y))
+            lean_then_turn = _occ("TopLoc_Location")(about_z.Multiplied(about_y))
+            return parts[0].Moved(lean_then_turn)
         case _:
             kinds = {"Add": "Fuse", "Subtract": "Cut", "Intersect": "Common"}
             return _boolean(kinds[solid.kind], parts)
-
-
-def _moved(shape: Shape, motion: Any) -> Shape:
-    """Return a shape after a motion, a ``gp_Trsf``."""
-    location = _occ("TopLoc_Location")(motion)
-    return shape.Moved(location)
 
 
 def _turn(axis: tuple[int, int, int], angle: float) -> Any:

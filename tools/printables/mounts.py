@@ -13,6 +13,7 @@ from typing import Any
 
 from .solid import (
     TABLES,
+    Point,
     PrintableError,
     Solid,
     check_range,
@@ -56,7 +57,7 @@ class Mount:
     """Largest diameter of the neck there."""
     widest_ball: float = math.inf
     """Largest diameter of a ball that leaves the way to the screws free."""
-    corners: tuple[tuple[float, float], ...]
+    corners: tuple[Point, ...]
     """Radius and height of what must stay above the sockets when the neck leans."""
     hardware: Solid | None = None
     """The screws' heads."""
@@ -68,7 +69,7 @@ class Mount:
     """Height of the ball's centre above that origin; None: as short as the tilt allows."""
     axis: int = 2
     """The axis of the frame that points along the part: 0, 1, 2 for x, y, z."""
-    aside: tuple[float, float] = (0.0, 0.0)
+    aside: Point = (0.0, 0.0)
     """Position of the part's axis in the frame, along its other two axes."""
     holes: tuple[float, str] | None = None
     """Diameter of their circle, and a drawing's words for them."""
@@ -141,7 +142,7 @@ def grip(
     width: float,
     depth: float,
     length: float,
-    groove: tuple[float, float] = (0.0, 0.0),
+    groove: Point = (0.0, 0.0),
     **frame: Any,
 ) -> Mount:
     """Return a block that two parallel fingers hold, its shoulder resting on their ends [mm].
@@ -202,7 +203,7 @@ def _strap_plate(**frame: Any) -> Mount:
     )
 
 
-def _middle(width: float) -> tuple[float, float]:
+def _middle(width: float) -> Point:
     return -width / 2, width / 2
 
 

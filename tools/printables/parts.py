@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, partial, reduce
-from itertools import product
+from itertools import product, starmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,7 +16,7 @@ from .ball import BEND_LIMIT, FORCE, BallPart
 from .kernels import COARSE, Mesh, to_manifold, to_mesh
 from .print_time import BALL, BASE, WALLS, Recipe, print_of
 from .socket_base import SocketBase
-from .solid import BED, TILT, PrintableError, Solid, sphere
+from .solid import BED, TILT, Point, PrintableError, Solid, sphere
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -69,9 +69,9 @@ class Part:
     """Of its files, without the suffix."""
     solid: Solid
     mesh: Mesh
-    levels: Sequence[tuple[float, float]] = ()
+    levels: Sequence[Point] = ()
     """Heights between which a drawing tells the distance."""
-    spans: Sequence[tuple[float, float]] = ()
+    spans: Sequence[Point] = ()
     """Values of x between which a drawing tells the distance."""
     circles: Sequence[tuple[float, str]] = ()
     """Diameters of circles of holes about its axis, and a drawing's words for each."""
@@ -214,9 +214,8 @@ def check_tilt(base: SocketBase, part: BallPart) -> None:
     fixed = to_manifold(base.solid(), COARSE)
     for socket in range(base.sockets):
         pose_of = partial(leaning, base, part, socket)
-        placed = [ball.transform(pose_of(0.0, 0.0))]
-        for azimuth, spin in product(AZIMUTHS, SPINS):
-            placed.append(bed.transform(pose_of(TILT, azimuth, spin)))
+        poses = starmap(partial(pose_of, TILT), product(AZIMUTHS, SPINS))
+        placed = [ball.transform(pose_of(0.0, 0.0)), *map(bed.transform, poses)]
         if any((solid ^ fixed).volume() > COLLISION for solid in placed):
             raise PrintableError(
                 f"it hits the base when it leans {math.degrees(TILT):.0f} degrees in "

@@ -54,7 +54,7 @@ BALL = Recipe(layer=0.1, infill=1.0)
 
 @dataclass(frozen=True)
 class Print:
-    """What printing a part takes."""
+    """Cost of printing a part."""
 
     plastic: float
     """[m³]."""
@@ -85,34 +85,24 @@ def print_of(body: "Manifold", recipe: Recipe) -> Print:
 
 def _layer(body: "Manifold", z: float, recipe: Recipe) -> tuple[float, float]:
     """Return the plastic [mm³] and the time [s] of the layer at a height."""
+    from manifold3d import JoinType
+
     section = body.slice(z)
-    within = _within(section, WALLS * recipe.spacing)
+    within = section.offset(-WALLS * recipe.spacing, JoinType.Miter)
     outermost = _length(section)
     walls = (section.area() - within.area()) / recipe.spacing
     other_walls = max(walls - outermost, 0.0)
     wall_time = outermost / OUTER + other_walls / INNER
-    core = _core(body, z, within, recipe)
+    core = 0.0
+    if recipe.infill < 1.0:  # what has SHELLS of the part below and above it
+        reach = SHELLS * recipe.layer
+        core = (within ^ body.slice(z - reach) ^ body.slice(z + reach)).area()
     solid = within.area() - core
     fill = (solid + recipe.infill * core) / recipe.spacing
     path = walls + fill
     plastic = path * recipe.spacing * recipe.layer
     ways = OUTLINE * section.num_contour()
     return plastic, wall_time + _fill_time(fill, within) + ways
-
-
-def _core(
-    body: "Manifold",
-    z: float,
-    within: "CrossSection",
-    recipe: Recipe,
-) -> float:
-    """Return the area of a layer that has SHELLS of the part below and above it [mm²]."""
-    if recipe.infill == 1.0:
-        return 0.0
-    reach = SHELLS * recipe.layer
-    below = body.slice(z - reach)
-    above = body.slice(z + reach)
-    return (within ^ below ^ above).area()
 
 
 def _fill_time(length: float, within: "CrossSection") -> float:
@@ -125,12 +115,6 @@ def _fill_time(length: float, within: "CrossSection") -> float:
     chord = math.pi * within.area() / _length(within)
     speed = min(FILL, math.sqrt(ACCELERATION * chord))
     return length * (1 / speed + speed / ACCELERATION / chord)
-
-
-def _within(section: "CrossSection", depth: float) -> "CrossSection":
-    from manifold3d import JoinType
-
-    return section.offset(-depth, JoinType.Miter)
 
 
 def _length(section: "CrossSection") -> float:

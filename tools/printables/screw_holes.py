@@ -3,14 +3,12 @@
 import itertools
 import math
 from collections.abc import Sequence
-from functools import partial
 from typing import NamedTuple
 
-from .solid import signed_area
+from .solid import Point, signed_area
 
 PITCH = 25.0
 """Of the grid [mm]."""
-Point = tuple[float, float]
 
 
 class Box(NamedTuple):
@@ -64,8 +62,14 @@ def place_holes(
             columns_of_grid = _steps(x, area.x0, area.x1)
             rows_of_grid = _steps(y, area.y0, area.y1)
             grid = itertools.product(columns_of_grid, rows_of_grid)
-            holes = _outermost(list(filter(is_free, grid)))
-            best = max(best, holes, key=signed_area)
+            points = list(filter(is_free, grid))
+            # Those farthest out along the diagonals, in anticlockwise order.
+            corners = [
+                max(points, key=lambda p: (sx * p[0] + sy * p[1], sy * p[1]))
+                for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+                if points
+            ]
+            best = max(best, tuple(dict.fromkeys(corners)), key=signed_area)
         if len(best) >= 3:
             return best
     return ()
@@ -76,16 +80,3 @@ def _steps(start: float, low: float, high: float) -> list[float]:
     first = math.ceil((low - start) / PITCH)
     last = math.floor((high - start) / PITCH)
     return [start + PITCH * i for i in range(first, last + 1)]
-
-
-def _outermost(points: Sequence[Point]) -> tuple[Point, ...]:
-    """Return the points farthest out along the diagonals, in anticlockwise order."""
-    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1)) if points else ()
-    corners = [max(points, key=partial(_reach_along, sx, sy)) for sx, sy in signs]
-    return tuple(dict.fromkeys(corners))
-
-
-def _reach_along(sx: int, sy: int, point: Point) -> tuple[float, float]:
-    """Return how far out a point lies along a diagonal, and along y."""
-    x, y = point
-    return sx * x + sy * y, sy * y

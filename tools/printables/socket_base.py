@@ -8,10 +8,11 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from .screw_holes import Box, Point, place_holes
+from .screw_holes import Box, place_holes
 from .solid import (
     BED,
     HEIGHT,
+    Point,
     PrintableError,
     Solid,
     check_range,
@@ -115,7 +116,7 @@ class SocketBase:
         return self.distance - 2 * self.waist
 
     @property
-    def spans(self) -> tuple[tuple[float, float], ...]:
+    def spans(self) -> tuple[Point, ...]:
         """Lowest and highest x that a drawing has: of sockets 0 and 1, over and between waists."""
         (left, _), (right, _) = self.centres[:2]
         ends = (0.0, self.waist, -self.waist)
@@ -211,27 +212,21 @@ class SocketBase:
         """Return what is cut out for a ball: a wider ball less three pads, and a drain below."""
         radius = self.ball / 2
         bowl = sphere(radius + self.clearance)
-        pads = union(*(self._pad(azimuth) for azimuth in AZIMUTHS))
+        # Beyond the planes that touch the ball at CONTACT.
+        beyond = cylinder(radius, radius).at(z=radius)
+        pads = union(*(beyond.leaned(math.pi - CONTACT, a) for a in AZIMUTHS))
         drain = cylinder(0.3 * radius, self.height + 1 - radius / 2).at(
             z=-self.height - 1
         )
         return union(bowl - pads, drain).at(z=self.height)
 
-    def _pad(self, azimuth: float) -> Solid:
-        """Return what lies beyond the plane that touches the ball at CONTACT, about its centre."""
-        radius = self.ball / 2
-        beyond = cylinder(radius, radius).at(z=radius)
-        return beyond.leaned(math.pi - CONTACT, azimuth)
-
     def _engravings(self) -> list[Solid]:
         *digits, lines = self.text_boxes
-        numbers: list[Solid] = []
-        for i, box in enumerate(digits):
-            number = engraving(str(i), *box.middle, PLATE, DIGIT_SCALE)
-            numbers.append(number)
+        numbers = [
+            engraving(str(i), *box.middle, PLATE, DIGIT_SCALE)
+            for i, box in enumerate(digits)
+        ]
         x, y = lines.middle
-        step = HEIGHT / 2 + 0.6
-        outside, inside = self.readings
-        upper = engraving(outside, x, y + step, PLATE)
-        lower = engraving(inside, x, y - step, PLATE)
-        return [*numbers, upper, lower]
+        steps = (HEIGHT / 2 + 0.6, -HEIGHT / 2 - 0.6)
+        rows = zip(self.readings, steps, strict=True)
+        return [*numbers, *(engraving(text, x, y + step, PLATE) for text, step in rows)]

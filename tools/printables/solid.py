@@ -17,7 +17,8 @@ TILT = math.radians(60)
 
 BED = 180.0
 """A part fits into a cube of this edge [mm]."""
-Outline = tuple[tuple[float, float], ...]
+Point = tuple[float, float]
+Outline = tuple[Point, ...]
 """A closed polygon in the plane, anticlockwise; a hole in another one is clockwise."""
 
 
@@ -65,9 +66,7 @@ class Solid:
         """Return the solid moved by an offset."""
         return Solid("moved", (x, y, z), (self,))
 
-    def at_each(
-        self, places: Iterable[tuple[float, float]], z: float = 0.0
-    ) -> list["Solid"]:
+    def at_each(self, places: Iterable[Point], z: float = 0.0) -> list["Solid"]:
         """Return the solid moved by each of some offsets."""
         return [self.at(x, y, z) for x, y in places]
 
@@ -101,9 +100,7 @@ def union(*parts: Solid) -> Solid:
     return Solid("Add", (), parts)
 
 
-def rectangle(
-    x: tuple[float, float], y: tuple[float, float], corner: float = 0.0
-) -> Outline:
+def rectangle(x: Point, y: Point, corner: float = 0.0) -> Outline:
     """Return the rectangle between two values of x and of y, its corners cut off at 45 degrees."""
     x0, x1 = x
     y0, y1 = y
@@ -124,16 +121,11 @@ def rectangle(
 def hexagon(apothem: float) -> Outline:
     """Return the regular hexagon whose flats face 0, 60, 120, ... degrees at that distance."""
     radius = apothem / math.cos(math.pi / 6)
-    corners: list[tuple[float, float]] = []
-    for degrees in range(30, 390, 60):
-        angle = math.radians(degrees)
-        x = radius * math.cos(angle)
-        y = radius * math.sin(angle)
-        corners.append((x, y))
-    return tuple(corners)
+    angles = map(math.radians, range(30, 390, 60))
+    return tuple((radius * math.cos(a), radius * math.sin(a)) for a in angles)
 
 
-def signed_area(points: Sequence[tuple[float, float]]) -> float:
+def signed_area(points: Sequence[Point]) -> float:
     """Return the area of a polygon by the shoelace formula, negative if it runs clockwise."""
     following = (*points[1:], *points[:1])
     sides = zip(points, following, strict=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...recorder import Sample, read_placement
+from ...recorder import read_placement
 from ...solver import assessment, diagnostics
 from ...solver.identification.data import Load, measure
 from ...solver.identification.robot import (
@@ -17,7 +17,7 @@ from ...solver.identification.robot import (
     nominal_balls,
     shipped_robots,
 )
-from .goals import limit_for
+from .pose_pool import Captures, positions_in
 
 ENOUGH = 5
 """Samples in a socket from which on their usual distance from each other counts."""
@@ -44,53 +44,50 @@ def gravity_of(
     robot: Robot, load: Load
 ) -> Callable[[Sequence[float]], Sequence[float]] | None:
     """Return the gravity torque as a function of the joint positions; None without masses."""
-    if not robot.bodies:
-        return None
 
     def gravity(position: Sequence[float]) -> Sequence[float]:
-        moments = gravity_moments(
-            robot, np.array([position]), load.gravity, load.payload
-        )
+        q = np.array([position])
+        moments = gravity_moments(robot, q, load.gravity, load.payload)
         return moments[0, : len(position)].tolist()
 
-    return gravity
+    return gravity if robot.bodies else None
 
 
-def odd_pose(robot: Robot, distance: float, samples: Sequence[Sample]) -> str | None:
+def odd_pose(robot: Robot, distance: float, samples: Captures) -> str | None:
     """Return a warning where the last of some poses is an outlier of the nominal model, or None."""
-    sockets = np.array([sample.socket for sample in samples])
-    if len(sockets) < 2:
+    if len(samples) < 2:
         return None
-    balls = nominal_balls(robot, np.array([s.position for s in samples]))
+    sockets = np.array([sample.socket for sample in samples])
+    *balls, ball = nominal_balls(robot, np.array([s.position for s in samples]))
     same = sockets[:-1] == sockets[-1]
-    in_socket = balls[:-1][same]
-    elsewhere = balls[:-1][~same]
-    allowed = FAR if len(in_socket) else FAR + distance
+    in_socket = np.array(balls)[same]
+    is_first = not len(in_socket)
+    references = np.array(balls) if is_first else in_socket
+    allowed = FAR + distance if is_first else FAR
+    centre = np.median(references, axis=0)
     if len(in_socket) + 1 >= ENOUGH:
-        distances = np.linalg.norm(in_socket - np.median(in_socket, axis=0), axis=1)
+        distances = np.linalg.norm(in_socket - centre, axis=1)
         allowed = max(FAR, FAR_SHARE * float(np.median(distances)))
-    references = in_socket if len(in_socket) else elsewhere
-    gap = float(np.linalg.norm(balls[-1] - np.median(references, axis=0)))
+    gap = float(np.linalg.norm(ball - centre))
     if gap <= allowed:
         return None
-    socket = samples[-1].socket
     if gap > BEYOND:
         return f"puts the ball {gap:.1f} m away: do the joints read right, and is it this model?"
+    socket = samples[-1].socket
+    others = "the other socket" if is_first else f"the others of socket {socket}"
     return (
-        f"puts the ball {1e3 * gap:.0f} mm from "
-        f"{f'the others of socket {socket}' if len(in_socket) else 'the other socket'}: "
+        f"puts the ball {1e3 * gap:.0f} mm from {others}: "
         f"is it seated, and in socket {socket}?"
     )
 
 
-def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
+def wrong_model(robot: Robot, samples: Captures) -> str | None:
     """Return a warning where another shipped robot fits some poses far better than a model."""
-    q = np.array([s.position for s in samples if s.socket == samples[-1].socket])
+    q = positions_in(samples, samples[-1].socket)
     if len(q) < FIRST_POSES or (scatter := _scatter(robot, q).mean()) < WRONG_SCATTER:
         return None
-    scatters = {
-        model.name: _scatter(model, q).mean() for model in _shipped(len(robot.actuated))
-    }
+    models = _shipped(len(robot.actuated))
+    scatters = {model.name: _scatter(model, q).mean() for model in models}
     best = min(scatters, key=lambda name: scatters[name], default=None)
     if best is None or scatters[best] > scatter / WRONG_RATIO or best == robot.name:
         return None
@@ -101,13 +98,13 @@ def wrong_model(robot: Robot, samples: Sequence[Sample]) -> str | None:
     )
 
 
-def wrong_signs(robot: Robot, samples: Sequence[Sample]) -> str | None:
+def wrong_signs(robot: Robot, samples: Captures) -> str | None:
     """Return a warning where a ball stays in its socket with other signs of some joints, or None.
 
     The fewest joints are named whose readings, turned round, make it scatter far less.
     """
     for socket in sorted({s.socket for s in samples}):
-        q = np.array([s.position for s in samples if s.socket == socket])
+        q = positions_in(samples, socket)
         if len(q) >= ENOUGH and (complaint := _wrong_signs(robot, q)):
             return complaint
     return None
@@ -120,10 +117,11 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
         return None
     names = robot.joint_names
     for count in range(1, FLIPS + 1):
-        scatters = {
-            flipped: _scatter(robot, _turned_round(q, flipped)).mean()
-            for flipped in combinations(range(len(names)), count)
-        }
+        scatters: dict[tuple[int, ...], float] = {}
+        for flipped in combinations(range(len(names)), count):
+            signs = np.ones(len(names))
+            signs[list(flipped)] = -1
+            scatters[flipped] = _scatter(robot, signs * q).mean()
         best = min(scatters, key=lambda flipped: scatters[flipped])
         if scatters[best] < scatter / SIGN_RATIO:
             joints = " and ".join(names[joint] for joint in best)
@@ -134,16 +132,7 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
     return None
 
 
-def _turned_round(q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
-    """Return configurations with the readings of some joints turned round."""
-    signs = np.ones(q.shape[1])
-    signs[list(joints)] = -1
-    return signs * q
-
-
-def wrong_distance(
-    robot: Robot, distance: float, samples: Sequence[Sample]
-) -> float | None:
+def wrong_distance(robot: Robot, distance: float, samples: Captures) -> float | None:
     """Return the distance of the sockets by the nominal model if the given one is grossly off [m].
 
     None where it is not. By as little as an arm of servos may be off, it is not grossly off.
@@ -161,17 +150,14 @@ def wrong_distance(
 
 def similar_models(robot: Robot, position: Sequence[float]) -> str | None:
     """Return the names of the other shipped robots that reach a configuration, or None."""
-
-    def allows(model: Robot) -> bool:
-        pairs = zip(model.actuated, position, strict=True)
-        return all(
-            joint.lower - SLACK <= q <= joint.upper + SLACK for joint, q in pairs
-        )
-
-    models = _shipped(len(robot.actuated))
-    names = [
-        model.name for model in models if model.name != robot.name and allows(model)
-    ]
+    names: list[str] = []
+    for model in _shipped(len(robot.actuated)):
+        allowed = [
+            joint.lower - SLACK <= q <= joint.upper + SLACK
+            for joint, q in zip(model.actuated, position, strict=True)
+        ]
+        if all(allowed) and model.name != robot.name:
+            names.append(model.name)
     return " or a ".join(names) or None
 
 
@@ -197,30 +183,46 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
     if complaint := wrong_model(robot, placement.samples):
         return complaint[0].upper() + complaint[1:], FAILED
     measured = measure(placement, robot, sockets=1)
-    repeatability = assessment.repeatability_of(robot, None)
+    repeats = assessment.repeatability_of(robot, None)
+    zeros = diagnostics.is_coarse(repeats)
     survey = diagnostics.inspect_all(
-        robot,
-        [measured],
-        zeros=diagnostics.is_coarse(repeatability),
-        repeatability=repeatability,
+        robot, [measured], zeros=zeros, repeatability=repeats
     )
-    judgement = assessment.judge(
-        [assessment.checks_row(survey.diagnostics)], survey.hypotheses
-    )
+    rows = [assessment.checks_row(survey.diagnostics)]
+    judgement = assessment.judge(rows, survey.hypotheses)
     if judgement.status == "fail":
         return f"Verdict: {judgement.title}. {judgement.text}", judgement.exit_status
     distances = _scatter(robot, measured.positions)
     error = float(distances.mean())
     limit = limit_for(robot)
-    verdict = (
-        "worth calibrating"
-        if error > limit
-        else "as good as a calibration would make it"
-    )
+    verdict = "as good as a calibration would make it"
+    if error > limit:
+        verdict = "worth calibrating"
     return (
         f"By its model the ball scatters by {1e3 * error:.2f} mm about one point (mean of "
         f"{len(distances)} poses, {1e3 * distances.max():.2f} mm at most). "
         f"A calibrated arm of this kind keeps within {1e3 * limit:.2f} mm: {verdict}. "
         "Its size was not looked at; that takes two sockets.",
         0,
+    )
+
+
+GOAL = 3.0
+"""Ratio of the limit on held-out errors to the arm's repeatability."""
+
+
+def goal_for(robot: Robot) -> float:
+    """Return the goal of the predicted error of distances [m], before anything is solved."""
+    return diagnostics.predicted_limit(limit_for(robot))
+
+
+def limit_for(robot: Robot) -> float:
+    """Return the limit on held-out errors [m]: three times the arm's repeatability.
+
+    At least as many times the resolution of a printed socket.
+    """
+    name = assessment.known_arm(robot)
+    resolution = assessment.RESOLUTION
+    return GOAL * max(
+        assessment.ARMS[name].repeatability if name else resolution, resolution
     )

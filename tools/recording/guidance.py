@@ -6,14 +6,14 @@ from itertools import takewhile
 
 import numpy as np
 
-from ...recorder import Placement, Sample
-from ...recorder.session import BLOCK, NO_ANSWERS, SLIPS, Advice, Alarm, Answers
+from ...recorder import Configuration, Placement
+from ...recorder.session import BLOCK, NO_ANSWERS, SLIPS, Advice, Alarms, Answers
 from ...solver import design
 from ...solver.assessment import LEAST_SAMPLES
 from ...solver.identification.inference import Posterior
 from ...solver.identification.robot import Robot
-from .goals import goal_for
-from .pose_pool import SEAT, PosePool, positions_in
+from .checks import goal_for
+from .pose_pool import SEAT, Captures, PosePool, positions_in
 from .session_alarms import SessionAlarms
 from .sufficiency import StoppingRule, rigid_fit, sufficiency_of, with_fit
 
@@ -59,15 +59,13 @@ class PoseSelector:
         self._pool = PosePool(robot, turn)
         self._model = self._pool.model
         self._alarms = SessionAlarms(robot)
-        self._last_alarms: tuple[object, tuple[Alarm, ...]] = None, ()
+        self._last_alarms: tuple[object, Alarms] = None, ()
         self._earlier = tuple(parts)
         self._history: dict[int, float] = {}
         self._rule = StoppingRule(near_suffices=goal is None)
         self._route = _NO_ROUTE
 
-    def alarms(
-        self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS
-    ) -> tuple[Alarm, ...]:
+    def alarms(self, samples: Captures, answers: Answers = NO_ANSWERS) -> Alarms:
         """Return the faults that the operator has not answered, the most probable first.
 
         It takes under a second.
@@ -81,7 +79,7 @@ class PoseSelector:
 
     def advise(
         self,
-        samples: Sequence[Sample],
+        samples: Captures,
         socket: int,
         position: Sequence[float] | None = None,
         answers: Answers = NO_ANSWERS,
@@ -100,11 +98,8 @@ class PoseSelector:
         solved = posterior and sufficiency_of(
             self._model, [*self._earlier, placement], zeros=self._alarms.coarse
         )
-        predicted = rigid
-        goal = self._given or self._goal
-        if solved:
-            predicted = solved.predicted
-            goal = self._given or solved.asked or self._goal
+        predicted = solved.predicted if solved else rigid
+        goal = self._given or (solved and solved.asked) or self._goal
         fewest = 0 if posterior is None else min(self._counts(samples)[:2])
         reserve = goal * rigid / predicted
         exhausted = fewest >= SHARE and self._exhausted(
@@ -119,75 +114,55 @@ class PoseSelector:
             None if alarms else solved, exhausted=exhausted, reaches_goal=reaches_goal
         )
         block_done = self._sockets > 1 and _run(samples, socket) >= BLOCK
+        lift = False
+        if target is not None and samples and samples[-1].socket == order[0]:
+            lift = self._pool.lifted(samples, position, target)
+        steps = zip(self._route[0], self._route[1].tolist(), strict=False)
         advice = Advice(
             count=len(samples),
             socket=socket,
             predicted=predicted,
             goal=goal,
             leave=block_done and not (end.enough or end.exhausted),
-            enough=end.enough,
-            near_only=end.near_only,
-            exhausted=end.exhausted,
+            **end._asdict(),
             target=target,
-            lift=self._lifts(samples, order, position, target),
-            gain=gain,
+            lift=lift,
             alarms=alarms,
             fails=solved.fails if solved and not alarms else "",
-            route=self._steps(),
+            route=tuple((k, tuple(q)) for k, q in steps),
         )
         return advice if posterior is None else with_fit(advice, posterior, samples)
-
-    def _lifts(
-        self,
-        samples: Sequence[Sample],
-        order: Sequence[int],
-        position: Sequence[float] | None,
-        target: Sequence[float] | None,
-    ) -> bool:
-        """Return whether the ball must leave its socket on the way to the next pose there."""
-        if target is None or not samples or samples[-1].socket != order[0]:
-            return False
-        return self._pool.lifted(samples, position, target)
-
-    def _steps(self) -> tuple[tuple[int, tuple[float, ...]], ...]:
-        """Return the socket and pose of each sample to come, as far as they are planned."""
-        order, way = self._route
-        return tuple((k, tuple(q)) for k, q in zip(order, way.tolist(), strict=False))
 
     def _exhausted(
         self,
         state: design.ParameterCovariance,
         where: design.Workspace,
-        samples: Sequence[Sample],
+        samples: Captures,
         gain: float,
         goal: float,
     ) -> bool:
         """Return whether more samples here would hardly help, and not reach the goal either."""
-        before = self._history.get(len(samples) - PLATEAU_SAMPLES, np.inf)
-        plateau = (
-            before < np.inf and self._history[len(samples)] > (1 - PLATEAU) * before
-        )
+        count = len(samples)
+        before = self._history.get(count - PLATEAU_SAMPLES, np.inf)
+        plateau = before < np.inf and self._history[count] > (1 - PLATEAU) * before
         if gain >= MIN_GAIN and not plateau:
             return False
         for socket in (0, 1):
-            state = state.with_samples(
-                self._pool.candidates(samples, socket)[:MORE], socket
-            )
+            poses = self._pool.candidates(samples, socket)[:MORE]
+            state = state.with_samples(poses, socket)
         return state.error(where) > goal
 
-    def _counts(self, samples: Sequence[Sample]) -> list[int]:
+    def _counts(self, samples: Captures) -> list[int]:
         """Return the number of samples in each socket."""
         counts = Counter(sample.socket for sample in samples)
         return [counts[k] for k in range(self._sockets)]
 
-    def _fitted(self, samples: Sequence[Sample]) -> Posterior | None:
+    def _fitted(self, samples: Captures) -> Posterior | None:
         if self._sockets < 2 or min(self._counts(samples)[:2]) < MIN_FITTED:
             return None
         return rigid_fit(self._model, [*self._earlier, self._placement(samples)])
 
-    def _placement(
-        self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS
-    ) -> Placement:
+    def _placement(self, samples: Captures, answers: Answers = NO_ANSWERS) -> Placement:
         """Return the samples as a solving reads them."""
         texts = tuple(alarm.text for alarm in answers.kept)
         names = self._robot.joint_names
@@ -196,7 +171,7 @@ class PoseSelector:
         )
 
     def _covariance(
-        self, samples: Sequence[Sample], posterior: Posterior | None
+        self, samples: Captures, posterior: Posterior | None
     ) -> design.ParameterCovariance:
         """Return the parameters' covariance by the fit, or without one by the poses alone.
 
@@ -210,7 +185,7 @@ class PoseSelector:
         return state
 
     def _prior(
-        self, recorded: Sequence[Sequence[Sample]]
+        self, recorded: Sequence[Captures]
     ) -> tuple[design.ParameterCovariance, list[tuple[np.ndarray, int]]]:
         """Return the covariance before all samples of some placements, and these by socket."""
         count = self._sockets
@@ -223,7 +198,7 @@ class PoseSelector:
             taken += [(q, k) for q, k in sockets if len(q)]
         return state, taken
 
-    def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
+    def closing(self, samples: Captures) -> tuple[str, ...]:
         """Return the gain of another placement, in words; this takes some seconds."""
         if self._sockets != 2 or min(self._counts(samples)) == 0:
             return ()
@@ -231,13 +206,13 @@ class PoseSelector:
         centres = [self._pool.centre(samples, k) for k in (0, 1)]
         base = np.array([c for c in centres if c is not None])
         where = design.workspace_of(self._model, state.x)
-        lines = design.next_base_advice(
-            state, where, self._pool.reach, base, self._distance
-        )
-        curves = design.curve_advice(self._robot) if len(self._earlier) < CURVES else ""
-        return (*lines, curves) if curves else lines
+        reach = self._pool.reach
+        lines = design.next_base_advice(state, where, reach, base, self._distance)
+        if self._curved and len(self._earlier) < CURVES:
+            return (*lines, design.curve_advice(self._robot))
+        return tuple(lines)
 
-    def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
+    def _order(self, samples: Captures, socket: int) -> list[int]:
         """Return the sockets of the samples to come: the rest of a block, and further blocks."""
         count = max(SHARE * self._sockets - len(samples), BLOCK)
         begun = min(_run(samples, socket), BLOCK)
@@ -247,10 +222,10 @@ class PoseSelector:
         self,
         state: design.ParameterCovariance,
         where: design.Workspace,
-        samples: Sequence[Sample],
+        samples: Captures,
         order: list[int],
         position: Sequence[float] | None,
-    ) -> tuple[tuple[float, ...] | None, float]:
+    ) -> tuple[Configuration | None, float]:
         """Return the next pose of a short way, and the gain of the pose that teaches most."""
         pools = {k: self._pool.candidates(samples, k) for k in dict.fromkeys(order)}
         reached = [pool for pool in pools.values() if len(pool)]
@@ -262,16 +237,13 @@ class PoseSelector:
         start = None if position is None else np.array(position)
         route = self._rest(order)
         if self._curved:
-            recorded = [samples, *(placement.samples for placement in self._earlier)]
-            way = design.CurveAnnealing(
-                *self._prior(recorded), pools, order, start
-            ).way(route)
+            prior = self._prior([samples, *(part.samples for part in self._earlier)])
+            way = design.CurveAnnealing(*prior, pools, order, start).way(route)
         else:
             way = design.plan_poses(state, where, pools, order, start, route)
         self._route = order, way
-        with_scale, by_shape = state.variance_reduction(
-            pools[order[0]], order[0], where
-        )
+        socket = order[0]
+        with_scale, by_shape = state.variance_reduction(pools[socket], socket, where)
         gain = with_scale[int(np.argmax(by_shape))]
         # of variance; of the deviation it is half as much
         return tuple(way[0].tolist()), 1 - float(np.sqrt(1 - gain))
@@ -286,5 +258,5 @@ class PoseSelector:
         return None
 
 
-def _run(samples: Sequence[Sample], socket: int) -> int:
+def _run(samples: Captures, socket: int) -> int:
     return len(list(takewhile(lambda s: s.socket == socket, reversed(samples))))

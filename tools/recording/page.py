@@ -1,6 +1,7 @@
 """A read-only page for a tablet beside the arm, and the worker process that serves it."""
 
 import json
+import os
 import secrets
 import socket
 import threading
@@ -18,7 +19,6 @@ from ...solver.calibration import UsageError
 from ...solver.identification.robot import load_robot
 from ..cli import RobotOptions
 from .guidance_process import WorkerProcess
-from .page_address import PageAddress, keep_address, kept_address
 
 LINGER = 1.5
 """Time in which browsers are still told that the session ended [s]."""
@@ -68,6 +68,13 @@ def state_of(view: View) -> dict[str, Any]:
     """Return the contents of the page for a view."""
     session = view.session
     advice = view.advice
+    of_advice = {
+        "next": "target",
+        "goal": "goal",
+        "unit": "unit",
+        "mean": "mean_error",
+        "last": "last_error",
+    }
     return {
         "title": view.title,
         "words": view.prompt.words,
@@ -82,12 +89,8 @@ def state_of(view: View) -> dict[str, Any]:
             for j in session.joints
         ],
         "position": view.position and [round(q, DIGITS) for q in view.position],
-        "next": advice.target if advice else None,
+        **{key: getattr(advice, name, None) for key, name in of_advice.items()},
         "predicted": advice.predicted if advice and advice.is_informative else None,
-        "goal": advice.goal if advice else None,
-        "unit": advice.unit if advice else None,
-        "mean": advice.mean_error if advice else None,
-        "last": advice.last_error if advice else None,
         "closing": advice.closing if advice else (),
         "messages": [(m.text, m.alarm) for m in session.messages[-4:]],
     }
@@ -97,9 +100,9 @@ class _Server(ThreadingHTTPServer):
     daemon_threads = True
     request_queue_size = MOST_CONNECTIONS
 
-    def __init__(self, host: str, address: PageAddress) -> None:
-        super().__init__((host, address.port), _Handler)
-        self.token = address.secret
+    def __init__(self, host: str, port: int, token: str) -> None:
+        super().__init__((host, port), _Handler)
+        self.token = token
         self.page = (Path(__file__).parent / "page.html").read_bytes()
         self.state = b"{}"
         self.asked = -LINGER
@@ -140,13 +143,13 @@ class _Server(ThreadingHTTPServer):
 
 def _server(host: str) -> _Server:
     """Return a server at the address of the start before, if that is free."""
-    address = kept_address()
-    if address.port:
+    port, secret = kept_address()
+    if port:
         with suppress(OSError):
-            return _Server(host, address)
-    server = _Server(host, address._replace(port=0))
-    if not address.port:
-        keep_address(address._replace(port=server.server_address[1]))
+            return _Server(host, port, secret)
+    server = _Server(host, 0, secret)
+    if not port:
+        keep_address(server.server_address[1], secret)
     return server
 
 
@@ -183,12 +186,8 @@ class _Handler(BaseHTTPRequestHandler):
         body = self.server.state if name else self.server.page
         self.send_response(200)
         kind = "application/json" if name else "text/html; charset=utf-8"
-        length = str(len(body))
-        for header, value in {
-            "Content-Type": kind,
-            "Content-Length": length,
-            **HEADERS,
-        }.items():
+        headers = {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}
+        for header, value in headers.items():
             self.send_header(header, value)
         self.end_headers()
         self.wfile.write(body)
@@ -227,3 +226,31 @@ def _serve(pipe: Connection, robot: Mapping[str, Any], host: str) -> None:
             server.state = json.dumps(state).encode()
             pipe.send({})
     server.end(state)
+
+
+LETTERS, LENGTH = "abcdefghijkmnpqrstuvwxyz23456789", 12
+"""Of a secret that nobody can guess, and that can be typed into a tablet: 60 bits."""
+
+
+def kept_address() -> tuple[int, str]:
+    """Return port and secret of the start before, or 0 for any free port and a new secret."""
+    with suppress(OSError, RuntimeError, ValueError, TypeError, KeyError):
+        entries = json.loads(_file().read_text())
+        port, secret = int(entries["port"]), str(entries["secret"])
+        if len(secret) >= LENGTH and 0 < port < 1 << 16:
+            return port, secret
+    return 0, "".join(secrets.choice(LETTERS) for _ in range(LENGTH))
+
+
+def keep_address(port: int, secret: str) -> None:
+    """Keep an address where this user alone can read it, if that can be written."""
+    with suppress(OSError, RuntimeError):
+        file = _file()
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch(mode=0o600)
+        file.write_text(json.dumps({"port": port, "secret": secret}))
+
+
+def _file() -> Path:
+    state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
+    return Path(state) / "mukca" / "page.json"

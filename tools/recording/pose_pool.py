@@ -11,6 +11,8 @@ from ...solver.identification.data import CALIPER_DEVIATION
 from ...solver.identification.model import Noise, extend
 from ...solver.identification.robot import Robot, choose_parameters
 
+Captures = Sequence[Sample]
+"""Samples of a session so far."""
 ALIKE = np.deg2rad(5)
 """A pose that turns every joint less from a sample than this is no new one [rad]."""
 CANDIDATES = 600
@@ -39,7 +41,7 @@ class PosePool:
         """Hold to what the operator has answered: which poses cannot be taken."""
         self._answers = answers
 
-    def centre(self, samples: Sequence[Sample], socket: int) -> np.ndarray | None:
+    def centre(self, samples: Captures, socket: int) -> np.ndarray | None:
         """Return a socket's position by the nominal model [m]; None without a sample in it."""
         q = positions_in(samples, socket)
         if not len(q):
@@ -50,7 +52,7 @@ class PosePool:
     def with_distance(
         self,
         state: design.ParameterCovariance,
-        samples: Sequence[Sample],
+        samples: Captures,
         socket: int = 0,
     ) -> design.ParameterCovariance:
         """Return a covariance with the measured distance of two sockets, from ``socket`` on."""
@@ -65,7 +67,7 @@ class PosePool:
 
     def lifted(
         self,
-        samples: Sequence[Sample],
+        samples: Captures,
         position: Sequence[float] | None,
         target: Sequence[float],
     ) -> bool:
@@ -73,7 +75,7 @@ class PosePool:
         start = samples[-1].position if position is None else position
         return not self.reach.seated(np.array(start), np.array([target]))[0]
 
-    def candidates(self, samples: Sequence[Sample], socket: int) -> np.ndarray:
+    def candidates(self, samples: Captures, socket: int) -> np.ndarray:
         """Return new poses with the ball in a socket, shape (N, m); none before its first."""
         centre = self.centre(samples, socket)
         if centre is None:
@@ -87,24 +89,19 @@ class PosePool:
             if not len(poses):
                 poses = positions_in(samples, socket)
         else:
-            poses = self._anywhere(samples, socket, centre)
+            # They are spread over all that is reachable, as far as joints may turn.
+            if socket not in self._poses:
+                poses = self.reach.poses(centre, CANDIDATES)
+                within_turn = np.abs(poses - taken[0]).max(axis=1) <= self._turn
+                self._poses[socket] = poses[within_turn] if within_turn.any() else poses
+            poses = self._poses[socket]
         for pose in self._answers.avoided:
             distances = np.abs(poses - pose).max(axis=1)
             poses = poses[distances >= np.quantile(distances, NEIGHBOURS)]
         new = np.abs(poses[:, None] - taken).max(axis=2).min(axis=1) > ALIKE
         return poses[new] if new.any() else poses
 
-    def _anywhere(
-        self, samples: Sequence[Sample], socket: int, centre: np.ndarray
-    ) -> np.ndarray:
-        """Return poses that are spread over all that is reachable, as far as joints may turn."""
-        if socket not in self._poses:
-            poses = self.reach.poses(centre, CANDIDATES)
-            within_turn = np.abs(poses - samples[0].position).max(axis=1) <= self._turn
-            self._poses[socket] = poses[within_turn] if within_turn.any() else poses
-        return self._poses[socket]
 
-
-def positions_in(samples: Sequence[Sample], socket: int) -> np.ndarray:
+def positions_in(samples: Captures, socket: int) -> np.ndarray:
     """Return the configurations of a socket's samples, shape (N, m)."""
     return np.array([s.position for s in samples if s.socket == socket])

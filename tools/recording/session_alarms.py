@@ -1,18 +1,20 @@
 """Faults of a session, as alarms with the words and keys that an operator needs."""
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...recorder import Placement, Sample
-from ...recorder.session import Alarm, Cause
+from ...recorder import Placement
+from ...recorder.session import Alarm, Alarms, Cause
 from ...solver import assessment, diagnostics
 from ...solver.assessment import millimetres
 from ...solver.identification.robot import Robot
 from ...solver.results import Hypothesis
 from .checks import BEYOND, FAR, wrong_distance, wrong_model, wrong_signs
+from .pose_pool import Captures
 
 
 class _Form(NamedTuple):
@@ -49,8 +51,8 @@ class SessionAlarms:
         self._check = diagnostics.LiveCheck(robot, repeats)
 
     def __call__(
-        self, placements: Sequence[Placement], doubted: Sequence[Sample] = ()
-    ) -> tuple[Alarm, ...]:
+        self, placements: Sequence[Placement], doubted: Captures = ()
+    ) -> Alarms:
         """Return the alarms, the most probable fault first.
 
         Samples that alarms took back are evidence as well: two that are off by the same vector tell
@@ -63,17 +65,23 @@ class SessionAlarms:
         samples = sorted(
             [*placement.samples, *doubted], key=lambda sample: sample.number
         )
-        faults = self._check.faults(
-            [*before, replace(placement, samples=tuple(samples))]
-        )
-        alarms = [
-            self._alarm(fault, doubted)
-            for fault in faults
-            if fault.placement == len(before)
-            and not set(fault.samples) <= numbers
-            and not _is_another_ball(fault)
-        ]
-        return tuple(_with_stay(alarm, placement.samples) for alarm in alarms)
+        joined = replace(placement, samples=tuple(samples))
+        oldest = min((s.number for s in placement.samples), default=math.inf)
+        alarms: list[Alarm] = []
+        for fault in self._check.faults([*before, joined]):
+            # A solving has an unknown for a ball that was put on anew before a placement, so no
+            # key would cure it, nor what may as well be one.
+            is_another_ball = any(
+                f.hypothesis.name == "ball_bent"
+                and f.hypothesis.parameters.get("throughout")
+                for f in (fault, *fault.rivals)
+            )
+            is_new = not set(fault.samples) <= numbers
+            if fault.placement == len(before) and is_new and not is_another_ball:
+                alarm = self._alarm(fault, doubted)
+                stays = oldest < min(alarm.samples, default=0)
+                alarms.append(replace(alarm, stays=stays))
+        return tuple(alarms)
 
     def _wrong_from_the_start(self, placement: Placement) -> Alarm | None:
         """Return an alarm that the model, signs or distance are not this arm's, before any fit."""
@@ -91,7 +99,7 @@ class SessionAlarms:
         cause, words, form, _ = FORMS["distance"]
         return Alarm(cause, words, form.format_map(numbers))
 
-    def _alarm(self, fault: diagnostics.Fault, doubted: Sequence[Sample]) -> Alarm:
+    def _alarm(self, fault: diagnostics.Fault, doubted: Captures) -> Alarm:
         """Return a fault as an alarm.
 
         Nobody seats a ball far off twice in a row: then the joints read wrongly.
@@ -119,11 +127,15 @@ class SessionAlarms:
         sentence = hypothesis.text.partition(",")[0]
         names = {"first": first, "last": fault.samples[-1], "text": sentence}
         text = form.format_map(_shown(hypothesis) | names)
-        rival = _rival(fault)
-        if rival is None or form == AROUND:
+        # The second cause of samples since one that fits as well, if it is told.
+        rivals = [
+            r for r in fault.rivals if (f := FORMS.get(r.hypothesis.name)) and f.also
+        ]
+        if not rivals or not FORMS[hypothesis.name].also or form == AROUND:
             joint = str(hypothesis.parameters.get("joint", ""))
             socket = fault.socket or 0
             return Alarm(cause, words, text, fault.samples, socket, joint)
+        rival = rivals[0]
         rival_hypothesis = rival.hypothesis
         statement = text.partition(";")[0]  # without the question that follows
         form = FORMS[rival_hypothesis.name].also
@@ -134,43 +146,12 @@ class SessionAlarms:
         return Alarm("base", words, text, rival.samples)
 
 
-def _is_another_ball(fault: diagnostics.Fault) -> bool:
-    """Return whether a fault is, or may as well be, a ball that was put on anew before a placement.
-
-    A solving has an unknown for that, so no key would cure it.
-    """
-    hypotheses = [f.hypothesis for f in (fault, *fault.rivals)]
-    return any(
-        h.name == "ball_bent" and h.parameters.get("throughout") for h in hypotheses
-    )
-
-
-def _with_stay(alarm: Alarm, samples: Sequence[Sample]) -> Alarm:
-    """Return an alarm that knows whether samples before it would stay."""
-    first = min(alarm.samples, default=0)
-    return replace(alarm, stays=any(sample.number < first for sample in samples))
-
-
 def _size(hypothesis: Hypothesis) -> float:
     """Return how far off balls come out by a fault [m]."""
     numbers = {k: v for k, v in hypothesis.parameters.items() if isinstance(v, float)}
     difference = abs(numbers.get("likely", 0.0) - numbers.get("given", 0.0))
     scatter = 3 * numbers.get("noise", 0.0) if hypothesis.name == "ball_loose" else 0.0
     return max(numbers.get("size", 0.0), difference, scatter)
-
-
-def _rival(fault: diagnostics.Fault) -> diagnostics.Fault | None:
-    """Return the second cause of samples since one that fits as well, if any."""
-    if not FORMS[fault.hypothesis.name].also:
-        return None
-    rivals = (rival for rival in fault.rivals if _is_told(rival.hypothesis))
-    return next(rivals, None)
-
-
-def _is_told(hypothesis: Hypothesis) -> bool:
-    """Return whether a hypothesis is told as a second cause."""
-    form = FORMS.get(hypothesis.name)
-    return form is not None and bool(form.also)
 
 
 def _shown(hypothesis: Hypothesis) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ... import recorder
 from ...drivers import Reconnecting, open_driver
 from ...recorder.session import Message, Recording, Session
 from ...solver.identification import robot as robots
@@ -18,6 +17,13 @@ from .options import RecordOptions, joints_of
 
 if TYPE_CHECKING:
     from .page import PageProcess
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...recorder import METADATA, Metadata, Placement, add_reading, read_keys
+from ...solver.identification.data import AGREEING
+from ..cli import DISTANCES
 
 LOCAL_HOSTS = ("127.0.0.1", "localhost", "::1")
 NOTES = ("operator", "serial_number", "warm_up", "temperature", "notes")
@@ -40,7 +46,7 @@ class SessionStart:
     """All that a session at one placement begins with."""
 
     options: RecordOptions
-    metadata: recorder.Metadata
+    metadata: Metadata
     robot: robots.Robot
     terminal: Terminal
     page: "PageProcess | None" = None
@@ -91,53 +97,105 @@ class SessionStart:
             similar_models=partial(similar_models, self.robot),
         )
         messages = [Message(text, alarm=True) for text in recording.remarks]
-        messages += self._origin(session)
-        messages += [Message(remark, alarm=True)] if remark else []
-        messages += self._page_messages()
-        return replace(session, messages=tuple(messages))
-
-    def _origin(self, session: Session) -> list[Message]:
-        """Return where the samples of a session come from: from before, or since the base moved."""
         moved = len(session.samples)
-        if self.recording and moved:
+        if moved and self.recording:
             since = "the base moved"
-            if self.metadata.readings_changed:
+            if metadata.readings_changed:
                 since = "joints read otherwise, or another tool is on"
             words = f"with {moved} samples since {since}"
-            return [Message(f"a new placement: {self.options.out}, {words}")]
-        if session.samples:
-            return [Message(f"continues a recording of {len(session.live)} samples")]
-        return []
-
-    def _page_messages(self) -> list[Message]:
-        """Return where the page is, and a warning where others can see it."""
-        if self.page is None:
-            return []
-        address = Message(f"page: {self.page.url}")
-        if self.options.page_host in LOCAL_HOSTS:
-            return [address]
-        warning = "whoever knows this address can watch, from anywhere in the network"
-        return [address, Message(warning, alarm=True)]
+            messages.append(Message(f"a new placement: {self.options.out}, {words}"))
+        elif moved:
+            words = f"continues a recording of {len(session.live)} samples"
+            messages.append(Message(words))
+        if remark:
+            messages.append(Message(remark, alarm=True))
+        if self.page:
+            messages.append(Message(f"page: {self.page.url}"))
+        if self.page and self.options.page_host not in LOCAL_HOSTS:
+            warning = (
+                "whoever knows this address can watch, from anywhere in the network"
+            )
+            messages.append(Message(warning, alarm=True))
+        return replace(session, messages=tuple(messages))
 
     def summary(self, recording: Recording, session: Session) -> tuple[str, ...]:
         """Return the recording that is continued, in lines; none at a new placement."""
-        if self.recording or not recording.content.samples:
+        if self.recording or not session.samples:
             return ()
-        counts = ", ".join(
-            f"{count} in socket {k}" for k, count in enumerate(session.counts)
-        )
-        last = session.samples[-1].time
-        when = "at an unknown time"
+        counts = ", ".join(f"{n} in socket {k}" for k, n in enumerate(session.counts))
+        last, when = session.samples[-1].time, "at an unknown time"
         if last:
             when = time.strftime("%Y-%m-%d %H:%M", time.localtime(last))
-        distance = self.metadata.distance
-        distance_text = (
-            "at an unknown distance"
-            if distance is None
-            else f"{1e3 * distance:g} mm apart"
-        )
+        distance, apart = self.metadata.distance, "at an unknown distance"
+        if distance is not None:
+            apart = f"{1e3 * distance:g} mm apart"
         return (
             f"Continues {counts}; the last {when}; in {recording.folder}",
-            f"Sockets {distance_text}. The ball was last in socket {session.socket}.",
+            f"Sockets {apart}. The ball was last in socket {session.socket}.",
             "Is the base where it was?",
         )
+
+
+def with_distance(metadata: Metadata, terminal: Terminal) -> Metadata:
+    """Return metadata with the distance that the operator types."""
+    question = "How far apart are the sockets' centres? In mm, by a caliper; the printed base has"
+    distance = _typed_distance(f"{question} 100.", "not yet measured", terminal)
+    if distance is None:
+        return metadata
+    return replace(metadata, distance=distance, measured=True)
+
+
+def with_distance_of_base(
+    metadata: Metadata, placements: Sequence[Placement], terminal: Terminal
+) -> Metadata:
+    """Return metadata with one distance for one base, where an earlier placement has another.
+
+    The operator says whether it is the same base, which has the distance that was measured last.
+    """
+    measured = [p for p in placements if p.distance and not p.distance_assumed]
+    if not measured or metadata.distance is None:
+        return metadata
+    last, before = measured[-1].name, measured[-1].distance or 0.0
+    if abs(before - metadata.distance) <= AGREEING:
+        return metadata
+    question = (
+        f"{last} says {1e3 * before:g} mm, this placement {1e3 * metadata.distance:g} mm. One base "
+        "has one distance; of another base, type it again."
+    )
+    distance = _typed_distance(question, f"{1e3 * before:g}", terminal)
+    return replace(metadata, distance=distance or before, measured=True)
+
+
+def with_second_reading(
+    metadata: Metadata, folder: Path, terminal: Terminal
+) -> Metadata:
+    """Return metadata with a second reading that the operator types, which the recording keeps."""
+    if metadata.distance is None or len(read_keys(folder / METADATA).readings) > 1:
+        return metadata
+    question = "Measure the sockets' distance once more: solve believes two readings that agree."
+    distance = _typed_distance(question, "no second reading", terminal)
+    if distance is None:
+        return metadata
+    add_reading(folder, distance)
+    return replace(metadata, distance=distance)
+
+
+def _typed_distance(question: str, advice: str, terminal: Terminal) -> float | None:
+    """Return a distance that the operator types [m]; None for an empty answer."""
+    while True:
+        terminal.say(question)
+        try:
+            answer = input(f"mm, or Enter for {advice}: ").replace("mm", "").strip()
+        except EOFError:
+            answer = ""
+        if not answer:
+            return None
+        try:
+            number = float(answer.replace(",", "."))
+        except ValueError:
+            number = math.nan
+        metres = number if number < 1 else number / 1e3
+        if DISTANCES[0] <= metres <= DISTANCES[1]:
+            terminal.say(f"The sockets are {1e3 * metres:g} mm apart.")
+            return metres
+        terminal.say(f"{answer!r} is no distance in millimetres, for example 100.08")

@@ -4,18 +4,31 @@ import gc
 import logging
 import math
 from collections.abc import Generator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from ...recorder import DEFAULT_DISTANCE, StreamLog, next_log_file
+from ...recorder import (
+    DEFAULT_DISTANCE,
+    METADATA,
+    READINGS_CHANGED,
+    SAMPLES,
+    Placement,
+    RecordingError,
+    StreamLog,
+    next_log_file,
+    read_metadata,
+    read_placement,
+    read_sessions,
+)
 from ...recorder.session import BLOCK, Session
 from ...recorder.stream import STILL, ContactDetector, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, Speech, keys_with
+from ...solver.identification.robot import Robot
 from ..cli import Terminal, one_arm
 from .checks import gravity_of, odd_pose
-from .earlier_placements import recorded_beside
 from .guidance_process import BackgroundGuidance
 from .options import RecordOptions
 from .session_start import SessionStart
@@ -23,67 +36,68 @@ from .session_start import SessionStart
 
 def record_session(start: SessionStart) -> Outcome:
     """Record at one placement until the operator finishes."""
-    options = start.options
-    metadata = start.metadata
-    hand = start.hand
-    keys = keys_with(options.key)
-    base_moved = bool(start.recording and not start.recording.content.samples)
-    gravity = gravity_of(start.robot, options.load.validated().load)
     with ExitStack() as stack:
-        if start.recording:
-            stack.enter_context(start.recording)
-        keyboard, script = options.open_keys(stack)
-        stack.enter_context(_undisturbed())
-        start.terminal.say_at_once(f"connecting to {options.driver} ...")
-        speech = stack.enter_context(closing(Speech())) if options.say else None
-        driver = start.connect()
-        stack.enter_context(driver)
-        still = (
-            max(STILL, driver.resolution) if options.still is None else options.still
-        )
-        stream = stack.enter_context(closing(Stream(driver)))
-        recording = stack.enter_context(start.open_recording(still))
-        if options.keep_stream:
-            stream.log = _stream_log(start, stack)
-        by_hand = keyboard is not None and script is None
-        session = start.first_session(recording, driver.remark)
-        guidance = None
-        if by_hand and not (options.no_guide or options.quick):
-            guidance = stack.enter_context(closing(_guidance(start)))
-            session = replace(session, block=None if options.calibration else BLOCK)
-        if hand:
-            hand.guided = guidance is not None
-            if base_moved:
-                hand.move_base()
-        return Recorder(
-            session=session,
-            stream=stream,
-            monitor=StreamMonitor(
-                session.joints,
-                window=options.window,
-                still=still,
-                live=script is None,
-                resolution=driver.resolution,
-            ),
-            recording=recording,
-            display=_display(start.terminal),
-            title=partial(_title, options, metadata.robot),
-            keyboard=keyboard,
-            script=script,
-            contact=ContactDetector(session.joints, gravity),
-            plausible=partial(
-                odd_pose, start.robot, metadata.distance or DEFAULT_DISTANCE
-            ),
-            keys=keys,
-            hands_free=options.auto,
-            moved=base_moved,
-            sound=options.sound != "off",
-            say=speech,
-            guidance=guidance,
-            observers=[*filter(None, (start.page, hand and hand.follow))],
-            page=start.page.url if start.page else "",
-            resume_summary=start.summary(recording, session) if by_hand else (),
-        ).run()
+        return _recorder(start, stack).run()
+
+
+def _recorder(start: SessionStart, stack: ExitStack) -> Recorder:
+    """Return the recorder of a session; what it opens is closed by the stack."""
+    options, hand = start.options, start.hand
+    distance = start.metadata.distance or DEFAULT_DISTANCE
+    keys = keys_with(options.key)
+    gravity = gravity_of(start.robot, options.load.validated().load)
+    base_moved = False
+    if start.recording:
+        stack.enter_context(start.recording)
+        base_moved = not start.recording.content.samples
+    keyboard, script = options.open_keys(stack)
+    stack.enter_context(_undisturbed())
+    start.terminal.say_at_once(f"connecting to {options.driver} ...")
+    speech = stack.enter_context(closing(Speech())) if options.say else None
+    driver = start.connect()
+    stack.enter_context(driver)
+    still = options.still
+    if still is None:
+        still = max(STILL, driver.resolution)
+    stream = stack.enter_context(closing(Stream(driver)))
+    recording = stack.enter_context(start.open_recording(still))
+    if options.keep_stream:
+        stream.log = _stream_log(start, stack)
+    by_hand = keyboard is not None and script is None
+    session = start.first_session(recording, driver.remark)
+    guidance = None
+    if by_hand and not (options.no_guide or options.quick):
+        guidance = stack.enter_context(closing(_guidance(start, distance)))
+        session = replace(session, block=None if options.calibration else BLOCK)
+    if hand:
+        hand.guided = guidance is not None
+        if base_moved:
+            hand.move_base()
+    live, resolution = script is None, driver.resolution
+    monitor = StreamMonitor(
+        session.joints, options.window, still, live=live, resolution=resolution
+    )
+    return Recorder(
+        session,
+        stream,
+        monitor,
+        recording,
+        _display(start.terminal),
+        partial(_title, options, start.metadata.robot),
+        keyboard,
+        script,
+        ContactDetector(session.joints, gravity),
+        partial(odd_pose, start.robot, distance),
+        keys,
+        hands_free=options.auto,
+        moved=base_moved,
+        sound=options.sound != "off",
+        say=speech,
+        guidance=guidance,
+        observers=[*filter(None, (start.page, hand and hand.follow))],
+        page=start.page.url if start.page else "",
+        resume_summary=start.summary(recording, session) if by_hand else (),
+    )
 
 
 def _stream_log(start: SessionStart, stack: ExitStack) -> StreamLog:
@@ -94,18 +108,16 @@ def _stream_log(start: SessionStart, stack: ExitStack) -> StreamLog:
     return log
 
 
-def _guidance(start: SessionStart) -> BackgroundGuidance:
+def _guidance(start: SessionStart, distance: float) -> BackgroundGuidance:
     options = start.options
     settings: dict[str, Any] = {
-        "distance": start.metadata.distance or DEFAULT_DISTANCE,
+        "distance": distance,
         "sockets": start.metadata.sockets,
         "turn": math.inf if options.turn is None else math.radians(options.turn),
     }
     if options.calibration is not None:
-        settings |= {
-            "calibration": one_arm(options.calibration),
-            "target": options.samples,
-        }
+        settings["calibration"] = one_arm(options.calibration)
+        settings["target"] = options.samples
     else:
         settings["goal"] = None if options.goal_mm is None else 1e-3 * options.goal_mm
         settings["parts"] = recorded_beside(options.out, start.robot)
@@ -143,3 +155,68 @@ def _display(terminal: Terminal) -> Screen | Lines:
     if full_screen and console.file.isatty():
         return Screen(console)
     return Lines(console, brief=terminal.brief)
+
+
+PRACTICE = "mock"
+"""Driver of simulated arms: its address is a file of poses, not an arm's."""
+
+
+class _Neighbour(NamedTuple):
+    """A placement of the same arm in a neighbouring folder."""
+
+    begin: float
+    """Time of its first sample [s], since 1970."""
+    placement: Placement
+    readings_changed: bool
+    """True if joints read otherwise than at the placements before."""
+
+
+def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:
+    """Return the earlier placements of this arm in neighbouring folders, oldest first.
+
+    Those of another model are left out, and those whose :func:`_origin` is another. So are those
+    before joints read otherwise: they tell nothing of the readings now.
+    """
+    if read_metadata(out / METADATA).get(READINGS_CHANGED) is True:
+        return ()
+    origin = _origin(out)
+    neighbours: list[_Neighbour] = []
+    for file in out.parent.glob(f"*/{SAMPLES}"):
+        folder = file.parent
+        if folder.resolve() == out.resolve():
+            continue
+        with suppress(RecordingError):
+            metadata = read_metadata(folder / METADATA)
+            origin_there = _origin(folder)
+            names = origin.keys() & origin_there.keys()
+            is_same = all(origin[name] == origin_there[name] for name in names)
+            if is_same and metadata.get("model_sha256") == robot.sha256:
+                placement = read_placement(folder).for_joints(robot.joint_names)
+                begin = placement.samples[0].time or 0.0
+                changed = metadata.get(READINGS_CHANGED) is True
+                neighbours.append(_Neighbour(begin, placement, changed))
+    placements: list[Placement] = []
+    for neighbour in sorted(neighbours, key=lambda neighbour: neighbour.begin):
+        if neighbour.readings_changed:
+            placements = []
+        placements.append(neighbour.placement)
+    return tuple(placements)
+
+
+def _origin(folder: Path) -> dict[str, object]:
+    """Return what tells one arm's placements from another's, as far as it was written down.
+
+    These are the robot's name, its serial number and its address, each as last written. A session
+    in one socket has another purpose than one in several.
+    """
+    file = folder / METADATA
+    origin = {**read_metadata(file)}
+    for session in read_sessions(file):
+        origin |= session
+    driver = origin.get("driver")
+    if isinstance(driver, str) and driver.partition(":")[0] == PRACTICE:
+        origin["driver"] = PRACTICE
+    if "sockets" in origin:
+        origin["one_socket"] = origin["sockets"] == 1
+    names = ("robot_name", "serial_number", "driver", "one_socket")
+    return {name: origin[name] for name in names if name in origin}

@@ -2,9 +2,16 @@
 
 import math
 from collections.abc import Iterator
-from contextlib import closing
+from functools import partial
 
-from ...drivers import DriverError, JointState, Reason, Reconnecting, open_driver
+from ...drivers import (
+    Driver,
+    DriverError,
+    JointState,
+    Reason,
+    Reconnecting,
+    open_driver,
+)
 from ...errors import fixed
 from ...recorder import STOPS, StopFinder, Stops, follow_to_stops
 from ...solver.calibration import UsageError
@@ -26,18 +33,15 @@ def record_stops(options: RecordOptions, robot: Robot, terminal: Terminal) -> in
         raise UsageError(
             f"{file} is there already: name another folder, or put it away"
         )
-    name, _, address = options.driver.partition(":")
     joints = robot.joint_names
     terminal.say_at_once(
         "Lead each joint to both of its stops, and hold it there for a second, as gently as you "
         f"can. The session ends when the arm has rested for {PAUSE:.0f} s."
     )
-    connection = Reconnecting(
-        lambda: open_driver(name, address, joints), joint_names=joints
-    )
+    connect = partial(open_driver, options.driver, None, joints)
     finder = StopFinder(joints)
     led: set[str] = set()
-    with closing(connection) as driver:
+    with Reconnecting(connect, joint_names=joints) as driver:
         for finder in follow_to_stops(_states(driver), joints, PAUSE):
             spans = zip(joints, finder.upper - finder.lower, strict=True)
             news = [joint for joint, span in spans if span > LED and joint not in led]
@@ -54,7 +58,7 @@ def record_stops(options: RecordOptions, robot: Robot, terminal: Terminal) -> in
     return 0
 
 
-def _states(driver: Reconnecting) -> Iterator[JointState]:
+def _states(driver: Driver) -> Iterator[JointState]:
     """Yield states as they come; a silent connection is made again."""
     while True:
         try:
@@ -67,6 +71,6 @@ def _states(driver: Reconnecting) -> Iterator[JointState]:
 def _lines(stops: Stops) -> Iterator[str]:
     """Yield what each joint read at its stops, in degrees."""
     for joint, ends in stops.ranges.items():
-        low, high = (fixed(math.degrees(end), 2, "+") for end in ends)
+        low, high = [fixed(math.degrees(end), 2, "+") for end in ends]
         note = "; its reading jumped by a whole turn" * (joint in stops.wrapped)
         yield f"{joint}: {low} to {high} deg{note}"

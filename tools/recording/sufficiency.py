@@ -83,34 +83,31 @@ def sufficiency_of(
     """Return the verdict on placements, of which the last goes on; None without a fit."""
     try:
         solved = calibrate(
-            model.robot,
-            _whole(placements),
-            zeros=zeros or None,
-            no_proof=True,
+            model.robot, _whole(placements), zeros=zeros or None, no_proof=True
         )
     except MukcaError:
         return None
-    row = next((row for row in solved.verdict.limits if row.name == WORKSPACE), None)
+    verdict = solved.verdict
+    row = next((row for row in verdict.limits if row.name == WORKSPACE), None)
     if row is None or row.found is None:
         return None
-    verdict = solved.verdict
-    failed = verdict.status == "fail"
     passes_near = verdict.status_of(NEAR) == "pass"
-    asked = [
+    failing = [
         r
         for r in (*verdict.limits, *verdict.reasons)
         if r.status in ("fail", "not enough")
+        and not (passes_near and r.name == WORKSPACE)
     ]
-    enough = verdict.use and not any(
-        not (passes_near and r.name == WORKSPACE) for r in asked
-    )
-    enough = enough and np.bincount(placements[-1].sockets)[:2].min() >= LEAST_SAMPLES
+    counts = np.bincount(placements[-1].sockets)[:2]
     size = solved.document.scale
     deviation = size.deviation or 0.0 if size else 0.0
-    sized = size is None or size_level(abs(size.value) + deviation, deviation) is None
-    why = solved.verdict.text.partition(". ")[0] if failed else ""
-    predicted = row.found if row.interval is None else row.interval.high
-    return Sufficiency(predicted, row.limit, bool(enough), sized, why)
+    return Sufficiency(
+        predicted=row.found if row.interval is None else row.interval.high,
+        asked=row.limit,
+        enough=bool(verdict.use and not failing and counts.min() >= LEAST_SAMPLES),
+        sized=not size or size_level(abs(size.value) + deviation, deviation) is None,
+        fails=verdict.text.partition(". ")[0] if verdict.status == "fail" else "",
+    )
 
 
 def rigid_fit(
@@ -118,26 +115,22 @@ def rigid_fit(
 ) -> Posterior | None:
     """Return a fit of the geometry, the last placement first; None where it does not converge."""
     try:
-        some = _whole(placements)
-        measured = [
-            measure(placement, model.robot) for placement in (some[-1], *some[:-1])
-        ]
-        data = observe(RobotRecordings(model.robot, measured))
-        return estimate(model, data).arm
+        *parts, current = _whole(placements)
+        measured = [measure(part, model.robot) for part in (current, *parts)]
+        return estimate(model, observe(RobotRecordings(model.robot, measured))).arm
     except (MukcaError, np.linalg.LinAlgError):
         return None
 
 
 def with_fit(advice: Advice, posterior: Posterior, samples: Sequence[Sample]) -> Advice:
     """Return advice with the errors, scale and distance of a fit to the samples."""
-    order = sorted(range(len(samples)), key=lambda i: samples[i].socket)
-    errors = np.linalg.norm(posterior.residuals[: len(order)], axis=1)[
-        np.argsort(order)
-    ]
+    # The residuals are in the order of sockets.
+    order = np.argsort([sample.socket for sample in samples], kind="stable")
+    errors = np.linalg.norm(posterior.residuals[: len(order)], axis=1)
     return replace(
         advice,
         fitted=True,
-        last_error=float(errors[-1]),
+        last_error=float(errors[order.argmax()]),
         mean_error=float(errors.mean()),
         scale=scale(posterior).value,
         distance=float(np.linalg.norm(posterior.centres[1] - posterior.centres[0])),
@@ -147,9 +140,9 @@ def with_fit(advice: Advice, posterior: Posterior, samples: Sequence[Sample]) ->
 def _whole(placements: Sequence[Placement]) -> list[Placement]:
     """Return the last placement, and those before with two sockets, none with a single sample."""
     *parts, current = placements
-    counts = [np.bincount(placement.sockets) for placement in parts]
-    some = zip(parts, counts, strict=True)
-    return [
-        *(p for p, n in some if np.count_nonzero(n) > 1 and not np.any(n == 1)),
-        current,
-    ]
+    whole: list[Placement] = []
+    for part in parts:
+        counts = np.bincount(part.sockets)
+        if np.count_nonzero(counts) > 1 and 1 not in counts:
+            whole.append(part)
+    return [*whole, current]

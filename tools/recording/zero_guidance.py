@@ -5,12 +5,12 @@ from itertools import chain
 
 import numpy as np
 
-from ...recorder import Sample
-from ...recorder.session import NO_ANSWERS, Advice, Alarm, Answers
+from ...recorder.session import NO_ANSWERS, Advice, Alarms, Answers
 from ...solver.calibration import Calibration
 from ...solver.design import ParameterCovariance
 from ...solver.partial import identifiable_zeros, zero_covariance
 from .guidance import PoseSelector
+from .pose_pool import Captures
 
 
 class ZeroSelector(PoseSelector):
@@ -33,15 +33,13 @@ class ZeroSelector(PoseSelector):
         self._curved = False
         self._first = zero_covariance(calibration, sockets)
 
-    def alarms(
-        self, samples: Sequence[Sample], answers: Answers = NO_ANSWERS
-    ) -> tuple[Alarm, ...]:
+    def alarms(self, samples: Captures, answers: Answers = NO_ANSWERS) -> Alarms:
         """Return none: zeros that are off would look like faults."""
         return ()
 
     def advise(
         self,
-        samples: Sequence[Sample],
+        samples: Captures,
         socket: int,
         position: Sequence[float] | None = None,
         answers: Answers = NO_ANSWERS,
@@ -54,10 +52,9 @@ class ZeroSelector(PoseSelector):
         pools = {k: pool for k, pool in pools.items() if len(pool)}
         where = identifiable_zeros(self._known(()), pools)
         target = None
-        gain = 0.0
         after = state
         if order and len(where.slopes):
-            target, gain = self._next(state, where, samples, order, position)
+            target, _ = self._next(state, where, samples, order, position)
             for k, q in zip(*self._route, strict=True):
                 after = after.with_samples(q[None], k)
         predicted = goal = np.inf
@@ -74,10 +71,9 @@ class ZeroSelector(PoseSelector):
             enough=not order,
             target=target,
             lift=target is not None and self._pool.lifted(samples, position, target),
-            gain=gain,
         )
 
-    def _known(self, samples: Sequence[Sample]) -> ParameterCovariance:
+    def _known(self, samples: Captures) -> ParameterCovariance:
         state = self._first
         if self._sockets > 1:
             state = self._pool.with_distance(state, samples)
@@ -85,7 +81,7 @@ class ZeroSelector(PoseSelector):
             state = state.with_samples(np.array([sample.position]), sample.socket)
         return state
 
-    def _order(self, samples: Sequence[Sample], socket: int) -> list[int]:
+    def _order(self, samples: Captures, socket: int) -> list[int]:
         """Return the sockets of the samples to come: the rest in this one, then in the others."""
         counts = self._counts(samples)
         sockets = [k for k in range(self._sockets) if k != socket]
@@ -93,6 +89,6 @@ class ZeroSelector(PoseSelector):
             chain(*([k] * (self._target - counts[k]) for k in (socket, *sockets)))
         )
 
-    def closing(self, samples: Sequence[Sample]) -> tuple[str, ...]:
+    def closing(self, samples: Captures) -> tuple[str, ...]:
         """Return nothing: the verdict comes at the end."""
         return ()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...recorder import DEFAULT_DISTANCE, Placement, sample_files
+from ...recorder import DEFAULT_DISTANCE, sample_files
 from ...solver.identification.robot import Robot, gravity_moments, load_robot
 from ...solver.results import write_files
 from .recordings import Base, record
@@ -40,11 +40,9 @@ def demo_arm(seed: int = DEMO_SEED, *, keep_size: bool = True) -> tuple[Robot, R
 def demo_bases(distance: float = DEFAULT_DISTANCE) -> list[Base]:
     """Return the socket base at each of its places, its sockets so far apart along y [m]."""
     along_y = np.array([0.0, 1.0, 0.0])
-    bases: list[Base] = []
-    for name, place in PLACES.items():
-        centre = np.array(place)
-        bases.append(Base(name, centre, along_y, distance))
-    return bases
+    return [
+        Base(name, np.array(place), along_y, distance) for name, place in PLACES.items()
+    ]
 
 
 def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
@@ -63,29 +61,15 @@ def simulate_hand(folder: Path, keys: Path, distance: float) -> None:
             samples=TURN * TURNS,
             noise=SEAT_NOISE,
         )
-        files = sample_files(_in_turns(_loaded(arm, led)))
+        # With the torques that gravity exerts on each joint [N m].
+        torques = gravity_moments(arm, led.positions)[:, : len(arm.actuated)]
+        rows = zip(led.samples, torques.tolist(), strict=True)
+        samples = [replace(sample, effort=tuple(row)) for sample, row in rows]
+        # The sockets take turns.
+        turns = np.arange(len(samples)).reshape(2, TURNS, TURN).swapaxes(0, 1)
+        ordered = tuple(samples[i] for i in turns.ravel())
+        files = sample_files(replace(led, samples=ordered))
         contents |= {f"{base.name}/{file}": text for file, text in files.items()}
-    turns = 2 * TURNS
-    script = b"a*6 s  " * (turns - 1) + b"a*6 q\n"
+    script = b"a*6 s  " * (2 * TURNS - 1) + b"a*6 q\n"
     write_files(folder, contents)
     write_files(keys.parent, {keys.name: script})
-
-
-def _loaded(arm: Robot, led: Placement) -> Placement:
-    """Return a placement with the torques that gravity exerts on each joint [N m]."""
-    moments = gravity_moments(arm, led.positions)
-    torques = moments[:, : len(arm.actuated)]
-    samples = [
-        replace(sample, effort=tuple(row))
-        for sample, row in zip(led.samples, torques.tolist(), strict=True)
-    ]
-    return replace(led, samples=tuple(samples))
-
-
-def _in_turns(led: Placement) -> Placement:
-    """Return a placement whose sockets take turns."""
-    indices = np.arange(len(led.samples))
-    turns = indices.reshape(2, TURNS, TURN)
-    order = turns.swapaxes(0, 1).ravel()
-    samples = tuple(led.samples[i] for i in order)
-    return replace(led, samples=samples)

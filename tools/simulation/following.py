@@ -5,12 +5,12 @@ waits wherever the arm rests until that is captured, and then seats the ball at 
 """
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from ...drivers import Driver, match_joints
 from ...drivers.arms import Mock, Motion, arm_at
-from ...recorder.session import Session as RecordingSession
 from ...recorder.session import View
 from ...solver.identification.robot import Robot, gravity_moments, nominal_balls
 from ...solver.poses import InverseKinematics
@@ -129,29 +129,25 @@ class FollowingHand:
         arrived = number == len(self._motion.begun)
         if not arrived or view.alarm or view.question or session.finished:
             return
-        if session.socket == self._labels[-1] and self._waits_in_socket(session):
-            return
+        if session.socket == self._labels[-1]:
+            # There is nothing more to lead to in this socket, or the rest is not captured yet.
+            done = session.turn_done or session.counts[session.socket] >= session.target
+            is_same = partial(session.same, self.rest)
+            if done or not any(is_same(sample.position) for sample in session.samples):
+                return
         target = view.advice.target if view.advice and self.guided else None
         if target is not None:
             self._lead(np.array(target), session.socket)
         elif not self.guided or not session.live:
             self._lead(None, session.socket)  # else the guide is not ready yet
 
-    def _waits_in_socket(self, session: RecordingSession) -> bool:
-        """Return whether there is nothing more to lead to in the socket that the ball is in."""
-        if session.turn_done or session.counts[session.socket] >= session.target:
-            return True
-        samples = session.samples
-        return not any(session.same(sample.position, self.rest) for sample in samples)
-
-    def _lead(
-        self,
-        reference: np.ndarray | None,
-        socket: int,
-    ) -> None:
+    def _lead(self, reference: np.ndarray | None, socket: int) -> None:
         """Begin a move to a pose with the ball in a socket; without one, where the hand likes."""
-        row = None if self.guided else self._unused(socket)
-        if row is None:
+        rows = set(np.flatnonzero(self._session.sockets == socket).tolist())
+        # The first sample of the recording in a socket that was not led to.
+        row = min(rows - self._rows_led, default=None)
+        if row is None or self.guided:
+            row = None
             q = self._seated_at(reference, socket)
         else:
             self._rows_led.add(row)
@@ -160,78 +156,46 @@ class FollowingHand:
         # After the pose: another thread reads both.
         self._motion.begun.append(self._arm.now())
 
-    def _rest_at(
-        self,
-        q: np.ndarray,
-        socket: int,
-        row: int | None,
-    ) -> None:
+    def _rest_at(self, q: np.ndarray, socket: int, row: int | None) -> None:
         """Add a configuration, maybe of a row of the recording, with its torques."""
         self._led.append(q)
         self._labels.append(socket)
-        goal = self._with_faults()
-        if self._torques is not None:
-            if row is None:
-                (moments,) = gravity_moments(self._truth, goal[None])
-                efforts = moments[: len(q)]
-            else:
-                efforts = self._torques[row]
-            self._efforts.append(efforts.tolist())
+        goal = q
+        if self._faults:
+            count = len(self._led)
+            session = Session(
+                self._truth,
+                np.concatenate([self._led, self._session.positions[count:]]),
+                np.concatenate([self._labels, self._session.sockets[count:]]),
+                self._sockets,
+                np.random.default_rng(self._seed),  # a fault stays as it was
+            )
+            goal = with_faults(session, self._faults)[count - 1]
+        if self._torques is not None and row is None:
+            (moments,) = gravity_moments(self._truth, goal[None])
+            self._efforts.append(moments[: len(q)].tolist())
+        elif self._torques is not None:
+            self._efforts.append(self._torques[row].tolist())
         self._poses.append(tuple(goal.tolist()))
 
-    def _unused(self, socket: int) -> int | None:
-        """Return the first sample of the recording in a socket that was not led to, or None."""
-        rows = np.flatnonzero(self._session.sockets == socket)
-        rows_unused = set(rows.tolist()) - self._rows_led
-        return min(rows_unused, default=None)
-
-    def _seated_at(
-        self,
-        reference: np.ndarray | None,
-        socket: int,
-    ) -> np.ndarray:
+    def _seated_at(self, reference: np.ndarray | None, socket: int) -> np.ndarray:
         """Return a configuration with the ball in a socket, near another if one is given."""
         noise = self._generator.normal(0, SEAT_NOISE, 3)
-        centre = self._sockets[min(socket, 1)]
-        seat = centre + noise
+        seat = self._sockets[min(socket, 1)] + noise
         if reference is not None:
             (q,) = seated(self._truth, reference[None], seat[None])
-            if self._is_seated(q, seat):
+            (ball,) = nominal_balls(self._truth, q[None])
+            inside = (q >= self._reach.lower) & (q <= self._reach.upper)
+            if inside.all() and np.linalg.norm(ball - seat) < CLOSE:
                 return q
         (q,) = self._reach.reach(seat[None], self._generator)
         return q
 
-    def _is_seated(
-        self,
-        q: np.ndarray,
-        seat: np.ndarray,
-    ) -> bool:
-        """Return whether the ball is in its seat, and the joints are within their limits."""
-        (ball,) = nominal_balls(self._truth, q[None])
-        gap = np.linalg.norm(ball - seat)
-        inside = (q >= self._reach.lower) & (q <= self._reach.upper)
-        return bool(inside.all() and gap < CLOSE)
-
-    def _with_faults(self) -> np.ndarray:
-        """Return the last of the configurations that the hand led to, as faults turn it."""
-        if not self._faults:
-            return self._led[-1]
-        count = len(self._led)
-        later_positions = self._session.positions[count:]
-        later_sockets = self._session.sockets[count:]
-        session = Session(
-            self._truth,
-            np.concatenate([self._led, later_positions]),
-            np.concatenate([self._labels, later_sockets]),
-            self._sockets,
-            np.random.default_rng(self._seed),  # a fault stays as it was
-        )
-        positions = with_faults(session, self._faults)
-        return positions[count - 1]
-
 
 def following_hand(
-    driver: str, robot: Robot, distance: float | None
+    driver: str,
+    robot: Robot,
+    distance: float | None,
 ) -> FollowingHand | None:
     """Return the hand that ``mock:PATH?follow`` asks for; None for other drivers.
 
@@ -244,7 +208,6 @@ def following_hand(
     if name != "mock" or FOLLOW not in words:
         return None
     words.remove(FOLLOW)
-    other_words = "&".join(words)
-    if other_words:
-        path += f"?{other_words}"
-    return FollowingHand(path, robot, distance)
+    return FollowingHand(
+        "?".join([path, *filter(None, ["&".join(words)])]), robot, distance
+    )

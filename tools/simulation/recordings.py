@@ -8,7 +8,6 @@ printed socket allows. What is written down are the joint positions that put the
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from ...recorder import Placement
 from ...solver.calibration import UsageError, check_keywords
 from ...solver.identification.data import Samples, check_distance
-from ...solver.identification.effects import EFFECTS, EXTENSIONS, Effect
+from ...solver.identification.effects import EFFECTS, EXTENSIONS
 from ...solver.identification.model import Deflection
 from ...solver.identification.robot import (
     BallModel,
@@ -86,6 +85,8 @@ class SimulationOptions(TypedDict, total=False):
     """Between the centres of the two sockets (0.05) [m]."""
     warming: float
     """Rise of the arm's temperature at each placement (0) [K]; samples then keep theirs."""
+    zeros: float
+    """Standard deviation of each joint's zero (0) [rad]; some 0.05 in arms of servos."""
 
 
 DEFAULTS: SimulationOptions = {
@@ -96,13 +97,16 @@ DEFAULTS: SimulationOptions = {
     "noise": 5e-5,
     "distance": 0.05,
     "warming": 0.0,
+    "zeros": 0.0,
 }
 LEAST = {"placements": 1, "samples": 2}
 """Least values of what cannot be as small as zero."""
 
 
 def simulate_recordings(
-    robot: Robot, placements: int = 3, **options: "Unpack[SimulationOptions]"
+    robot: Robot,
+    placements: int = 3,
+    **options: "Unpack[SimulationOptions]",
 ) -> tuple[CalibratedRobot, list[Placement]]:
     """Draw an arm that differs from its model, and record it at several placements.
 
@@ -137,8 +141,14 @@ def simulate_recordings(
         if not lowest <= value < np.inf:
             raise UsageError(f"{name} {value}: give a number of at least {lowest}")
     seed = settings["seed"]
-    arms, places, hands = (np.random.default_rng([seed, k]) for k in range(3))
-    arm = perturb(robot, arms, settings["translation"], settings["rotation"])
+    arms, places, hands = [np.random.default_rng([seed, k]) for k in range(3)]
+    arm = perturb(
+        robot,
+        arms,
+        settings["translation"],
+        settings["rotation"],
+        zeros=settings["zeros"] > 0,
+    )
     distance = check_distance(settings["distance"])
     bases = reachable_bases(arm, places, placements, distance)
     deflection = _deflection(robot, arms, settings)
@@ -157,24 +167,26 @@ def truth_of(robot: Robot, arm: Robot, deflection: Deflection) -> CalibratedRobo
 
 
 def _deflection(
-    robot: Robot, generator: np.random.Generator, sizes: Mapping[str, float]
+    robot: Robot,
+    generator: np.random.Generator,
+    sizes: Mapping[str, float],
 ) -> Deflection:
-    """Return the effects of extensions of such sizes, without those of size zero."""
+    """Return the effects of such sizes, of extensions and zeros, without those of size zero."""
+    joints = robot.joint_names
     drawn: dict[str, np.ndarray] = {}
     for effect in EFFECTS.values():
-        if size := sizes.get(effect.extension):
-            draw = effect.random or partial(_independent, effect)
-            drawn[effect.name] = size * draw(len(robot.joint_names), generator)
+        size = sizes.get("zeros" if effect.zeros else effect.extension)
+        if not size:
+            continue
+        if effect.random:
+            coefficients = effect.random(len(joints), generator)
+        else:  # drawn independently
+            draw = (
+                generator.random if effect.non_negative else generator.standard_normal
+            )
+            coefficients = draw(len(effect.coefficient_names(joints)))
+        drawn[effect.name] = size * coefficients
     return Deflection(tuple(drawn), tuple(drawn.values()))
-
-
-def _independent(
-    effect: Effect, joints: int, generator: np.random.Generator
-) -> np.ndarray:
-    """Return coefficients of size 1 that are drawn independently, shape (p,)."""
-    count = len(effect.coefficient_names([""] * joints))
-    draw = generator.random if effect.non_negative else generator.standard_normal
-    return draw(count)
 
 
 def record(
@@ -199,7 +211,12 @@ def record(
     names = arm.joint_names
     T = how.temperatures(len(seats)) if how.warming else None
     return Placement.of_arrays(
-        base.name, readings, sockets, names, temperatures=T, distance=base.distance
+        base.name,
+        readings,
+        sockets,
+        names,
+        temperatures=T,
+        distance=base.distance,
     )
 
 
@@ -261,7 +278,10 @@ def _seated(
 
 
 def reachable_bases(
-    robot: Robot, generator: np.random.Generator, count: int, distance: float = 0.05
+    robot: Robot,
+    generator: np.random.Generator,
+    count: int,
+    distance: float = 0.05,
 ) -> list[Base]:
     """Return places for the base that are spread over an arm's workspace and within its reach.
 

@@ -1,7 +1,7 @@
 """Faults of a recording session at a simulated arm, such as a base that is bumped.
 
 A fault is ``KIND[@SAMPLE[+COUNT]][:SIZE]`` as in ``base@6:5mm``: from sample 6 on, for COUNT
-samples where it is given, by so much. docs/simulation.md lists them.
+samples where it is given, by so much. docs/simulated-arm.md lists them.
 """
 
 import math
@@ -75,10 +75,8 @@ def _turned_base(s: Session, size: float) -> np.ndarray:
 
 
 def _bent_ball(s: Session, size: float) -> np.ndarray:
-    place: list[int] = []
-    for parameter in all_parameters(s.robot):
-        if parameter.of_ball and parameter.unit == "m":
-            place.append(parameter.index)
+    parameters = all_parameters(s.robot)
+    place = [p.index for p in parameters if p.of_ball and p.unit == "m"]
     model = BallModel(s.robot, place)
     linear = model.linearise(model.nominal, s.positions)
     return linear.by_parameters @ s.aside(size)
@@ -91,35 +89,19 @@ def _lost_zero(s: Session, size: float) -> np.ndarray:
     return -size * linear.by_joints[:, :, joints // 2]
 
 
-def _other_socket(s: Session, _: float) -> np.ndarray:
-    other = 1 - s.sockets.clip(0, 1)
-    return s.centres[other] - s.centres[s.sockets]
-
-
-def _longer_distance(s: Session, size: float) -> np.ndarray:
-    first, second = s.centres[:2]
-    return size * _unit(second - first)
-
-
-def _thrown_ball(s: Session, size: float) -> np.ndarray:
-    return np.array([s.aside(size) for _ in s.sockets])
-
-
-def _loose_ball(s: Session, size: float) -> np.ndarray:
-    shape = (len(s.sockets), 3)
-    return s.generator.normal(0, size, shape)
-
-
 Shift = Callable[[Session, float], np.ndarray]
 _KINDS: dict[str, tuple[float, Shift]] = {
     "base": (5e-3, Session.aside),
     "turn": (math.radians(3), _turned_base),
     "drift": (3e-3, Session.aside),
-    "ball": (5e-3, _thrown_ball),
+    "ball": (5e-3, lambda s, size: np.array([s.aside(size) for _ in s.sockets])),
     "bent": (3e-3, _bent_ball),
-    "loose": (2e-3, _loose_ball),
-    "socket": (0.0, _other_socket),
-    "distance": (2e-3, _longer_distance),
+    "loose": (2e-3, lambda s, size: s.generator.normal(0, size, (len(s.sockets), 3))),
+    "socket": (
+        0.0,
+        lambda s, _: s.centres[1 - s.sockets.clip(0, 1)] - s.centres[s.sockets],
+    ),
+    "distance": (2e-3, lambda s, size: size * _unit(s.centres[1] - s.centres[0])),
     "zero": (math.radians(1), _lost_zero),
 }
 """Usual size [m, rad] of each kind, and by how much it moves the balls, shape (N, 3) or (3,) [m]:
@@ -155,39 +137,25 @@ class SessionFault:
                 f"as in {kind}@6{example}"
             )
         _, start, count, number, _ = match.groups()
-        if number:
-            size = float(number) * _UNITS[unit]
-        else:
-            size, _ = _KINDS[kind]
-        if count is None and kind == "ball":
-            count = 1
-        return cls(
-            kind,
-            int(start or 1),
-            None if count is None else int(count),
-            size,
-        )
+        if kind == "ball":
+            count = count or 1
+        size = float(number) * _UNITS[unit] if number else _KINDS[kind][0]
+        return cls(kind, int(start or 1), int(count) if count else None, size)
 
     def shift(self, session: Session) -> np.ndarray:
         """Return by how much it moves the ball of each sample, shape (N, 3) [m]."""
         if self.kind in _KINDS:
-            _, shift = _KINDS[self.kind]
-            shifts = shift(session, self.size)
+            shifts = _KINDS[self.kind][1](session, self.size)
         else:
             shifts = session.by_cause(self.kind, self.size)
-        return self._share(session)[:, None] * shifts
-
-    def _share(self, session: Session) -> np.ndarray:
-        """Return the share of the shift that each sample has, 0 to 1, shape (N,)."""
-        if self.kind == "distance":
-            return (session.sockets == 1).astype(float)
         numbers = np.arange(1, len(session.positions) + 1)
         last = np.inf if self.count is None else self.start + self.count
-        concerned = (numbers >= self.start) & (numbers < last)
-        share = concerned.astype(float)
-        if self.kind == "drift":
-            return share.cumsum() / max(share.sum(), 1)
-        return share
+        share = ((numbers >= self.start) & (numbers < last)).astype(float)
+        if self.kind == "distance":
+            share = (session.sockets == 1).astype(float)
+        elif self.kind == "drift":
+            share = share.cumsum() / max(share.sum(), 1)
+        return share[:, None] * shifts
 
 
 def with_faults(session: Session, faults: Sequence[SessionFault]) -> np.ndarray:
@@ -216,30 +184,23 @@ def seated(
     return q
 
 
-def fitted_session(
-    q: np.ndarray,
-    robot: Robot,
-    seed: int,
-) -> Session:
+def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
     """Return a session of recorded joint positions, shape (N, m), of an arm fitted to them.
 
     The sockets follow from where the balls lie.
     """
     balls = nominal_balls(robot, q)
     distances: np.ndarray = np.linalg.norm(balls - balls[0], axis=1)
-    apart = max(APART, 0.5 * float(distances.max()))
-    sockets = (distances > apart).astype(int)
-    in_sockets = np.zeros_like(balls)
-    samples = SeatSamples(q, sockets, in_sockets)
+    sockets = (distances > max(APART, 0.5 * distances.max())).astype(int)
+    samples = SeatSamples(q, sockets, np.zeros_like(balls))
     arm = RigidModel(robot).fitted(samples)
     balls = nominal_balls(arm, q)
-    centres: list[np.ndarray] = []
-    for socket in range(sockets.max() + 1):
-        balls_in_socket = balls[sockets == socket]
-        centres.append(np.median(balls_in_socket, axis=0))
+    centres = [
+        np.median(balls[sockets == socket], axis=0)
+        for socket in range(sockets.max() + 1)
+    ]
     two_centres = np.array([*centres, balls[0]])[:2]
-    generator = np.random.default_rng(seed)
-    return Session(arm, q, sockets, two_centres, generator)
+    return Session(arm, q, sockets, two_centres, np.random.default_rng(seed))
 
 
 def session_faults(address: str) -> tuple[str, list[SessionFault]]:

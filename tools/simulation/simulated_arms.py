@@ -8,7 +8,6 @@ from ...solver.identification.effects import effects_of
 from ...solver.identification.model import Deflection, extend
 from ...solver.identification.robot import (
     STANDARD_GRAVITY,
-    Joint,
     Robot,
     choose_parameters,
     matrix_rpy,
@@ -63,7 +62,11 @@ def perturb(
     for joint in robot.joints:
         turned = joints == joint.name
         if turned.any():
-            changes[turned] = _usual_axes(joint) @ changes[turned]
+            # Axes at right angles, near those of roll, pitch and yaw: a seed then draws nearly the
+            # arm that it drew by these, which have such axes where the pitch is zero.
+            rpy = joint.origin.rpy
+            U, _, Vt = np.linalg.svd(matrix_rpy(rpy).T @ rpy_axes(rpy))
+            changes[turned] = U @ Vt @ changes[turned]
     values = model.ball.nominal + changes
     by_scale = model.by_scale()[: len(parameters)]
     links = np.array([p.unit == "m" and not p.of_ball for p in parameters])
@@ -71,15 +74,3 @@ def perturb(
         larger = float(by_scale @ (values - model.ball.nominal))
         values[links] *= 1 - larger
     return robot.with_origins(model.ball.origins(values))
-
-
-def _usual_axes(joint: Joint) -> np.ndarray:
-    """Return axes at right angles in a joint's frame, near those of its roll, pitch and yaw.
-
-    Turns about these are drawn: a seed then draws nearly the arm that it drew by roll, pitch and
-    yaw, which have such axes where the pitch is zero.
-    """
-    rpy = joint.origin.rpy
-    axes = matrix_rpy(rpy).T @ rpy_axes(rpy)
-    U, _, Vt = np.linalg.svd(axes)
-    return U @ Vt

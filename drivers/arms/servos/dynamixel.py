@@ -11,7 +11,7 @@ Address: ``PORT?arm=vx300s|wx250s|koch|omx``, and options as for :mod:`.feetech`
 import struct
 from collections.abc import Sequence
 
-from .joint_maps import DYNAMIXEL_ARMS
+from .joint_maps import maps_of
 from .servo_arm import Answer, Make, Register, ServoArm
 
 HEADER = b"\xff\xff\xfd\x00"
@@ -78,7 +78,7 @@ class Dynamixel(ServoArm):
         least_bytes=FRONT,
         size=_size,
         decode_answer=decode_answer,
-        arms=DYNAMIXEL_ARMS,
+        arms=maps_of("dynamixel"),
         default=None,
         models=range(1000, 1300),  # the X series
         model=Register(0, 2),

@@ -10,7 +10,7 @@ Address: ``PORT[?arm=so101|so100&calibration=FILE&rate=HZ&baud=..&ids=..&signs=.
 
 from collections.abc import Sequence
 
-from .joint_maps import FEETECH_ARMS
+from .joint_maps import maps_of
 from .servo_arm import Answer, Make, Register, ServoArm
 
 HEADER = b"\xff\xff"
@@ -49,10 +49,6 @@ def _checksum(body: bytes) -> int:
     return ~sum(body) & 0xFF
 
 
-def _troubles(error: int) -> list[str]:
-    return [name for bit, name in ERRORS.items() if error & bit]
-
-
 class Feetech(ServoArm):
     """An arm of Feetech servos."""
 
@@ -62,7 +58,7 @@ class Feetech(ServoArm):
         least_bytes=AROUND,
         size=lambda _, count: count + AROUND,
         decode_answer=decode_answer,
-        arms=FEETECH_ARMS,
+        arms=maps_of("feetech"),
         default="so101",
         models=MODELS,
         model=Register(3, 2),
@@ -71,5 +67,5 @@ class Feetech(ServoArm):
         position=Register(56, 2, sign_bit=15),
         least=0,
         most=4095,
-        troubles=_troubles,
+        troubles=lambda error: [name for bit, name in ERRORS.items() if error & bit],
     )

@@ -6,35 +6,26 @@ An address's ``ids``, ``signs``, ``zeros`` and ``calibration`` take the place of
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from ....errors import MukcaError, read_json
-from ... import Reason
+from ... import JointNames, JointValues, Reason
 from ...transport import Options
 
 TICKS = 4096
 """In a turn."""
 OPTIONS = ("arm", "ids", "signs", "zeros", "calibration")
 MIDDLE = TICKS // 2
-LEROBOT = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll")
-INTERBOTIX = (
-    "waist",
-    "shoulder",
-    "elbow",
-    "forearm_roll",
-    "wrist_angle",
-    "wrist_rotate",
-)
 
 
 @dataclass(frozen=True)
 class ServoMap:
     """The servos of one arm, from base to flange, without the gripper's."""
 
-    joints: tuple[str, ...]
+    joints: JointNames
     ids: tuple[int, ...]
     signs: tuple[int, ...]
-    zeros: tuple[float, ...]
+    zeros: JointValues
     """Positions at which the angles are zero [ticks]."""
     homing: tuple[int, ...] | None = None
     """Homing offsets that the servos must have for these zeros to hold [ticks]."""
@@ -44,23 +35,24 @@ def _map(
     joints: Sequence[str], ids: Sequence[int], degrees: Sequence[float] = ()
 ) -> ServoMap:
     """Return a map by the middle of each servo, where the model's angle is so many degrees."""
-    angles = degrees or (0.0,) * len(ids)
-    zeros = tuple(MIDDLE - angle / 360 * TICKS for angle in angles)
+    zeros = tuple(MIDDLE - angle / 360 * TICKS for angle in degrees or [0.0] * len(ids))
     return ServoMap(tuple(joints), tuple(ids), (1,) * len(ids), zeros)
 
 
-FEETECH_ARMS = {
-    "so101": _map(LEROBOT, range(1, 6)),
-    # The middle of the ranges in so100.urdf, whose zeros are not lerobot's.
-    "so100": _map(LEROBOT, range(1, 6), (0, 100.268, -90, -37.242, 0)),
-}
-DYNAMIXEL_ARMS = {
-    "vx300s": _map(INTERBOTIX, (1, 2, 4, 6, 7, 8)),  # 3 and 5 only help 2 and 4
-    "wx250s": _map(INTERBOTIX, (1, 2, 4, 6, 7, 8)),
-    "koch": _map(LEROBOT, range(1, 6)),
-    "omx": _map(LEROBOT, range(11, 16)),
-}
-ARMS = {**FEETECH_ARMS, **DYNAMIXEL_ARMS}
+_TABLE: dict[str, dict[str, Any]] = read_json(Path(__file__).with_name("arms.json"))
+
+
+def maps_of(make: str) -> dict[str, ServoMap]:
+    """Return the maps of a maker's arms by name.
+
+    Of so100 the zeros are the middle of the ranges in so100.urdf, which are not lerobot's. Servos 3
+    and 5 of ViperX and WidowX only help 2 and 4.
+    """
+    joints: dict[str, list[str]] = _TABLE["joints"]
+    return {
+        name: _map(joints[arm["joints"]], arm["ids"], arm.get("degrees", ()))
+        for name, arm in _TABLE[make].items()
+    }
 
 
 def choose_map(
@@ -74,33 +66,23 @@ def choose_map(
         )
     if name is not None and name not in arms:
         raise options.wrong("arm", f"one of {', '.join(arms)}")
-    servo_map = _by_ids(options) if "ids" in options else arms[name or ""]
+    if "ids" in options:
+        ids = options.integers("ids", ())
+        count = len(ids)
+        if len(set(ids)) != count or not all(0 <= servo < 253 for servo in ids):
+            raise options.wrong("ids", "a list of the joints' servos, as in 1,2,4,6,7")
+        servo_map = _map([f"joint{index}" for index in range(1, count + 1)], ids)
+    else:
+        servo_map = arms[name or ""]
     signs = options.signs(len(servo_map.ids))
-    servo_map = replace(servo_map, signs=signs, zeros=_zeros(options, servo_map.zeros))
+    zeros = options.numbers(
+        "zeros",
+        servo_map.zeros,
+        lambda zero: abs(zero) < 1e6,
+        f"a position in ticks for each joint ({len(signs)})",
+    )
+    servo_map = replace(servo_map, signs=signs, zeros=zeros)
     return _calibrated(servo_map, options) if "calibration" in options else servo_map
-
-
-def _by_ids(options: Options) -> ServoMap:
-    ids = options.integers("ids", ())
-    count = len(ids)
-    if len(set(ids)) != count or not all(0 <= servo < 253 for servo in ids):
-        raise options.wrong("ids", "a list of the joints' servos, as in 1,2,4,6,7")
-    return _map([f"joint{index}" for index in range(1, count + 1)], ids)
-
-
-def _zeros(options: Options, default: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the zeros that an address gives [ticks]."""
-    if "zeros" not in options:
-        return default
-    try:
-        zeros = tuple(map(float, options["zeros"].split(",")))
-    except ValueError:
-        zeros = ()
-    if len(zeros) != len(default) or not all(abs(zero) < 1e6 for zero in zeros):
-        raise options.wrong(
-            "zeros", f"a position in ticks for each joint ({len(default)})"
-        )
-    return zeros
 
 
 def _calibrated(servo_map: ServoMap, options: Options) -> ServoMap:

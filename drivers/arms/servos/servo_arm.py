@@ -132,7 +132,18 @@ class ServoArm(PolledDriver):
     def _receive(self, deadline: float) -> JointState:
         start = self._await_turn(deadline, self._interval)
         answers = self._ask(self.make.position)
-        return JointState((start + clock.now()) / 2, self._angles(answers))
+        stamp = (start + clock.now()) / 2
+        angles: list[float] = []
+        joints = zip(answers, self._map.signs, self._map.zeros, strict=True)
+        for answer, sign, zero in joints:
+            ticks = self.make.position.decode(answer.data)
+            if not self.make.least <= ticks <= self.make.most:
+                raise ValueError(
+                    f"position {ticks} of servo {answer.servo}, beyond its turn: turn the joint to "
+                    "the middle of its range, and switch the arm off and on"
+                )
+            angles.append(sign * (ticks - zero) * 2 * math.pi / TICKS)
+        return JointState(stamp, tuple(angles))
 
     def _disconnect(self) -> None:
         self._line.close()
@@ -167,20 +178,6 @@ class ServoArm(PolledDriver):
                 raise ValueError(f"no whole answer of servo {silent}")
             received += came
         return [answers[servo] for servo in servos]
-
-    def _angles(self, answers: Sequence[Answer]) -> tuple[float, ...]:
-        angles: list[float] = []
-        for answer, sign, zero in zip(
-            answers, self._map.signs, self._map.zeros, strict=True
-        ):
-            ticks = self.make.position.decode(answer.data)
-            if not self.make.least <= ticks <= self.make.most:
-                raise ValueError(
-                    f"position {ticks} of servo {answer.servo}, beyond its turn: turn the joint to "
-                    "the middle of its range, and switch the arm off and on"
-                )
-            angles.append(sign * (ticks - zero) * 2 * math.pi / TICKS)
-        return tuple(angles)
 
     def _inspect(self) -> None:
         """See that these are the right servos, and that their torque is off."""
