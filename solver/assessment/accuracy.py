@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -17,7 +16,7 @@ from ..results import (
     Scale,
     Uncertainty,
 )
-from .error_words import interval_text, short_mm
+from .conclusion import interval_text, short_mm
 from .formatting import joined, mm
 from .limits import (
     NEAR,
@@ -25,7 +24,6 @@ from .limits import (
     WORKSPACE,
     Limit,
     LimitResult,
-    Status,
     error_limit,
     limit_row,
 )
@@ -46,26 +44,16 @@ LEAST_FREEDOM = 0.01
 cannot turn its first one."""
 
 
-class Allowance(NamedTuple):
-    """The largest predicted error of distances that passes."""
-
-    value: float
-    """[m]."""
-    reason: str
-
-
-def allowance(limit: float, length: float | None) -> Allowance:
-    """Return what a predicted error may come to, by the limit on held-out errors [m].
+def allowance(limit: float, length: float | None) -> tuple[float, str]:
+    """Return what a predicted error may come to, by the limit on held-out errors [m], and why.
 
     No distance has to be known better than to 0.1 % of the median ``length`` of distances [m].
     """
     allowed = predicted_limit(limit)
     if length is not None and LENGTH_TOLERANCE * length > allowed:
         reason = f"{100 * LENGTH_TOLERANCE:g} % of {mm(length)}, their median length"
-        return Allowance(LENGTH_TOLERANCE * length, reason)
-    return Allowance(
-        allowed, f"{allowed / limit:.2g} times the limit on the held-out error"
-    )
+        return LENGTH_TOLERANCE * length, reason
+    return allowed, f"{allowed / limit:.2g} times the limit on the held-out error"
 
 
 def predicted_in_words(
@@ -82,7 +70,7 @@ def predicted_in_words(
     limit = error_limit(repeatability)
     if limit is None:
         return f"{words}; whether that is enough follows from your arm's --repeatability-mm"
-    allowed = allowance(limit, length).value
+    allowed, _ = allowance(limit, length)
     words = f"{words}, where {mm(allowed)} is asked"
     if predicted.high > allowed:
         return f"{words}: record another placement"
@@ -104,8 +92,11 @@ def accuracy_rows(
     rows: list[LimitResult] = []
     if uncertainty.near is not None:
         rows.append(_predicted_row(NEAR, uncertainty.near, near, limit, coverage))
-    predicted = uncertainty.distance_deviation
-    rows.append(_predicted_row(WORKSPACE, predicted, everywhere, limit, coverage))
+    rows.append(
+        _predicted_row(
+            WORKSPACE, uncertainty.distance_deviation, everywhere, limit, coverage
+        )
+    )
     return rows
 
 
@@ -137,13 +128,16 @@ def _predicted_row(
     text += f", where {mm(allowed)} is asked"
     if not is_kept:
         text += f"; record more varied samples{_least_travel(coverage)}"
-        text += f", and {_next_placement(coverage)}"
-    status: Status = "pass" if is_kept else "not enough"
+        trained = {s.placement for s in coverage.sockets if s.role == "train"}
+        single = ", and a second placement far from the first"
+        several = ", and another placement far from the others"
+        text += several if len(trained) > 1 else single
+    status = "pass" if is_kept else "not enough"
     row = limit_row(name, status, reason, now.value, allowed, text=text)
     row = replace(row, interval=now if improvement else None)
     if corrected is None:
         return row
-    by_full_model: Status = "pass" if corrected.high <= allowed else "not enough"
+    by_full_model = "pass" if corrected.high <= allowed else "not enough"
     return replace(row, full=corrected.value, full_status=by_full_model)
 
 
@@ -151,22 +145,15 @@ def _exactly(error: float) -> Interval:
     return Interval(value=error, low=error, high=error)
 
 
-def _next_placement(coverage: Coverage) -> str:
-    """Return which placement to record beside those trained on."""
-    trained = [
-        socket.placement for socket in coverage.sockets if socket.role == "train"
-    ]
-    if len(set(trained)) > 1:
-        return "another placement far from the others"
-    return "a second placement far from the first"
-
-
 def size_known_row(scale: Scale | None, coverage: Coverage) -> LimitResult:
     """Return whether the paper's method, which predicts no errors, knows the arm's size."""
     deviation = scale and scale.deviation
     if deviation is None or deviation <= SIZE_DEVIATION:
-        words = "the paper's method does not say how well it knows; --method auto does"
-        return limit_row("known", "warning", words)
+        return limit_row(
+            "known",
+            "warning",
+            "the paper's method does not say how well it knows; --method auto does",
+        )
     text = (
         f"the arm's size is known to {100 * deviation:.1f} % only, and a wrong distance of the "
         f"sockets could hide in that; record more varied samples{_least_travel(coverage)}, with "

@@ -77,9 +77,14 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
         measured_errors(predictions),
     )
     tolerance = TOLERANCE if options.task is None else options.task
-    summary = role_summaries(predictions, tolerance)
-    placements = placement_reports(predictions, tolerance)
-    figures = limits, between, summary, placements, covered, verdict
+    figures = (
+        limits,
+        between,
+        role_summaries(predictions, tolerance),
+        placement_reports(predictions, tolerance),
+        covered,
+        verdict,
+    )
     return Assessment(predictions, options.task, tolerance, *figures)
 
 

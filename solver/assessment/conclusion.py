@@ -4,8 +4,8 @@ from collections.abc import Iterable, Sequence
 
 from msgspec.structs import replace
 
-from ..results import Better, Hypothesis, Summary
-from .error_words import corrected_joints_in_words, figures_in_words, in_100
+from ...errors import fixed
+from ..results import Better, Hypothesis, Interval, Summary
 from .held_out import MeasuredErrors
 from .limits import LIMITS, NEAR, WORKSPACE, LimitResult
 from .verdict import (
@@ -64,32 +64,26 @@ def conclude(
     scope: Scope | None = None
     if status == "pass":
         scope = "workspace" if _is_kept(rows, WORKSPACE) else "recorded_places"
-    use = status in ("pass", "better")
     first = [*contradiction, *doubts, *held_back]
     untold = contradiction or [row for row in doubts if row.name in UNTOLD]
     stated = None if untold else better
-    unshown = [row for row in rows if row.doubt]
     odds = "" if stated is None else f" ({in_100(stated.probability)})"
     if measured is not None and proved is not None:
         odds = f" ({measured.text})"
-    lines = _answer(
-        stated, first, unshown, scope, rests_on, odds, use=use, certain=bool(certain)
+    verdict = replace(
+        verdict_of(rows, causes, status, kind, scope),
+        use=status in ("pass", "better"),
+        better=stated,
+        rests_on=tuple(rests_on),
     )
+    lines = _answer(verdict, rows, first, odds, certain=bool(certain))
     if measured is not None:
         sizes = [row for row in rows if row.name == "scale" and row.status == "warning"]
         lines += [sentence(row.text) for row in sizes]
     if better and untold:
         lines = [CONTRADICTED, *lines]
-    verdict = verdict_of(rows, causes, status, kind, scope)
     near = " near the recorded places" * (scope == "recorded_places")
-    return replace(
-        verdict,
-        title=f"{verdict.title}{near}",
-        answer=tuple(lines),
-        use=use,
-        better=stated,
-        rests_on=tuple(rests_on),
-    )
+    return replace(verdict, title=f"{verdict.title}{near}", answer=tuple(lines))
 
 
 def _outcome(
@@ -131,24 +125,26 @@ def _is_kept(rows: Iterable[LimitResult], name: str) -> bool:
 
 
 def _answer(
-    better: Better | None,
+    verdict: Verdict,
+    rows: Sequence[LimitResult],
     first: Sequence[LimitResult],
-    unshown: Sequence[LimitResult],
-    scope: Scope | None,
-    premises: Sequence[Premise],
     odds: str,
     *,
-    use: bool,
     certain: bool,
 ) -> list[str]:
-    """Return the answer: the errors, whether to load the model, why or on what it relies."""
+    """Return the answer: the errors, whether to load the model, why or on what it relies.
+
+    The ``first`` of the rows are those that say why not.
+    """
+    better, scope = verdict.better, verdict.scope
     corrected = None if better is None else better.corrected_probability
     reason = [sentence(row.text) for row in first[:1]]
     lines = [] if better is None else [figures_in_words(better)]
-    if use:
+    if verdict.use:
         lines.append(f"USE IT: load {URDF}. It is better than your file{odds}.")
-        lines += reason or ([] if scope is None else [_limits_kept(unshown, scope)])
-        lines += [" ".join(_first_of_each(premises))] if premises else []
+        lines += reason or ([] if scope is None else [_limits_kept(rows, scope)])
+        premises = _first_of_each(verdict.rests_on)
+        lines += [" ".join(premises)] if premises else []
     elif certain:
         lines.append(f"DO NOT LOAD IT: {reason[0]}")
     else:
@@ -167,12 +163,79 @@ def _first_of_each(premises: Sequence[Premise]) -> list[str]:
     return [by_name[name] for name in names]
 
 
-def _limits_kept(unshown: Sequence[LimitResult], scope: Scope) -> str:
-    """Return which limits are kept; ``unshown`` are those whose figures leave a doubt of it."""
+def _limits_kept(rows: Sequence[LimitResult], scope: Scope) -> str:
+    """Return which limits are kept, and of which the figures leave a doubt of it."""
     words = "All limits are kept"
     if scope == "recorded_places":
         words = "The limits are kept near the recorded places, not in all the workspace"
-    if not unshown:
-        return f"{words}."
-    doubts = "; ".join(f"the {row.doubt}" for row in unshown)
-    return f"{words}. Only just: {doubts}."
+    doubts = "; ".join(f"the {row.doubt}" for row in rows if row.doubt)
+    return f"{words}. Only just: {doubts}." if doubts else f"{words}."
+
+
+def in_100(probability: float) -> str:
+    """Return a probability as "99 in 100"; it is never 0 or 100."""
+    return f"{min(max(round(100 * probability), 1), 99)} in 100"
+
+
+def short_mm(metres: float) -> str:
+    """Return millimetres with two digits that count, such as 2.8, 0.23 and 12."""
+    value = 1e3 * metres
+    return fixed(value, 0 if value >= 9.95 else 1 if value >= 0.995 else 2)
+
+
+def interval_text(interval: Interval) -> str:
+    """Return a 68 % interval [m] in millimetres, as in "68 %: 0.33 to 0.81"."""
+    return f"68 %: {short_mm(interval.low)} to {short_mm(interval.high)}"
+
+
+def figures_in_words(better: Better) -> str:
+    """Return the errors of distances before and now."""
+    everywhere, recorded = better.workspace, better.recorded_places
+    words = (
+        f"A distance anywhere in the workspace is now wrong by about "
+        f"{short_mm(everywhere.now.value)} mm (was {short_mm(everywhere.before.value)})"
+    )
+    if recorded is not None:
+        words += f"; near the recorded places by {short_mm(recorded.now.value)}"
+    return f"{words}."
+
+
+def intervals_in_words(better: Better | None) -> list[str]:
+    """Return the errors of distances with their intervals, a line for each kind of places."""
+    lines: list[str] = []
+    if better is None:
+        return lines
+    for where, errors in (
+        ("in the workspace", better.workspace),
+        ("near the recorded places", better.recorded_places),
+    ):
+        if errors is None:
+            continue
+        named = [("now", errors.now), ("corrected joints", errors.corrected)]
+        figures = [f"was {_with_interval(errors.before)}"]
+        figures += [f"{name} {_with_interval(one)}" for name, one in named if one]
+        lines.append(f"Error of distances {where}, mm: {'; '.join(figures)}.")
+    return lines
+
+
+def _with_interval(error: Interval) -> str:
+    return f"{short_mm(error.value)} ({interval_text(error)})"
+
+
+def corrected_joints_in_words(better: Better, probability: float) -> str:
+    """Return where to command with corrected joints, which are better than the nominal model."""
+    everywhere, recorded = better.workspace, better.recorded_places
+    anywhere = everywhere.corrected
+    near = recorded and recorded.corrected
+    assert anywhere is not None  # its probability is known
+    if anywhere.value <= everywhere.now.value:
+        return (
+            f"Command with corrected joints: a distance is then wrong by about "
+            f"{short_mm(anywhere.value)} mm ({in_100(probability)} that this is better)."
+        )
+    if recorded is None or near is None or near.value > recorded.now.value:
+        return "Corrected joints are no better than this."
+    return (
+        f"Command with corrected joints near the recorded places only: "
+        f"{short_mm(near.value)} mm there, {short_mm(anywhere.value)} elsewhere."
+    )

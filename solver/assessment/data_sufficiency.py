@@ -66,8 +66,9 @@ def rows_of_the_fit(
     rows.append(travel_row(covered, joints_held(predictions)))
     if document.uncertainty is None and document.method == "paper":
         return [*rows, size_known_row(document.scale, covered)]
-    limit = limits.mean_absolute_error
-    rows += accuracy_rows(document.uncertainty, document.better, limit, covered)
+    rows += accuracy_rows(
+        document.uncertainty, document.better, limits.mean_absolute_error, covered
+    )
     return rows
 
 
@@ -115,24 +116,25 @@ def recording_rows(
             recordings.causes,
             recordings.readings,
         )
-        settled = recordings.scale_settled
         row = scale_row(
-            scale, distance, checks, causes, readings=readings, settled=settled
+            scale,
+            distance,
+            checks,
+            causes,
+            readings=readings,
+            settled=recordings.scale_settled,
         )
         rows.append(row)
     samples = samples_row(recordings.trained, recordings.held_out, tied=recordings.tied)
-    return [*rows, _where_better(samples, recordings.better)]
-
-
-def _where_better(samples: LimitResult, better: Better | None) -> LimitResult:
-    """Return the row of samples where a calibration on few is better: they only bar a PASS."""
-    if samples.status != "not enough" or better is None or better.probability < SURE:
-        return samples
-    text = (
-        "a calibration on them is better than the nominal model "
-        f"({percent(better.probability)}), but no PASS: {samples.text}"
-    )
-    return limit_row("samples", "warning", samples.reason, text=text)
+    gain = recordings.better
+    if samples.status == "not enough" and gain and gain.probability >= SURE:
+        # a calibration on few samples may be better: they only bar a PASS
+        text = (
+            "a calibration on them is better than the nominal model "
+            f"({percent(gain.probability)}), but no PASS: {samples.text}"
+        )
+        samples = limit_row("samples", "warning", samples.reason, text=text)
+    return [*rows, samples]
 
 
 def checks_row(
@@ -148,15 +150,23 @@ def checks_row(
     """
     name = "data_checks"
     if checks is None:
-        words = "the calibration holds no checks of the recordings; run mukca check"
-        return limit_row(name, "not evaluated", words)
+        return limit_row(
+            name,
+            "not evaluated",
+            "the calibration holds no checks of the recordings; run mukca check",
+        )
     every_error = [c for c in checks if c.level == "error"]
     warnings = [c for c in checks if c.level == "warning"]
     reason = (
         f"{plural(len(every_error), 'error')} and {plural(len(warnings), 'warning')}"
     )
     reason += " in the recordings"
-    errors = [error for error in every_error if not _is_dwarfed(error, better)]
+    errors = [
+        error
+        for error in every_error
+        if (cost := error.consequence) is None
+        or not is_dwarfed(better, cost.workspace, cost.near)
+    ]
     drifts = tuple(
         error.where for error in errors if error.code == "drift" and drift_doubted
     )
@@ -174,14 +184,6 @@ def checks_row(
         return limit_row(name, "pass", reason)
     text = "; ".join(dict.fromkeys(f"{doubt.text}; {doubt.advice}" for doubt in doubts))
     return limit_row(name, "not enough", reason, text=text)
-
-
-def _is_dwarfed(error: Diagnostic, better: Better | None) -> bool:
-    """Tell whether the consequence of an error is small beside what a calibration gains."""
-    consequence = error.consequence
-    if consequence is None:
-        return False
-    return is_dwarfed(better, consequence.workspace, consequence.near)
 
 
 def samples_row(

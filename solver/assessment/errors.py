@@ -149,11 +149,15 @@ def placement_reports(
 ) -> tuple[PlacementReport, ...]:
     """Return each placement's errors, those of the folds where it was left out, and its place."""
     document = predictions.document
-
-    def report(row: PlacementErrors, placement: PlacementPrediction) -> PlacementReport:
+    reports: list[PlacementReport] = []
+    for row, placement in zip(document.placements, predictions.judged, strict=True):
+        if placement.role == "left_out":
+            parts = [part for part in document.left_out if part.name == row.name]
+            row = row if len(parts) > 1 else parts[0]
+            row = structs.replace(row, role="left_out", **mean_by_model(parts))
         errors = _joined([placement], PlacementPrediction.errors)
         centres = zip(placement.measured.sockets, placement.centres(), strict=True)
-        return PlacementReport.filled(
+        report = PlacementReport.filled(
             row,
             position=as_point(placement.position),
             sockets=tuple(
@@ -162,15 +166,7 @@ def placement_reports(
             quantiles=errors.each(quantiles),
             within_tolerance=float(np.mean(errors.loaded <= tolerance)),
         )
-
-    reports: list[PlacementReport] = []
-    for row, placement in zip(document.placements, predictions.judged, strict=True):
-        if placement.role == "left_out":
-            parts = [part for part in document.left_out if part.name == row.name]
-            errors = mean_by_model(parts)
-            row = structs.replace(row if len(parts) > 1 else parts[0], **errors)
-            row = structs.replace(row, role="left_out")
-        reports.append(report(row, placement))
+        reports.append(report)
     return tuple(reports)
 
 

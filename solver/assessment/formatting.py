@@ -39,8 +39,7 @@ def joined(words: Sequence[str]) -> str:
 
 def short_names(names: Sequence[str]) -> list[str]:
     """Return placements' names without the folder that all of them share."""
-    folders = {name.rpartition("/")[0] for name in names}
-    if len(folders) > 1:
+    if len({name.rpartition("/")[0] for name in names}) > 1:
         return list(names)
     return [name.rpartition("/")[2] for name in names]
 

@@ -105,15 +105,15 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     results += _distance_deviations(rows)
     if predictions.of_role("test"):
         return results
-    return list(map(_in_words_of_folds, results))
-
-
-def _in_words_of_folds(row: LimitResult) -> LimitResult:
-    """Return a row on what folds leave out in these words."""
-    title, text = (
-        words.replace("held-out", "left-out") for words in (row.title, row.text)
-    )
-    return structs.replace(row, title=title, text=text)
+    # what folds leave out was not held out
+    return [
+        structs.replace(
+            row,
+            title=row.title.replace("held-out", "left-out"),
+            text=row.text.replace("held-out", "left-out"),
+        )
+        for row in results
+    ]
 
 
 class MeasuredErrors(NamedTuple):
@@ -187,7 +187,7 @@ def _distance_deviations(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
         return []
     allowed = NormalDist().inv_cdf(1 - SIGNIFICANCE / 2 / len(candidates))
     z, error, deviation, worst = max(candidates)
-    status: Status = "pass"
+    status = "pass"
     text = f"at most {allowed:.1f} standard deviations"
     if z > allowed:
         status = "not enough"
@@ -262,7 +262,7 @@ def _length_row(
     if corrected is not None:
         text += f" (with corrected joint positions {mm(corrected, 3)})"
     excess = reached - limit.value
-    status: Status = "fail" if excess > deviation else "pass"
+    status = "fail" if excess > deviation else "pass"
     if deviation > limit.value or 0 < excess <= deviation:
         status = "not enough"
         text += ": record more samples in each socket, or more placements"
@@ -303,9 +303,8 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
         str(d) for d in predictions.document.checks or () if d.code == "movement"
     ]
     if drifts["train"]:
-        better = predictions.document.better
         is_severe = limit is None or largest > SEVERE * predicted_limit(limit)
-        is_severe &= not is_dwarfed(better, largest, largest)
+        is_severe &= not is_dwarfed(predictions.document.better, largest, largest)
         status = "not enough" if is_severe else "warning"
         text = (
             f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "

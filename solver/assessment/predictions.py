@@ -28,7 +28,6 @@ from ..results import (
     ModelName,
     RecordedSample,
     Role,
-    TargetPrediction,
     calibrated_robot,
     misfit,
     names_of,
@@ -96,7 +95,7 @@ class Predictions:
     calibration: CalibratedRobot
     placements: tuple[PlacementPrediction, ...]
     left_out: tuple[PlacementPrediction, ...] = ()
-    """What folds leave out, each by the fold's models; in the order of the document's rows."""
+    """Placements that folds leave out, by the folds' models; in the order of the document's."""
 
     @property
     def all(self) -> list[PlacementPrediction]:
@@ -211,25 +210,19 @@ def _predicted(
     calibration: CalibratedRobot, parts: Sequence[_Part]
 ) -> list[PlacementPrediction]:
     """Return what the models of a robot predict; those trained on place instruments' frames."""
-    models: dict[str, CalibratedRobot] = {**calibration.models}
+    models = {**calibration.models}
     training = [part.measured for part in parts if part.role == "train"]
-    frames: Frames = {
+    frames = {
         name: fit_frames([(model.predict(m), m) for m in training])
         for name, model in models.items()
     }
-    return [
-        _placement(part, target_predictions(models, part.measured, frames))
-        for part in parts
-    ]
-
-
-def _placement(
-    part: _Part, predictions: Mapping[str, TargetPrediction]
-) -> PlacementPrediction:
-    """Return a placement, and what each model predicts for it."""
-    points = ByModel(**{name: p.points for name, p in predictions.items()})
-    frames = {name: predictions[name].frames or {} for name in predictions}
-    return PlacementPrediction(part.measured, part.role, points, part.samples, frames)
+    placements: list[PlacementPrediction] = []
+    for measured, role, samples in parts:
+        predicted = target_predictions(models, measured, frames)
+        points = ByModel(**{name: p.points for name, p in predicted.items()})
+        poses = {name: p.frames or {} for name, p in predicted.items()}
+        placements.append(PlacementPrediction(measured, role, points, samples, poses))
+    return placements
 
 
 def measurements_of(document: CalibrationDocument, robot: Robot) -> list[Measurement]:
@@ -267,9 +260,8 @@ def _check(
     if [p.name for p in left_out] != [row.name for row in document.left_out]:
         raise misfit(source, "left_out", "not what `data` says; calibrate again")
     for role in ("train", "test"):
-        if getattr(document.summary, role) is None and (
-            role in dict(recorded).values()
-        ):
+        is_recorded = role in dict(recorded).values()
+        if is_recorded and getattr(document.summary, role) is None:
             raise misfit(
                 source, f"summary.{role}", "missing, but `data` has such placements"
             )

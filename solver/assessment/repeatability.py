@@ -1,4 +1,4 @@
-"""How exactly an arm comes back to where it was, by the data sheets of the shipped arms."""
+"""Repeatability: how exactly an arm comes back, by the data sheets of the shipped arms."""
 
 import json
 import re

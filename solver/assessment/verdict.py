@@ -93,7 +93,7 @@ class Verdict(Document):
     def as_said(self) -> dict[str, Any]:
         """Return the verdict by name without its rows, as the command line's JSON has it."""
         names = ("status", "kind", "scope", "title", "text", "answer", "use")
-        document: dict[str, Any] = {name: getattr(self, name) for name in names}
+        document = {name: getattr(self, name) for name in names}
         better = msgspec.to_builtins(self.better)
         if self.better is not None:
             properties = "probability", "corrected_probability"
@@ -148,12 +148,14 @@ def verdict_of(
     scope: Scope | None = None,
 ) -> Verdict:
     """Return the verdict of a status, with its rows and reasons."""
+    likeliest = cause(causes)
+    words = f"{sentence(likeliest)} " if likeliest else ""
     return Verdict(
         status=status,
         kind=kind,
         scope=scope,
         title=STAMPS[status, kind],
-        text=cause_words(causes) * (status != "pass") + reasons_in_words(rows, status),
+        text=words * (status != "pass") + reasons_in_words(rows, status),
         limits=tuple(filter(is_limit, rows)),
         reasons=tuple(filter(is_reason, rows)),
     )
@@ -170,12 +172,6 @@ def is_reason(row: LimitResult) -> bool:
         row.name in LIMITS and row.name not in NEEDED and row.status == "not evaluated"
     )
     return not is_limit(row) and row.status != "pass" and not unasked
-
-
-def cause_words(causes: Sequence[Hypothesis]) -> str:
-    """Return the most probable cause as a sentence; empty for none."""
-    words = cause(causes)
-    return f"{sentence(words)} " if words else ""
 
 
 def sentence(words: str) -> str:

@@ -56,9 +56,8 @@ def with_site(
         ends = ends | {0: before, 1: -before}
         deviation = 2**0.5 * SEAT_DEVIATION
     state = state.with_lengths(ends, deviation)
-    pools = dict(enumerate(site.poses, first))
     order = [first, first + 1] * samples
-    annealed = annealing(state, where, pools, order)
+    annealed = annealing(state, where, dict(enumerate(site.poses, first)), order)
     return replace(state, covariance=annealed.greedy())
 
 
@@ -109,8 +108,7 @@ def next_base_advice(
         lines[-1] += "."
     else:
         lines[-1] += ";"
-        by_longer = with_site(state, longer, where, SAMPLES)
-        error = _error(by_longer, where)
+        error = _error(with_site(state, longer, where, SAMPLES), where)
         lines.append(f"with sockets {1e3 * LONG:g} mm apart there {error}.")
     return tuple(lines)
 
@@ -155,8 +153,7 @@ def plan(
     reach = Reach(robot, turn=farthest)
     first = _first(robot, reach, distance)
     sites = [first]
-    before = from_prior(model, NOISE, 0)
-    state = with_site(before, first, where, samples)
+    state = with_site(from_prior(model, NOISE, 0), first, where, samples)
     errors = [state.error(where)]
     candidates = sites_around(reach, first.middle, distance)
     while candidates and len(sites) < placements:

@@ -9,7 +9,6 @@ the workspace, by the geometry's prior and the Gaussian processes of the curves,
 """
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -44,22 +43,21 @@ class CurveAnnealing(Annealing):
     ) -> None:
         pools = {k: pool[:POOL] for k, pool in pools.items()}
         of_pools = [(pool, k) for k, pool in pools.items()]
-        some = [*taken, *of_pools]
-        K, lengths = _joint_covariance(state, some)
-        counts = [len(q) for q, _ in taken]
-        after = _after_first(K, 3 * sum(counts))
+        K, lengths = _joint_covariance(state, [*taken, *of_pools])
+        t = 3 * sum(len(q) for q, _ in taken)  # rows that were sampled
+        across = K[:t, t:]
+        gain = np.linalg.solve(K[:t, :t] + np.eye(t), across)
+        after = K[t:, t:] - across.T @ gain
         scale = unit(lengths)
         relative = np.eye(PAIRS) - np.outer(scale, scale)
         projection = np.vstack([scale, relative]) / PAIRS**0.5
         n = len(after) - PAIRS
-        of_poses = after[:n, :n]
         across = projection @ after[n:, :n]
         of_distances = projection @ after[n:, n:] @ projection.T
-        blocks = [[of_poses, across.T], [across, of_distances]]
+        blocks = [[after[:n, :n], across.T], [across, of_distances]]
         self.joint = np.block(blocks)
         self.distances = np.arange(n, len(self.joint))
-        numbers = np.arange(n)
-        rows: np.ndarray = numbers.reshape(-1, 3)
+        rows = np.arange(n).reshape(-1, 3)
         super().__init__(
             rows[:0].ravel(),
             rows,
@@ -93,9 +91,8 @@ class CurveAnnealing(Annealing):
         """
         K = self.joint
         d = self.distances
-        K_ss = submatrix(K, covariance)
         noise = np.eye(len(covariance))
-        L = np.linalg.cholesky(K_ss + noise)
+        L = np.linalg.cholesky(submatrix(K, covariance) + noise)
         H = np.linalg.inv(L) @ K[covariance]
         H_a = H[:, rows].transpose(1, 2, 0)
         H_d = H[:, d]
@@ -111,43 +108,6 @@ class CurveAnnealing(Annealing):
         )
 
 
-def _after_first(K: np.ndarray, t: int) -> np.ndarray:
-    """Return K of all others after its first t rows were sampled, with a noise of 1."""
-    across = K[:t, t:]
-    sampled = K[:t, :t] + np.eye(t)
-    gain = np.linalg.solve(sampled, across)
-    return K[t:, t:] - across.T @ gain
-
-
-class Ends(NamedTuple):
-    """The 2 D ends of D distances in the workspace, by noise of 1: how each end changes its own."""
-
-    q: np.ndarray
-    """Joint positions, shape (2 D, m) [rad]; rows 0 and 1, 2 and 3, ... are pairs."""
-    lengths: np.ndarray
-    """The distances, shape (D,) [m]."""
-    by_unknowns: np.ndarray
-    """Shape (2 D, size)."""
-    by_joints: np.ndarray
-    """Shape (2 D, m)."""
-
-    @classmethod
-    def of(cls, state: ParameterCovariance, weight: float) -> "Ends":
-        """Return random ends; a weight is one over the noise [1/m]."""
-        q = workspace(state.model.robot, 2 * PAIRS)
-        points, J, by_joints = state.linearise(q)
-        offsets = points[1::2] - points[::2]
-        directions = weight * unit(offsets)
-        along = np.repeat(directions, 2, axis=0)
-        along[::2] *= -1
-        return cls(
-            q,
-            lengths=pair_lengths(points),
-            by_unknowns=np.einsum("ni,nij->nj", along, J),
-            by_joints=np.einsum("ni,nij->nj", along, by_joints),
-        )
-
-
 def _joint_covariance(
     state: ParameterCovariance,
     some: Sequence[tuple[np.ndarray, int]],
@@ -158,29 +118,30 @@ def _joint_covariance(
     A Sigma A^T + sum_j (a_j a_j^T) k(q_j, q_j'), k being the covariance of an error curve.
     """
     weight = state.noise.information**0.5 / state.noise.space
-    ends = Ends.of(state, weight)
     parts = [np.concatenate(state.whitened(q, k)) for q, k in some]
-    size = len(state.covariance)
-    by_unknowns = np.zeros((len(ends.q), size))
-    by_unknowns[:, : state.model.size] = ends.by_unknowns
-    parts.append(by_unknowns)
-    A = np.concatenate(parts)
+    # both ends of each random distance, by noise of 1, and how they change it
+    ends = workspace(state.model.robot, 2 * PAIRS)
+    points, J, by_joints_of_ends = state.linearise(ends)
+    along = np.repeat(weight * unit(points[1::2] - points[::2]), 2, axis=0)
+    along[::2] *= -1
+    by_unknowns = np.zeros((len(ends), len(state.covariance)))
+    by_unknowns[:, : state.model.size] = np.einsum("ni,nij->nj", along, J)
+    A = np.concatenate([*parts, by_unknowns])
     covariance = A @ state.covariance @ A.T
     # by the curve of each joint, at its angles
     q = np.concatenate([p for p, _ in some])
     _, _, by_joints = state.linearise(q)
-    of_poses = weight * np.concatenate(by_joints)
-    slopes = np.concatenate([of_poses, ends.by_joints])
+    of_ends = np.einsum("ni,nij->nj", along, by_joints_of_ends)
+    slopes = np.concatenate([weight * np.concatenate(by_joints), of_ends])
     slopes *= CURVE.typical_shift
     of_numbers = np.repeat(q, 3, axis=0)
-    angles = np.concatenate([of_numbers, ends.q])
+    angles = np.concatenate([of_numbers, ends])
     for angle, slope in zip(angles.T, slopes.T, strict=True):
-        half = np.subtract.outer(angle, angle) / 2
-        chord = 2 * np.sin(half)
+        chord = 2 * np.sin(np.subtract.outer(angle, angle) / 2)
         by_curve, _ = kernel(chord, TYPICAL_LENGTH)
         covariance += np.outer(slope, slope) * by_curve
     n = len(of_numbers)
     first = [*range(n), *range(n, len(angles), 2)]  # a distance has two ends
     summed = np.add.reduceat(covariance, first, axis=0)
     summed = np.add.reduceat(summed, first, axis=1)
-    return summed, ends.lengths
+    return summed, pair_lengths(points)

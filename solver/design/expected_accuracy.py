@@ -27,7 +27,7 @@ from ..identification.data import (
 )
 from ..identification.effects import EFFECTS, effects_of
 from ..identification.inference import FitPosterior, Posterior, estimate, refit
-from ..identification.model import ExtendedModel, extend
+from ..identification.model import ExtendedModel, Prediction, extend
 from ..identification.robot import Robot, choose_parameters, workspace
 from ..results import Better, ErrorMap, JointEffect, Scale
 from ..studies import (
@@ -71,33 +71,22 @@ def predicted_posterior(
         ends = {a: u, b: -u, first: -v, first + 1: v}
         after = after.with_lengths(ends, 2**0.5 * SEAT_DEVIATION)
     size = len(before.covariance)
-    covariance = after.covariance[:size, :size]
-    return replace(posterior, covariance=covariance)
-
-
-class WorkspaceSamples(NamedTuple):
-    """Balls in N random poses."""
-
-    points: np.ndarray
-    """Shape (N, 3) [m]."""
-    slopes: np.ndarray
-    """Their derivatives by the unknowns, shape (N, 3, size)."""
+    return replace(posterior, covariance=after.covariance[:size, :size])
 
 
 def workspace_samples(
     model: ExtendedModel,
     x: np.ndarray,
     load: Load,
-) -> WorkspaceSamples:
-    """Return the ball in random poses by a model with unknowns x, shape (size,)."""
+) -> Prediction:
+    """Return balls in random poses by a model with unknowns x, shape (size,), and derivatives."""
     q = workspace(model.robot, POSES)
-    points, J, _ = model.linearise(x, load.at(model.robot, q))
-    return WorkspaceSamples(points, J)
+    return model.linearise(x, load.at(model.robot, q))
 
 
 def error_map(
     posterior: Posterior,
-    poses: WorkspaceSamples,
+    poses: Prediction,
 ) -> ErrorMap:
     """Return the predicted error of places over the workspace, seen from above.
 
@@ -107,19 +96,16 @@ def error_map(
     """
     _, J, _ = posterior.linearise(posterior.data)
     middle = posterior.points.mean(axis=0)
-    directions = unit(poses.points - middle)
-    by_offsets = poses.slopes - J.mean(axis=0)
-    slopes = np.einsum("ni,nij->nj", directions, by_offsets)
+    by_offsets = poses.by_unknowns - J.mean(axis=0)
+    slopes = np.einsum("ni,nij->nj", unit(poses.points - middle), by_offsets)
     variances = variances_of(slopes, posterior.of_unknowns)
     from_above = poses.points[:, :2]
-    radii = np.linalg.norm(from_above, axis=1)
-    width = float(radii.max()) / CELLS
+    width = float(np.linalg.norm(from_above, axis=1).max()) / CELLS
     corners = np.floor(from_above / width)
     cells, cell = np.unique(corners, axis=0, return_inverse=True)
     cell = cell.ravel()
-    middles = (cells + 0.5) * width
     rows: list[tuple[float, float, float]] = []
-    for k, middle in enumerate(middles):
+    for k, middle in enumerate((cells + 0.5) * width):
         variance = np.median(variances[cell == k])
         row = np.append(middle, np.sqrt(variance))
         rows.append(as_point(row))
@@ -129,7 +115,7 @@ def error_map(
 def joint_effects(
     model: ExtendedModel,
     x: np.ndarray,
-    poses: WorkspaceSamples,
+    poses: Prediction,
     by_socket: Sequence[Samples],
 ) -> tuple[JointEffect, ...]:
     """Return the displacements of the ball by the numbers of each joint, and of the ball.
@@ -152,7 +138,7 @@ def joint_effects(
         _, J, _ = model.linearise(x, samples)
         recorded.append(squares(J))
     at_samples = np.concatenate(recorded).mean(axis=0)
-    anywhere = squares(poses.slopes).mean(axis=0)
+    anywhere = squares(poses.by_unknowns).mean(axis=0)
     columns = np.sqrt([at_samples, anywhere]).tolist()
     return tuple(map(JointEffect, joints, *columns))
 
@@ -192,8 +178,11 @@ def accuracy_by(
     bending_model = extend(robot, parameters, (*rigid, *twists))
     fits: list[FitPosterior] = []
     with suppress(KnownError, NotConverged):
-        recordings = RobotRecordings(robot, measurements, load)
-        data = observe(recordings, lengths=distances, deviation=deviation)
+        data = observe(
+            RobotRecordings(robot, measurements, load),
+            lengths=distances,
+            deviation=deviation,
+        )
         fits.append(estimate(rigid_model, data))
         fits.append(refit(fits[0], bending_model))
     if not fits:
@@ -223,5 +212,9 @@ def _better(
     def calibrated_points(q: np.ndarray) -> np.ndarray:
         return posterior.predict(load.at(model.robot, q))
 
-    models = Models([nominal_points], calibrated_points, corrected=False)
-    return better_than_nominal(posterior, load, models, recorded)
+    return better_than_nominal(
+        posterior,
+        load,
+        Models([nominal_points], calibrated_points, corrected=False),
+        recorded,
+    )

@@ -60,8 +60,7 @@ class Workspace:
         along = self.lengths / length
         scale = along @ self.slopes
         relative = self.slopes - np.outer(along, scale)
-        directions = np.linalg.qr(relative, mode="r")
-        rows = np.vstack([scale, directions])
+        rows = np.vstack([scale, np.linalg.qr(relative, mode="r")])
         return rows.T / len(self.slopes) ** 0.5
 
 
@@ -99,8 +98,7 @@ class ParameterCovariance:
     def deviations(self, where: Workspace) -> np.ndarray:
         """Return the predicted standard deviation of each distance, shape (K,) [m]."""
         size = self.model.size
-        covariance = self.covariance[:size, :size]
-        return np.sqrt(variances_of(where.slopes, covariance))
+        return np.sqrt(variances_of(where.slopes, self.covariance[:size, :size]))
 
     def with_sockets(self, count: int) -> "ParameterCovariance":
         """Return the same with so many more sockets, whose centres are unknown."""
@@ -136,8 +134,7 @@ class ParameterCovariance:
 
         Of a rigid arm their joint positions are enough, shape (N, m) [rad].
         """
-        of_samples = self.whitened(samples, socket)
-        rows = np.concatenate(of_samples)
+        rows = np.concatenate(self.whitened(samples, socket))
         return replace(self, covariance=updated(self.covariance, rows))
 
     def linearise(
@@ -156,12 +153,10 @@ class ParameterCovariance:
     ) -> np.ndarray:
         """Return L^-1 A of (D1) for each of some samples, shape (N, 3, n), with C = L L^T."""
         _, J, by_joints = self.linearise(samples)
-        size = len(self.covariance)
-        A = np.zeros((len(J), 3, size))
+        A = np.zeros((len(J), 3, len(self.covariance)))
         A[:, :, : self.model.size] = J
         A[:, :, self._centre(socket)] = -np.eye(3)
-        C = self.noise.as_gaussian(by_joints)
-        L = np.linalg.cholesky(C)
+        L = np.linalg.cholesky(self.noise.as_gaussian(by_joints))
         return np.linalg.inv(L) @ A
 
     def variance_reduction(
@@ -180,10 +175,12 @@ class ParameterCovariance:
         Returns:
             With the arm's scale and without it, shape (2, N).
         """
-        rows = self.whitened(q, socket)
-        samples = Prospect.of(self.covariance, rows, where.judged)
-        before = with_and_without_scale(samples.variances)
-        return 1 - samples.mean_variances / before[:, None]
+        samples = Prospect.of(self.covariance, self.whitened(q, socket), where.judged)
+        return (
+            1
+            - samples.mean_variances
+            / with_and_without_scale(samples.variances)[:, None]
+        )
 
     def _centre(self, socket: int) -> slice:
         """Return where a socket's centre stands among the unknowns."""
@@ -205,8 +202,7 @@ def updated(
     """
     cross = A @ covariance
     noise = sign * np.eye(len(A))
-    S = cross @ A.T + noise
-    K = np.linalg.solve(S, cross).T
+    K = np.linalg.solve(cross @ A.T + noise, cross).T
     reduced = covariance - K @ cross
     by_noise = sign * K @ K.T
     by_gain = (reduced @ A.T) @ K.T
@@ -246,15 +242,15 @@ class Prospect(NamedTuple):
     def mean_variances(self) -> np.ndarray:
         """Both mean variances after each sample, shape (2, N)."""
         weighted = np.linalg.inv(self.S) @ self.cross
-        gains = np.sum(self.cross * weighted, axis=1)
-        return with_and_without_scale(self.variances - gains)
+        return with_and_without_scale(
+            self.variances - np.sum(self.cross * weighted, axis=1)
+        )
 
 
 def with_and_without_scale(variances: np.ndarray) -> np.ndarray:
     """Return both sums of variances of :attr:`.Workspace.judged`, (..., J), shape (2, ...)."""
-    by_scale = variances[..., 0]
     relative = variances[..., 1:].sum(axis=-1)
-    return np.stack([relative + by_scale, relative])
+    return np.stack([relative + variances[..., 0], relative])
 
 
 def from_prior(
@@ -263,9 +259,10 @@ def from_prior(
     sockets: int,
 ) -> ParameterCovariance:
     """Return the covariance of a rigid arm before the first sample in so many sockets."""
-    covariance = prior_covariance(expected_groups(model), model.size)
     nominal = np.zeros(model.size)
-    state = ParameterCovariance(model, nominal, noise, covariance)
+    state = ParameterCovariance(
+        model, nominal, noise, prior_covariance(expected_groups(model), model.size)
+    )
     return state.with_sockets(sockets)
 
 
@@ -278,5 +275,4 @@ def from_fit(posterior: Posterior) -> ParameterCovariance:
 
 def expected_groups(model: ExtendedModel) -> tuple[PriorGroup, ...]:
     """Return the priors of a rigid arm's geometry before anything is measured."""
-    nothing = Observations.none(len(model.robot.actuated))
-    return prior_groups(model, nothing)
+    return prior_groups(model, Observations.none(len(model.robot.actuated)))

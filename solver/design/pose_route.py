@@ -53,8 +53,7 @@ def _costs(
     ``turns`` are those of the joints in all steps, shape (T, m), zero between those poses.
     """
     turned = _turns(ways)
-    of_other_steps = turns.sum(axis=0)
-    total = of_other_steps + turned.sum(axis=1)
+    total = turns.sum(axis=0) + turned.sum(axis=1)
     by_base = 1.2 * total[:, 0] / typical[0]
     by_largest = total.max(axis=1) / typical.max()
     by_all = total.sum(axis=1) / typical.sum()
@@ -62,8 +61,7 @@ def _costs(
 
     def steps(turns_of_steps: np.ndarray) -> np.ndarray:
         longest = turns_of_steps.max(axis=-1)
-        awkward = np.maximum(longest / LONG - 0.9, 0)
-        costs = awkward + of_step * np.sqrt(longest)
+        costs = np.maximum(longest / LONG - 0.9, 0) + of_step * np.sqrt(longest)
         return costs.sum(axis=-1)
 
     return by_base + by_largest + by_all + steps(turned) + steps(turns)
@@ -111,8 +109,7 @@ class Annealing:
         covariance = self.prior
         for t, k in enumerate(self.order):
             pool = self.pools[k]
-            prospect = self.seen(covariance, self.rows[pool])
-            _, relative = prospect.mean_variances
+            _, relative = self.seen(covariance, self.rows[pool]).mean_variances
             pose = pool.start + np.argmin(relative)
             self.chosen[t] = pose
             covariance = self.updated(covariance, self.rows[pose])
@@ -120,12 +117,10 @@ class Annealing:
 
     def near(self, poses: np.ndarray) -> None:
         """Choose the poses of the pools that are nearest to some, in their order."""
-        count = len(self.order)
-        for t, q in enumerate(poses[:count]):
+        for t, q in enumerate(poses[: len(self.order)]):
             pool = self.pools[self.order[t]]
             offsets = np.abs(self.poses[pool] - q)
-            nearest = np.argmin(offsets.max(axis=1))
-            self.chosen[t] = pool.start + nearest
+            self.chosen[t] = pool.start + np.argmin(offsets.max(axis=1))
 
     def ways(self, chosen: np.ndarray) -> np.ndarray:
         """Return ways through chosen poses, (..., T), from a known start on, (..., T + 1, m)."""
@@ -138,8 +133,7 @@ class Annealing:
 
     def covariance(self) -> np.ndarray:
         """Return the covariance after all chosen poses."""
-        rows = np.concatenate(self.rows[self.chosen])
-        return self.updated(self.prior, rows)
+        return self.updated(self.prior, np.concatenate(self.rows[self.chosen]))
 
     def updated(
         self,
@@ -160,16 +154,14 @@ class Annealing:
 
     def allowed(self) -> np.ndarray:
         """Return both mean variances that no way may exceed, by the chosen poses, shape (2,)."""
-        no_rows = self.rows[:0]
-        prospect = self.seen(self.covariance(), no_rows)
+        prospect = self.seen(self.covariance(), self.rows[:0])
         return self.slack * with_and_without_scale(prospect.variances)
 
     def way(self, before: np.ndarray | None) -> np.ndarray:
         """Return the poses in their order, see :func:`plan_poses`, shape (T, m)."""
         self.greedy()
         self._allowed = self.allowed()
-        turns = _turns(self.ways(self.chosen))
-        total = turns.sum(axis=0)
+        total = _turns(self.ways(self.chosen)).sum(axis=0)
         self._typical = total.clip(1e-3)
         if before is None:
             self._anneal(HOT, self.sweeps)
@@ -196,16 +188,13 @@ class Annealing:
         old = self.chosen[t]
         remainder = self.updated(covariance, self.rows[old], -1)
         pool = self.pools[self.order[t]]
-        size = pool.stop - pool.start
-        drawn = self.generator.integers(size, size=DRAWN)
+        drawn = self.generator.integers(pool.stop - pool.start, size=DRAWN)
         some = pool.start + drawn
         some[0] = old
         prospect = self.seen(remainder, self.rows[some])
-        shares = prospect.mean_variances / self._allowed[:, None]
-        excess = np.log(shares).clip(0)
+        excess = np.log(prospect.mean_variances / self._allowed[:, None]).clip(0)
         of_ways = self._costs_with(t, self.poses[some])
-        cost = of_ways + HARD * excess.sum(axis=0)
-        new = some[self._draw(cost, temperature)]
+        new = some[self._draw(of_ways + HARD * excess.sum(axis=0), temperature)]
         if new == old:
             return covariance
         self.chosen[t] = new
@@ -232,16 +221,14 @@ class Annealing:
         chosen[numbers, partners] = self.chosen[t]
         chosen[:, t] = self.chosen[partners]
         ways = self.ways(chosen)
-        still = np.zeros_like(ways[0, 1:])
-        cost = _costs(ways, still, self._typical)
+        cost = _costs(ways, np.zeros_like(ways[0, 1:]), self._typical)
         self.chosen = chosen[self._draw(cost, temperature)]
 
     def _draw(self, cost: np.ndarray, temperature: float) -> int:
         """Return one of some states, by their costs."""
         excess = cost - cost.min()
         sums = np.cumsum(np.exp(-excess / temperature))
-        total = float(sums[-1])
-        drawn = self.generator.uniform() * total
+        drawn = self.generator.uniform() * float(sums[-1])
         return int(np.searchsorted(sums, drawn))
 
 

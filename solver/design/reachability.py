@@ -56,8 +56,7 @@ class Reach:
         Returns:
             Joint positions, shape (N, m); N is 0 where the place is out of reach.
         """
-        joints = len(self._guide.lower)
-        reached = np.zeros((0, joints))
+        reached = np.zeros((0, len(self._guide.lower)))
         for batch in range(BATCHES):
             q = self._guide.arrivals(centre, self._generator)
             is_allowed = self._allowed(q, centre)
@@ -99,12 +98,9 @@ class Reach:
         upper = self._guide.upper
         margin = gap * (upper - lower)
         is_inside = (q > lower + margin) & (q < upper - margin)
-        links = link_poses(self.robot.joints, q)
-        heights = links[:, self._moving, 2, 3]
-        table = min(0.0, centre[2] - FOOT)
-        is_above = heights > table + TABLE
-        is_allowed = np.column_stack([is_inside, is_above])
-        return np.all(is_allowed, axis=1)
+        heights = link_poses(self.robot.joints, q)[:, self._moving, 2, 3]
+        is_above = heights > min(0.0, centre[2] - FOOT) + TABLE
+        return np.all(np.column_stack([is_inside, is_above]), axis=1)
 
     def seated(self, start: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Return a mask of poses that are reached while the ball stays in its socket, shape (N,).
@@ -120,8 +116,7 @@ class Reach:
         for step in range(STEPS, 1, -1):
             share = (step - 1) / STEPS
             seats = after + (before - after) * share
-            ahead = q + (ends - q) / step
-            position = self._led(ahead, seats)
+            position = self._led(q + (ends - q) / step, seats)
             masks += [
                 self._is_seated(position, seats),
                 self._allowed(position, after[0], gap=0.0),
@@ -134,8 +129,7 @@ class Reach:
     def _is_seated(self, q: np.ndarray, seats: np.ndarray) -> np.ndarray:
         """Return a mask of poses whose balls are in their seats, and lean little, shape (N,)."""
         pose, _ = self._guide.ball_and_neck(q)
-        offsets = seats - pose[:, :3]
-        is_near = np.linalg.norm(offsets, axis=1) < OFF
+        is_near = np.linalg.norm(seats - pose[:, :3], axis=1) < OFF
         return is_near & (pose[:, 5] < -np.cos(LEAN))
 
     def _led(self, q: np.ndarray, seats: np.ndarray) -> np.ndarray:
@@ -149,8 +143,7 @@ class Reach:
             across = J.transpose(0, 2, 1)
             stiffness = J @ across + 1e-6 * np.eye(3)
             offsets = seats - pose[:, :3]
-            forces = np.linalg.solve(stiffness, offsets[:, :, None])
-            steps = across @ forces
+            steps = across @ np.linalg.solve(stiffness, offsets[:, :, None])
             q = q + steps[:, :, 0]
         return q
 
@@ -161,10 +154,8 @@ class Reach:
     @cached_property
     def _moving(self) -> np.ndarray:
         """Indices of the frames that move, the ball's left out."""
-        q = workspace(self.robot, 50)
-        links = link_poses(self.robot.joints, q)
-        places = links[:, :-1, :, 3]
-        spans = np.ptp(places, axis=0)
+        links = link_poses(self.robot.joints, workspace(self.robot, 50))
+        spans = np.ptp(links[:, :-1, :, 3], axis=0)
         return np.flatnonzero(spans.max(axis=1) > MOVES)
 
 

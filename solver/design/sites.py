@@ -71,11 +71,9 @@ def _near_each_other(
 
     It begins at the pose of socket 0 where most poses are near.
     """
-    poses = np.concatenate([zero, first])
-    offsets = np.abs(zero[:, None] - poses)
+    offsets = np.abs(zero[:, None] - np.concatenate([zero, first]))
     is_near = offsets.max(axis=2) <= reach.turn
-    start = np.argmax(is_near.sum(axis=1))
-    return is_near[start]
+    return is_near[np.argmax(is_near.sum(axis=1))]
 
 
 def sites_around(
@@ -93,8 +91,7 @@ def sites_around(
         place = radius * outward + above * upward
         if np.linalg.norm(place - centre) < 0.3 * radius:
             continue
-        along = np.cross(upward, outward)
-        site = site_at(reach, place, distance, along)
+        site = site_at(reach, place, distance, np.cross(upward, outward))
         if site is not None:
             sites.append(site)
     return sites

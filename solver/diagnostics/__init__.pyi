@@ -1,5 +1,6 @@
 from .columns import CAUSES as CAUSES
 from .configurations import EVERYWHERE as EVERYWHERE
+from .configurations import by_fit as by_fit
 from .configurations import named as named
 from .configurations import single_socket_diagnostics as single_socket_diagnostics
 from .configurations import size_level as size_level
@@ -31,6 +32,5 @@ from .robust_fit import RigidModel as RigidModel
 from .scene_fit import MENDER as MENDER
 from .scene_fit import Given as Given
 from .scene_fit import fitted_alone as fitted_alone
+from .scene_fit import shift_by as shift_by
 from .scene_fit import standing_out as standing_out
-from .simulated_flaw import shift_by as shift_by
-from .size import by_fit as by_fit

@@ -18,7 +18,7 @@ STATES = {
     "coupled": "coupled",
     "zero": "off",
 }
-"""How joints look, by the kind of the mistake."""
+"""Looks of joints, by the kind of the mistake."""
 RATIOS = (2.0, 3.0, 4.0, 5.0, 6.0, 10.0)
 """Factors by which a joint may read too little, or too much."""
 SHARES = (1.0, -1.0, 0.5, -0.5)
@@ -98,7 +98,7 @@ class ColumnHypothesis:
 
     @property
     def _sum(self) -> str:
-        """What mends a coupling."""
+        """Mending of a coupling, in words."""
         if self.coupling is None:
             return ""
         names = self.robot.joint_names
@@ -106,7 +106,11 @@ class ColumnHypothesis:
         part = f"{abs(share):g} {names[other]}".removeprefix("1 ")
         return f"{names[joint]} {'+' if share > 0 else '-'} {part} for {names[joint]}"
 
-    def _blame(self, kind: str, joints: Sequence[int]) -> str:
+    def _blame(
+        self,
+        kind: str,
+        joints: Sequence[int],
+    ) -> str:
         if kind == "swap" and len(joints) > 2:
             order = ", ".join(map(str, self.order + 1))
             return f"the columns look out of order: {order}"
@@ -116,7 +120,11 @@ class ColumnHypothesis:
             return f"joint {numbers} ({names}) looks {STATES[kind]}"
         return f"joints {numbers} ({names}) look {STATES[kind]}"
 
-    def with_offset(self, joint: int, offset: float) -> "ColumnHypothesis":
+    def with_offset(
+        self,
+        joint: int,
+        offset: float,
+    ) -> "ColumnHypothesis":
         """Return the same with another offset of a joint [rad]."""
         offsets = self.offsets.copy()
         offsets[joint] = offset
@@ -129,7 +137,10 @@ def unchanged(robot: Robot) -> ColumnHypothesis:
     return ColumnHypothesis(robot, np.arange(m), np.ones(m), np.zeros(m))
 
 
-def signs(robot: Robot, count: int) -> Iterator[ColumnHypothesis]:
+def signs(
+    robot: Robot,
+    count: int,
+) -> Iterator[ColumnHypothesis]:
     """Yield the hypotheses that so many joints have the other sign."""
     as_recorded = unchanged(robot)
     for joints in combinations(as_recorded.order, count):

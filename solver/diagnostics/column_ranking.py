@@ -98,9 +98,8 @@ class ColumnTrials:
             variants = [hypothesis.apply(self.samples) for hypothesis in hypotheses]
             steps = self.model.nominal.offsets(variants, columns)
             largest = np.abs(steps).max(axis=1, keepdims=True)
-            shares = np.minimum(1.0, MAX_STEP / largest.clip(1e-9))
             offsets = np.array([hypothesis.offsets for hypothesis in hypotheses])
-            offsets[of_joints] += steps * shares
+            offsets[of_joints] += steps * np.minimum(1.0, MAX_STEP / largest.clip(1e-9))
             pairs = zip(hypotheses, offsets, strict=True)
             hypotheses = [replace(h, offsets=of_all) for h, of_all in pairs]
         return hypotheses
@@ -121,8 +120,7 @@ class ColumnTrials:
     ) -> list[ColumnHypothesis]:
         """Return the best hypothesis with offsets of some joints, each of them needed, if any."""
         needed = self.turning
-        several = self.with_best_offsets(starts, [needed] * len(starts))
-        error, best = self.best(several)
+        error, best = self.best(self.with_best_offsets(starts, [needed] * len(starts)))
         while needed:
             fewer = [best.with_offset(joint, 0.0) for joint in needed]
             others = [[j for j in needed if j != joint] for joint in needed]
@@ -142,7 +140,10 @@ def _error(ranked: Ranked) -> float:
     return ranked.error
 
 
-def promising(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]:
+def promising(
+    model: RigidModel,
+    samples: SeatSamples,
+) -> list[ColumnHypothesis]:
     """Return the best hypotheses of each kind that clearly lower the error."""
     robot = model.robot
     trials = ColumnTrials(model, samples.thinned(TRIED, FEWEST))
@@ -170,7 +171,10 @@ def promising(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]
     return [ranked.hypothesis for ranked in likely[:MOST]]
 
 
-def last_sign(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]:
+def last_sign(
+    model: RigidModel,
+    samples: SeatSamples,
+) -> list[ColumnHypothesis]:
     """Return the last joint's other sign, unless it leaves clearly more."""
     few = samples.thinned(TRIED, FEWEST)
     *_, flipped = signs(model.robot, 1)

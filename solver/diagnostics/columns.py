@@ -7,7 +7,6 @@ that of all other explanations.
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
-from typing import NamedTuple
 
 from .column_hypothesis import ColumnHypothesis
 from .column_ranking import last_sign, promising
@@ -40,86 +39,77 @@ CAUSES = (
 """All causes that may be reported."""
 
 
-class _Part(NamedTuple):
-    """Samples whose columns may be wrong."""
-
-    rows: slice
-    placement: str | None
-    """None for all placements."""
-
-
 def of_columns(
     model: RigidModel,
     scene: Scene,
     likeliest: Candidate,
     *,
     sound: bool,
-) -> list[Candidate]:
-    """Return candidates: wrong columns of all placements, of a suspect one, or of the last joint.
+) -> Iterator[Candidate]:
+    """Yield candidates: wrong columns of all placements, of a suspect one, or of the last joint.
 
     ``sound``: the recordings are explained well, and only the sign of the last joint is tried.
     """
-    parts = [_Part(scene.every, None)]
+    parts = {None: scene.every}
     if not sound:
-        parts += _suspects(scene, likeliest)
+        parts |= _suspects(scene, likeliest)
     before = likeliest.parameters["noise"]
-    candidates: list[Candidate] = []
-    for part in parts:
-        rows = part.rows
-        for hypothesis in _possible(model, scene, rows, sound=sound):
+    for placement, rows in parts.items():
+        samples = scene.samples.only(rows)
+        samples = replace(samples, sockets=samples.sockets - samples.sockets.min())
+        for hypothesis in _possible(model, scene, samples, sound=sound):
             readings = scene.q.copy()
-            readings[rows] = hypothesis.apply(_samples(scene, rows)).q
+            readings[rows] = hypothesis.apply(samples).q
             changed, noise = model.refitted(replace(scene, readings=readings))
             if noise < UNEXPLAINED:
-                candidates.append(_candidate(hypothesis, changed, part, before))
-    return candidates
+                yield _candidate(hypothesis, changed, placement, before)
 
 
-def _suspects(scene: Scene, likeliest: Candidate) -> Iterator[_Part]:
-    """Yield placements whose columns may be wrong: of several all noisy ones, or that accused."""
+def _suspects(
+    scene: Scene,
+    likeliest: Candidate,
+) -> dict[str | None, slice]:
+    """Return placements whose columns may be wrong: of several all noisy ones, or that accused."""
     accused = likeliest.parameters.get("placement")
     noisy = likeliest.parameters["noise"] > MUCH * scene.noise
-    if len(scene.places) > 1:
-        for rows, measured in zip(scene.places, scene.measurements, strict=True):
-            if noisy or measured.name == accused:
-                yield _Part(rows, measured.name)
-
-
-def _samples(scene: Scene, rows: slice) -> SeatSamples:
-    """Return some samples, their seats counted from 0."""
-    samples = scene.samples.only(rows)
-    return replace(samples, sockets=samples.sockets - samples.sockets.min())
+    if len(scene.places) < 2:
+        return {}
+    places = zip(
+        [measured.name for measured in scene.measurements], scene.places, strict=True
+    )
+    return {name: rows for name, rows in places if noisy or name == accused}
 
 
 def _possible(
     model: RigidModel,
     scene: Scene,
-    rows: slice,
+    samples: SeatSamples,
     *,
     sound: bool,
 ) -> list[ColumnHypothesis]:
     """Return the hypotheses on some samples that are worth a fit."""
-    samples = _samples(scene, rows)
     if not samples.is_overdetermined(len(scene.parameters)):
         return []
     hypotheses = [] if sound else promising(model, samples)
     tried = [hypothesis.mistakes for hypothesis in hypotheses]
     # near the last axis the ball hardly moves: the model's own errors may hide its sign
-    for flipped in last_sign(model, samples):
-        if flipped.mistakes not in tried:
-            hypotheses.append(flipped)
-    return hypotheses
+    return hypotheses + [
+        h for h in last_sign(model, samples) if h.mistakes not in tried
+    ]
 
 
 def _candidate(
     hypothesis: ColumnHypothesis,
     changed: Scene,
-    part: _Part,
+    placement: str | None,
     before: float,
 ) -> Candidate:
-    """Return a hypothesis as a candidate, by the scene that it changed and the error ``before``."""
+    """Return a hypothesis as a candidate, by the scene that it changed and the error ``before``.
+
+    ``placement`` is the name of the one whose columns are wrong; None for all.
+    """
     sound = sound_recordings(changed)
-    if part.placement is None:
+    if placement is None:
         hypothesis = _refined(hypothesis, sound)
     names = hypothesis.robot.joint_names
     blamed = chain.from_iterable(hypothesis.mistakes.values())
@@ -129,19 +119,21 @@ def _candidate(
         "order": hypothesis.order.tolist(),
     }
     kind = _kind(hypothesis, before, sound.sigma)
-    return sound.as_cause(kind, parameters, len(names), part.placement)
+    return sound.as_cause(kind, parameters, len(names), placement)
 
 
-def _refined(hypothesis: ColumnHypothesis, sound: Candidate) -> ColumnHypothesis:
+def _refined(
+    hypothesis: ColumnHypothesis,
+    sound: Candidate,
+) -> ColumnHypothesis:
     """Return a hypothesis with the offsets of a fit that includes the geometry."""
     joints = hypothesis.mistakes.get("zero")
     if joints is None:
         return hypothesis
     (block,) = of_zero(sound.scene)
-    columns = block.columns[joints, :, 0].T
-    together = replace(block, columns=columns[None])
+    together = replace(block, columns=block.columns[joints, :, 0].T[None])
     offsets = hypothesis.offsets.copy()
-    offsets[joints] -= sound.evidence.posterior(together, sound.sigma).mean
+    offsets[joints] -= sound.evidence.posterior(together, sound.sigma)[0]
     return replace(hypothesis, offsets=offsets)
 
 

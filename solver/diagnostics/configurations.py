@@ -16,8 +16,8 @@ from ..identification.data import (
     find_socket,
 )
 from ..identification.robot import Robot
-from ..results import Diagnostic
-from .hypotheses import ARMS
+from ..results import Diagnostic, Hypothesis
+from .hypotheses import ARMS, KINDS, SIZE_BY_DISTANCE, sockets_by_share
 
 SUSPECT = 0.003
 """Share by which an arm may differ in size from its model; more is doubtful."""
@@ -103,7 +103,10 @@ def named(
     return resolved
 
 
-def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
+def of_placement(
+    robot: Robot,
+    measured: Measurement,
+) -> Iterator[Diagnostic]:
     """Return what a placement by itself lacks: samples, other configurations, joints that moved."""
     where = where_of([measured])
     for words in measured.placement.kept_alarms:
@@ -120,10 +123,13 @@ def of_placement(robot: Robot, measured: Measurement) -> Iterator[Diagnostic]:
             text = (
                 f"joint {joint!r} {'did not move at all' if travel < 1e-9 else motion}"
             )
-            advice = (
-                "its parameters stay near nominal: move every joint by 60 deg or more"
+            yield Diagnostic(
+                "warning",
+                "still",
+                where,
+                text,
+                "its parameters stay near nominal: move every joint by 60 deg or more",
             )
-            yield Diagnostic("warning", "still", where, text, advice)
 
 
 def _of_sockets(measured: Measurement) -> Iterator[Diagnostic]:
@@ -141,8 +147,9 @@ def _of_sockets(measured: Measurement) -> Iterator[Diagnostic]:
         for second, first in islice(twins.items(), LISTED):
             text = f"nearly the configuration of {samples[first].named}{addition}"
             advice = "it adds little: guide the arm to other configurations"
-            row = row_of(measured, socket, second)
-            yield Diagnostic("warning", "duplicate", row, text, advice)
+            yield Diagnostic(
+                "warning", "duplicate", row_of(measured, socket, second), text, advice
+            )
 
 
 def near_duplicates(rows: np.ndarray) -> dict[int, int]:
@@ -206,7 +213,29 @@ def where_of(measurements: Sequence[Measurement]) -> str:
     return str(measurements[0].placement.where)
 
 
-def row_of(measured: Measurement, socket: int, sample: int) -> str:
+def row_of(
+    measured: Measurement,
+    socket: int,
+    sample: int,
+) -> str:
     """Return file and line of a sample, or its name, by its index in its socket."""
     rows = [s for s in measured.placement.samples if s.socket == socket]
     return rows[sample].where or f"{measured.name} {rows[sample].named}"
+
+
+def by_fit(
+    hypothesis: Hypothesis,
+    share: float,
+) -> Hypothesis:
+    """Return an explanation of the arm's size with the share by which a fit made it longer.
+
+    One that explains no size, or that of an instrument's points, stays.
+    """
+    parameters = hypothesis.parameters
+    if hypothesis.name not in SIZE_BY_DISTANCE or "likely" not in parameters:
+        return hypothesis
+    given = parameters["given"]
+    assert isinstance(given, float)
+    sized = {**parameters, **sockets_by_share(share, given)}
+    kind = next(kind for kind in KINDS if kind.name == hypothesis.name)
+    return replace(hypothesis, parameters=sized, text=kind.text(sized))

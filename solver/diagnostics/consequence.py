@@ -5,6 +5,7 @@ Both models are fitted to the same samples, whose weights are robust.
 
 from collections.abc import Collection, Sequence
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -40,7 +41,10 @@ def predicted_limit(limit: float) -> float:
     return max(limit, min(PREDICTED_MARGIN * limit, LARGEST_PREDICTED))
 
 
-def level_of(consequence: Consequence, noise: float) -> str:
+def level_of(
+    consequence: Consequence,
+    noise: float,
+) -> str:
     """Return how much a consequence matters, by what an arm repeats [m].
 
     ``error``: the model could be worse than the nominal one by it, or it is more than a third of
@@ -73,12 +77,8 @@ def consequence_of(
     beside = _Fit(cause.after(), counted)
     poses = [workspace(scene.robot, POSES)]
     poses += [scene.q[scene.places[place]] for place in counted]
-    shifts: list[float] = []
-    errors: list[float] = []
-    for q in poses:
-        points = without.points(q)
-        shifts.append(spread(beside.points(q, cause) - points))
-        errors.append(without.nominal_error(q))
+    shifts = [spread(beside.points(q, cause) - without.points(q)) for q in poses]
+    errors = [without.nominal_error(q) for q in poses]
     everywhere, *near = shifts
     place = 1 + int(np.argmax(near))
     return Consequence(shifts[place], everywhere, errors[place], errors[0])
@@ -99,17 +99,23 @@ def spread(shifts: np.ndarray) -> float:
     generator = np.random.default_rng(0)
     first, second = generator.integers(len(shifts), size=(2, PAIRS))
     distances = np.linalg.norm(shifts[first] - shifts[second], axis=1)
-    between_two = distances[first != second]
-    return float(np.median(between_two)) / 3**0.5
+    return float(np.median(distances[first != second])) / 3**0.5
 
 
 class _Fit:
     """A robust fit to a scene, linear in all unknowns."""
 
-    def __init__(self, scene: Scene, counted: Sequence[int]) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        counted: Sequence[int],
+    ) -> None:
         """Fit the placements of some indices."""
         self.scene = scene
-        of_samples = _rows_of_samples(scene, counted)
+        # the rows of some placements' samples
+        every = range(scene.all_samples.stop)
+        parts = [every[scene.rows(scene.places[place])] for place in counted]
+        of_samples = [*chain.from_iterable(parts)]
         rows = of_samples + _rows_of_lengths(scene, counted)
         B = scene.nuisances[rows]
         r = scene.residuals[rows]
@@ -133,7 +139,11 @@ class _Fit:
         _, of_geometry, of_effects, _ = np.split(self._x, np.cumsum(sizes))
         return np.concatenate([scene.usual @ of_geometry, widths * of_effects])
 
-    def points(self, q: np.ndarray, cause: Candidate | None = None) -> np.ndarray:
+    def points(
+        self,
+        q: np.ndarray,
+        cause: Candidate | None = None,
+    ) -> np.ndarray:
         """Return the ball's places as the fit has them, with a cause in the arm if any."""
         if cause is None or cause.kind.name not in SHIFTED + OF_GEOMETRY:
             return self._predict(self.unknowns, q)
@@ -141,10 +151,9 @@ class _Fit:
         block, scene = cause.block, self.scene
         values = max(block.widths) * self._x[-block.unknowns :]
         if cause.kind.name in OF_GEOMETRY:
-            columns: np.ndarray = scene.by_geometry @ scene.usual
-            shift: np.ndarray = block.columns[0] @ values
-            inverse = np.linalg.pinv(columns, rcond=1e-6)
-            change = scene.usual @ inverse @ shift
+            columns = scene.by_geometry @ scene.usual
+            shift = block.columns[0] @ values
+            change = scene.usual @ np.linalg.pinv(columns, rcond=1e-6) @ shift
             unknowns[: len(change)] += change
         else:
             (names,) = block.parameters
@@ -160,27 +169,24 @@ class _Fit:
         unknowns[of_ball] = self.unknowns[of_ball]
         return spread(self.points(q) - self._predict(unknowns, q))
 
-    def _predict(self, unknowns: np.ndarray, q: np.ndarray) -> np.ndarray:
+    def _predict(
+        self,
+        unknowns: np.ndarray,
+        q: np.ndarray,
+    ) -> np.ndarray:
         scene = self.scene
         return scene.model.predict(unknowns, scene.load.at(scene.heavy, q))
 
 
-def _rows_of_samples(scene: Scene, counted: Sequence[int]) -> list[int]:
-    """Return the rows of some placements' samples."""
-    every = range(scene.all_samples.stop)
-    rows: list[int] = []
-    for place in counted:
-        rows += every[scene.rows(scene.places[place])]
-    return rows
-
-
-def _rows_of_lengths(scene: Scene, counted: Sequence[int]) -> list[int]:
+def _rows_of_lengths(
+    scene: Scene,
+    counted: Sequence[int],
+) -> list[int]:
     """Return the rows of the known distances between sockets of some placements."""
     names = [scene.measurements[place].name for place in counted]
-    rows: list[int] = []
-    for row, length in enumerate(scene.known, scene.all_lengths.start):
-        first, _ = scene.labels[length.first]
-        second, _ = scene.labels[length.second]
-        if first in names and second in names:
-            rows.append(row)
-    return rows
+    is_counted = [placement in names for placement, _ in scene.labels]
+    return [
+        row
+        for row, length in enumerate(scene.known, scene.all_lengths.start)
+        if is_counted[length.first] and is_counted[length.second]
+    ]

@@ -6,7 +6,7 @@ All else that differs is an unknown of the fit; nothing is cut.
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from ..results import Diagnostic
 from .hypotheses import Candidate, Seat
 
 Action = Literal["relabel", "merge", "leave out"]
-ALL_ACTIONS: tuple[Action, ...] = get_args(Action)
 ACTIONS: dict[str, Action] = {
     "socket": "relabel",
     "one_socket": "merge",
@@ -57,15 +56,16 @@ def correction_of(
         return None
     if name == "one_socket":
         socket, *others = measured.sockets
-        ranks = tuple(
-            np.flatnonzero(np.isin(measured.placement.sockets, others)).tolist()
-        )
-        return Correction(diagnostic, "merge", ranks, (measured.name, socket))
+        ranks = np.flatnonzero(np.isin(measured.placement.sockets, others)).tolist()
+        return Correction(diagnostic, "merge", tuple(ranks), (measured.name, socket))
     seat = (p.get("of") or measured.name, p.get("other", 0))
     return Correction(diagnostic, ACTIONS[name], _ranks(cause, measured), seat)
 
 
-def _ranks(cause: Candidate, measured: Measurement) -> tuple[int, ...]:
+def _ranks(
+    cause: Candidate,
+    measured: Measurement,
+) -> tuple[int, ...]:
     """Return the samples whose residuals a cause changes, by their rank in the recording."""
     scene = cause.scene
     rows = scene.places[[m.name for m in scene.measurements].index(measured.name)]
@@ -100,8 +100,7 @@ def corrected(
     for measured, corrections_here in zip(measurements, corrections, strict=True):
         samples: list[Sample | None] = list(measured.placement.samples)
         for correction in corrections_here:
-            moved = _taken_out(samples, correction, measured.name)
-            moving[correction.seat[0]] += moved
+            moving[correction.seat[0]] += _taken_out(samples, correction, measured.name)
             remarks.append(_remark(correction, measured, names))
         samples_of.append(samples)
     kept: list[Measurement] = []
@@ -111,8 +110,9 @@ def corrected(
         if max(counts.values(), default=0) < minimum:
             continue
         telling = tuple(s for s in others if counts[s.socket] >= LEAST)
-        placement = replace(measured.placement, samples=telling)
-        kept.append(replace(measured, placement=placement))
+        kept.append(
+            replace(measured, placement=replace(measured.placement, samples=telling))
+        )
     return kept, remarks
 
 

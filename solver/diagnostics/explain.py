@@ -11,12 +11,10 @@ from functools import partial
 
 import numpy as np
 
-from ..identification.data import Measurement
 from ..results import Hypothesis
 from .columns import of_columns
 from .hypotheses import KINDS, Candidate, Comparison, Scene, likeliest_of
-from .outliers import outliers
-from .ranking import Ranking, ranking_of
+from .ranking import Ranking, outliers, ranking_of
 from .robust_fit import RigidModel
 from .stuck import of_stuck
 
@@ -135,8 +133,9 @@ def _ranking(
     if is_of_all or scene.readings is not None:
         return ranking
     is_sound = ranking.total_factor <= SURE
-    likeliest = likeliest_of(ranking.candidates)
-    causes = of_columns(model, scene, likeliest, sound=is_sound)
+    causes = [
+        *of_columns(model, scene, likeliest_of(ranking.candidates), sound=is_sound)
+    ]
     if not is_sound:
         causes += of_stuck(model, scene)
     return ranking.beside(causes)
@@ -152,8 +151,7 @@ def _scene_after(accepted: Sequence[Candidate]) -> Scene:
         scene = replace(scene, floors=())  # of fits without it
     explained = list(scene.explained)
     for cause in others:
-        before = len(cause.scene.explained)
-        explained += cause.after().explained[before:]
+        explained += cause.after().explained[len(cause.scene.explained) :]
     return replace(scene, explained=tuple(explained))
 
 
@@ -165,15 +163,13 @@ def _turned_back(accepted: Candidate) -> Candidate:
     scene, turns = accepted.scene, accepted.kind.turns
     assert turns is not None
     joint = scene.robot.joint_names.index(accepted.parameters["joint"])
+    of_joint = np.eye(scene.q.shape[1])[joint]
     correction, _ = accepted.evidence.posterior(accepted.block, accepted.sigma)
-    measurements: list[Measurement] = []
-    for m in scene.measurements:
-        offsets = np.zeros_like(m.positions)
-        readings = m.placement.positions[:, joint]
-        offsets[:, joint] = correction * turns(readings)
-        measurements.append(m.shifted(offsets))
-    turned = replace(scene, measurements=tuple(measurements))
+    measurements = tuple(
+        m.shifted(correction * turns(m.placement.positions) * of_joint)
+        for m in scene.measurements
+    )
     model = RigidModel(scene.robot, zeros=scene.zeros)
-    fitted, _ = model.refitted(turned, scene.x)
+    fitted, _ = model.refitted(replace(scene, measurements=measurements), scene.x)
     (block,) = accepted.kind.blocks(fitted)
     return replace(accepted, scene=fitted, block=block.only([joint]))

@@ -10,7 +10,7 @@ from .configurations import row_of, where_of
 from .consequence import consequence_of, level_of, nominal_errors
 from .corrections import PLAY_HINT
 from .hypotheses import KINDS, Candidate
-from .outliers import HIDDEN
+from .ranking import HIDDEN
 from .scene_fit import MENDER, Given
 
 SEATED = 0.03
@@ -44,7 +44,8 @@ PLAY = 0.015
 MOST_NOISE = 5e-3
 """Unexplained noise below this, and less than half of the nominal errors, is no error [m]."""
 GARBAGE = 1e-2
-"""What a placement fitted alone leaves beyond this is no recording of a ball in a socket [m]."""
+"""A placement that leaves more than this when fitted alone is no recording of a ball in a socket
+[m]."""
 LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 HELD_OUT = (
@@ -144,8 +145,9 @@ class Finding:
             advice = without_unknown(advice, self.given.mender) + HELD_OUT
         if self.is_unknown and is_error and sound_enough:
             level = "warning"
-        where = self._where()
-        return Diagnostic(level, code, where, hypothesis.text, advice, self.consequence)
+        return Diagnostic(
+            level, code, self._where(), hypothesis.text, advice, self.consequence
+        )
 
     def _is_elsewhere(self) -> bool:
         """Tell whether a sample is left out: it is far off, or hides others that are."""
@@ -218,11 +220,17 @@ class Finding:
         return is_serious or of_frame or self.cause.kind.name in FITTED
 
 
-def without_unknown(advice: str, mender: str = MENDER) -> str:
+def without_unknown(
+    advice: str,
+    mender: str = MENDER,
+) -> str:
     """Return advice on what no unknown of a fit holds."""
     return advice.replace(f"; {mender} has an unknown for that", "")
 
 
-def by_mender(advice: str, given: Given) -> str:
+def by_mender(
+    advice: str,
+    given: Given,
+) -> str:
     """Return advice by what sets recordings right: not every solve does."""
     return advice.replace(f"{MENDER} ", f"{given.mender} ", 1)

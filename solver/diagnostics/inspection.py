@@ -131,8 +131,7 @@ def inspect_all(
     surveys: list[Survey] = []
     for begin, end in pairwise(ends):
         group = measurements[begin:end]
-        within = given.within(group)
-        surveys.append(_survey_of(model, group, within, repeatability))
+        surveys.append(_survey_of(model, group, given.within(group), repeatability))
     return _joined(surveys)
 
 
@@ -200,31 +199,31 @@ def _inspections(
             errors = np.linalg.norm(scene.remaining[rows], axis=1)
             worst = int(np.argmax(errors))
             diagnostics.append(_unexplained(m, floor, scene.noise, worst))
-        if m.kind == "points" and floor < EXACT and _are_computed(model, m):
-            diagnostics.append(_computed(m))
-        corrections: list[Correction] = []
-        for finding in here:
-            correction = correction_of(finding.cause, finding.diagnostic, m)
-            if correction is not None:
-                corrections.append(correction)
+        if m.kind == "points" and floor < EXACT:
+            diagnostics += _computed(model, m)
+        cures = (correction_of(each.cause, each.diagnostic, m) for each in here)
+        corrections = tuple(filter(None, cures))
         centre = np.median(balls[rows], axis=0)
         inspections.append(
-            Inspection(m, floor, tuple(corrections), tuple(diagnostics), centre)
+            Inspection(m, floor, corrections, tuple(diagnostics), centre)
         )
     return inspections
 
 
-def _are_computed(model: RigidModel, measured: Measurement) -> bool:
-    """Tell whether the nominal model leaves nothing of points, which no instrument can do."""
+def _computed(
+    model: RigidModel,
+    measured: Measurement,
+) -> list[Diagnostic]:
+    """Return the diagnostic of points that were computed from the joints, if any.
+
+    The nominal model leaves nothing of them, which no instrument can do.
+    """
     (error,) = model.nominal.errors([samples_of([measured])])
-    return error < EXACT and len(measured.positions) >= ENOUGH
-
-
-def _computed(measured: Measurement) -> Diagnostic:
-    """Return the diagnostic of points that were computed from the joints."""
+    if error >= EXACT or len(measured.positions) < ENOUGH:
+        return []
     text = f"the nominal model leaves less than {1e3 * EXACT:g} mm of its points"
     advice = "no instrument is so exact. A controller computed them from the joints: measure them"
-    return Diagnostic("warning", "computed", where_of([measured]), text, advice)
+    return [Diagnostic("warning", "computed", where_of([measured]), text, advice)]
 
 
 def _unexplained(

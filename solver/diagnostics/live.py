@@ -13,10 +13,9 @@ from ...recorder import Placement
 from ..identification.data import Measurement
 from ..identification.robot import Robot
 from .explain import Acceptance, rounds
-from .fault import EVIDENCE, SHARE, Fault, fault_of, first_fault
+from .fault import EVIDENCE, SHARE, Fault, fault_of, first_fault, of_sockets
 from .hypotheses import COARSE, CURABLE, Candidate, Comparison, Scene
 from .ranking import Ranking, ranking_of
-from .relabelling import of_sockets
 from .robust_fit import RigidModel
 from .scene_fit import Given, scene_of
 
@@ -42,7 +41,11 @@ def is_coarse(repeatability: float | None) -> bool:
 class LiveCheck:
     """Check of a nominal robot's samples so far, by its repeatability [m], None if unknown."""
 
-    def __init__(self, robot: Robot, repeatability: float | None) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        repeatability: float | None,
+    ) -> None:
         zeros = is_coarse(repeatability)
         # a fit with zeros that are off by degrees may be off in size, and in noise
         self._kinds = [k for k in CURABLE if not zeros or k.name not in NOT_OF_SERVOS]
@@ -58,10 +61,13 @@ class LiveCheck:
         if not placements[-1].samples or count < LEAST:
             return ()
 
-        def rank(scene: Scene, before: Sequence[Candidate]) -> Ranking:
+        def rank(
+            scene: Scene,
+            before: Sequence[Candidate],
+        ) -> Ranking:
             ranking = self._of_arms(scene)
             causes = of_sockets(self._model, self.scene, placements, ranking, before)
-            return ranking.beside(causes)
+            return ranking.beside([*causes])
 
         faults: list[Fault] = []
         for ranking, causes in rounds(self.scene(placements), rank, LIVE):
@@ -81,7 +87,11 @@ class LiveCheck:
             arms = [replace(scene, wide=wide) for wide in WIDES]
         return ranking_of(Comparison(arm, self._kinds, SHARE) for arm in arms)
 
-    def _unseated(self, loose: Candidate, evidence: float) -> list[Fault]:
+    def _unseated(
+        self,
+        loose: Candidate,
+        evidence: float,
+    ) -> list[Fault]:
         """Return balls that were not seated, if a few explain the scatter better; else none."""
         faults: list[Fault] = []
         for ranking, causes in rounds(loose.scene, self.of_balls, SCATTER):
@@ -90,7 +100,11 @@ class LiveCheck:
                 return faults
         return []
 
-    def of_balls(self, scene: Scene, _: object) -> Ranking:
+    def of_balls(
+        self,
+        scene: Scene,
+        _: object,
+    ) -> Ranking:
         """Return balls that were probably not seated, as the only causes."""
         ranking = self._of_arms(scene)
         balls = [

@@ -19,11 +19,17 @@ TURN = 1.0
 class NominalFit:
     """The nominal model of an arm; with ``zeros`` its joints have offsets, too."""
 
-    def __init__(self, robot: Robot, *, zeros: bool) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        *,
+        zeros: bool,
+    ) -> None:
         self._robot = robot
         self._zeros = zeros
-        parameters = choose_parameters(robot)
-        of_place = [p.index for p in parameters if p.of_ball and p.unit == "m"]
+        of_place = [
+            p.index for p in choose_parameters(robot) if p.of_ball and p.unit == "m"
+        ]
         self._place = BallModel(robot, of_place)
 
     def errors(self, variants: Sequence[SeatSamples]) -> list[float]:
@@ -61,9 +67,14 @@ class NominalFit:
         for _ in range(ITERATIONS):
             noise = typical(e)
             weights = robust_weights(e, noise)
-            placed = _with_turns(values, offsets, samples, weights)
-            centres = means(placed, samples, weights)
-            centred = placed - centres[samples.sockets]
+            placed = values
+            if samples.frames:  # the turns of frames are behind the other unknowns
+                balls = points - np.einsum("nvij,vj->nvi", values[..., 1:], offsets)
+                arms = samples.offsets(samples.aligned(balls, weights))
+                places = (points - arms)[..., None]
+                by_turns = samples.by_turns(arms)
+                placed = np.concatenate([places, values[..., 1:], by_turns], axis=3)
+            centred = placed - means(placed, samples, weights)[samples.sockets]
             by_variant = centred.swapaxes(0, 1).reshape(V, 3 * N, -1)
             off, slopes = by_variant[..., :1], by_variant[..., 1:]
             of_rows = np.repeat(weights.T, 3, axis=1)[:, :, None]
@@ -89,26 +100,3 @@ class NominalFit:
         by_all_joints = linear.by_joints.reshape(N, V, 3, m)
         by_joints = np.take_along_axis(by_all_joints, joints[None, :, None], axis=3)
         return np.concatenate([points, by_place, by_joints], axis=3)
-
-
-def _with_turns(
-    values: np.ndarray,
-    offsets: np.ndarray,
-    samples: SeatSamples,
-    weights: np.ndarray,
-) -> np.ndarray:
-    """Return places of seats and their derivatives, those by the turns of frames behind them.
-
-    Args:
-        values: Balls of V models and their derivatives by k unknowns, shape (N, V, 3, 1 + k).
-        offsets: Errors of the unknowns at which frames are turned, shape (V, k).
-        samples: The samples, with what was measured.
-        weights: Of the samples in each model, shape (N, V).
-    """
-    if not samples.frames:
-        return values
-    points, slopes = values[..., 0], values[..., 1:]
-    balls = points - np.einsum("nvij,vj->nvi", slopes, offsets)
-    arms = samples.offsets(samples.aligned(balls, weights))
-    places = (points - arms)[..., None]
-    return np.concatenate([places, slopes, samples.by_turns(arms)], axis=3)

@@ -17,7 +17,10 @@ ASIDE = 0.1
 """Sine of the direction from which a place is beside the robot."""
 
 
-def next_placement(robot: Robot, survey: Survey) -> str:
+def next_placement(
+    robot: Robot,
+    survey: Survey,
+) -> str:
     """Return in words which two placements to train on (paper, Fig. 6), and the next place."""
     mistaken = any(diagnostic.level == "error" for diagnostic in survey.shared)
     wrong = [one.measured.name for one in survey.placements if not one.sound]
@@ -54,7 +57,10 @@ def _distance(pair: tuple[Inspection, Inspection]) -> float:
     return float(np.linalg.norm(first.centre - second.centre))
 
 
-def _next_place(robot: Robot, centres: np.ndarray) -> str:
+def _next_place(
+    robot: Robot,
+    centres: np.ndarray,
+) -> str:
     """Return in words where to record beside placements at centres of shape (P, 3) [m]."""
     place = farthest_place(centres)
     x, y, z = place.tolist()

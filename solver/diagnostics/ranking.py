@@ -9,7 +9,15 @@ import numpy as np
 
 from ..identification.model import probabilities_by_name
 from ..results import Hypothesis
-from .hypotheses import Candidate, Comparison, likeliest_of
+from .hypotheses import (
+    KINDS,
+    Candidate,
+    Comparison,
+    Scene,
+    likeliest_of,
+    nearest_sockets,
+    sound_recordings,
+)
 
 SECOND = 0.1
 """Probability from which the second explanation is reported with the first."""
@@ -20,6 +28,15 @@ ALIKE = 10.0
 are less probable by their number alone, and both are named."""
 FEW_UNKNOWNS = 3
 """Unknowns that such an explanation has at most."""
+OUTLIER = next(kind for kind in KINDS if kind.name == "ball_sample")
+HIDDEN = "hidden"
+"""Parameter of samples that hide each other, which no robust fit needs: they are left out."""
+FAR = 20.0
+"""Multiple of the typical error from which a sample is looked at."""
+LEAST = 3e-3
+"""Error below which it is not [m]."""
+MOST = 0.25
+"""Share of the samples beyond which they are no outliers."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +62,9 @@ class Ranking:
     def shares(self) -> dict[str, float]:
         """Probability of each kind, by its name."""
         names = [candidate.kind.name for candidate in self.candidates]
-        logs = np.array([candidate.log_evidence for candidate in self.candidates])
-        return probabilities_by_name(names, logs)
+        return probabilities_by_name(
+            names, np.array([candidate.log_evidence for candidate in self.candidates])
+        )
 
     def factor(self, candidate: Candidate) -> float:
         """Return the log Bayes factor of a candidate against sound recordings."""
@@ -69,20 +87,21 @@ class Ranking:
         likely.sort(key=lambda name: -self.shares[name])
         first = best[likely[0]]
         rivals = [name for name in best if _fits_as_well(best[name], first)]
-        others = [name for name in rivals if name not in likely]
-        hypotheses: list[Hypothesis] = []
-        for name in likely + others:
-            hypothesis = best[name].hypothesis(self.shares[name])
-            hypotheses.append(replace(hypothesis, fits_as_well=name in rivals))
-        return tuple(hypotheses)
+        return tuple(
+            replace(
+                best[name].hypothesis(self.shares[name]),
+                fits_as_well=name in rivals,
+            )
+            for name in dict.fromkeys([*likely, *rivals])
+        )
 
 
 def ranking_of(comparisons: Iterable[Comparison]) -> Ranking:
     """Return the explanations by the most probable arm, and their evidence over all arms."""
-    rankings: list[Ranking] = []
-    for comparison in comparisons:
-        sound, *causes = comparison.candidates
-        rankings.append(Ranking([sound], -math.inf).beside(causes))
+    rankings = [
+        Ranking(comparison.candidates[:1], -math.inf).beside(comparison.candidates[1:])
+        for comparison in comparisons
+    ]
     of_sound = np.array([ranking.sound.log_evidence for ranking in rankings])
     of_causes = of_sound + [ranking.total_factor for ranking in rankings]
     of_arms = np.logaddexp(of_sound, of_causes)
@@ -90,17 +109,18 @@ def ranking_of(comparisons: Iterable[Comparison]) -> Ranking:
     return replace(rankings[int(np.argmax(of_arms))], total_factor=float(total))
 
 
-def _fits_as_well(candidate: Candidate, first: Candidate) -> bool:
+def _fits_as_well(
+    candidate: Candidate,
+    first: Candidate,
+) -> bool:
     """Tell whether a candidate of few unknowns leaves much the same chi-square as the first."""
     evidence = first.evidence
     if candidate is first or candidate.evidence is not evidence:
         return False
-    gains: list[float] = []
-    for block in candidate.block, first.block:
-        if not 0 < block.unknowns <= FEW_UNKNOWNS:
-            return False
-        gains.append(evidence.chi_square(block, first.sigma))
-    gain, best = gains
+    blocks = candidate.block, first.block
+    if not all(0 < block.unknowns <= FEW_UNKNOWNS for block in blocks):
+        return False
+    gain, best = [evidence.chi_square(block, first.sigma) for block in blocks]
     return abs(gain - best) < ALIKE < 0.5 * best
 
 
@@ -127,3 +147,64 @@ def cause(hypotheses: Sequence[Hypothesis]) -> str:
 
 def _percent(share: float) -> str:
     return f"{100 * min(share, 0.999):.3g} %"
+
+
+def outliers(
+    scene: Scene,
+    ranking: Ranking,
+) -> list[Candidate]:
+    """Return samples that are off, if several together are more probable than all single causes.
+
+    Args:
+        scene: The recordings about a robust fit.
+        ranking: All causes by themselves.
+    """
+    # the distance of each sample from the place of its seat, shape (N,) [m]
+    errors = np.linalg.norm(scene.seats - scene.centres[scene.sockets], axis=1)
+    # the samples that are far from the place of their seat, the farthest first
+    _, elsewhere = nearest_sockets(scene)
+    limit = max(LEAST, FAR * float(np.median(errors)))
+    farthest = np.argsort(-errors)
+    is_off = (errors > limit) & ~elsewhere
+    rows = farthest[is_off[farthest]].tolist()
+    if not 2 <= len(rows) <= MOST * len(scene.q):
+        return []
+    causes = [_cause(ranking.sound, row, errors[row]) for row in rows]
+    sound = sound_recordings(_without(causes))
+    log_prior = len(rows) * math.log(OUTLIER.prior / len(scene.q))
+    together = replace(sound, log_evidence=sound.log_evidence + log_prior)
+    if ranking.factor(together) < max(ranking.total_factor, 0.0):
+        return []
+    # the size of each follows beside all others
+    return [
+        replace(
+            outlier,
+            evidence=sound_recordings(_without(causes[:i] + causes[i + 1 :])).evidence,
+            sigma=sound.sigma,
+            log_evidence=together.log_evidence,
+        )
+        for i, outlier in enumerate(causes)
+    ]
+
+
+def _without(causes: Sequence[Candidate]) -> Scene:
+    """Return the scene in which some causes are right."""
+    first, *others = causes
+    scene = first.after()
+    explained = [other.after().explained[-1] for other in others]
+    return replace(scene, explained=(*scene.explained, *explained))
+
+
+def _cause(
+    sound: Candidate,
+    row: int,
+    error: float,
+) -> Candidate:
+    """Return the cause that a sample is off, typically by its error [m], among sound recordings."""
+    scene = sound.scene
+    place = next(i for i, rows in enumerate(scene.places) if row < rows.stop)
+    block = list(OUTLIER.blocks(scene))[place]
+    only = block.only([row - scene.places[place].start])
+    parameters = [{**only.parameters[0], HIDDEN: True}]
+    of_size = replace(only, parameters=parameters, widths=(float(error),))
+    return replace(sound, kind=OUTLIER, block=of_size)

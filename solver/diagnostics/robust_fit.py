@@ -78,11 +78,19 @@ class _LinearArm:
     linear: Prediction
     first: np.ndarray
 
-    def points(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
+    def points(
+        self,
+        x: np.ndarray,
+        q: np.ndarray,
+    ) -> np.ndarray:
         """Return ball centres, (N, 3)."""
         return self.linear.points + self.linear.by_unknowns @ (x - self.first)
 
-    def linearised(self, x: np.ndarray, q: np.ndarray) -> Prediction:
+    def linearised(
+        self,
+        x: np.ndarray,
+        q: np.ndarray,
+    ) -> Prediction:
         """Return balls, and their derivatives."""
         return self.linear._replace(points=self.points(x, q))
 
@@ -90,7 +98,12 @@ class _LinearArm:
 class RigidModel:
     """An arm whose joint origins are free near nominal; with ``zeros`` joints have offsets, too."""
 
-    def __init__(self, robot: Robot, *, zeros: bool = False) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        *,
+        zeros: bool = False,
+    ) -> None:
         self.robot = robot
         self.zeros = zeros
         self.parameters = choose_parameters(robot)
@@ -102,11 +115,19 @@ class RigidModel:
         self.by_scale = model.by_scale()
         self.nominal = NominalFit(robot, zeros=zeros)
 
-    def points(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
+    def points(
+        self,
+        x: np.ndarray,
+        q: np.ndarray,
+    ) -> np.ndarray:
         """Return ball centres for unknowns, shape (n,), and joint positions, (N, m), as (N, 3)."""
         return self._model.predict(x, Samples.unloaded(q))
 
-    def linearised(self, x: np.ndarray, q: np.ndarray) -> Prediction:
+    def linearised(
+        self,
+        x: np.ndarray,
+        q: np.ndarray,
+    ) -> Prediction:
         """Return balls, (N, 3), and derivatives by unknowns, (N, 3, n), and joints, (N, 3, m)."""
         return self._model.linearise(x, Samples.unloaded(q))
 
@@ -171,12 +192,11 @@ class RigidModel:
         D = slopes - of_centres[seats]
         weighted = D * weights[:, None, None] / state.noise**2
         A = weighted.reshape(-1, unknowns)
-        H = A.T @ D.reshape(-1, unknowns) + P
-        covariance = np.linalg.inv(H)
+        covariance = np.linalg.inv(A.T @ D.reshape(-1, unknowns) + P)
         gradient = A.T @ e.ravel() + P[:, :n] @ state.x
         step = -covariance @ gradient
         step *= LARGEST_STEP / max(float(np.abs(step).max()), LARGEST_STEP)
-        squares: np.ndarray = np.sum((e + D @ step) ** 2, axis=1)
+        squares = np.sum((e + D @ step) ** 2, axis=1)
         fitted = 3 * samples.count + unknowns - float(np.sum(covariance * P))
         variance = float(weights @ squares) / max(3 * len(e) - fitted, 1.0)
         noise = max(variance**0.5, self._least)
@@ -196,8 +216,7 @@ class RigidModel:
         start: np.ndarray | None = None,
     ) -> tuple[Scene, float]:
         """Return a scene about a fit to its samples, and the noise of that [m]."""
-        few = scene.samples.thinned(ABOUT, FEW)
-        fit = self.fit(few, start=start)
+        fit = self.fit(scene.samples.thinned(ABOUT, FEW), start=start)
         about = replace(scene, x=fit.x, centres=fit.centres, R=fit.R)
         return about, fit.noise
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
+from ...errors import MukcaError
 from ..identification.data import (
     CALIPER_DEVIATION,
     STANDARD_LOAD,
@@ -16,7 +16,7 @@ from ..identification.data import (
     places_of,
 )
 from ..identification.robot import Robot
-from .hypotheses import Scene, evenly, medians, samples_of
+from .hypotheses import FLAWS, Scene, evenly, medians, samples_of
 from .robust_fit import ABOUT, FEW, UNEXPLAINED, RigidModel
 
 MOST = 240
@@ -62,20 +62,12 @@ class Given:
     def within(self, measurements: Sequence[Measurement]) -> "Given":
         """Return it with the distances between sockets of some placements alone."""
         names = [m.name for m in measurements]
-        known: list[KnownDistance] = []
-        for length in self.known:
-            ends = length.first, length.second
-            if all(any(is_called(name, of) for name in names) for of, _ in ends):
-                known.append(length)
+
+        def is_within(end: tuple[str, int]) -> bool:
+            return any(is_called(name, end[0]) for name in names)
+
+        known = [k for k in self.known if is_within(k.first) and is_within(k.second)]
         return replace(self, known=known)
-
-
-class _Thinned(NamedTuple):
-    """A placement with some of its samples."""
-
-    measured: Measurement
-    numbers: np.ndarray
-    """Number of each sample in its socket as it was, from 0."""
 
 
 def scene_of(
@@ -102,13 +94,11 @@ def scene_of(
     if floors is None:
         floors = list(fitted_alone(model.robot, measurements).values())
     thinned = [_thinned(measured) for measured in measurements]
-    thin = [placement.measured for placement in thinned]
-    numbers = [placement.numbers for placement in thinned]
-    outliers = standing_out(floors)
-    pairs = zip(thin, outliers, strict=True)
+    thin = [measured for measured, _ in thinned]
+    numbers = [numbers for _, numbers in thinned]
+    pairs = zip(thin, standing_out(floors), strict=True)
     sound = [measured for measured, usual in pairs if usual is None]
-    few = samples_of(sound or thin).thinned(ABOUT, FEW)
-    fit = model.fit(few, start=start)
+    fit = model.fit(samples_of(sound or thin).thinned(ABOUT, FEW), start=start)
     centres, turns = fit.centres, fit.R
     if len(sound) < len(thin):
         samples = samples_of(thin)
@@ -148,18 +138,22 @@ def _noise_width(
     return USUAL_WIDTH if is_unknown else KNOWN_WIDTH
 
 
-def _thinned(measured: Measurement) -> _Thinned:
-    """Return a placement with so many samples of each socket at most, evenly chosen."""
+def _thinned(measured: Measurement) -> tuple[Measurement, np.ndarray]:
+    """Return a placement with so many samples of each socket at most, evenly chosen.
+
+    And the number of each sample in its socket as it was, from 0.
+    """
     limit = max(MOST // len(measured.counts), 2)
     numbers = [evenly(count, limit) for count in measured.counts]
-    ranks: list[np.ndarray] = []
-    for rows, chosen in zip(measured.slices, numbers, strict=True):
-        ranks.append(measured.order[rows][chosen])
-    in_time = np.sort(np.concatenate(ranks))
-    return _Thinned(measured.only(in_time), np.concatenate(numbers))
+    pairs = zip(measured.slices, numbers, strict=True)
+    ranks = np.concatenate([measured.order[rows][chosen] for rows, chosen in pairs])
+    return measured.only(np.sort(ranks)), np.concatenate(numbers)
 
 
-def fitted_alone(robot: Robot, measurements: Sequence[Measurement]) -> dict[str, float]:
+def fitted_alone(
+    robot: Robot,
+    measurements: Sequence[Measurement],
+) -> dict[str, float]:
     """Return the error that a robust rigid fit to each placement alone leaves, by its name [m].
 
     It is the mean distance of its samples from their socket, each by its weight.
@@ -183,3 +177,41 @@ def standing_out(floors: Sequence[float]) -> list[float | None]:
         stands_out = usual < UNEXPLAINED and floor > largest
         outliers.append(usual if stands_out else None)
     return outliers
+
+
+class FlawError(MukcaError):
+    """The recordings can have no such flaw."""
+
+
+def shift_by(
+    robot: Robot,
+    measured: Measurement,
+    flaw: str,
+    size: float,
+    generator: np.random.Generator,
+) -> np.ndarray:
+    """Return by how much a flaw moves the balls as they were recorded, shape (N, 3) [m].
+
+    Of several joints it takes one amid the chain; what is free besides is random.
+
+    Args:
+        robot: The robot that recorded.
+        measured: Its recording.
+        flaw: A word of :data:`.FLAWS`.
+        size: How large the flaw is [m, rad, share]: at the ball at most, or its unknowns.
+        generator: Source of what is free.
+
+    Raises:
+        FlawError: The recordings can have no such flaw.
+    """
+    scene = scene_of(RigidModel(robot), [measured], Given(), None)
+    for kind in FLAWS[flaw]:
+        for block in kind.blocks(scene):
+            amid = block.columns[len(block.parameters) // 2]
+            direction = generator.normal(size=block.unknowns)
+            change = amid @ (direction / np.linalg.norm(direction))
+            shifts = scene.in_rows(block.rows, change)[scene.all_samples].reshape(-1, 3)
+            largest = float(np.linalg.norm(shifts, axis=1).max())
+            shifts = size / (largest if kind.at_ball else 1.0) * shifts
+            return measured.as_recorded(shifts)
+    raise FlawError(f"fault {flaw!r}: these recordings can have none")

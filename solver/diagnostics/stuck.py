@@ -4,7 +4,7 @@ The angle of each such sample is unknown then: it is sought together with the pl
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,50 +34,50 @@ FEW_CIRCLES = 4
 STUCK = kind_of("stuck")
 
 
-@dataclass(frozen=True)
-class _Run:
-    """Samples in which a joint reads one angle though the arm moved."""
-
-    joint: int
-    rows: np.ndarray
-    """Indices of the samples."""
-    placement: str | None = None
-    """None where it is so in all placements."""
-
-
-def of_stuck(model: RigidModel, scene: Scene) -> list[Candidate]:
-    """Return candidates: a joint that is stuck in a placement, or in all of them."""
-    candidates: list[Candidate] = []
-    for joint in range(scene.q.shape[1]):
+def of_stuck(
+    model: RigidModel,
+    scene: Scene,
+) -> Iterator[Candidate]:
+    """Yield candidates: a joint that is stuck in a placement, or in all of them."""
+    names = scene.robot.joint_names
+    count = len(names) * len(scene.places)
+    for joint, name in enumerate(names):
         runs = list(_runs(scene, joint))
         if len(runs) == len(scene.places) > 1:
-            rows = np.concatenate([run.rows for run in runs])
-            runs = [_Run(joint, rows)]
-        for run in runs:
-            changed = _freed(model, scene, run)
+            runs = [(None, np.concatenate([rows for _, rows in runs]))]
+        for placement, rows in runs:
+            changed = _freed(model, scene, joint, rows)
             if changed is not None:
-                candidates.append(_candidate(changed, run))
-    return candidates
+                sound = sound_recordings(changed)
+                yield sound.as_cause(
+                    STUCK, {"joint": name, "samples": len(rows)}, count, placement
+                )
 
 
-def _runs(scene: Scene, joint: int) -> Iterator[_Run]:
-    """Yield the placements at whose end a joint reads one angle while others move."""
+def _runs(
+    scene: Scene,
+    joint: int,
+) -> Iterator[tuple[str | None, np.ndarray]]:
+    """Yield the placements at whose end a joint reads one angle while others move.
+
+    Each by its name, with the indices of these samples.
+    """
     for place, rows in enumerate(scene.places):
         order = rows.start + np.argsort(scene.ranks[place])
         angles = scene.q[order, joint]
         differs = np.abs(angles - angles[-1]) > SAME
-        elsewhere = np.flatnonzero(differs)
-        first = int(elsewhere[-1]) + 1 if len(elsewhere) else 0
+        first = len(order) - int(np.argmax(np.append(differs[::-1], True)))
         run = np.sort(order[first:])
         travels = np.ptp(scene.q[run], axis=0)
         if len(run) >= LEAST and float(travels.max()) > MOVED:
-            yield _Run(joint, run, scene.measurements[place].name)
+            yield scene.measurements[place].name, run
 
 
 def _freed(
     model: RigidModel,
     scene: Scene,
-    run: _Run,
+    joint: int,
+    rows: np.ndarray,
 ) -> Scene | None:
     """Return the scene with a joint's angles unknown in some samples; None where no fit explains.
 
@@ -85,13 +85,13 @@ def _freed(
     """
     changed, noise = replace(scene, x=np.zeros_like(scene.x)), 0.0
     for _ in range(ROUNDS):
-        readings = _readings(model, changed.x, scene, run)
+        readings = _readings(model, changed.x, scene, joint, rows)
         changed, noise = model.refitted(replace(scene, readings=readings))
     if noise > UNEXPLAINED:
         return None
-    each = np.eye(len(scene.q))[:, run.rows]
-    columns = WIDTH * changed.by_joints[:, :, [run.joint]] * each[:, None]
-    flat = columns.reshape(-1, len(run.rows))
+    each = np.eye(len(scene.q))[:, rows]
+    columns = WIDTH * changed.by_joints[:, :, [joint]] * each[:, None]
+    flat = columns.reshape(-1, len(rows))
     unknown_angles = (scene.all_samples, flat, np.zeros(len(flat)))
     return replace(changed, explained=(*scene.explained, unknown_angles))
 
@@ -100,14 +100,15 @@ def _readings(
     model: RigidModel,
     x: np.ndarray,
     scene: Scene,
-    run: _Run,
+    joint: int,
+    rows: np.ndarray,
 ) -> np.ndarray:
     """Return positions with the angles of a joint that bring the balls of each seat together.
 
-    Along u_i, the derivative of ball i by the angle, nothing is known of the samples of the run.
+    Along u_i, the derivative of ball i by the angle, nothing is known of the samples of some rows.
     Angles all round are tried first.
     """
-    q, rows, joint = scene.q.copy(), run.rows, run.joint
+    q = scene.q.copy()
     is_free = np.isin(np.arange(len(q)), rows)
     circles = _circles(model, x, q[rows], joint) - scene.offsets[rows]
     for step in range(STEPS):
@@ -163,8 +164,7 @@ def _circles(
     """Return the balls of N samples with a joint at A angles all round, shape (A, N, 3) [m]."""
     turned = np.repeat(q[None], len(ANGLES), axis=0)
     turned[:, :, joint] += ANGLES[:, None]
-    flat = turned.reshape(-1, q.shape[1])
-    points = model.points(x, flat)
+    points = model.points(x, turned.reshape(-1, q.shape[1]))
     return points.reshape(len(ANGLES), len(q), 3)
 
 
@@ -172,15 +172,5 @@ def _meeting(circles: np.ndarray) -> np.ndarray:
     """Return the place on the circles of few samples that all circles pass nearest, shape (3,)."""
     places = circles[:, :FEW_CIRCLES].reshape(-1, 3)
     distances = np.linalg.norm(circles[:, :, None] - places, axis=3)
-    nearest = distances.min(axis=0)
-    farness = np.median(nearest, axis=0)
+    farness = np.median(distances.min(axis=0), axis=0)
     return places[int(np.argmin(farness))]
-
-
-def _candidate(changed: Scene, run: _Run) -> Candidate:
-    """Return the candidate of a scene in which a joint's angles are free."""
-    names = changed.robot.joint_names
-    parameters = {"joint": names[run.joint], "samples": len(run.rows)}
-    count = len(names) * len(changed.places)
-    sound = sound_recordings(changed)
-    return sound.as_cause(STUCK, parameters, count, run.placement)

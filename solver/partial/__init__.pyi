@@ -10,9 +10,9 @@ from .prior import zero_covariance as zero_covariance
 from .readings import LEAST_ANGLE as LEAST_ANGLE
 from .readings import LEAST_PLACE as LEAST_PLACE
 from .readings import SURE as SURE
-from .stop_zeros import StopZeros as StopZeros
-from .stop_zeros import zeros_by_stops as zeros_by_stops
 from .tool_tip import Tool as Tool
 from .tool_tip import tool as tool
 from .validity import Validity as Validity
 from .validity import what_changed as what_changed
+from .zeros import StopZeros as StopZeros
+from .zeros import zeros_by_stops as zeros_by_stops

@@ -10,6 +10,7 @@ An instrument that measures poses of what the flange carries is a camera beside 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -35,6 +36,7 @@ SIZE_UNTOLD = (
 )
 FARTHEST = 50.0
 """Distance beyond which no camera sees a board [m]."""
+REMEDY = "turn the flange about two axes, by 0.5 rad and more, between views"
 OPPOSITE: dict[str, Camera] = {"on-arm": "beside", "beside": "on-arm"}
 SIDES = {"on-arm": np.linalg.inv, "beside": np.asarray}
 """From a board's poses to those that :func:`.hand_eye` takes, by the camera."""
@@ -168,9 +170,8 @@ def handeye(
     scatter = zeros.rival(system) if zeros.alike and not inconsistent else ()
     doubts = scatter or wrong_size or inconsistent or zeros.rival(system)
     if not doubts:
-        remedy = "turn the flange about two axes, by 0.5 rad and more, between views"
         subject = f"views cannot tell {name} in {parent}"
-        doubts = not_enough(zeros.covariance, limit, subject, remedy)
+        doubts = not_enough(zeros.covariance, limit, subject, REMEDY)
     return CameraPose(
         **vars(found(calibration, system, (name, parent), pose, zeros, doubts)),
         camera=camera,
@@ -209,8 +210,7 @@ def camera_task(
             f"{where}: no orientations; a view needs x,y,z,qx,qy,qz,qw of the board"
         )
     points = np.concatenate([m.points for m in data])
-    rotations = np.concatenate([m.rotations for m in data])
-    B = as_poses(rotations, points)
+    B = as_poses(np.concatenate([m.rotations for m in data]), points)
     farthest = float(np.abs(points).max())
     if farthest > FARTHEST:
         raise UsageError(
@@ -221,7 +221,7 @@ def camera_task(
     starts = {way: poses.hand_eye(side(B), where) for way, side in SIDES.items()}
     misfit = _misfit(camera, starts, B)
     if misfit or starts[camera].distance > LOOSE:
-        samples = [sample for m in data for sample in m.placement.samples]
+        samples = [*chain.from_iterable(m.placement.samples for m in data)]
         reading = fitting_reading(samples, poses, SIDES[camera])
         if reading:
             raise UsageError(f"{where}: {reading}")

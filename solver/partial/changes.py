@@ -10,7 +10,14 @@ import numpy as np
 from ...errors import fixed
 from ..assessment import mm
 from ..calibration import Calibration
-from ..identification.data import Measurement, Metrics, evaluate, mean_metrics
+from ..identification.data import (
+    Measurement,
+    Metrics,
+    TipSamples,
+    evaluate,
+    mean_metrics,
+    tip_shift,
+)
 from ..identification.model import probabilities_by_name
 from .evidence import (
     DIVERGED,
@@ -42,6 +49,8 @@ FAR_MOVED = 4.0
 """Standard deviations beyond which the ball is reported as moved."""
 PUT_ON_AGAIN = 2e-3
 """Prior standard deviation of the place of a ball that was remounted [m]."""
+SHARE = 0.5
+"""Share of the errors that a shift leaves at most, if it is the cause."""
 
 
 @dataclass(frozen=True)
@@ -142,8 +151,12 @@ def changes_since(
     system, converged = linear_about(task, wide, lengths=True)
     if not converged:
         return Changes({}), None
-    names = [candidate.name for candidate in candidates]
-    changes = Changes(probabilities_by_name(names, log_evidences(system, candidates)))
+    changes = Changes(
+        probabilities_by_name(
+            [candidate.name for candidate in candidates],
+            log_evidences(system, candidates),
+        )
+    )
     joints = prior.robot.joint_names
     if changes.likeliest == NOTHING:
         unidentifiable = zero_deviations(system) >= UNIDENTIFIABLE
@@ -157,8 +170,9 @@ def changes_since(
         return changes, None
     system = fit(task.with_exact_arm)
     shift = system.shift[prior.ball]
-    covariance = system.posterior_covariance(prior.ball)
-    squared_deviations = shift @ np.linalg.solve(covariance, shift)
+    squared_deviations = shift @ np.linalg.solve(
+        system.posterior_covariance(prior.ball), shift
+    )
     if squared_deviations > FAR_MOVED**2:
         changes = replace(changes, ball=float(np.linalg.norm(shift)))
     distances = np.linalg.norm(system.residuals, axis=1)
@@ -178,6 +192,29 @@ def _nearest_cause(
     shifted = [m.shifted(offsets) for m in data]
     arm, robot = calibration.calibrated, task.prior.robot
     metrics = mean_metrics([evaluate(arm.predict(m), m) for m in shifted])
-    error = metrics.mean_absolute_error
     unit = "m" if robot.actuated[joint].type == "prismatic" else "rad"
-    return NearestCause(robot.joint_names[joint], offset, error, unit)
+    return NearestCause(
+        robot.joint_names[joint], offset, metrics.mean_absolute_error, unit
+    )
+
+
+def tip_words(calibration: Calibration, data: Sequence[Measurement]) -> str:
+    """Return a sentence on a tip that sits elsewhere than the calibration's ball; empty for none.
+
+    Any shift counts that explains the errors: a target is put on anew from day to day.
+    """
+    calibrated, sizes = calibration.calibrated, [0.0]
+    for measured in data:
+        if measured.kind != "points" or calibration.was_trained_on(measured):
+            continue
+        points, rotations = calibrated.predict(measured), calibrated.rotations(measured)
+        shift = tip_shift([TipSamples(points, rotations, measured.points)])
+        if (
+            evaluate(points + rotations @ shift, measured).mean_absolute_error
+            < SHARE * evaluate(points, measured).mean_absolute_error
+        ):
+            sizes.append(float(np.linalg.norm(shift)))
+    size = max(sizes)
+    if not size:
+        return ""
+    return f" The tip was refitted: it sits {mm(size)} from the calibration's."

@@ -12,14 +12,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..identification.model import probabilities
 from .evidence import (
     TYPICAL,
     Explanation,
+    Scatter,
     changes_of,
     linear_about,
     log_evidences,
     log_evidences_of_scatter,
+    shares_beside,
 )
 from .fit import fit
 from .system import System
@@ -28,7 +29,6 @@ from .zeros import (
     ZERO_CHANGED,
     another_arm,
     fit_with_zeros,
-    scatter_words,
     zero_deviations,
 )
 
@@ -77,10 +77,7 @@ class ChangedZeros:
     """Probability that each joint's zero changed."""
     covariance: np.ndarray
     """Of the place, whether or not a zero changed, shape (3, 3) [m^2]."""
-    scattered: float = 0.0
-    """Probability that no zero changed, and all joints scatter alike."""
-    scatter: float = 0.0
-    """Most probable scatter of that kind [rad]."""
+    scatter: Scatter
 
     @property
     def probability(self) -> float:
@@ -95,7 +92,7 @@ class ChangedZeros:
     @property
     def alike(self) -> bool:
         """True where the samples tell that all joints scatter."""
-        return self.scattered > CHANGED
+        return self.scatter.probability > CHANGED
 
     @property
     def likeliest(self) -> str:
@@ -106,7 +103,7 @@ class ChangedZeros:
     def text(self) -> tuple[str, ...]:
         """A sentence on it."""
         if self.alike:
-            return (scatter_words(self.scatter, self.scattered),)
+            return (str(self.scatter),)
         if self.probability < MENTIONED:
             return ()
         may = "changed" if self.told else "may have changed"
@@ -130,27 +127,25 @@ class ChangedZeros:
 def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
     """Return how a zero that may have changed adds to a place, by its unknowns, shape (3,)."""
     task, prior = system.task, system.task.prior
-    wide = dict.fromkeys(prior.zeros, max(TYPICAL))
-    about, converged = linear_about(task, wide)
+    about, converged = linear_about(task, dict.fromkeys(prior.zeros, max(TYPICAL)))
     if not converged:
         about = system
     identifiable = np.flatnonzero(zero_deviations(about) < UNIDENTIFIABLE)
     candidates = [Explanation("", 1 - ZERO_CHANGED * len(identifiable), {})]
     for j in identifiable:
-        joint = prior.robot.joint_names[j]
-        candidates += changes_of(joint, ZERO_CHANGED, [prior.zeros[j]])
-    logs = log_evidences(about, candidates)
-    of_scatters = log_evidences_of_scatter(about)
-    all_shares = probabilities(np.append(logs, [*of_scatters.values()])).tolist()
-    shares, by_scatter = all_shares[: len(logs)], all_shares[len(logs) :]
+        candidates += changes_of(
+            prior.robot.joint_names[j], ZERO_CHANGED, [prior.zeros[j]]
+        )
+    shares, scatter = shares_beside(
+        log_evidences_of_scatter(about), log_evidences(about, candidates)
+    )
     certain = about.covariance_on_flange(place)
     covariance = system.covariance_on_flange(place)
     changed: dict[str, float] = {}
-    for explanation, p in zip(candidates[1:], shares[1:], strict=True):
+    for explanation, p in zip(candidates[1:], shares[1:].tolist(), strict=True):
         freed = replace(about, task=task.freeing(explanation.widths))
         shift = (freed.change - about.change)[place]
         widened = freed.covariance_on_flange(place) - certain
         covariance += p * (widened + np.outer(shift, shift))
         changed[explanation.name] = changed.get(explanation.name, 0.0) + p
-    scatter = max(zip(by_scatter, of_scatters, strict=True), default=(0.0, 0.0))[1]
-    return ChangedZeros(changed, covariance, sum(by_scatter), scatter)
+    return ChangedZeros(changed, covariance, scatter)

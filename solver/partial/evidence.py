@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..identification.model import log_bayes_factor
+from ..identification.model import log_bayes_factor, probabilities
 from .fit import fit, next_step
 from .system import System, linear
 from .task import Task
@@ -25,8 +25,8 @@ SCATTERS = (1e-3, 3e-3, 1e-2)
 """Scatter of joints that are commanded, rounded, or have play [rad]."""
 MORE = 3.0
 """Multiple of the calibration's own noise of joints from which it counts as scatter."""
-PRIOR_SCATTER = 0.05
-"""Prior probability of such a scatter."""
+LOG_PRIOR_OF_SCATTER = math.log(0.05 / len(SCATTERS))
+"""Prior probability of each."""
 DIVERGED = 1e-2
 """Next step beyond which a fit is taken for diverged [m]."""
 NOTHING, LENGTHS, EVERYTHING = "nothing", "distance", "everything"
@@ -84,7 +84,10 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
     samples = len(errors) - len(task.distances)
     by_lengths = np.eye(len(errors))[:, samples:]
     slopes = np.hstack([system.slopes, by_lengths])
-    widths = _widths(task, candidates, slopes.shape[1])
+    widths = np.zeros((len(candidates), slopes.shape[1]))  # S_k, row by row
+    for row, candidate in zip(widths, candidates, strict=True):
+        free = {**task.free, **candidate.widths}
+        row[[*free]] = [*free.values()]
     freed = widths.any(axis=0)
     columns = np.column_stack([errors, slopes[:, freed]])
     logs: list[np.ndarray] = []
@@ -96,40 +99,57 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
         information, pull = M[1:, 1:], M[0, 1:]
         factors = log_bayes_factor(information, pull, widths[:, freed])
         logs.append(wandering.log_evidence(noise) + factors)
-    priors = [candidate.prior for candidate in candidates]
-    return np.log(priors) + np.logaddexp.reduce(logs)
+    return np.log([candidate.prior for candidate in candidates]) + np.logaddexp.reduce(
+        logs
+    )
 
 
 def log_evidences_of_scatter(system: System) -> dict[float, float]:
-    """Return ln(p Z) of all joints that scatter alike, by how much [rad]; see the next function."""
-    least = MORE * system.task.noise.joint
-    log_prior = math.log(PRIOR_SCATTER / len(SCATTERS))
-    return {
-        scatter: log_evidence_of_scatter(system, scatter) + log_prior
-        for scatter in SCATTERS
-        if scatter > least
-    }
+    """Return ln(p Z) of all joints that scatter alike, by how much [rad].
 
-
-def log_evidence_of_scatter(system: System, joint: float) -> float:
-    """Return ln Z of all joints that scatter alike [rad], to compare with :func:`log_evidences`."""
+    They compare with :func:`log_evidences`.
+    """
     task = system.task
     free = {**dict.fromkeys(task.prior.zeros, UNCHANGED), **task.free}
     alike = replace(system.state, weights=np.ones_like(system.state.weights))
     wandering = replace(system, task=replace(task, free=free), state=alike)
-    noise = replace(task.noise, joint=joint)
-    places = task.noise.place * LEVELS
-    logs = [wandering.log_evidence(replace(noise, place=s)) for s in places.tolist()]
-    return float(np.logaddexp.reduce(logs))
+    places = (task.noise.place * LEVELS).tolist()
+    logs: dict[float, float] = {}
+    for scatter in SCATTERS:
+        if scatter > MORE * task.noise.joint:
+            noise = replace(task.noise, joint=scatter)
+            by_noise = [wandering.log_evidence(replace(noise, place=s)) for s in places]
+            logs[scatter] = np.logaddexp.reduce(by_noise) + LOG_PRIOR_OF_SCATTER
+    return logs
 
 
-def _widths(task: Task, candidates: Sequence[Explanation], unknowns: int) -> np.ndarray:
-    """Return S_k, the deviations of what each explanation frees, shape (E, unknowns)."""
-    widths = np.zeros((len(candidates), unknowns))
-    for row, candidate in zip(widths, candidates, strict=True):
-        freed = {**task.free, **candidate.widths}
-        row[[*freed]] = [*freed.values()]
-    return widths
+@dataclass(frozen=True)
+class Scatter:
+    """Scatter of all joints alike, while no zero changed."""
+
+    probability: float = 0.0
+    size: float = 0.0
+    """Most probable one [rad]."""
+
+    def __str__(self) -> str:
+        return (
+            f"All joints scatter alike, by some {1e3 * self.size:g} mrad "
+            f"({100 * self.probability:.0f} %): are they read, not commanded, and written with all "
+            "digits? Or is it another arm's calibration?"
+        )
+
+
+def shares_beside(
+    scatters: dict[float, float], logs: np.ndarray
+) -> tuple[np.ndarray, Scatter]:
+    """Return probabilities of explanations by ln(p Z), and that of scatters compared to them."""
+    shares = probabilities(np.append(logs, [*scatters.values()]))
+    of_scatters = shares[logs.size :].tolist()
+    by_size = dict(zip(scatters, of_scatters, strict=True))
+    scatter = Scatter(
+        sum(of_scatters), max(by_size, key=by_size.__getitem__, default=0.0)
+    )
+    return shares[: logs.size].reshape(logs.shape), scatter
 
 
 def geometry_changes(task: Task) -> dict[int, float]:
@@ -156,14 +176,17 @@ def explanations(task: Task) -> list[Explanation]:
         candidates += changes_of(joint, share, [zero])
     candidates += changes_of("tool", PRIOR["tool"], ball)
     candidates += changes_of("base", PRIOR["base"], base)
-    geometry = geometry_changes(task)
-    return [*candidates, Explanation(EVERYTHING, PRIOR[EVERYTHING], geometry)]
+    return [
+        *candidates,
+        Explanation(EVERYTHING, PRIOR[EVERYTHING], geometry_changes(task)),
+    ]
 
 
 def changes_of(name: str, prior: float, unknowns: Sequence[int]) -> list[Explanation]:
     """Return the hypotheses that unknowns changed by what is typical; none without unknowns."""
     if not unknowns:
         return []
-    share = prior / len(TYPICAL)
-    widths = [dict.fromkeys(unknowns, width) for width in TYPICAL]
-    return [Explanation(name, share, by_unknown) for by_unknown in widths]
+    return [
+        Explanation(name, prior / len(TYPICAL), dict.fromkeys(unknowns, width))
+        for width in TYPICAL
+    ]

@@ -37,18 +37,15 @@ def fit(task: Task) -> System:
         # while the unknowns are far astray all samples count alike
         weights = _weights(system) if round_ > 1 else state.weights
         state = replace(_moved(system), noise=_noise(system), weights=weights)
-        if round_ > 2 and _is_settled(system, state):
+        before = system.state
+        changes = [
+            _step(system, state) / before.noise.place,
+            abs(np.log(state.noise.place / before.noise.place)),
+            np.abs(state.weights - before.weights).max(),
+        ]
+        if round_ > 2 and max(changes) < SETTLED:
             break
     return linear(task, state)
-
-
-def _is_settled(system: System, state: State) -> bool:
-    """Tell whether a step moved neither the samples, nor the scale of noise, nor the weights."""
-    before = system.state
-    step = _step(system, state) / before.noise.place
-    rescaled = abs(np.log(state.noise.place / before.noise.place))
-    reweighted = float(np.abs(state.weights - before.weights).max())
-    return max(step, rescaled, reweighted) < SETTLED
 
 
 def next_step(system: System) -> float:
@@ -111,19 +108,23 @@ def _noise(system: System) -> NoiseBelief:
     """Return the scales of noise after a step towards more evidence."""
     now, belief = system.state.noise, system.task.noise
     turns = STEPS if system.task.rows.turns else (1.0,)
-    candidates: list[NoiseBelief] = []
-    for a, b in product(STEPS, turns):
-        place, turn_ = a * now.place, b * now.turn
-        if place >= SMALLEST * belief.place and turn_ >= SMALLEST * belief.turn:
-            candidates.append(replace(now, place=place, turn=turn_))
+    scaled = [
+        replace(now, place=a * now.place, turn=b * now.turn)
+        for a, b in product(STEPS, turns)
+    ]
+    candidates = [
+        noise
+        for noise in scaled
+        if noise.place >= SMALLEST * belief.place
+        and noise.turn >= SMALLEST * belief.turn
+    ]
     return max(candidates, key=system.log_evidence)
 
 
 def _weights(system: System) -> np.ndarray:
     """Return the robust weights of the samples."""
     e, noise = system.residuals, system.state.noise
-    axes = e.shape[1]
     roots = np.linalg.cholesky(system.noise_blocks(noise))
     whitened = np.linalg.solve(roots, e[:, :, None])[:, :, 0]
     squares = np.sum(whitened**2, axis=1)
-    return student_weights(squares, noise.nu, axes)
+    return student_weights(squares, noise.nu, e.shape[1])

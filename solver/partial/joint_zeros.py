@@ -130,22 +130,16 @@ def _untold(
     blind = [joint for joint in posterior.blind if joint in joints]
     sentences = [_how_to_identify(robot, joint, stood) for joint in blind]
     if posterior.factor > 1:
-        sentences += _errors_of_model(posterior.factor)
+        thousands = 1e3 * posterior.factor
+        length, angle = thousands * LENGTH, thousands * ANGLE
+        sentences += [
+            "The nominal model's own errors cannot be told from changed zeros, so deviations "
+            f"contain them: its lengths are off by some {length:.2g} mm and its angles by "
+            f"{angle:.2g} mrad.",
+            "If it is this arm's model, calibrate the arm first by mukca solve, which finds its "
+            "zeros, too. Then give mukca rezero the calibration in place of the model.",
+        ]
     return tuple(sentences)
-
-
-def _errors_of_model(factor: float) -> tuple[str, ...]:
-    """Return that a nominal model's own errors look like changed zeros, and what would help.
-
-    They are as large as a factor on the tolerances of its parts says.
-    """
-    length, angle = 1e3 * factor * LENGTH, 1e3 * factor * ANGLE
-    return (
-        "The nominal model's own errors cannot be told from changed zeros, so deviations contain "
-        f"them: its lengths are off by some {length:.2g} mm and its angles by {angle:.2g} mrad.",
-        "If it is this arm's model, calibrate the arm first by mukca solve, which finds its zeros, "
-        "too. Then give mukca rezero the calibration in place of the model.",
-    )
 
 
 def _how_to_identify(robot: Robot, joint: str, stood: str) -> str:

@@ -105,14 +105,13 @@ class ArmPrior:
         model = self.model
         y = x[: model.size].copy()
         y[self.ball] = -model.ball.nominal[self.ball]
-        points = model.linearise(y, samples)
-        turns = model.linearise(y, samples, of_turns=True)
-        p, p_by_unknowns, p_by_joints = points
-        R, R_by_unknowns, R_by_joints = turns
+        p, p_by_unknowns, p_by_joints = model.linearise(y, samples)
+        R, R_by_unknowns, R_by_joints = model.linearise(y, samples, of_turns=True)
         by_unknowns = np.hstack([p_by_unknowns, R_by_unknowns])
         by_joints = np.hstack([p_by_joints, R_by_joints])
-        parameters = enumerate(model.parameters)
-        of_tool = [i for i, parameter in parameters if parameter.of_ball]
+        of_tool = [
+            i for i, parameter in enumerate(model.parameters) if parameter.of_ball
+        ]
         by_unknowns[:, :, of_tool] = 0.0
         origins = model.ball.origins(model.values(y))
         of_ball = matrix_rpy(origins[-1, 3:])
@@ -129,8 +128,9 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
         )
     posterior = posterior_of(arm.document, arm.source)
     fitted = posterior.model
-    numbers = fitted.ball.rotation_numbers
-    model = _model(fitted.robot, fitted.parameters, fitted.extensions, numbers)
+    model = _model(
+        fitted.robot, fitted.parameters, fitted.extensions, fitted.ball.rotation_numbers
+    )
     sockets = {
         SOCKET.format(*label): model.size + 3 * i
         for i, label in enumerate(posterior.data.labels)
@@ -147,8 +147,7 @@ def prior_of(arm: Calibration | Robot) -> ArmPrior:
         model, mean, covariance, sockets, arm.calibrated.load, posterior.noise
     )
     for zero in arm.document.later_zeros:
-        joint = model.robot.joint_names.index(zero.joint)
-        i = prior.zeros[joint]
+        i = prior.zeros[model.robot.joint_names.index(zero.joint)]
         mean[i] += zero.offset
         if zero.offset:
             covariance[i, i] += zero.standard_deviation**2
@@ -202,7 +201,7 @@ def identifiable_zeros(
         state: The covariance before the samples.
         pools: For each socket, poses that reach it, shape (N, m).
     """
-    zeros: np.ndarray = np.eye(state.model.size)[state.model.slices[0]]
+    zeros = np.eye(state.model.size)[state.model.slices[0]]
     for k, q in pools.items():
         state = state.with_samples(q[:POOLED], k)
     where = Workspace(zeros, np.zeros(len(zeros)))

@@ -54,8 +54,9 @@ def turns_of(samples: Sequence[Sample]) -> dict[str, np.ndarray]:
     turns = {AS_IS: rotation_matrices(quaternions)}
     numbers = [s.turn for s in samples]
     if any(len(row) != 3 for row in numbers):
-        w_last = quaternions[:, [1, 2, 3, 0]]
-        turns["quaternions with w first"] = rotation_matrices(w_last)
+        turns["quaternions with w first"] = rotation_matrices(
+            quaternions[:, [1, 2, 3, 0]]
+        )
         return turns
     for unit, factor in (("", 1.0), (" in degrees", math.pi / 180)):
         angles = factor * np.array(numbers)
@@ -72,8 +73,7 @@ def _product(angles: np.ndarray, axes: str) -> np.ndarray:
     units = dict(zip("xyz", np.eye(3), strict=True))
     product = np.eye(3)
     for column, axis in zip(angles.T, axes, strict=True):
-        vectors = np.outer(column, units[axis])
-        product = product @ turn(vectors)
+        product = product @ turn(np.outer(column, units[axis]))
     return product
 
 
@@ -166,9 +166,8 @@ def fitting_order(prior: ArmPrior, q: np.ndarray, M: np.ndarray) -> str:
     misfits = np.abs(_angles(R) - _angles(measured[None]))
     differences = np.median(misfits, axis=1)
     ranks = np.argsort(differences)[:CANDIDATES]
-    candidates = ranks[differences[ranks] < ANGLES_FIT].tolist()
     distances: list[tuple[float, int]] = []
-    for k in candidates:
+    for k in ranks[differences[ranks] < ANGLES_FIT].tolist():
         with suppress(MukcaError):
             start = hand_eye(R[k], p[k], measured, points)
             distances.append((start.distance, k))

@@ -116,8 +116,9 @@ def reason_of(changes: Changes, errors: LaterErrors) -> Reason:
     """Return the reason of a verdict: a change that the evidence names, or else the errors."""
     if changes.changed and changes.likeliest == LENGTHS:
         text = f"{errors.wrong_length} ({changes.share})."
-        advice = "Check --distance, or state it: mukca info DATA --set-distance M."
-        return Reason(text, advice)
+        return Reason(
+            text, "Check --distance, or state it: mukca info DATA --set-distance M."
+        )
     if changes.cause is not None:
         text = f"{errors.drifted}; {changes.cause.text(changes.share)}."
         return Reason(text, f"mukca rezero --joint {changes.likeliest} finds its zero.")

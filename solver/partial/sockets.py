@@ -62,8 +62,8 @@ def socket_task(prior: ArmPrior, data: Sequence[Measurement], stood: str = "") -
         raise UsageError(
             "give placements with the ball in sockets, not measured points"
         )
-    pairs = [label for m in data for label in m.labels]
-    counts = [count for m in data for count in m.counts]
+    pairs = [*chain.from_iterable(m.labels for m in data)]
+    counts = [*chain.from_iterable(m.counts for m in data)]
     names = [
         _known_socket(prior, stood, *pair) if stood else str(pair) for pair in pairs
     ]

@@ -76,8 +76,7 @@ class System:
     def noise_covariance(self, noise: NoiseBelief, *, gaussian: bool) -> np.ndarray:
         """Return the same where all unknowns are known, shape (R, R)."""
         N, axes, _ = self.by_joints.shape
-        weights = self.state.weights[:, None, None]
-        blocks = self.noise_blocks(noise) / weights
+        blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
         if gaussian:
             blocks = blocks * (1 + 2 / (noise.nu + axes))
         C = CALIPER_DEVIATION**2 * np.eye(len(self.errors))
@@ -97,8 +96,7 @@ class System:
         root = np.linalg.cholesky(self.covariance(noise))
         whitened = np.linalg.solve(root, self.errors)
         squares = whitened @ whitened + scales @ scales
-        log_determinant = np.log(np.diag(root)).sum()
-        return float(-0.5 * squares - log_determinant)
+        return float(-0.5 * squares - np.log(np.diag(root)).sum())
 
     @cached_property
     def change(self) -> np.ndarray:
@@ -116,13 +114,14 @@ class System:
         of_both = np.block([[self.spread, across], [across.T, S[:, some]]])
         prior = Gaussian.of(np.zeros(len(of_both)), of_both)
         count = len(self.errors)
-        noise = self.noise_covariance(self.state.noise, gaussian=True)
-        root = np.linalg.cholesky(noise)
-        of_errors = np.eye(count, len(of_both))
-        whitened = np.linalg.solve(root, of_errors)
-        posterior = prior.conditioned(whitened, np.zeros(count))
+        root = np.linalg.cholesky(
+            self.noise_covariance(self.state.noise, gaussian=True)
+        )
+        whitened = np.linalg.solve(root, np.eye(count, len(of_both)))
         unknowns = slice(count, None)
-        return posterior.marginal(unknowns).covariance
+        return (
+            prior.conditioned(whitened, np.zeros(count)).marginal(unknowns).covariance
+        )
 
     def covariance_on_flange(self, some: np.ndarray) -> np.ndarray:
         """Return the same for an exact chain: how far the flange itself is off is left out."""
@@ -142,7 +141,7 @@ class System:
 
     def outliers(self, noun: str) -> dict[int, str]:
         """Return the outliers among the samples, and where each stands, or its number."""
-        wheres: list[str] = self.task.rows.wheres.tolist()
+        wheres = self.task.rows.wheres.tolist()
         indices = np.flatnonzero(self.state.weights < OUTLIER).tolist()
         return {i: wheres[i] or f"{noun} {i}" for i in indices}
 
@@ -157,8 +156,7 @@ def linear(task: Task, state: State) -> System:
     arms = np.einsum("nij,nj->ni", tools, left[:, :3, 3])
     levers = arms + flanges.R @ prior.tip(x)
     reaches = np.einsum("nij,nj->ni", turns, right[:, :3, 3])
-    centres = x[task.places[rows.places, :3]]
-    place_errors = flanges.p + levers - centres - reaches
+    place_errors = flanges.p + levers - x[task.places[rows.places, :3]] - reaches
     measured = tools @ left[:, :3, :3]
     seen = turns @ right[:, :3, :3]
     turn_errors = rotation_vectors(measured @ seen.transpose(0, 2, 1))

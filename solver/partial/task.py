@@ -110,7 +110,7 @@ class Task:
     exact_size: bool = False
     """True where an instrument measured places, whose size is right."""
     start: HandEye | None = None
-    """Where U's rotation and the one place begin; None for places at the median of the tips."""
+    """Start of U's rotation and of the one place; None for places at the median of the tips."""
 
     @cached_property
     def known(self) -> list[int]:
@@ -153,8 +153,7 @@ class Task:
     @property
     def with_exact_arm(self) -> "Task":
         """The same with an arm of which all is known but what is free."""
-        nothing = np.zeros_like(self.prior.covariance)
-        exact = replace(self.prior, covariance=nothing)
+        exact = replace(self.prior, covariance=np.zeros_like(self.prior.covariance))
         return replace(self, prior=exact)
 
     def tolerating(self, factor: float) -> "Task":

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, compress
+from itertools import chain, combinations, compress
 
 import numpy as np
 
@@ -136,8 +136,12 @@ def _doubts(scatter: float, zeros: ChangedZeros, limit: float) -> tuple[str, ...
     """Return a reason not to rely on a tip whose touches scatter by so much [m]; or none."""
     if scatter > LOOSE:
         return (SCATTER.format(1e3 * scatter),)
-    remedy = "turn the tool about two more axes at the point"
-    return not_enough(zeros.covariance, limit, "touches cannot tell the tip", remedy)
+    return not_enough(
+        zeros.covariance,
+        limit,
+        "touches cannot tell the tip",
+        "turn the tool about two more axes at the point",
+    )
 
 
 def _outliers(wheres: Mapping[int, str], distances: np.ndarray) -> tuple[str, ...]:
@@ -176,7 +180,7 @@ def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") 
         measure(_by_point(placement, coordinates), prior.robot, sockets=1)
         for placement, coordinates in zip(placements, points, strict=True)
     ]
-    counts = [count for m in data for count in m.counts]
+    counts = [*chain.from_iterable(m.counts for m in data)]
     if sum(counts) < LEAST or min(counts, default=0) < LEAST_EACH:
         names = ", ".join(m.name for m in data)
         raise UsageError(
@@ -188,8 +192,7 @@ def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") 
     distances = [*compress(task.distances, measured)]
     first = 0
     for m, coordinates in zip(data, points, strict=True):
-        numbered = enumerate(coordinates, first)
-        for (i, a), (j, b) in combinations(numbered, 2):
+        for (i, a), (j, b) in combinations(enumerate(coordinates, first), 2):
             distances.append((i, j, math.dist(a, b)))
         first += len(m.sockets)
     noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
@@ -199,8 +202,9 @@ def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") 
 
 def _points_of(placement: Placement) -> tuple[tuple[float, float, float], ...]:
     """Return the coordinates of the points that were touched [m]; none where they are not known."""
-    points = [sample.point for sample in placement.samples if sample.point]
-    return tuple(dict.fromkeys(points))
+    return tuple(
+        dict.fromkeys([sample.point for sample in placement.samples if sample.point])
+    )
 
 
 def _by_point(placement: Placement, points: Sequence[tuple[float, ...]]) -> Placement:
@@ -247,10 +251,12 @@ def _elsewhere(prior: ArmPrior, x: np.ndarray, P: np.ndarray) -> float | None:
     robot = prior.robot.with_origins(model.ball.origins(model.values(x)))
     guide = InverseKinematics(robot)
     generator = np.random.default_rng(0)
+    lowest, highest = (NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH)
     squares: list[float] = []
     for _ in range(10 * ELSEWHERE):
-        point = guide.longest * _point_elsewhere(generator)
-        targets = np.tile(point, (POSTURES, 1))
+        radius, angle, height = generator.uniform(lowest, highest)
+        point = [radius * np.cos(angle), radius * np.sin(angle), height]
+        targets = np.tile(guide.longest * np.array(point), (POSTURES, 1))
         try:
             q = guide.reach(targets, generator, rounds=1)
         except SimulationError:
@@ -261,10 +267,3 @@ def _elsewhere(prior: ArmPrior, x: np.ndarray, P: np.ndarray) -> float | None:
         if len(squares) == ELSEWHERE:
             break
     return float(np.mean(squares)) ** 0.5 if squares else None
-
-
-def _point_elsewhere(generator: np.random.Generator) -> np.ndarray:
-    """Return a random point where arms work, in shares of the reach, shape (3,)."""
-    lowest, highest = (NEAR, -2.0, 0.0), (FAR_OUT, 2.0, HIGH)
-    radius, angle, height = generator.uniform(lowest, highest)
-    return np.array([radius * np.cos(angle), radius * np.sin(angle), height])

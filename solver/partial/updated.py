@@ -63,8 +63,10 @@ class Found:
     def place(self) -> str:
         """Its place with standard deviations, in words."""
         sigma = np.sqrt(np.diag(self.frame.covariance))
-        rows = zip(self.frame.xyz, sigma, strict=True)
-        numbers = [f"{fixed(1e3 * v, 2, '+')} +- {1e3 * s:.2f}" for v, s in rows]
+        numbers = [
+            f"{fixed(1e3 * v, 2, '+')} +- {1e3 * s:.2f}"
+            for v, s in zip(self.frame.xyz, sigma, strict=True)
+        ]
         return f"x y z {' '.join(numbers)} mm"
 
     def __repr__(self) -> str:
@@ -115,8 +117,7 @@ def found(
     )
     doubts = () if zeros.told or zeros.alike else zeros.text
     notes = (*system.task.rows.warnings, *doubts)
-    with_link = updated(calibration, system, tool=frame)
-    return Found(frame, with_link, notes, untold)
+    return Found(frame, updated(calibration, system, tool=frame), notes, untold)
 
 
 def signed(values: Iterable[float], digits: int) -> str:
@@ -150,11 +151,9 @@ def updated(
     calibrated = _updated_arm(calibration.calibrated, system, offsets, tool)
     document = _updated_document(calibration.document, calibrated, zeros, tool)
     if zeros:
-        folds = (
-            _fold_with_zeros(calibration.calibrated, fold, offsets)
-            for fold in document.folds
-        )
-        document = structs.replace(document, folds=tuple(folds))
+        old = calibration.calibrated
+        folds = tuple(_fold_with_zeros(old, fold, offsets) for fold in document.folds)
+        document = structs.replace(document, folds=folds)
     return Calibration(document, calibrated, calibration.source)
 
 
@@ -232,18 +231,17 @@ def _updated_document(
     )
     if zeros:
         before = {zero.joint: zero.offset for zero in document.later_zeros}
-        later_zeros = [
-            LaterZero(
-                joint=zero.joint,
-                offset=before.get(zero.joint, 0.0) + zero.offset,
-                standard_deviation=zero.standard_deviation,
-            )
-            for zero in zeros
-        ]
         offsets = [-zero.offset for zero in zeros]
         document = structs.replace(
             document,
-            later_zeros=tuple(later_zeros),
+            later_zeros=tuple(
+                LaterZero(
+                    joint=zero.joint,
+                    offset=before.get(zero.joint, 0.0) + zero.offset,
+                    standard_deviation=zero.standard_deviation,
+                )
+                for zero in zeros
+            ),
             coefficients=_coefficients(document.coefficients or (), zeros),
             data=tuple(data.shifted(offsets) for data in document.data),
         )

@@ -34,9 +34,8 @@ from ..identification.data import (
     one_blas_thread,
 )
 from ..results import CalibrationDocument, Diagnostic, Summary
-from .changes import Changes, changes_since
+from .changes import Changes, changes_since, tip_words
 from .evidence import LENGTHS
-from .other_probe import probe_shift, probe_words
 from .reasons import LaterErrors, Reason, reason_of
 from .sockets import too_few
 
@@ -139,8 +138,7 @@ def what_changed(
 ) -> Validity:
     """Tell what changed since a calibration, and how large its errors are.
 
-    It is valid if the evidence, by the full model, names no change, and its errors keep the arm's
-    limits; some changes are excused, see :func:`_is_excused`.
+    It is valid if the evidence names no change, or an excused one, and its errors keep the limits.
 
     Args:
         calibration: The calibration.
@@ -157,10 +155,9 @@ def what_changed(
     document = calibration.document
     measured = _as_read_now(calibration, as_list(data), distance)
     changes, now = changes_since(calibration, measured, stood, ball_moved=ball_moved)
-    tip = probe_shift(calibration, measured)
     errors = calibration.errors_of(measured, other_tip=True)
-    limits = limits_of(document, calibration.source, Options(repeatability))
     new = _summary_now(errors, now)
+    limits = limits_of(document, calibration.source, Options(repeatability))
     compared = bool(changes.probabilities)
     later = [m for m in measured if not calibration.was_trained_on(m)]
     arm, zeros = calibration.calibrated, bool(document.settings.get("zeros"))
@@ -174,47 +171,49 @@ def what_changed(
     else:
         then = document.summary.proof or document.summary.train
         since = LaterErrors(new, then, limits, rows)
-        reason = reason_of(changes, since).followed_by(probe_words(tip))
-        excused = not since.failed and _is_excused(
-            changes, document, new, limited=bool(repeatability)
-        )
-        rows = [*rows, *_change_rows(changes, reason, excused=excused)]
+        reason = reason_of(changes, since).followed_by(tip_words(calibration, measured))
+        rows += _change_rows(changes, since, document, reason.text, repeatability)
     length = _length_row(document, measured)
     better = reason.as_made and bool(is_better(document.better, new))
     verdict = judge([*rows, length], seen.hypotheses, better=better)
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
         reason = reason.preceded_by(length.text)
-    said = reason.text, reason.advice
-    findings = tuple(f for f in seen.diagnostics if f.level != "note")
     return Validity(
         **vars(changes),
         errors=errors,
         verdict=verdict,
-        said=said,
+        said=(reason.text, reason.advice),
         measured=measured,
         as_made=reason.as_made,
-        findings=findings,
+        findings=[f for f in seen.diagnostics if f.level != "note"],
     )
 
 
 def _change_rows(
-    changes: Changes, reason: Reason, *, excused: bool
+    changes: Changes,
+    errors: LaterErrors,
+    document: CalibrationDocument,
+    text: str,
+    repeatability: float | None,
 ) -> list[LimitResult]:
     """Return the row that says whether something changed; none where that was not compared."""
     if not changes.probabilities:
         return []
     status = "pass"
     if changes.changed:
-        status = "warning" if excused else "fail"
-    words = reason.text[:-1]
-    return [limit_row("validity", status, words, text=words)]
+        is_excused = not errors.failed and _is_excused(
+            changes, document, errors.new, limited=bool(repeatability)
+        )
+        status = "warning" if is_excused else "fail"
+    return [limit_row("validity", status, text[:-1], text=text[:-1])]
 
 
 def _length_row(
     document: CalibrationDocument, measured: Sequence[Measurement]
 ) -> LimitResult:
     """Return whether any length is measured: by these samples, or when the arm was calibrated."""
-    if any(map(_states_lengths, measured)):
+    stated = [m for m in measured if m.has_distance and m.distance_source != "default"]
+    if stated or any(m.kind == "points" for m in measured):
         return distance_row([])
     return distance_row(assumed_distances(document))
 
@@ -257,9 +256,3 @@ def _is_excused(
         return small or limited
     likely = changes.probabilities[changes.likeliest]
     return small and document.method != "auto" and likely <= CERTAIN
-
-
-def _states_lengths(measured: Measurement) -> bool:
-    """Return True where a length of the recording was measured."""
-    has_length = measured.has_distance and measured.distance_source != "default"
-    return measured.kind == "points" or has_length

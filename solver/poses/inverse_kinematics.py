@@ -5,7 +5,6 @@ once, so that the solutions are spread over all that the arm can do.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,15 +33,6 @@ class SimulationError(MukcaError):
     """An arm that cannot do what is asked of it."""
 
 
-class Starts(NamedTuple):
-    """Random starts of a batch."""
-
-    positions: np.ndarray
-    """Joint positions, shape (BATCH, m) [rad], [m] for a prismatic joint."""
-    necks: np.ndarray
-    """Directions that the ball's neck is to have, shape (BATCH, 3)."""
-
-
 @dataclass(frozen=True)
 class NewtonSteps:
     """Damped Newton steps: their number, and when they end."""
@@ -67,11 +57,12 @@ class InverseKinematics:
         # Fewer than six joints cannot lean the neck to all sides: any lean within the cap will do.
         self._leans_freely = len(robot.actuated) >= 6
         self.lower, self.upper = one_turn(robot)
-        types = np.array([joint.type for joint in robot.actuated])
-        self._turning = types != "prismatic"
+        self._turning = (
+            np.array([joint.type for joint in robot.actuated]) != "prismatic"
+        )
         limits = np.abs([robot.lower, robot.upper])
         slides = limits.max(axis=0)[~self._turning]
-        lengths: np.ndarray = np.linalg.norm(robot.origins[:, :3], axis=1)
+        lengths = np.linalg.norm(robot.origins[:, :3], axis=1)
         self.longest = float(lengths.sum() + slides.sum())
         """No point farther from the base is in reach [m]."""
 
@@ -142,11 +133,13 @@ class InverseKinematics:
             targets = np.hstack([points[rows[some]], necks[some]])
             q, arrived = self._follow(starts[some], targets)
             reached[rows[some[arrived]]] = q[arrived]
-        still_open = np.isnan(reached[failures, 0])
-        return not still_open.all()
+        return not np.isnan(reached[failures, 0]).all()
 
-    def _random_starts(self, generator: np.random.Generator) -> Starts:
-        """Return joint positions, and directions of necks that are even over the cap of tilts."""
+    def _random_starts(
+        self,
+        generator: np.random.Generator,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return joint positions, (BATCH, m), and directions of necks, even over the cap."""
         shape = BATCH, len(self.lower)
         positions = generator.uniform(self.lower, self.upper, shape)
         height = generator.uniform(np.cos(MAX_TILT), 1.0, BATCH)
@@ -154,7 +147,7 @@ class InverseKinematics:
         radius = np.sqrt(1 - height**2)
         x = radius * np.cos(angle)
         y = radius * np.sin(angle)
-        return Starts(positions, np.column_stack([x, y, -height]))
+        return positions, np.column_stack([x, y, -height])
 
     def _follow(
         self,
@@ -163,14 +156,12 @@ class InverseKinematics:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return damped Newton solutions from some starts, and which of them arrived."""
         q = q.copy()
-        all_rows = np.arange(len(q))
-        self._iterate(q, targets, all_rows, COARSE)
+        self._iterate(q, targets, np.arange(len(q)), COARSE)
         turns = np.round(q / (2 * np.pi)) * self._turning
         q -= 2 * np.pi * turns
         # Many are outside the limits, and stay there: the others are worth the last steps.
-        below = self.lower - q
         above = q - self.upper
-        beyond = np.maximum(below, above).max(axis=1)
+        beyond = np.maximum(self.lower - q, above).max(axis=1)
         feasible = np.flatnonzero(beyond < MARGIN)
         goals = targets if self._leans_freely else targets[:, :3]
         self._iterate(q, goals, feasible, FINE)
@@ -217,8 +208,7 @@ class InverseKinematics:
             dual_step = np.linalg.solve(J @ transposed + damping, error)
             dq = (transposed @ dual_step)[:, :, 0]
             longest = np.abs(dq).max(axis=1).clip(1e-9)
-            scale = np.minimum(1.0, MAX_STEP / longest)
-            dq *= scale[:, None]
+            dq *= np.minimum(1.0, MAX_STEP / longest)[:, None]
             q[moving] += dq
             goes_on = np.minimum(longest, MAX_STEP) > steps.tolerance
             moving = moving[goes_on]

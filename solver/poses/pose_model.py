@@ -60,8 +60,9 @@ class PoseModel:
         q = ca.SX.sym("q", len(robot.actuated))
         corrected = q if correct is None else correct(q)
         arm = robot if origins is None else robot.with_origins(origins)
-        frames = written_frames(arm.joints)
-        links, motions = frames_and_motions(arm.joints, frames, corrected)
+        links, motions = frames_and_motions(
+            arm.joints, written_frames(arm.joints), corrected
+        )
         return cls(q, corrected, links, motions)
 
     @property
@@ -80,7 +81,11 @@ class PoseModel:
         last_row = ca.DM([[0, 0, 0, 1]])
         return ca.densify(ca.vertcat(upper, last_row))
 
-    def jacobian(self, joint: int, point: Any = None) -> Any:
+    def jacobian(
+        self,
+        joint: int,
+        point: Any = None,
+    ) -> Any:
         """Return the geometric Jacobian of a joint's child link, shape (6, m).
 
         It carries the speeds of the joints, as their encoders read them, to the speed of the
@@ -89,11 +94,14 @@ class PoseModel:
         """
         if point is None:
             _, point = self.frames[joint]
-        by_corrected = self.by_corrected(joint, point)
         corrected_by_q = ca.jacobian(self.corrected, self.q)
-        return ca.densify(by_corrected @ corrected_by_q)
+        return ca.densify(self.by_corrected(joint, point) @ corrected_by_q)
 
-    def by_corrected(self, joint: int, point: Any) -> Any:
+    def by_corrected(
+        self,
+        joint: int,
+        point: Any,
+    ) -> Any:
         """Return the same by the corrected positions and tilts, shape (6, m) or (6, 3 m).
 
         Its first m columns are nearly those of :meth:`jacobian`, since joints are corrected by
@@ -167,7 +175,11 @@ class NewtonStep:
     """The step, shape (m,) [rad], which may be too long or leave the limits."""
 
 
-def newton_step(model: PoseModel, joint: int, goal: Goal) -> NewtonStep:
+def newton_step(
+    model: PoseModel,
+    joint: int,
+    goal: Goal,
+) -> NewtonStep:
     """Return one step toward a pose of a tool on a joint's child link: damped, and near a posture.
 
     With the error e of the pose, as a shift and a rotation vector, its Jacobian J by the joint
@@ -207,7 +219,11 @@ def newton_step(model: PoseModel, joint: int, goal: Goal) -> NewtonStep:
     )
 
 
-def limited_step(step: NewtonStep, lower: Any, upper: Any) -> Any:
+def limited_step(
+    step: NewtonStep,
+    lower: Any,
+    upper: Any,
+) -> Any:
     """Return the step within limits, shape (m,) [rad].
 
     A joint that passes its limit goes to it and stays there, and the others make up for it.
@@ -222,17 +238,19 @@ def limited_step(step: NewtonStep, lower: Any, upper: Any) -> Any:
     inside = ca.fmax(ca.fmin(change, ceiling), floor)
     unbound = inside == change
     mask = ca.repmat(unbound.T, e.numel(), 1)
-    moves = unbound * pull + (1 - unbound) * inside
-    change = _damped(J * mask, J, e, moves)
+    change = _damped(J * mask, J, e, unbound * pull + (1 - unbound) * inside)
     return ca.fmax(ca.fmin(change, ceiling), floor)
 
 
-def _pull(q: Any, prefer: Any, e: Any) -> Any:
+def _pull(
+    q: Any,
+    prefer: Any,
+    e: Any,
+) -> Any:
     """Return the step that a preferred posture asks for, where there are joints to spare."""
     if q.numel() <= e.numel():
         return ca.SX.zeros(q.numel())
-    pull = prefer - q
-    return ca.fmax(ca.fmin(pull, MAX_PULL), -MAX_PULL)
+    return ca.fmax(ca.fmin(prefer - q, MAX_PULL), -MAX_PULL)
 
 
 def _damped(
@@ -245,8 +263,7 @@ def _damped(
     damping = DAMPING * ca.dot(e, e) + LEAST_DAMPING
     identity = ca.SX.eye(e.numel())
     factors = ca.ldl(freed @ freed.T + damping * identity, False)
-    remainder = e - J @ moves
-    return moves + freed.T @ ca.ldl_solve(remainder, *factors)
+    return moves + freed.T @ ca.ldl_solve(e - J @ moves, *factors)
 
 
 def _parts(pose: Any) -> tuple[Any, Any]:
@@ -255,12 +272,15 @@ def _parts(pose: Any) -> tuple[Any, Any]:
     return matrix[:, :3], matrix[:, 3]
 
 
-def _turn(R: Any, target: Any) -> tuple[Any, Any]:
+def _turn(
+    R: Any,
+    target: Any,
+) -> tuple[Any, Any]:
     """Return the rotation vector from one rotation to another, and its length [rad]."""
     E = target @ R.T
     sines = ca.inv_skew(E)  # of its antisymmetric part
-    square = ca.dot(sines, sines)
-    sine = ca.sqrt(square + 1e-32)  # of a turn of pi the axis is lost, not the angle
-    cosine = (ca.trace(E) - 1) / 2
-    angle = ca.atan2(sine, cosine)
+    sine = ca.sqrt(
+        ca.dot(sines, sines) + 1e-32
+    )  # of a turn of pi the axis is lost, not the angle
+    angle = ca.atan2(sine, (ca.trace(E) - 1) / 2)
     return sines * (angle / sine), angle

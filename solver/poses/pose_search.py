@@ -13,7 +13,7 @@ AWAY, MARGIN = 3, 2.0
 """In the first of these rounds joints keep a distance from their limits, this multiple of the root
 of the residual: an arm that is singular at a limit reaches a pose near it by way of others."""
 SHORTEST = 0.3
-"""In the other rounds, the least share of a step that is taken, see :func:`_relaxed`."""
+"""In the other rounds, the least share of a step that is taken, see :meth:`Searches.move`."""
 TINY = 1e-300
 """Keeps divisors from zero."""
 STILL = 1e-3
@@ -92,8 +92,7 @@ class Searches:
     @property
     def q(self) -> np.ndarray:
         """Joint positions, shape (N, m) [rad]."""
-        m = self.best.shape[1]
-        return self.rows[:, :m]
+        return self.rows[:, : self.best.shape[1]]
 
     @property
     def margins(self) -> np.ndarray:
@@ -101,34 +100,30 @@ class Searches:
         away = (self.stalls > 0) & (self.stalls <= AWAY)
         if not away.any():
             return NO_MARGIN
-        residual = np.sqrt(self.square)
-        margins = MARGIN * np.sqrt(residual)
+        margins = MARGIN * np.sqrt(np.sqrt(self.square))
         return np.where(away, margins, 0.0)[:, None]
 
     def shrinkage(self, step: SearchStep) -> np.ndarray:
         """Return the residual as a share of the least before, shape (N,)."""
-        least = np.maximum(self.square, TINY)
-        return np.sqrt(step.square / least)
+        return np.sqrt(step.square / np.maximum(self.square, TINY))
 
-    def keep(self, step: SearchStep, ends: np.ndarray) -> None:
+    def keep(
+        self,
+        step: SearchStep,
+        ends: np.ndarray,
+    ) -> None:
         """Keep the joint positions that leave least so far, and those at which a search ends."""
         better = ends | (step.square <= self.square)
         kept = better[:, None]
         np.copyto(self.best, self.q, where=kept)
         np.copyto(self.residual, step.residual, where=kept)
 
-    def finish(
-        self,
-        step: SearchStep,
-        last: np.ndarray,
-        shrinkage: np.ndarray,
-    ) -> None:
-        """Take last steps without a look at what they leave: it shrinks as it did before."""
-        self.best[last] += step.change[last]
-        self.residual[last] *= shrinkage[last, None]
-
     def move(self, step: SearchStep) -> None:
-        """Take the steps, shorter ones where a search is stuck."""
+        """Take the steps, shorter ones where a search is stuck and they alternate in sign.
+
+        With a step s, and d how it differs from the one before, it is scaled by 1 - s . d / d . d
+        (Aitken's relaxation).
+        """
         halved = step.square < self.square / 4
         progress = halved | (self.square > NEAR)
         self.stalls = np.where(progress, 0, self.stalls + 1)
@@ -136,8 +131,15 @@ class Searches:
         self.stalls[still] = STUCK
         self.square = np.fmin(step.square, self.square)
         slow = self.stalls > AWAY
+        scale = np.ones((len(slow), 1))
+        if slow.any():
+            s = step.change[slow]
+            d = s - self.change[slow]
+            squares = (d * d).sum(axis=1)
+            moves = (s * d).sum(axis=1) / np.maximum(squares, TINY)
+            scale[slow, 0] = (1 - moves).clip(SHORTEST, 1)
         q = self.q
-        q += _relaxed(step.change, self.change, slow)
+        q += step.change * scale
         self.change = step.change
         posture = self.rows[:, -q.shape[1] :]
         np.copyto(posture, q, where=step.settled[:, None])
@@ -147,23 +149,3 @@ class Searches:
         arrays = [getattr(self, entry.name) for entry in fields(self)]
         rows = [values.T.compress(chosen, axis=-1).T for values in arrays]
         return Searches(*rows)
-
-
-def _relaxed(
-    change: np.ndarray,
-    before: np.ndarray,
-    slow: np.ndarray,
-) -> np.ndarray:
-    """Return the steps, shorter where they alternate in sign (Aitken's relaxation).
-
-    With a step s, and d how it differs from the one before, it is scaled by 1 - s . d / d . d.
-    """
-    if not slow.any():
-        return change
-    scale = np.ones((len(change), 1))
-    s = change[slow]
-    d = s - before[slow]
-    squares = (d * d).sum(axis=1)
-    moves = (s * d).sum(axis=1) / np.maximum(squares, TINY)
-    scale[slow, 0] = (1 - moves).clip(SHORTEST, 1)
-    return change * scale

@@ -64,18 +64,6 @@ class Solutions:
         self.left[into] = retries.left[winners]
         self.rounds[into] += retries.rounds[winners]
 
-    def take(
-        self,
-        searches: Searches,
-        ends: np.ndarray,
-        rounds: np.ndarray,
-    ) -> None:
-        """Take over where some of the searches ended, after so many rounds."""
-        poses = searches.pose[ends]
-        self.positions[poses] = searches.best[ends]
-        self.left[poses] = searches.residual[ends]
-        self.rounds[poses] = rounds[ends]
-
 
 @dataclass(eq=False)
 class PoseSolver:
@@ -126,8 +114,7 @@ class PoseSolver:
     ) -> Solutions:
         """Return solutions by steps that keep the limits, from starts within these."""
         residuals = np.full((len(q), 2), np.inf)
-        rounds = np.zeros(len(q), dtype=int)
-        solutions = Solutions(q, residuals, rounds)
+        solutions = Solutions(q, residuals, np.zeros(len(q), dtype=int))
         searches = Searches.begun(q, targets, prefer)
         for count in range(ROUNDS):
             step = self._step(searches, tool)
@@ -137,13 +124,18 @@ class PoseSolver:
             small = (step.longest < self.last) & (promise < TOLERANCE / 30)
             last = small & (count > 0)
             searches.keep(step, arrived | last)
-            if last.any():
-                searches.finish(step, last, shrinkage)
+            if last.any():  # without a look at what they leave: it shrinks as before
+                searches.best[last] += step.change[last]
+                searches.residual[last] *= shrinkage[last, None]
             searches.move(step)
             stuck = searches.stalls >= STUCK
             ends = arrived | last | stuck | (count == ROUNDS - 1)
             if ends.any():
-                solutions.take(searches, ends, count + (last & ~arrived))
+                poses = searches.pose[ends]
+                rounds = count + (last & ~arrived)
+                solutions.positions[poses] = searches.best[ends]
+                solutions.left[poses] = searches.residual[ends]
+                solutions.rounds[poses] = rounds[ends]
                 if ends.all():
                     break
                 searches = searches.where(~ends)
@@ -172,7 +164,10 @@ class PoseSolver:
             starts = self._starts(start[rows], spread, generator)
             postures = None if prefer is None else prefer[rows]
             retries = self.solve(targets[rows], starts, postures, tool)
-            rank = _ranks(retries, start[rows])
+            # ranks, shape (N,): the nearest that is reached; where none is, what
+            # leaves least
+            distance = np.linalg.norm(retries.positions - start[rows], axis=1)
+            rank = np.where(retries.reached, distance, 1e3 + retries.remainder)
             worse = retries.remainder > solutions.remainder[rows]
             rank[worse] = np.inf
             solutions.improve(failures, retries, rank)
@@ -229,7 +224,11 @@ class PoseSolver:
         )
         return RowFunction("steps", [state.T], [next_state], FREE_STEPS)
 
-    def _step(self, searches: Searches, tool: np.ndarray) -> SearchStep:
+    def _step(
+        self,
+        searches: Searches,
+        tool: np.ndarray,
+    ) -> SearchStep:
         """Return the steps of searches, within the limits."""
         rows = searches.rows
         margins = searches.margins
@@ -266,9 +265,8 @@ class PoseSolver:
         lower = ca.SX.sym("lower", len(self.lower))
         upper = ca.SX.sym("upper", len(self.lower))
         free = replace(step, change=change, error=error, jacobian=jacobian)
-        limited = limited_step(free, lower, upper)
         row = ca.vertcat(inputs, change, error, ca.vec(jacobian), lower, upper)
-        return RowFunction("limited", [row], [limited])
+        return RowFunction("limited", [row], [limited_step(free, lower, upper)])
 
     @cached_property
     def _expressions(self) -> tuple[NewtonStep, Any]:
@@ -277,9 +275,3 @@ class PoseSolver:
         symbols = step.symbols
         inputs = ca.vertcat(symbols["q"], symbols["target"], symbols["prefer"])
         return step, inputs
-
-
-def _ranks(solutions: Solutions, start: np.ndarray) -> np.ndarray:
-    """Return ranks, shape (N,): the nearest that is reached; where none is, what leaves least."""
-    distance: np.ndarray = np.linalg.norm(solutions.positions - start, axis=1)
-    return np.where(solutions.reached, distance, 1e3 + solutions.remainder)

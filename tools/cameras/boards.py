@@ -68,7 +68,7 @@ def read_images(
     """
     os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))
     try:
-        cv: Any = import_module("cv2")
+        cv = import_module("cv2")
     except ImportError:
         raise RecordingError(
             f"{folder}: boards are found in images by OpenCV: pip install 'mukca[camera]'"
@@ -87,8 +87,8 @@ def read_images(
             f"{_seen_instead(cv, files)}is it another (--board, --dictionary), or out of "
             "focus?"
         )
-    blank = [file for i, file in enumerate(files) if i not in found]
-    remarks = [f"{file.name}: no board found" for file in blank]
+    blank = [file.name for i, file in enumerate(files) if i not in found]
+    remarks = [f"{name}: no board found" for name in blank]
     if camera:
         fx, fy, cx, cy, *coefficients = camera
         matrix = np.diag([fx, fy, 1.0])
@@ -118,8 +118,7 @@ def _view(
     place: np.ndarray,
 ) -> Sample:
     """Return a view by the board's rotation vector and place in the camera."""
-    R = turn(vector)
-    (quaternion,) = quaternion_of(R[None]).tolist()
+    (quaternion,) = quaternion_of(turn(vector)[None]).tolist()
     return Sample(
         position,
         socket=0,
@@ -138,8 +137,7 @@ def _camera_of(
     objects, points = zip(*views, strict=True)
     rms, matrix, distortion, *_ = cv.calibrateCamera(objects, points, size, None, None)
     focal_and_centre = matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
-    first_five = distortion.ravel()[:5]
-    words = [f"{value:.6g}" for value in (*focal_and_centre, *first_five)]
+    words = [f"{value:.6g}" for value in (*focal_and_centre, *distortion.ravel()[:5])]
     fit = f"by {len(views)} images, {rms:.2f} pixels off (rms)"
     return matrix, distortion, f"--intrinsics {','.join(words)}: {fit}"
 
@@ -198,17 +196,11 @@ def _corners(
         finders = [_plain_finder(cv, board)]
     else:
         finders = [_finder(cv, board, older) for older in (False, True)]
-    seen = [_seen(find, pictures) for find in finders]
+    seen: list[dict[int, tuple[Any, Any]]] = []
+    for find in finders:
+        views = enumerate(map(find, pictures))
+        seen.append({i: view for i, view in views if view is not None})
     return max(seen, key=len), size
-
-
-def _seen(
-    find: "Finder",
-    pictures: Sequence[Any],
-) -> dict[int, tuple[Any, Any]]:
-    """Return what a finder finds, by the number of each picture that shows the board."""
-    views = {i: find(picture) for i, picture in enumerate(pictures)}
-    return {i: view for i, view in views.items() if view is not None}
 
 
 Finder = Callable[[Any], "tuple[Any, Any] | None"]

@@ -59,8 +59,9 @@ class Session:
         if self.fit is None:
             return np.ones(2)
         errors = [self.fit.distances, self.fit.angles]
-        deviations = np.median(errors, axis=1) / MEDIAN
-        return np.maximum(deviations, [LEAST_PLACE, LEAST_ANGLE])
+        return np.maximum(
+            np.median(errors, axis=1) / MEDIAN, [LEAST_PLACE, LEAST_ANGLE]
+        )
 
     def evidence(self, scales: np.ndarray) -> float:
         """Return ln L, by the scales of the best posture."""
@@ -68,9 +69,8 @@ class Session:
             return 0.0
         errors = np.array([self.fit.distances, self.fit.angles])
         pulls = errors / scales[:, None]
-        logarithms = np.log1p(pulls**2 / FREEDOM)
         power = (FREEDOM + 3) / 2
-        return float(-power * np.sum(logarithms))
+        return float(-power * np.sum(np.log1p(pulls**2 / FREEDOM)))
 
     def mostly(self, session: "Session") -> bool:
         """Return whether most views stand in another session as they do in this one."""
@@ -93,7 +93,7 @@ class FlangePoses:
     near: np.ndarray | None
     """A posture near which the joints stood, shape (m,) [rad]."""
     camera: Camera | None
-    """Where the camera is, for the views to tell the posture; None to do without."""
+    """Place of the camera, for the views to tell the posture; None to do without."""
 
     @property
     def where(self) -> str:
@@ -114,18 +114,15 @@ class FlangePoses:
 
     def _solutions(self, poses: np.ndarray) -> list[np.ndarray]:
         """Return the joint positions that bring the flange to each pose, up to whole turns."""
-        robot = self.calibration.robot
-        starts = workspace(robot, len(poses) * STARTS)
-        of_starts = np.repeat(poses, STARTS, axis=0)
-        goal, targets = self.calibration.goal(of_starts)
+        starts = workspace(self.calibration.robot, len(poses) * STARTS)
+        goal, targets = self.calibration.goal(np.repeat(poses, STARTS, axis=0))
         nominal = self.calibration.nominal.calibrated
         search = nominal.search(goal, targets, starts, None, np.eye(4))
         reached = search.left.max(axis=1) < REACHED
         solutions: list[np.ndarray] = []
         for i, sample in enumerate(self.views.samples):
             rows = slice(i * STARTS, (i + 1) * STARTS)
-            ends = search.positions[rows]
-            distinct = _distinct(ends[reached[rows]], self.turning)
+            distinct = _distinct(search.positions[rows][reached[rows]], self.turning)
             if not distinct:
                 where = sample.where or f"view {i}"
                 raise UsageError(
@@ -291,11 +288,9 @@ def _postures(
     view = np.repeat(np.arange(len(counts)), counts)
     q = np.concatenate(solutions)
     differences = around(q[:, None] - q, turning)
-    distances: np.ndarray = np.linalg.norm(differences, axis=2)
-    roots = np.flatnonzero(view == np.argmax(counts))
+    distances = np.linalg.norm(differences, axis=2)
     postures: list[np.ndarray] = []
-    for root in roots.tolist():
-        edges = spanning_tree(distances, root, view)
-        nodes = [root, *(node for node, _ in edges)]
+    for root in np.flatnonzero(view == np.argmax(counts)).tolist():
+        nodes = [root, *(node for node, _ in spanning_tree(distances, root, view))]
         postures.append(q[sorted(nodes)])
     return _distinct(postures, turning)

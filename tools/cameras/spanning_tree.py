@@ -20,8 +20,7 @@ def spanning_tree(
     remaining = groups != groups[root]
     edges: list[tuple[int, int]] = []
     while remaining.any():
-        of_remaining = np.where(remaining, nearest, np.inf)
-        node = int(np.argmin(of_remaining))
+        node = int(np.argmin(np.where(remaining, nearest, np.inf)))
         edges.append((node, int(neighbour[node])))
         remaining &= groups != groups[node]
         nearer = distances[node] < nearest

@@ -40,19 +40,15 @@ def turned_alike(
     turns = _alike(board)
     if board.dictionary != PLAIN or len(turns) == 1:
         return views
-    orientations = [sample.orientation for sample in views.samples]
-    B = rotation_matrices(np.array(orientations))
+    B = rotation_matrices(np.array([sample.orientation for sample in views.samples]))
     Z = np.array([np.linalg.matrix_power(QUARTER, k) for k in turns])
-    F = _flanges(calibration, views)
-    numbers = _turns_of_views(F, B, Z)
+    numbers = _turns_of_views(_flanges(calibration, views), B, Z)
     if not numbers.any():
         return views
     Z_of_view = Z[numbers]
-    squares = np.array([board.columns, board.rows, 0.0])
-    centre = board.square * squares / 2
-    shifts = centre - Z_of_view @ centre
+    centre = board.square * np.array([board.columns, board.rows, 0.0]) / 2
     places = np.array([sample.point for sample in views.samples])
-    places += np.einsum("nij,nj->ni", B, shifts)
+    places += np.einsum("nij,nj->ni", B, centre - Z_of_view @ centre)
     quaternions = quaternion_of(B @ Z_of_view)
     rows = zip(views.samples, places.tolist(), quaternions.tolist(), strict=True)
     samples: list[Sample] = []
@@ -83,8 +79,9 @@ def _flanges(
     if names_flange_poses(views):
         poses = flange_poses(views)
     else:
-        q = views.for_joints(calibration.robot.joint_names).positions
-        poses = calibration.flange(q)
+        poses = calibration.flange(
+            views.for_joints(calibration.robot.joint_names).positions
+        )
     return poses[:, :3, :3]
 
 
@@ -96,8 +93,7 @@ def _turns_of_views(
     """Return the number of the turn that puts each board as in the first view, shape (N,)."""
     N = len(F)
     traces_of_flange = np.einsum("iba,jba->ij", F, F)
-    between_boards = np.einsum("iba,jbc->ijac", B, B)
-    traces_by_turn = np.einsum("ijac,kca->kij", between_boards, Z)
+    traces_by_turn = np.einsum("ijac,kca->kij", np.einsum("iba,jbc->ijac", B, B), Z)
     errors = np.abs(_angles(traces_by_turn) - _angles(traces_of_flange))
     best = errors.argmin(axis=0)
     least, second = np.sort(errors, axis=0)[:2]
@@ -110,5 +106,4 @@ def _turns_of_views(
 
 def _angles(traces: np.ndarray) -> np.ndarray:
     """Return the angles of rotations of such traces [rad]."""
-    cosines = (traces - 1) / 2
-    return np.arccos(np.clip(cosines, -1.0, 1.0))
+    return np.arccos(np.clip((traces - 1) / 2, -1.0, 1.0))

@@ -66,17 +66,13 @@ def write(request: Request) -> Exported:
         "calibration_file_sha256": hashlib.sha256(read_bytes(request.like)).hexdigest(),
         "zeros": [asdict(zero) for zero in zeros],
     }
+    urdf = f"{request.file.stem}.urdf"
     files = {
         request.file.name: _as_json(_shifted(motors, zeros, make)),
-        f"{request.file.name}.mukca.json": (
-            json.dumps(made_from, indent=2) + "\n"
-        ).encode(),
-        f"{request.file.stem}.urdf": urdf_without(
-            request, [zero.ticks * TICK for zero in zeros]
-        ),
+        f"{request.file.name}.mukca.json": f"{json.dumps(made_from, indent=2)}\n".encode(),
+        urdf: urdf_without(request, [zero.ticks * TICK for zero in zeros]),
     }
     most = max(abs(zero.ticks) for zero in zeros)
-    urdf = f"{request.file.stem}.urdf"
     lines = [*map(str, zeros)]
     if most:
         lines += [
@@ -124,9 +120,8 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
             why = UNDECIDED
         elif abs(ticks) > MOST_TICKS:
             why = f"{fixed(ticks, 0, '+')} ticks are too many: calibrate by lerobot anew first"
-        zeros.append(
-            Zero(joint, by_motor[joint], zero, deviation, 0 if why else ticks, why)
-        )
+        ticks *= not why
+        zeros.append(Zero(joint, by_motor[joint], zero, deviation, ticks, why))
     return zeros
 
 

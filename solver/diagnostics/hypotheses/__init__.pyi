@@ -1,4 +1,3 @@
-from .arm import of_zero as of_zero
 from .ball import nearest_sockets as nearest_sockets
 from .base import sockets_by_share as sockets_by_share
 from .compare import Candidate as Candidate
@@ -12,11 +11,6 @@ from .kinds import Noise as Noise
 from .kinds import NoisePrior as NoisePrior
 from .kinds import Parameters as Parameters
 from .kinds import kind_of as kind_of
-from .nuisances import ARMS as ARMS
-from .nuisances import BALL as BALL
-from .nuisances import DISTANCE_WEIGHT as DISTANCE_WEIGHT
-from .nuisances import precision as precision
-from .nuisances import widths_of as widths_of
 from .samples import SMALLEST as SMALLEST
 from .samples import Seat as Seat
 from .samples import SeatSamples as SeatSamples
@@ -27,11 +21,17 @@ from .samples import medians as medians
 from .samples import robust_weights as robust_weights
 from .samples import samples_of as samples_of
 from .samples import typical as typical
+from .scene import ARMS as ARMS
+from .scene import BALL as BALL
 from .scene import COARSE as COARSE
+from .scene import DISTANCE_WEIGHT as DISTANCE_WEIGHT
 from .scene import Scene as Scene
+from .scene import precision as precision
+from .scene import widths_of as widths_of
 from .table import CURABLE as CURABLE
 from .table import FLAWS as FLAWS
 from .table import KINDS as KINDS
 from .table import ONLY_SOUND as ONLY_SOUND
 from .table import SIZE_BY_DISTANCE as SIZE_BY_DISTANCE
 from .table import SIZE_BY_MODEL as SIZE_BY_MODEL
+from .table import of_zero as of_zero

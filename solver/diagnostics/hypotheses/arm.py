@@ -1,6 +1,6 @@
 """The arm: a number of its URDF wrong, another version or arm, a joint's zero or gain, or a lag."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from itertools import cycle
 
@@ -33,7 +33,7 @@ LAGS = (3e-3, 0.05)
 UNEVEN = (1e-3, 1e-2)
 """Amplitudes of joints that turn unevenly [rad]."""
 TURNS = ("once", "twice")
-"""How often they do in a turn."""
+"""Number of times that they do in a turn."""
 SAGS = (0.01, 0.04)
 """Typical turns of servos under the arm's weight, away from what they are told [rad]."""
 TILTS = (2e-3, 2e-2)
@@ -67,34 +67,39 @@ def of_origin(
                 along_axes.append(direction[:, None])
     for names, directions in (axes, along_axes), (joints, anyhow):
         if names:
-            columns = scene.by_geometry @ np.array(directions)
-            yield Block(scene.all_samples, columns, names, widths)
+            yield Block(
+                scene.all_samples,
+                scene.by_geometry @ np.array(directions),
+                names,
+                widths,
+            )
 
 
-def _directions(scene: Scene, joint: Joint, unit: str) -> np.ndarray:
+def _directions(
+    scene: Scene,
+    joint: Joint,
+    unit: str,
+) -> np.ndarray:
     """Return the changes of the geometry by which a joint moves along three axes, shape (n, 3)."""
-    indices: list[int] = []
-    components: list[int] = []
-    for index, parameter in enumerate(scene.parameters):
-        if parameter.joint == joint.name and parameter.unit == unit:
-            indices.append(index)
-            components.append(parameter.index % 3)
+    of_joint = {
+        index: parameter.index % 3
+        for index, parameter in enumerate(scene.parameters)
+        if parameter.joint == joint.name and parameter.unit == unit
+    }
+    indices = [*of_joint]
     directions = np.zeros((len(scene.parameters), 3))
     if len(indices) == 3:
-        link = scene.robot.joints.index(joint)
-        if unit == "rad":
-            link += 1
+        link = scene.robot.joints.index(joint) + (unit == "rad")
         directions[indices] = link_axes(scene.robot)[link]
     else:
-        directions[indices] = np.eye(3)[components]
+        directions[indices] = np.eye(3)[[*of_joint.values()]]
     return directions
 
 
 def of_version(scene: Scene) -> Iterable[Block]:
     """Return the block of a model all of whose numbers are wrong."""
     of_links = np.array([not parameter.of_ball for parameter in scene.parameters])
-    errors = VERSION * of_links[:, None] * scene.usual
-    columns = scene.by_geometry @ errors
+    columns = scene.by_geometry @ (VERSION * of_links[:, None] * scene.usual)
     yield Block(scene.all_samples, columns[None], [{}])
 
 
@@ -104,9 +109,13 @@ def of_other_arm(scene: Scene) -> Iterable[Block]:
         return
     for place, samples in enumerate(scene.places):
         rows = scene.rows(samples)
-        names = scene.named(place)
         columns = scene.by_geometry[rows] @ scene.usual
-        yield Block(rows, columns[None], [names], OTHERS)
+        yield Block(
+            rows,
+            columns[None],
+            [scene.named(place)],
+            OTHERS,
+        )
 
 
 def _each(
@@ -117,29 +126,29 @@ def _each(
 ) -> Iterable[Block]:
     """Return the block of joints that each read too little by their turns, shape (N, m, k)."""
     shifts = -scene.by_joints[..., None] * turns[:, None]
-    columns = shifts.transpose(2, 0, 1, 3)
     joints = [{"joint": name, **names} for name in scene.robot.joint_names]
-    yield of_samples(scene.every, columns, joints, widths)
+    yield of_samples(
+        scene.every,
+        shifts.transpose(2, 0, 1, 3),
+        joints,
+        widths,
+    )
 
 
-def of_zero(scene: Scene) -> Iterable[Block]:
-    """Return the block of joints that are off throughout."""
-    alike = np.ones_like(scene.q)
-    return _each(scene, alike[..., None], ZEROS)
-
-
-def of_gain(scene: Scene) -> Iterable[Block]:
-    """Return the block of joints that read too much by a share."""
-    return _each(scene, scene.q[..., None], GAINS)
+def of_joints(
+    scene: Scene,
+    turns: Callable[[np.ndarray], np.ndarray],
+    widths: tuple[float, ...],
+) -> Iterable[Block]:
+    """Return the block of joints that are off throughout, by turns of their readings (N, m)."""
+    return _each(scene, turns(scene.q)[..., None], widths)
 
 
 def of_uneven(scene: Scene) -> Iterable[Block]:
     """Return blocks of joints that lead and lag once a turn, or twice, more than gears do."""
     for times, word in enumerate(TURNS, 1):
         phases = times * scene.q
-        sine = np.sin(phases)
-        cosine = np.cos(phases)
-        waves = np.stack([sine, cosine], axis=2)
+        waves = np.stack([np.sin(phases), np.cos(phases)], axis=2)
         yield from _each(scene, waves, UNEVEN, turn=word)
 
 
@@ -150,16 +159,16 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
         return
     m = scene.q.shape[1]
     turns = TILT.turns(samples)
-    bends: np.ndarray = turns[:, [0, m]]
-    squares: np.ndarray = np.sum(bends**2, axis=1)
-    size = float(squares.mean()) ** 0.5
-    scale = max(size, 1e-6)
-    index = scene.effects.index(TILT)
-    first = scene.model.slices[index].start
-    of_first_joint = [first, first + m]
-    by_first_joint = scene.linear.by_unknowns[:, :, of_first_joint]
-    columns = -by_first_joint / scale
-    yield of_samples(scene.every, columns, [{}], TILTS)
+    squares = np.sum(turns[:, [0, m]] ** 2, axis=1)
+    first = scene.model.slices[scene.effects.index(TILT)].start
+    by_first_joint = scene.linear.by_unknowns[:, :, [first, first + m]]
+    columns = -by_first_joint / max(float(squares.mean()) ** 0.5, 1e-6)
+    yield of_samples(
+        scene.every,
+        columns,
+        [{}],
+        TILTS,
+    )
 
 
 def of_commands(scene: Scene) -> Iterable[Block]:
@@ -168,7 +177,12 @@ def of_commands(scene: Scene) -> Iterable[Block]:
     Encoders see that, commands do not.
     """
     columns = -scene.by_joints * _sags(scene)[:, None]
-    yield of_samples(scene.every, columns[None], [{}], SAGS)
+    yield of_samples(
+        scene.every,
+        columns[None],
+        [{}],
+        SAGS,
+    )
 
 
 def _sags(scene: Scene) -> np.ndarray:
@@ -181,8 +195,7 @@ def _sags(scene: Scene) -> np.ndarray:
 def of_lost_zero(scene: Scene) -> Iterable[Block]:
     """Return blocks of joints that are off from some sample of a placement on."""
     joints = cycle(scene.robot.joint_names)
-    slopes = -scene.by_joints[..., None]
-    for block in changes(scene, slopes, LOST):
+    for block in changes(scene, -scene.by_joints[..., None], LOST):
         names = [{"joint": next(joints), **first} for first in block.parameters]
         yield replace(block, parameters=names)
 
@@ -192,12 +205,14 @@ def of_lag(scene: Scene) -> Iterable[Block]:
     steps = np.zeros_like(scene.q)
     for rows, ranks in zip(scene.places, scene.ranks, strict=True):
         order = rows.start + np.argsort(ranks)
-        q = scene.q[order]
-        moves = np.diff(q, axis=0)
-        steps[order[1:]] = -moves
-    behind = steps[:, :, None]
-    columns = -scene.by_joints @ behind
-    yield of_samples(scene.every, columns, [{}], LAGS)
+        steps[order[1:]] = -np.diff(scene.q[order], axis=0)
+    columns = -scene.by_joints @ steps[:, :, None]
+    yield of_samples(
+        scene.every,
+        columns,
+        [{}],
+        LAGS,
+    )
 
 
 def sag(
@@ -238,34 +253,26 @@ def error(
 
     Where it is no single one, it is how far the joint is displaced, or turned, in all.
     """
-    robot, ball = scene.robot, scene.model.ball
-    names = [joint.name for joint in robot.joints]
-    index = names.index(parameters["joint"])
-    directions = _directions(scene, robot.joints[index], unit)
+    ball = scene.model.ball
+    index = [joint.name for joint in scene.robot.joints].index(parameters["joint"])
+    directions = _directions(scene, scene.robot.joints[index], unit)
     if "axis" in parameters:
-        axis = AXES.index(parameters["axis"])
-        directions = directions[:, [axis]]
+        directions = directions[:, [AXES.index(parameters["axis"])]]
     change = directions @ values
     origins = ball.origins(ball.nominal + change)
-    errors = robot.origins[index] - origins[index]
     first, part = (0, "place") if unit == "m" else (3, "rotation")
-    errors = errors[first : first + 3]
-    sizes = np.abs(errors)
-    largest = int(np.argmax(sizes))
+    errors = (scene.robot.origins - origins)[index, first : first + 3]
+    largest = int(np.argmax(np.abs(errors)))
     value = float(errors[largest])
-    others = np.delete(errors, largest)
-    error_of_others = float(np.linalg.norm(others))
+    error_of_others = float(np.linalg.norm(np.delete(errors, largest)))
     if error_of_others > SINGLE * abs(value):
-        size = float(np.linalg.norm(change))
         return {
             "component": part,
-            "error": size,
+            "error": float(np.linalg.norm(change)),
             "sense": "off",
         }
-    sense = "too large" if value > 0 else "too small"
-    component = COMPONENTS[first + largest]
     return {
-        "component": component,
+        "component": COMPONENTS[first + largest],
         "error": value,
-        "sense": sense,
+        "sense": "too large" if value > 0 else "too small",
     }

@@ -4,7 +4,6 @@ Samples may lie in another socket than they say, each alone or all that lie ther
 """
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ LOOSE = 1.2e-3
 LOOSE_HERE = (3e-4, 1e-3, 4e-3, 0.05)
 """Noise of a placement beyond that of the others [m]."""
 STANDS_OUT = 1.5
-"""How many times as much as the others it must leave to be looked at."""
+"""It is looked at if it leaves so many times as much as the others."""
 MOST = 200
 """Samples that it may have for that."""
 NEARER = 0.3
@@ -31,25 +30,24 @@ NEARER = 0.3
 def one_sample(scene: Scene) -> Iterable[Block]:
     """Return blocks of samples in which the ball was not in its socket."""
     for place, rows in enumerate(scene.places):
-        count = rows.stop - rows.start
-        identity = np.eye(3 * count)
-        every = identity.reshape(3 * count, count, 3)
-        columns = every.swapaxes(0, 1)
-        names = [scene.sample(place, row) for row in range(count)]
-        yield of_samples(rows, columns, names, SEATING)
+        ranks = scene.ranks[place].tolist()
+        every = np.eye(3 * len(ranks)).reshape(-1, len(ranks), 3)
+        names = [scene.sample(place, rank) for rank in ranks]
+        yield of_samples(
+            rows,
+            every.swapaxes(0, 1),
+            names,
+            SEATING,
+        )
 
 
 def bent(scene: Scene) -> Iterable[Block]:
     """Return blocks of balls that sit elsewhere on the flange from a sample on."""
-    of_ball: list[int] = []
-    for index, parameter in enumerate(scene.parameters):
-        if parameter.of_ball and parameter.unit == "m":
-            of_ball.append(index)
-    if not of_ball:
+    of_ball = [p.of_ball and p.unit == "m" for p in scene.parameters]
+    if not any(of_ball):
         return ()
     columns = scene.by_geometry[:, of_ball]
-    slopes = columns.reshape(-1, 3, 1, len(of_ball))
-    return changes(scene, slopes, BENDS)
+    return changes(scene, columns.reshape(-1, 3, 1, columns.shape[1]), BENDS)
 
 
 def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
@@ -57,20 +55,14 @@ def scattered_placements(scene: Scene) -> Iterator[tuple[slice, Parameters]]:
     if len(scene.places) < 2:
         return
     squares = scene.remaining**2
-    variances = [squares[rows].mean() for rows in scene.places]
-    sizes = np.sqrt(variances)
-    floors = np.array(scene.floors or sizes)
-    errors = np.stack([sizes, floors])
+    sizes = np.sqrt([squares[rows].mean() for rows in scene.places])
+    errors = np.stack([sizes, scene.floors or sizes])
     for place, rows in enumerate(scene.places):
         here = errors[:, place]
-        others = np.delete(errors, place, axis=1)
-        usual = np.median(others, axis=1)
+        usual = np.median(np.delete(errors, place, axis=1), axis=1)
         few = rows.stop - rows.start <= MOST
-        large = here > STANDS_OUT * usual
-        if few and large.any():
-            names: dict[str, Any] = scene.named(place)
-            names["noise_here"] = float(here.max())
-            yield rows, names
+        if few and (here > STANDS_OUT * usual).any():
+            yield rows, {**scene.named(place), "noise_here": float(here.max())}
 
 
 def loose_here(
@@ -80,14 +72,17 @@ def loose_here(
 ) -> Iterable[Block]:
     """Return blocks of placements that scatter more than the others, by each sample's root."""
     if roots is None:
-        samples = len(scene.q)
-        roots = np.tile(np.eye(3), (samples, 1, 1))
+        roots = np.tile(np.eye(3), (len(scene.q), 1, 1))
     for rows, parameters in scattered_placements(scene):
         count = rows.stop - rows.start
-        each = np.eye(count)
-        columns = np.einsum("nm,nij->nimj", each, roots[rows])
+        columns = np.einsum("nm,nij->nimj", np.eye(count), roots[rows])
         flat = columns.reshape(1, 3 * count, 3 * count)
-        yield of_samples(rows, flat, [parameters], widths)
+        yield of_samples(
+            rows,
+            flat,
+            [parameters],
+            widths,
+        )
 
 
 def mixed_up(scene: Scene) -> Iterable[Block]:
@@ -100,51 +95,50 @@ def mixed_up(scene: Scene) -> Iterable[Block]:
             continue
         masks = doubtful[rows][None]
         if len(doubts) > 1:
-            count = rows.stop - rows.start
-            each = np.eye(count, dtype=bool)
+            each = np.eye(masks.shape[1], dtype=bool)
             masks = np.vstack([masks, each[doubts]])
-        names: list[Parameters] = []
-        for mask in masks:
-            moved = np.flatnonzero(mask)
-            names.append(_mixed_up(scene, place, moved, nearest))
+        names = [_mixed_up(scene, place, mask, nearest) for mask in masks]
         columns = masks[:, :, None] * shifts[rows]
-        yield of_samples(rows, columns[..., None], names, fixed=True)
+        yield of_samples(
+            rows,
+            columns[..., None],
+            names,
+            fixed=True,
+        )
 
 
 def nearest_sockets(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """Return the other socket nearest to each sample, shape (N,), and where it is much nearer."""
-    every = np.arange(len(scene.q))
+    as_recorded = np.arange(len(scene.q)), scene.sockets
     arms = scene.seats[:, None] - scene.centres
     distances = np.linalg.norm(arms, axis=2)
     distances[:, scene.frames] = np.inf
-    recorded = distances[every, scene.sockets]
-    recorded = np.nan_to_num(recorded, posinf=0.0)
-    distances[every, scene.sockets] = np.inf
-    nearest = np.argmin(distances, axis=1)
+    recorded = np.nan_to_num(distances[as_recorded], posinf=0.0)
+    distances[as_recorded] = np.inf
     doubtful = distances.min(axis=1) < NEARER * recorded
-    return nearest, doubtful
+    return np.argmin(distances, axis=1), doubtful
 
 
 def _mixed_up(
     scene: Scene,
     place: int,
-    rows: np.ndarray,
+    mask: np.ndarray,
     nearest: np.ndarray,
 ) -> Parameters:
-    """Return which rows of a placement lie in which socket."""
-    first = scene.sample(place, int(rows[0]))
-    last = scene.sample(place, int(rows[-1]))
-    index = scene.places[place].start + rows[0]
+    """Return which rows of a placement, those of a mask, lie in which socket."""
+    ranks = scene.ranks[place][mask].tolist()
+    first = scene.sample(place, ranks[0])
+    last = scene.sample(place, ranks[-1])
+    index = scene.places[place].start + np.argmax(mask)
     true = int(nearest[index])
-    recorded = scene.sockets[index]
     name, socket = scene.labels[true]
-    shift = scene.centres[true] - scene.centres[recorded]
+    shift = scene.centres[true] - scene.centres[scene.sockets[index]]
     return {
         **first,
         "last": last["sample"],
         "last_number": last["number"],
         "last_place": last["place"],
-        "samples": len(rows),
+        "samples": len(ranks),
         "other": socket,
         "of": "" if name == first["placement"] else name,
         "size": float(np.linalg.norm(shift)),

@@ -10,9 +10,8 @@ import numpy as np
 
 from ...identification.robot import cross_matrices
 from .kinds import Block, Parameters, of_samples
-from .nuisances import DISTANCE_WEIGHT
 from .samples import means
-from .scene import Scene
+from .scene import DISTANCE_WEIGHT, Scene
 
 SIDE = 2
 """Samples needed on each side of a change."""
@@ -52,20 +51,27 @@ def changes(
     """Return blocks of what is off from some sample on by k unknowns: slopes of (N, 3, C, k)."""
     candidates = slopes.shape[2]
     for place, rows in enumerate(scene.places):
-        ranks = scene.ranks[place]
         cuts = _cuts(scene, place, throughout=throughout)
         if not len(cuts):
             continue
-        after = ranks >= cuts[:, None]
-        of_candidates = slopes[rows].transpose(2, 0, 1, 3)
+        after = scene.ranks[place] >= cuts[:, None]
+        of_candidates = slopes[rows].transpose(
+            2,
+            0,
+            1,
+            3,
+        )
         columns = after[:, None, :, None, None] * of_candidates
         names: list[Parameters] = []
         for cut in cuts.tolist():
-            row = int(np.argmax(ranks == cut))
-            name = scene.sample(place, row)
-            name["throughout"] = float(cut == 0)
+            name = {**scene.sample(place, cut), "throughout": float(cut == 0)}
             names += [name] * candidates
-        yield of_samples(rows, columns, names, widths)
+        yield of_samples(
+            rows,
+            columns,
+            names,
+            widths,
+        )
 
 
 def _cuts(
@@ -80,8 +86,7 @@ def _cuts(
     """
     sockets = scene.sockets[scene.places[place]]
     count = len(sockets)
-    most = min(count, MOST_CUTS)
-    even = np.linspace(SIDE, count - SIDE, most)
+    even = np.linspace(SIDE, count - SIDE, min(count, MOST_CUTS))
     cuts = np.unique(even.astype(int))
     after = scene.ranks[place] >= cuts[:, None]
     cuts = cuts[_partly(after, sockets)]
@@ -92,25 +97,39 @@ def _cuts(
     return cuts
 
 
-def _partly(masks: np.ndarray, sockets: np.ndarray) -> np.ndarray:
+def _partly(
+    masks: np.ndarray,
+    sockets: np.ndarray,
+) -> np.ndarray:
     """Return whether each mask has a part of some socket's samples, shape (C,).
 
     Where whole sockets moved alone, their centres hold that.
     """
     in_socket = sockets == np.unique(sockets)[:, None]
-    counts: np.ndarray = masks.astype(int) @ in_socket.T
+    counts = masks.astype(int) @ in_socket.T
     partly = (counts != 0) & (counts != in_socket.sum(axis=1))
     return partly.any(axis=1)
 
 
 def moved(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases, or instruments, that moved before some sample."""
-    count = len(scene.q)
-    slopes = np.tile(np.eye(3), (count, 1, 1))
+    slopes = np.tile(np.eye(3), (len(scene.q), 1, 1))
     if scene.frames:
-        turns = _turns(scene)
-        slopes = np.concatenate([slopes, turns], axis=2)
-    return changes(scene, slopes[:, :, None], MOVES, throughout=False)
+        # the shifts of points by turns of their frame about their middle, (N, 3, 3)
+        samples = scene.samples
+        even = np.ones(len(scene.q))
+        arms = scene.offsets - means(scene.offsets, samples, even)[scene.sockets]
+        variances = means(arms**2, samples, even).mean(axis=1)
+        sizes = np.maximum(variances**0.5, 1e-6)
+        slopes = np.concatenate(
+            [slopes, cross_matrices(arms) / sizes[scene.sockets, None, None]], axis=2
+        )
+    return changes(
+        scene,
+        slopes[:, :, None],
+        MOVES,
+        throughout=False,
+    )
 
 
 def turned(scene: Scene) -> Iterable[Block]:
@@ -119,57 +138,48 @@ def turned(scene: Scene) -> Iterable[Block]:
     arms = np.empty_like(seats)
     for rows in scene.places:
         arms[rows] = seats[rows] - seats[rows.start]
-    vertical = [0.0, 0.0, 1.0]
-    slopes = np.cross(vertical, arms)
-    columns = slopes[:, :, None, None]
-    return changes(scene, columns, TURNS, throughout=False)
-
-
-def _turns(scene: Scene) -> np.ndarray:
-    """Return the shifts of points by turns of their frame about their middle, (N, 3, 3).
-
-    A turn by 1 moves a point by 1 m on average; sockets have no turn.
-    """
-    samples = scene.samples
-    even = np.ones(len(scene.q))
-    middles = means(scene.offsets, samples, even)
-    arms = scene.offsets - middles[scene.sockets]
-    squares = means(arms**2, samples, even)
-    variances = squares.mean(axis=1)
-    sizes = np.maximum(variances**0.5, 1e-6)
-    return cross_matrices(arms) / sizes[scene.sockets, None, None]
+    slopes = np.cross([0.0, 0.0, 1.0], arms)
+    return changes(
+        scene,
+        slopes[:, :, None, None],
+        TURNS,
+        throughout=False,
+    )
 
 
 def tipped(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that were elsewhere for some samples in a row, and fell back."""
-    for place, rows in enumerate(scene.places):
+    for place, rows in enumerate(() if scene.frames else scene.places):
         ranks = scene.ranks[place]
-        count = len(ranks)
         for length in range(SIDE, LONGEST + 1):
-            begins = np.arange(SIDE, count - length - SIDE + 1)[:, None]
+            begins = np.arange(SIDE, len(ranks) - length - SIDE + 1)[:, None]
             begins = begins[:: 1 + len(begins) // MOST_CUTS]
             runs = (ranks >= begins) & (ranks < begins + length)
             is_told = _partly(runs, scene.sockets[rows])
             firsts = begins[is_told, 0].tolist()
-            if scene.frames or not firsts:
-                continue
-            columns = runs[is_told][:, :, None, None] * np.eye(3)
-            names: list[Parameters] = []
-            for first in firsts:
-                name = scene.sample(place, int(np.argmax(ranks == first)))
-                names.append({**name, "samples": length})
-            yield of_samples(rows, columns, names, TIPS)
+            if firsts:
+                columns = runs[is_told][:, :, None, None] * np.eye(3)
+                samples = [scene.sample(place, first) for first in firsts]
+                yield of_samples(
+                    rows,
+                    columns,
+                    [{**sample, "samples": length} for sample in samples],
+                    TIPS,
+                )
 
 
 def drifting(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that moved slowly over a placement."""
     for place, rows in enumerate(scene.places):
         ranks = scene.ranks[place]
-        last = max(ranks.max(), 1)
-        course = ranks / last - 0.5
+        course = ranks / max(ranks.max(), 1) - 0.5
         columns = course[:, None, None] * np.eye(3)
-        names = scene.named(place)
-        yield of_samples(rows, columns, [names], DRIFTS)
+        yield of_samples(
+            rows,
+            columns,
+            [scene.named(place)],
+            DRIFTS,
+        )
 
 
 def drift_by(
@@ -178,8 +188,7 @@ def drift_by(
     values: np.ndarray,
 ) -> Parameters:
     """Return how far a base drifted, and where to, from the first sample to the last."""
-    size = float(np.linalg.norm(values))
-    return {"size": size, "shift": values.tolist()}
+    return {"size": float(np.linalg.norm(values)), "shift": values.tolist()}
 
 
 def moved_by(
@@ -192,15 +201,13 @@ def moved_by(
     if size <= FAR or "point" in parameters:
         return {"size": size}
     label = parameters["placement"], parameters["socket"]
-    seat = scene.labels.index(label)
-    in_seat = scene.sockets == seat
+    in_seat = scene.sockets == scene.labels.index(label)
     balls = scene.seats[in_seat]
     after = scene.numbers[in_seat] >= parameters["sample"]
     # in a socket that was entered after the move, none tells how far
     if not after.all():
-        place = balls[after].mean(axis=0)
-        place_before = balls[~after].mean(axis=0)
-        size = float(np.linalg.norm(place - place_before))
+        shift = balls[after].mean(axis=0) - balls[~after].mean(axis=0)
+        size = float(np.linalg.norm(shift))
     return {"size": size}
 
 
@@ -215,19 +222,13 @@ def _length_by_length(
         if length.on_base != on_base:
             continue
         placement, socket = scene.labels[length.first]
-        name = {"placement": placement}
-        if not on_base:
+        names = {"expected": expected, "given": length.distance}
+        if on_base:
+            yield row, {"placement": placement, **names}
+        else:
             other, socket_beside = scene.labels[length.second]
             ends = f"{placement}:{socket}-{other}:{socket_beside}"
-            name = {"known": f"{ends}={length.distance}"}
-        yield (
-            row,
-            {
-                **name,
-                "expected": expected,
-                "given": length.distance,
-            },
-        )
+            yield row, {"known": f"{ends}={length.distance}", **names}
 
 
 def _of_length(
@@ -237,45 +238,71 @@ def _of_length(
     **more: Any,
 ) -> Block:
     """Return the block of one known distance that is off by an unknown, or a known change."""
-    rows = slice(row, row + 1)
     column = np.full((1, 1, 1), DISTANCE_WEIGHT * change)
-    return Block(rows, column, [names], **more)
+    return Block(
+        slice(row, row + 1),
+        column,
+        [names],
+        **more,
+    )
 
 
 def between(scene: Scene) -> Iterable[Block]:
     """Return blocks of bases that moved while the ball changed its socket."""
     for row, names in _length_by_length(scene, on_base=True):
         measured = scene.measured(names["placement"])
-        source = SOURCES[measured.distance_source]
-        sourced = {**names, "source": source}
-        yield _of_length(row, 1.0, sourced, widths=MOVES)
+        sourced = {**names, "source": SOURCES[measured.distance_source]}
+        yield _of_length(
+            row,
+            1.0,
+            sourced,
+            widths=MOVES,
+        )
 
 
 def of_one_socket(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements whose ball was in one socket throughout."""
     for row, names in _length_by_length(scene, on_base=True):
-        yield _of_length(row, -names["given"], names, fixed=True)
+        yield _of_length(
+            row,
+            -names["given"],
+            names,
+            fixed=True,
+        )
 
 
 def of_known(scene: Scene) -> Iterable[Block]:
     """Return blocks of known distances beside those of bases, each of which may be wrong."""
     for row, names in _length_by_length(scene, on_base=False):
-        yield _of_length(row, 1.0, names, widths=KNOWN)
+        yield _of_length(
+            row,
+            1.0,
+            names,
+            widths=KNOWN,
+        )
 
 
 def of_distance(scene: Scene) -> Iterable[Block]:
     """Return blocks of a share by which all distances of bases are too long, or all points."""
     columns = _of_bases(scene)
     if columns.any():
-        single = -columns[None, :, None]
-        yield Block(scene.all_lengths, single, [{}], SHARES)
+        yield Block(
+            scene.all_lengths,
+            -columns[None, :, None],
+            [{}],
+            SHARES,
+        )
     for k in scene.frames:
         name, _ = scene.labels[k]
         in_frame = scene.sockets == k
-        columns = -scene.offsets * in_frame[:, None]
-        flat = columns.reshape(1, -1, 1)
+        shifts = -scene.offsets * in_frame[:, None]
         names = {"frame": name}
-        yield Block(scene.all_samples, flat, [names], SHARES)
+        yield Block(
+            scene.all_samples,
+            shifts.reshape(1, -1, 1),
+            [names],
+            SHARES,
+        )
 
 
 def of_model(scene: Scene) -> Iterable[Block]:
@@ -286,14 +313,21 @@ def of_model(scene: Scene) -> Iterable[Block]:
     rows = scene.all_lengths
     if scene.frames:
         rows = slice(0, rows.stop)
-    single = -columns[None, rows, None]
-    yield Block(rows, single, [{}], SHARES)
+    yield Block(
+        rows,
+        -columns[None, rows, None],
+        [{}],
+        SHARES,
+    )
 
 
 def _of_bases(scene: Scene) -> np.ndarray:
     """Return the changes of all distances for each share that those of bases are too long, (K,)."""
-    on_base = np.array([length.on_base for length in scene.known])
-    return DISTANCE_WEIGHT * scene.expected * on_base
+    return (
+        DISTANCE_WEIGHT
+        * scene.expected
+        * np.array([length.on_base for length in scene.known])
+    )
 
 
 def share(
@@ -307,11 +341,16 @@ def share(
     if "frame" in parameters or not lengths or not lengths[0]:
         return {"share": value / max(1 - value, 0.1)}
     first = next(m for m in scene.measurements if m.has_distance)
-    source = SOURCES[first.distance_source]
-    return {**sockets_by_share(value, lengths[0]), "source": source}
+    return {
+        **sockets_by_share(value, lengths[0]),
+        "source": SOURCES[first.distance_source],
+    }
 
 
-def sockets_by_share(excess: float, length: float) -> Parameters:
+def sockets_by_share(
+    excess: float,
+    length: float,
+) -> Parameters:
     """Return how far apart sockets are that would make the arm no longer by a share [m]."""
     return {
         "share": excess,

@@ -4,9 +4,8 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain, groupby, repeat
 from itertools import count as count_from
-from itertools import groupby, repeat
-from typing import NamedTuple
 
 import numpy as np
 
@@ -56,17 +55,18 @@ class Candidate:
         (names,) = self.block.parameters
         numbers = {**names, "noise": self.sigma}
         if self.block.unknowns:
-            values = self.evidence.posterior(self.block, self.sigma).mean
+            values = self.evidence.posterior(self.block, self.sigma)[0]
             numbers |= self.kind.values(self.scene, numbers, values)
         return numbers
 
     def hypothesis(self, probability: float = 1.0) -> Hypothesis:
         """Return it in words."""
-        kind = self.kind.for_points() if self.of_points else self.kind
+        kind = self.kind
+        if self.of_points:
+            kind = replace(kind, **kind.of_points)
         parameters = dict(self.parameters)
         advice = kind.advice.format(**parameters)
-        measurements = self.scene.measurements
-        largest = [np.abs(m.positions).max() for m in measurements]
+        largest = [np.abs(m.positions).max() for m in self.scene.measurements]
         if max(largest, default=0.0) < TINY:
             advice += (
                 f"; or are the angles in another unit? none is beyond {TINY:g} rad"
@@ -147,24 +147,14 @@ class Candidate:
         columns = block.columns[0, :, : block.unknowns]
         columns = columns * max(block.widths)
         explained = (*scene.explained, (block.rows, columns, self.shift))
-        right = replace(scene, explained=explained)
-        return right.recentred(self.sigma)
+        return replace(scene, explained=explained).recentred(self.sigma)
 
 
-def _as_it_is(scene: Scene, _: object) -> Scene:
+def _as_it_is(
+    scene: Scene,
+    _: object,
+) -> Scene:
     return scene
-
-
-class _Trial(NamedTuple):
-    """A candidate at the noise at which it is most probable, of those tried."""
-
-    log_evidence: float
-    block: int
-    """Index of its block."""
-    noise: int
-    """Index of the noise."""
-    column: int
-    """Index in its block."""
 
 
 class Comparison:
@@ -187,29 +177,28 @@ class Comparison:
         count = int(math.log(LARGEST / smallest, HALVES)) + 2
         self._trials = self.evidence.trials(smallest, LARGEST, count)
         possible = [kind for kind in kinds if not (kind.rigid and scene.zeros)]
-        self.candidates: list[Candidate] = []
-        for kind in possible:
-            self.candidates += self._of(kind)
+        self.candidates = [*chain.from_iterable(map(self._of, possible))]
 
     def _of(self, kind: Kind) -> Iterator[Candidate]:
         """Yield the best candidates of a kind: by few trials of the noise, then by many."""
         scene = self.scene
         blocks = list(kind.blocks(scene))
-        total = sum(len(block.parameters) for block in blocks)
-        share = kind.prior / max(total, 1)
+        share = kind.prior / max(sum(len(block.parameters) for block in blocks), 1)
         prior = math.log(STEP * share)
         if kind.noise is None:
             # the noise of servos is never much less
-            below = not scene.zeros
-            noise = NoisePrior(1.5 * scene.noise, scene.noise_width, below=below)
+            noise = NoisePrior(
+                1.5 * scene.noise, scene.noise_width, below=not scene.zeros
+            )
         else:
             noise = kind.noise(scene)
         count = SEPARATE if kind.separate else REFINED
         for trial, block in self._likeliest(blocks, noise, count):
             sigma = trial * FACTORS
-            ratios = self.evidence.log_ratios(block, sigma)
             base = self.evidence.log_likelihood(sigma) + noise.log_density(sigma)
-            over_widths = np.logaddexp.reduce(ratios, axis=1)
+            over_widths = np.logaddexp.reduce(
+                self.evidence.log_ratios(block, sigma), axis=1
+            )
             logs = over_widths + base[:, None]
             evidence = np.logaddexp.reduce(logs, axis=0) + prior
             best = sigma[np.argmax(logs, axis=0)]
@@ -233,25 +222,15 @@ class Comparison:
         """Yield the best columns of each block by few trials, and the noise at which they are."""
         sigma, base = self._trials
         prior = base + noise.log_density(sigma)
-        tried: list[_Trial] = []
+        # evidence, block, the noise at which it is most probable, and column in its block
+        tried: list[tuple[float, int, int, int]] = []
         for b, block in enumerate(blocks):
             ratios = self.evidence.log_ratios(block, sigma)
             logs = ratios.max(axis=1) + prior[:, None]
-            evidence = logs.max(axis=0).tolist()
             best = np.argmax(logs, axis=0).tolist()
-            tried += map(
-                _Trial,
-                evidence,
-                repeat(b),
-                best,
-                count_from(0),
-            )
+            tried += zip(logs.max(axis=0).tolist(), repeat(b), best, count_from(0))
         tried.sort(reverse=True)
-        near = [
-            trial[1:]
-            for trial in tried[:count]
-            if trial.log_evidence > tried[0].log_evidence - NEAR
-        ]
+        near = [trial for log, *trial in tried[:count] if log > tried[0][0] - NEAR]
         for (b, noise_index), group in groupby(sorted(near), lambda trial: trial[:2]):
             columns = [column for *_, column in group]
             yield float(sigma[noise_index]), blocks[b].only(columns)
@@ -262,7 +241,10 @@ def likeliest_of(candidates: Iterable[Candidate]) -> Candidate:
     return max(candidates, key=lambda candidate: candidate.log_evidence)
 
 
-def sound_recordings(scene: Scene, share: float = INDEPENDENT) -> Candidate:
+def sound_recordings(
+    scene: Scene,
+    share: float = INDEPENDENT,
+) -> Candidate:
     """Return the candidate by which nothing is wrong in a scene."""
     (candidate,) = Comparison(scene, ONLY_SOUND, share).candidates
     return candidate

@@ -4,8 +4,6 @@ Residuals are r = B x + A u + e of standard Gaussian x, u, and C = sigma^2 I + B
 :func:`.log_bayes_factor`.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ...identification.model import log_bayes_factor
@@ -13,24 +11,6 @@ from .kinds import Block
 
 INDEPENDENT = 0.5
 """Share of the errors that count as independent: those in similar poses are correlated."""
-
-
-class Trials(NamedTuple):
-    """Noises that are tried."""
-
-    sigma: np.ndarray
-    """Shape (L,) [m]."""
-    log_likelihood: np.ndarray
-    """ln p(r) without any further column for each noise, shape (L,)."""
-
-
-class Estimate(NamedTuple):
-    """The unknowns of a candidate."""
-
-    mean: np.ndarray
-    """Shape (k,)."""
-    covariance: np.ndarray
-    """Shape (k, k)."""
 
 
 class LinearEvidence:
@@ -48,9 +28,8 @@ class LinearEvidence:
     ) -> None:
         self._root = share**0.5
         self._whitening = whitening
-        every = slice(0, len(r))
         columns = np.column_stack([r, B])
-        white = self._white(every, columns)
+        white = self._white(slice(0, len(r)), columns)
         self.r = white[:, 0]
         slopes = white[:, 1:]
         self.count = share * len(r)
@@ -61,11 +40,14 @@ class LinearEvidence:
         self._square = float(self.r @ self.r)
         self._log_volume = 0.0
         if whitening is not None:
-            volumes = np.linalg.det(whitening)
-            log_volume = float(np.log(volumes).sum())
+            log_volume = float(np.log(np.linalg.det(whitening)).sum())
             self._log_volume = share * log_volume
 
-    def _white(self, rows: slice, values: np.ndarray) -> np.ndarray:
+    def _white(
+        self,
+        rows: slice,
+        values: np.ndarray,
+    ) -> np.ndarray:
         """Return values in some rows, shape (R, n), in units in which samples are noisy alike.
 
         Only a share of the errors counts.
@@ -79,8 +61,7 @@ class LinearEvidence:
         N, n = len(W), values.shape[1]
         of_samples, of_distances = np.split(values, [3 * N])
         white = W @ of_samples.reshape(N, 3, n)
-        flat = white.reshape(3 * N, n)
-        return np.vstack([flat, of_distances])
+        return np.vstack([white.reshape(3 * N, n), of_distances])
 
     def log_likelihood(self, sigma: np.ndarray) -> np.ndarray:
         """Return ln p(r) without any further column for each noise, shape (L,)."""
@@ -88,8 +69,7 @@ class LinearEvidence:
         variances = self._d2 + s2[:, None]
         explained = np.sum(self._along**2 / variances, axis=1)
         chi_square = (self._square - explained) / s2
-        logs = np.log(variances / s2[:, None])
-        spread = logs.sum(axis=1)
+        spread = np.log(variances / s2[:, None]).sum(axis=1)
         noise = self.count * np.log(2 * np.pi * s2)
         return self._log_volume - 0.5 * (noise + spread + chi_square)
 
@@ -98,44 +78,53 @@ class LinearEvidence:
         smallest: float,
         largest: float,
         count: int,
-    ) -> Trials:
-        """Return noises to try, up to beyond the likeliest without further columns."""
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return noises to try, up to beyond the likeliest without further columns, shape (L,) [m].
+
+        And ln p(r) without these for each of them.
+        """
         sigma = np.geomspace(smallest, largest, count)
         logs = self.log_likelihood(sigma)
         end = int(np.argmax(logs)) + 2
-        return Trials(sigma[:end], logs[:end])
+        return sigma[:end], logs[:end]
 
-    def log_ratios(self, block: Block, sigma: np.ndarray) -> np.ndarray:
+    def log_ratios(
+        self,
+        block: Block,
+        sigma: np.ndarray,
+    ) -> np.ndarray:
         """Return ln p(r | candidate) - ln p(r) by noise, width and candidate, shape (L, W, C)."""
         M, g = self._information(block, sigma)
         if block.fixed:
             shifts = g - 0.5 * M[..., 0]
             return shifts[:, None, :, 0] + block.bonus
         widths = np.array(block.widths)[:, None, None]
-        M_by_width = M[:, None]
-        g_by_width = g[:, None]
-        factors = log_bayes_factor(M_by_width, g_by_width, widths)
+        factors = log_bayes_factor(M[:, None], g[:, None], widths)
         return factors + block.bonus - np.log(len(widths))
 
-    def chi_square(self, block: Block, sigma: float) -> float:
+    def chi_square(
+        self,
+        block: Block,
+        sigma: float,
+    ) -> float:
         """Return by how much a block's only candidate lowers chi-square, by its widest prior."""
-        noises = np.array([sigma])
-        _, g = self._information(block, noises)
+        _, g = self._information(block, np.array([sigma]))
         mean, _ = self.posterior(block, sigma)
         return float(g[0, 0] @ mean)
 
-    def posterior(self, block: Block, sigma: float) -> Estimate:
-        """Return the unknowns of a block's only candidate, by its widest prior."""
-        noises = np.array([sigma])
-        M, g = self._information(block, noises)
+    def posterior(
+        self,
+        block: Block,
+        sigma: float,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return mean and covariance of a block's only candidate, by its widest prior."""
+        M, g = self._information(block, np.array([sigma]))
         information, axes = np.linalg.eigh(M[0, 0])
         # Where the nuisances explain all, M is a difference of equal numbers.
         information = information.clip(min=0.0)
-        widest = max(block.widths)
-        precision = information + widest**-2
-        covariance: np.ndarray = (axes / precision) @ axes.T
-        mean = covariance @ g[0, 0]
-        return Estimate(mean, covariance)
+        precision = information + max(block.widths) ** -2
+        covariance = (axes / precision) @ axes.T
+        return covariance @ g[0, 0], covariance
 
     def _information(
         self,
@@ -149,8 +138,7 @@ class LinearEvidence:
         """
         C, R, k = block.columns.shape
         by_rows = block.columns.transpose(1, 0, 2)
-        flat = by_rows.reshape(R, C * k)
-        white = self._white(block.rows, flat)
+        white = self._white(block.rows, by_rows.reshape(R, C * k))
         by_rows = white.reshape(R, C, k)
         A = by_rows.transpose(1, 2, 0)
         along = self._D[block.rows].T @ white
@@ -162,15 +150,11 @@ class LinearEvidence:
             products = [T.T @ (share[:, None] * T) for share in shares]
             explained = np.array(products)[:, None]
         else:
-            rows = DA[..., :, None]
-            pairs = rows * DA[..., None, :]
+            pairs = DA[..., :, None] * DA[..., None, :]
             explained = np.tensordot(shares, pairs, 1)
-        A_T = A.transpose(0, 2, 1)
-        squares = A @ A_T - explained
-        along_residuals = shares * self._along
-        of_residuals = np.tensordot(along_residuals, DA, 1)
-        residuals = self.r[block.rows]
-        pulls = A @ residuals - of_residuals
+        squares = A @ A.transpose(0, 2, 1) - explained
+        of_residuals = np.tensordot(shares * self._along, DA, 1)
+        pulls = A @ self.r[block.rows] - of_residuals
         M = squares / s2[:, None, None, None]
         g = pulls / s2[:, None, None]
         return M, g

@@ -81,9 +81,17 @@ Blocks = Callable[[Scene], Iterable[Block]]
 """Candidates that a scene may have."""
 
 
-def without_columns(parameters: Parameters, bonus: float = 0.0) -> Block:
+def without_columns(
+    parameters: Parameters,
+    bonus: float = 0.0,
+) -> Block:
     """Return a candidate that changes no residuals."""
-    return Block(slice(0, 0), np.zeros((1, 0, 0)), [parameters], bonus=bonus)
+    return Block(
+        slice(0, 0),
+        np.zeros((1, 0, 0)),
+        [parameters],
+        bonus=bonus,
+    )
 
 
 @dataclass(frozen=True)
@@ -100,8 +108,7 @@ class NoisePrior:
         """Return the logarithm of the density of ln sigma."""
         away = np.log(sigma / self.centre) / self.width
         if self.below:
-            above = np.maximum(away, 0)
-            return -0.5 * above**2 - np.log(DECADES)
+            return -0.5 * np.maximum(away, 0) ** 2 - np.log(DECADES)
         volume = 0.5 * np.log(2 * np.pi * self.width**2)
         return -0.5 * away**2 - volume
 
@@ -126,15 +133,18 @@ def sample_named(p: Parameters) -> str:
     """
     if "point" in p and not p.get("number"):
         return f"point {p['point']}"
-    number = p.get("number", 0)
     place = p.get("place", p["sample"] + 1)
-    return sample_name(number, place, p["socket"])
+    return sample_name(p.get("number", 0), place, p["socket"])
 
 
 class _Sentences(Formatter):
     """Sentences with sizes as in {size:.1f mm}, and a word by the sign as in {share:long|short}."""
 
-    def format_field(self, value: Any, format_spec: str) -> str:
+    def format_field(
+        self,
+        value: Any,
+        format_spec: str,
+    ) -> str:
         if "|" in format_spec:
             return format_spec.split("|")[bool(value <= 0)]
         digits, _, unit = format_spec.partition(" ")
@@ -183,14 +193,10 @@ class Kind:
     """Unit in which its size is told: mm, deg or %; empty where it has none; None where no fault
     can be told by it."""
     of_size: str = ""
-    """What it blames for an arm that comes out too large or small: the numbers of the ``model``,
+    """Part that it blames for an arm of another size than its model: the numbers of the ``model``,
     which the fit has as unknowns, or a ``distance`` between sockets; empty for neither."""
     at_ball: bool = False
     """True where its size is how far it moves the ball at most, not its unknowns'."""
-
-    def for_points(self) -> "Kind":
-        """Return it with its words for points that an instrument measured."""
-        return replace(self, **self.of_points)
 
     def text(self, p: Parameters) -> str:
         """Return its sentence."""
@@ -230,4 +236,9 @@ def kind_of(
         **more,
     }
     words.setdefault("code", words["name"])
-    return Kind(**words, blocks=blocks, values=values, noise=noise)
+    return Kind(
+        **words,
+        blocks=blocks,
+        values=values,
+        noise=noise,
+    )

@@ -4,13 +4,14 @@ Joints give way with their load and never against it, so elasticity has to come 
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
-from .evidence import Estimate, LinearEvidence
+from ...identification.data import as_point
+from .evidence import LinearEvidence
 from .kinds import Block, NoisePrior, Parameters, without_columns
 from .samples import evenly
 from .scene import Scene
@@ -34,11 +35,13 @@ def mounted(scene: Scene) -> Iterable[Block]:
     """Return blocks of other directions of gravity."""
     if scene.explained or not _is_bent(scene):
         return
-    others = _other_directions(np.array(scene.load.gravity))
+    others = [*_other_directions(np.array(scene.load.gravity))]
     as_said, *logs = _logs(scene, [scene.load.gravity, *others])
     for gravity, log in zip(others, logs, strict=True):
-        option = " ".join(f"{g:.3g}" for g in gravity)
-        names = {"gravity": list(gravity), "option": option}
+        names = {
+            "gravity": list(gravity),
+            "option": " ".join(f"{g:.3g}" for g in gravity),
+        }
         yield without_columns(names, log - as_said)
 
 
@@ -51,42 +54,29 @@ def _is_bent(scene: Scene) -> bool:
     return bool(is_loaded and scene.is_elastic.any())
 
 
-def _other_directions(said: np.ndarray) -> list[Gravity]:
-    """Return gravity along other axes, and between two of them, with the strength of ``said``."""
+def _other_directions(said: np.ndarray) -> Iterator[Gravity]:
+    """Yield gravity along other axes, and between two of them, with the strength of ``said``."""
     strength = float(np.linalg.norm(said))
-    others: list[Gravity] = []
-    signs = (-1.0, 0.0, 1.0)
-    for components in product(signs, repeat=3):
-        direction = np.array(components)
+    for direction in product((-1.0, 0.0, 1.0), repeat=3):
         axes = np.count_nonzero(direction)
-        if axes not in (1, 2):
-            continue
-        gravity = direction * (strength / axes**0.5)
-        if gravity @ said < ALIKE * strength**2:
-            x, y, z = gravity.tolist()
-            others.append((x, y, z))
-    return others
+        gravity = np.array(direction) * (strength / max(axes, 1) ** 0.5)
+        if axes in (1, 2) and gravity @ said < ALIKE * strength**2:
+            yield as_point(gravity)
 
 
-def _logs(scene: Scene, directions: Sequence[Gravity]) -> list[float]:
-    """Return the logarithm of the evidence by direction of gravity."""
+def _logs(
+    scene: Scene,
+    directions: Sequence[Gravity],
+) -> Iterator[float]:
+    """Yield the logarithm of the evidence by direction of gravity."""
     evidence, block = _elasticity(scene, directions)
-    smallest = LEAST * scene.noise
-    trials = evidence.trials(smallest, LARGEST, TRIALS)
-    typical = 1.5 * scene.noise
-    noise = NoisePrior(typical, scene.noise_width, below=True)
-    log_prior = noise.log_density(trials.sigma)
-    density = trials.log_likelihood + log_prior
-    ratios = evidence.log_ratios(block, trials.sigma)[:, 0]
-    by_trial = ratios + density[:, None]
-    logs: list[float] = []
-    best_trials = np.argmax(by_trial, axis=0)
-    for c, likeliest in enumerate(best_trials):
-        sigma = float(trials.sigma[likeliest])
-        estimate = evidence.posterior(block.only([c]), sigma)
-        log_evidence = float(by_trial[likeliest, c])
-        logs.append(log_evidence + _log_positive(estimate))
-    return logs
+    sigma, log_likelihood = evidence.trials(LEAST * scene.noise, LARGEST, TRIALS)
+    noise = NoisePrior(1.5 * scene.noise, scene.noise_width, below=True)
+    density = log_likelihood + noise.log_density(sigma)
+    by_trial = evidence.log_ratios(block, sigma)[:, 0] + density[:, None]
+    for c, likeliest in enumerate(np.argmax(by_trial, axis=0)):
+        estimate = evidence.posterior(block.only([c]), float(sigma[likeliest]))
+        yield float(by_trial[likeliest, c]) + _log_positive(*estimate)
 
 
 def _elasticity(
@@ -100,25 +90,22 @@ def _elasticity(
     of_lengths = scene.all_lengths.start + np.arange(len(scene.known))
     rows = np.append(of_some, of_lengths)
     elastic = np.flatnonzero(scene.is_elastic)
-    columns: list[np.ndarray] = []
-    for gravity in directions:
-        load = replace(scene.load, gravity=gravity)
-        of_effects = scene.of_effects(scene.samples_under(load))
-        of_samples = of_effects[of_some]
-        columns.append(of_samples[:, elastic])
+    loads = [replace(scene.load, gravity=gravity) for gravity in directions]
+    of_loads = [scene.of_effects(scene.samples_under(load)) for load in loads]
+    columns = np.array(of_loads)[:, of_some][:, :, elastic]
     nameless: list[Parameters] = [{}] * len(columns)
-    samples = slice(0, len(of_some))
-    block = Block(samples, np.array(columns), nameless)
+    block = Block(slice(0, len(of_some)), columns, nameless)
     first = scene.centres.size + len(scene.parameters)
-    nuisances = scene.nuisances[rows]
-    others = np.delete(nuisances, first + elastic, axis=1)
+    others = np.delete(scene.nuisances[rows], first + elastic, axis=1)
     return LinearEvidence(scene.residuals[rows], others), block
 
 
-def _log_positive(estimate: Estimate) -> float:
+def _log_positive(
+    mean: np.ndarray,
+    covariance: np.ndarray,
+) -> float:
     """Return the sum of ln 2 P(u > 0), with each unknown u a Gaussian by itself."""
-    deviations = np.sqrt(np.diag(estimate.covariance))
-    ratios = estimate.mean / (2**0.5 * deviations)
+    ratios = mean / (2**0.5 * np.sqrt(np.diag(covariance)))
     doubled = [math.erfc(-ratio) for ratio in ratios.tolist()]
     return sum(math.log(max(share, 1e-30)) for share in doubled)
 
@@ -134,7 +121,10 @@ def stands(parameters: Parameters) -> str:
     return f"the arm {how}: gravity pulls along {directions} of its base"
 
 
-def remounted(scene: Scene, parameters: Parameters) -> Scene:
+def remounted(
+    scene: Scene,
+    parameters: Parameters,
+) -> Scene:
     """Return the scene of an arm that is mounted so."""
     load = replace(scene.load, gravity=tuple(parameters["gravity"]))
     return replace(scene, load=load)

@@ -6,7 +6,7 @@ import numpy as np
 
 from .ball import loose_here, scattered_placements
 from .evidence import INDEPENDENT
-from .kinds import Block, NoisePrior, Parameters, without_columns
+from .kinds import Block, NoisePrior, without_columns
 from .scene import Scene
 
 SAME = 2e-3
@@ -33,26 +33,23 @@ def copies(scene: Scene) -> Iterable[Block]:
     """Return the block of the first socket whose samples are those of an earlier one."""
     # an instrument measures a pose again
     count = scene.samples.count - len(scene.frames)
-    rows_of_sockets = scene.samples.rows[:count]
-    of_sockets = [scene.q[rows] for rows in rows_of_sockets]
+    of_sockets = [scene.q[rows] for rows in scene.samples.rows[:count]]
     for later, q in enumerate(of_sockets):
         for earlier, others in enumerate(of_sockets[:later]):
-            twins = _alike(q, others, SAME)
-            if twins.any(axis=1).mean() > COPIED:
-                yield without_columns(_copy(scene, later, earlier), CHANCE)
+            if _alike(q, others, SAME).any(axis=1).mean() > COPIED:
+                # the names of a socket, and of that whose copy it is
+                placement, socket = scene.labels[later]
+                original, socket_of_original = scene.labels[earlier]
+                yield without_columns(
+                    {
+                        "placement": placement,
+                        "socket": socket,
+                        "of": original,
+                        "of_socket": socket_of_original,
+                    },
+                    CHANCE,
+                )
                 return
-
-
-def _copy(scene: Scene, later: int, earlier: int) -> Parameters:
-    """Return the names of a socket, and of that whose copy it is."""
-    placement, socket = scene.labels[later]
-    original, socket_of_original = scene.labels[earlier]
-    return {
-        "placement": placement,
-        "socket": socket,
-        "of": original,
-        "of_socket": socket_of_original,
-    }
 
 
 def repeated(scene: Scene) -> Iterable[Block]:
@@ -61,16 +58,13 @@ def repeated(scene: Scene) -> Iterable[Block]:
         if scene.measurements[place].kind != "sockets":
             continue
         q, seats = scene.q[rows], scene.sockets[rows]
-        in_one_seat = seats[:, None] == seats
-        near = _alike(q, q, NEAR) & in_one_seat
-        to_earlier = np.tril(near, -1)
-        again = to_earlier.any(axis=1)
+        near = _alike(q, q, NEAR) & (seats[:, None] == seats)
+        again = np.tril(near, -1).any(axis=1)
         if again.mean() > REPEATED:
-            postures = int(np.sum(~again))
-            names: Parameters = {
+            names = {
                 **scene.named(place),
                 "samples": len(q),
-                "postures": postures,
+                "postures": int(np.sum(~again)),
             }
             yield without_columns(names, CHANCE)
 
@@ -81,23 +75,20 @@ def _alike(
     tolerance: float,
 ) -> np.ndarray:
     """Tell which postures differ by less from which others on every joint, shape (N, M)."""
-    differences = np.abs(q[:, None] - others)
-    return differences.max(axis=2) < tolerance
+    return np.abs(q[:, None] - others).max(axis=2) < tolerance
 
 
 def steps(scene: Scene) -> np.ndarray:
     """Return the steps in which each joint reads, shape (m,) [rad]; 0 where there is none."""
     steps_of_joints = np.zeros(scene.q.shape[1])
     for j, column in enumerate(scene.q.T):
-        readings = np.unique(column.round(9))
-        gaps: np.ndarray = np.diff(readings)
+        gaps: np.ndarray = np.diff(np.unique(column.round(9)))
         step = float(gaps.min(initial=np.inf, where=gaps > 1e-7))
         if not np.isfinite(step):
             continue
         multiples = column / step
-        errors: np.ndarray = np.abs(multiples - multiples.round())
-        tolerance = max(EXACT, 1e-6 / step)
-        if errors.max() < tolerance:
+        error = np.abs(multiples - multiples.round()).max()
+        if error < max(EXACT, 1e-6 / step):
             steps_of_joints[j] = step
     return steps_of_joints
 
@@ -107,8 +98,7 @@ def quantised(scene: Scene) -> Iterable[Block]:
     steps_of_joints = steps(scene)
     size = _effect(scene, steps_of_joints)
     if size > scene.noise:
-        uniform = np.array([UNIFORM])
-        gain = _gain(scene, steps_of_joints, uniform)
+        gain = _gain(scene, steps_of_joints, np.array([UNIFORM]))
         names = {"step": float(steps_of_joints.max()), "size": size}
         yield without_columns(names, CHANCE / 3 + gain)
 
@@ -119,10 +109,13 @@ def of_steps(scene: Scene) -> NoisePrior:
     return NoisePrior(max(scene.noise, size), 0.5)
 
 
-def _effect(scene: Scene, steps_of_joints: np.ndarray) -> float:
+def _effect(
+    scene: Scene,
+    steps_of_joints: np.ndarray,
+) -> float:
     """Return the noise of the ball per axis by steps of the joints [m]."""
     shifts = UNIFORM * scene.by_joints * steps_of_joints
-    squares: np.ndarray = np.sum(shifts**2, axis=2)
+    squares = np.sum(shifts**2, axis=2)
     return float(squares.mean()) ** 0.5
 
 
@@ -134,8 +127,7 @@ def pushed(scene: Scene) -> Iterable[Block]:
     by_hand = any(m.kind == "sockets" for m in scene.measurements)
     # one placement that stands out is told by itself
     if by_hand and not any(scattered_placements(scene)):
-        usual = np.ones(scene.q.shape[1])
-        gain = _gain(scene, usual, PUSHED)
+        gain = _gain(scene, np.ones(len(scene.robot.actuated)), PUSHED)
         yield without_columns({}, max(gain, -CHANCE))
 
 
@@ -143,8 +135,7 @@ def pushed_here(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements in which the joints were turned so, unlike in the others."""
     J = scene.by_joints
     covariances = J @ J.transpose(0, 2, 1)
-    positive = covariances + 1e-6 * np.eye(3)
-    roots = np.linalg.cholesky(positive)
+    roots = np.linalg.cholesky(covariances + 1e-6 * np.eye(3))
     for block in loose_here(scene, roots, PUSHED_HERE):
         (names,) = block.parameters
         if scene.measured(names["placement"]).kind == "sockets":
@@ -166,13 +157,11 @@ def _gain(
     log_even = np.log(max(variance, 1e-14))
     alike = -1.5 * len(errors) * (log_even + 1)
     J = scene.by_joints * width
-    covariances = J @ J.transpose(0, 2, 1)
-    squares, axes = np.linalg.eigh(covariances)
-    along = np.einsum("nij,ni->nj", axes, errors)
+    squares, axes = np.linalg.eigh(J @ J.transpose(0, 2, 1))
     of_joints = squares * trials[:, None, None] ** 2
     of_ball = scene.noise * np.array([1.0, 0.5])
     variances = of_joints + of_ball[:, None, None, None] ** 2
-    terms = along**2 / variances + np.log(variances)
-    logs: np.ndarray = -0.5 * terms.sum(axis=(2, 3))
+    terms = np.einsum("nij,ni->nj", axes, errors) ** 2 / variances + np.log(variances)
+    logs = -0.5 * terms.sum(axis=(2, 3))
     gain = float(logs.max()) - alike
     return INDEPENDENT * gain

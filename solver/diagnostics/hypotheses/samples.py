@@ -52,23 +52,25 @@ class SeatSamples(SampleRows):
     @cached_property
     def order(self) -> np.ndarray | slice:
         """Indices of the samples seat after seat, as they mostly come."""
-        steps = np.diff(self.sockets)
-        if (steps >= 0).all():
+        if (np.diff(self.sockets) >= 0).all():
             return slice(None)
         return np.argsort(self.sockets, kind="stable")
 
     @cached_property
     def starts(self) -> np.ndarray:
         """First index of each seat in that order."""
-        in_order = self.sockets[self.order]
-        return np.searchsorted(in_order, np.arange(self.count))
+        return np.searchsorted(self.sockets[self.order], np.arange(self.count))
 
     def is_overdetermined(self, unknowns: int) -> bool:
         """Return True for twice as many numbers as unknowns, the sockets' centres left out."""
         beside_centres = len(self.sockets) - self.count
         return 3 * beside_centres >= 2 * unknowns
 
-    def thinned(self, enough: int, minimum: int = 1) -> "SeatSamples":
+    def thinned(
+        self,
+        enough: int,
+        minimum: int = 1,
+    ) -> "SeatSamples":
         """Return about so many of the samples, evenly from each seat, and so many of it."""
         most = max(enough // self.count, minimum)
         indices = [evenly(len(rows), most) for rows in self.rows]
@@ -79,11 +81,14 @@ class SeatSamples(SampleRows):
     @cached_property
     def frames(self) -> list[int]:
         """The seats that are frames of instruments."""
-        of_points = self.points.any(axis=1)
-        seats = np.unique(self.sockets[of_points])
+        seats = np.unique(self.sockets[self.points.any(axis=1)])
         return seats.tolist()
 
-    def aligned(self, balls: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    def aligned(
+        self,
+        balls: np.ndarray,
+        weights: np.ndarray,
+    ) -> np.ndarray:
         """Return the rotations R of all seats by predicted balls of V models, (S, V, 3, 3).
 
         Balls have shape (N, V, 3) [m], their weights (N, V); sockets have no rotation.
@@ -95,8 +100,7 @@ class SeatSamples(SampleRows):
             rows = self.rows[k]
             points = self.points[rows]
             for v in range(V):
-                predicted = balls[rows, v]
-                pose = kabsch(points, predicted, weights[rows, v])
+                pose = kabsch(points, balls[rows, v], weights[rows, v])
                 R[k, v] = pose.rotation
         return R
 
@@ -107,8 +111,7 @@ class SeatSamples(SampleRows):
         turns = self.aligned(balls, weights)
         for _ in range(ROUNDS if self.frames else 0):
             places = balls - self.offsets(turns)
-            centres = medians(places, self)
-            errors = places - centres[self.sockets]
+            errors = places - medians(places, self)[self.sockets]
             weights = robust_weights(errors, typical(errors))
             turns = self.aligned(balls, weights)
         return turns[:, 0]
@@ -130,7 +133,11 @@ class SeatSamples(SampleRows):
             slopes[rows, ..., of_frame] = cross_matrices(offsets[rows])
         return slopes
 
-    def turned(self, R: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    def turned(
+        self,
+        R: np.ndarray,
+        turns: np.ndarray,
+    ) -> np.ndarray:
         """Return rotations of seats after small turns of the frames, shape (3 F,) [rad]."""
         after = R.copy()
         small_turns = turn(turns.reshape(-1, 3))
@@ -156,10 +163,8 @@ def seats_of(
             if m.kind == "points":
                 seat = (m.frame, OF_INSTRUMENT)
             seats += [seat] * count
-    distinct = dict.fromkeys(seats)
-    labels = sorted(distinct, key=lambda seat: seat[1] == OF_INSTRUMENT)
-    indices = [labels.index(seat) for seat in seats]
-    return tuple(labels), np.array(indices)
+    labels = sorted(dict.fromkeys(seats), key=lambda seat: seat[1] == OF_INSTRUMENT)
+    return tuple(labels), np.array([labels.index(seat) for seat in seats])
 
 
 def _measured(measurements: Sequence[Measurement]) -> np.ndarray:
@@ -181,14 +186,18 @@ def _measured(measurements: Sequence[Measurement]) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def evenly(count: int, enough: int) -> np.ndarray:
+def evenly(
+    count: int,
+    enough: int,
+) -> np.ndarray:
     """Return indices of so many of some samples at most, evenly chosen."""
-    most = min(count, enough)
-    places = np.linspace(0, count - 1, most)
-    return places.astype(int)
+    return np.linspace(0, count - 1, min(count, enough)).astype(int)
 
 
-def medians(points: np.ndarray, samples: SeatSamples) -> np.ndarray:
+def medians(
+    points: np.ndarray,
+    samples: SeatSamples,
+) -> np.ndarray:
     """Return the medians in each seat, shape (S, 3)."""
     by_seat = [median(points[rows]) for rows in samples.rows]
     return np.array(by_seat)
@@ -205,31 +214,28 @@ def means(
     axes = values.ndim - weights.ndim
     weights = weights.reshape(*weights.shape, *[1] * axes)
     weighted = weights * values
-    sums = np.add.reduceat(weighted[order], starts)
     totals = np.add.reduceat(weights[order], starts)
-    return sums / totals
+    return np.add.reduceat(weighted[order], starts) / totals
 
 
 def median(values: np.ndarray) -> np.ndarray:
     """Return the median over the first axis; for few values NumPy's own takes ten times as long."""
     ascending = np.sort(values, axis=0)
     n = len(values)
-    below = ascending[(n - 1) // 2]
-    above = ascending[n // 2]
-    return (below + above) / 2
+    return (ascending[(n - 1) // 2] + ascending[n // 2]) / 2
 
 
 def typical(errors: np.ndarray) -> np.ndarray:
     """Return the scale of errors per axis, shape (N, ..., 3), by their median, shape (...) [m]."""
-    squares = _squares(errors)
-    variance = median(squares) / CHI_SQUARE
-    return np.maximum(variance, SMALLEST**2) ** 0.5
+    return np.maximum(median(_squares(errors)) / CHI_SQUARE, SMALLEST**2) ** 0.5
 
 
-def robust_weights(errors: np.ndarray, noise: float | np.ndarray) -> np.ndarray:
+def robust_weights(
+    errors: np.ndarray,
+    noise: float | np.ndarray,
+) -> np.ndarray:
     """Return the robust weight of each error, shape (N, ..., 3), for a noise s [m]."""
-    chi_squares = _squares(errors) / noise**2
-    return student_weights(chi_squares, NU)
+    return student_weights(_squares(errors) / noise**2, NU)
 
 
 def _squares(errors: np.ndarray) -> np.ndarray:

@@ -3,18 +3,54 @@
 Nuisance parameters are the centres, the geometry, the effects beyond it, and the caliper.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from ...identification.data import SEAT_DEVIATION
 from ...identification.effects import BACKLASH
-from . import nuisances
+from ...identification.robot import Parameter
 from .loaded_arm import LoadedArm
-from .nuisances import DISTANCE_WEIGHT
 
+TRANSLATION = 2e-3
+"""Width of the prior of a length [m]: as far as arms are from their models."""
+ROTATION = 1e-2
+"""The same of an angle [rad]."""
+BALL = 0.1
+"""The same of the ball's place [m]."""
+ARMS = 0.002
+"""Standard deviation of the scale of real arms about their models."""
+CENTRE = 0.3
+"""Width of the prior of a socket's centre about the fit's [m]."""
+TURN = 1.0
+"""Width of the prior of a frame's turn about the fit's [rad]."""
+SIDES = 0.4
+"""Share of the play by which the rest of a joint differs from socket to socket."""
+SHORTEST = 0.05
+"""Least distance of the balls from a joint that is reckoned with [m]."""
+DISTANCE_WEIGHT = 3.0
+"""Weight of a distance relative to a sample: centres err by a third of a sample's noise, since the
+errors of samples are correlated."""
 COARSE = 4e-4
 """Arms that repeat worse than this have gears with play [m]."""
+
+
+def widths_of(parameters: Sequence[Parameter]) -> np.ndarray:
+    """Return the widths of the priors of a geometry's parameters, shape (n,) [m, rad]."""
+    usual = {"m": TRANSLATION, "rad": ROTATION}
+    widths = [BALL if p.of_ball else usual[p.unit] for p in parameters]
+    return np.array(widths)
+
+
+def precision(
+    widths: np.ndarray,
+    by_scale: np.ndarray,
+    scale: float,
+) -> np.ndarray:
+    """Return the inverse covariance of unknowns whose size is held to a scale, shape (n, n)."""
+    return np.diag(widths**-2) + np.outer(by_scale, by_scale) / scale**2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +83,7 @@ class Scene(LoadedArm):
 
     @cached_property
     def seats(self) -> np.ndarray:
-        """Where each sample has the place of its seat, Phi(q) - R y, shape (N, 3) [m]."""
+        """Place of its seat by each sample, Phi(q) - R y, shape (N, 3) [m]."""
         return self.linear.points - self.offsets
 
     @cached_property
@@ -56,27 +92,27 @@ class Scene(LoadedArm):
         # beside those at the nominal model
         by_fitted = self.linear.by_unknowns[:, :, : len(self.x)]
         fitted = by_fitted @ self.x
-        centres = self.centres[self.sockets]
-        of_samples = self.seats - centres - fitted
-        distances = [length.distance for length in self.known]
-        of_lengths = self.expected - distances
+        of_samples = self.seats - self.centres[self.sockets] - fitted
+        of_lengths = self.expected - [length.distance for length in self.known]
         residuals = np.append(of_samples, DISTANCE_WEIGHT * of_lengths)
         for rows, _, shift in self.explained:
             residuals[rows] -= shift
         return residuals
 
+    def spans_of(self, places: np.ndarray) -> np.ndarray:
+        """Return differences of the seats' places by known distances, shape (K, ...)."""
+        first = [length.first for length in self.known]
+        return places[[length.second for length in self.known]] - places[first]
+
     @cached_property
     def spans(self) -> np.ndarray:
         """Vectors between sockets of known distances, as the fit has them, shape (K, 3) [m]."""
-        first = [length.first for length in self.known]
-        second = [length.second for length in self.known]
-        return self.centres[second] - self.centres[first]
+        return self.spans_of(self.centres)
 
     @cached_property
     def expected(self) -> np.ndarray:
         """Known distances as the fit has them, shape (K,) [m]."""
-        lengths = np.linalg.norm(self.spans, axis=1)
-        return lengths.clip(min=1e-12)
+        return np.linalg.norm(self.spans, axis=1).clip(min=1e-12)
 
     @cached_property
     def nuisances(self) -> np.ndarray:
@@ -84,29 +120,60 @@ class Scene(LoadedArm):
         samples = self.all_samples
         lengths = self.all_lengths
         every = slice(0, lengths.stop)
-        directions = self.spans / self.expected[:, None]
-        centres = nuisances.of_centres(self.sockets, self.known, directions)
-        turns = nuisances.TURN * self.samples.by_turns(self.offsets)
+        turns = TURN * self.samples.by_turns(self.offsets)
         parts = [
-            (every, centres),
+            (every, self._by_centres()),
             (samples, self.by_geometry @ self.usual),
             (samples, self.of_effects(self.loaded_samples)),
-            (lengths, nuisances.of_calipers(self.known)),
+            (lengths, self._by_calipers()),
             (samples, turns.reshape(samples.stop, -1)),
         ]
         if self.zeros or self.noise > COARSE:
-            play = nuisances.of_play(self.by_joints, self.sockets, self.noise)
-            parts.append((samples, play))
+            parts.append((samples, self._by_play()))
         parts += [(rows, columns) for rows, columns, _ in self.explained]
-        return self.stacked(parts)
+        return np.hstack([self.in_rows(rows, columns) for rows, columns in parts])
+
+    def _by_centres(self) -> np.ndarray:
+        """Return those by the places of all seats, shape (3 N + K, 3 S)."""
+        seats = np.eye(self.samples.count)
+        of_samples = np.kron(seats[self.sockets], np.eye(3))
+        directions = self.spans / self.expected[:, None]
+        between = -self.spans_of(seats)
+        along = between[:, :, None] * directions[:, None]
+        of_known = along.reshape(-1, of_samples.shape[1])
+        return CENTRE * np.vstack([of_samples, DISTANCE_WEIGHT * of_known])
+
+    def _by_play(self) -> np.ndarray:
+        """Return those of samples by offsets of m joints in each of S seats, shape (3 N, S m).
+
+        Gears with play rest on one side there.
+        """
+        squares = np.sum(self.by_joints**2, axis=1)
+        levers = np.sqrt(np.mean(squares, axis=0))
+        offsets = SIDES * self.noise / levers.clip(min=SHORTEST)
+        shifts = self.by_joints * offsets
+        seats = np.eye(self.samples.count)
+        in_seats = seats[self.sockets][:, None, :, None]
+        columns = in_seats * shifts[:, :, None]
+        return columns.reshape(3 * len(shifts), -1)
+
+    def _by_calipers(self) -> np.ndarray:
+        """Return those of K distances by the errors of their measurement, shape (K, bases + K)."""
+        known = self.known
+        on_base = np.array([length.on_base for length in known], dtype=bool)
+        distances = np.array([length.distance for length in known])
+        deviations = np.array([length.deviation for length in known])
+        is_of_base = distances[:, None] == np.unique(distances[on_base])
+        of_bases = is_of_base * (on_base * deviations)[:, None]
+        each = np.where(on_base, SEAT_DEVIATION, deviations)
+        return DISTANCE_WEIGHT * np.hstack([of_bases, np.diag(each)])
 
     @cached_property
     def usual(self) -> np.ndarray:
         """Root of the covariance of the geometry, shape (n, n)."""
-        widths = nuisances.widths_of(self.parameters)
+        widths = widths_of(self.parameters)
         by_scale = self.by_scale[: len(widths)]
-        precision = nuisances.precision(widths, by_scale, nuisances.ARMS)
-        return np.linalg.cholesky(np.linalg.inv(precision))
+        return np.linalg.cholesky(np.linalg.inv(precision(widths, by_scale, ARMS)))
 
     @cached_property
     def whitening(self) -> np.ndarray | None:
@@ -118,8 +185,7 @@ class Scene(LoadedArm):
             return None
         J = self.linear.by_joints * (self.play / self.noise)
         of_play = J @ J.transpose(0, 2, 1)
-        covariance = np.eye(3) + of_play
-        variances, axes = np.linalg.eigh(covariance)
+        variances, axes = np.linalg.eigh(np.eye(3) + of_play)
         scaled = axes * variances[:, None] ** -0.5
         return scaled @ axes.transpose(0, 2, 1)
 
@@ -128,26 +194,23 @@ class Scene(LoadedArm):
     def recentred(self, sigma: float) -> "Scene":
         """Return the scene about the sockets' most probable centres by the samples alone."""
         rows = self.all_samples
-        B = self.nuisances[rows]
-        x = _ridge(B, self.residuals[rows], sigma)
-        of_centres = x[: self.centres.size]
-        shifts = nuisances.CENTRE * of_centres.reshape(-1, 3)
+        x = _ridge(self.nuisances[rows], self.residuals[rows], sigma)
+        shifts = CENTRE * x[: self.centres.size].reshape(-1, 3)
         return replace(self, centres=self.centres + shifts)
-
-    def left_of(self, residuals: np.ndarray) -> np.ndarray:
-        """Return what a fit of the nuisance parameters leaves of residuals, shape (3 N + K,)."""
-        x = _ridge(self.nuisances, residuals, self.noise)
-        return residuals - self.nuisances @ x
 
     @cached_property
     def remaining(self) -> np.ndarray:
         """Residuals of samples after a fit of the nuisance parameters, shape (N, 3) [m]."""
-        errors = self.left_of(self.residuals)
+        x = _ridge(self.nuisances, self.residuals, self.noise)
+        errors = self.residuals - self.nuisances @ x
         return errors[self.all_samples].reshape(-1, 3)
 
 
-def _ridge(B: np.ndarray, r: np.ndarray, sigma: float) -> np.ndarray:
+def _ridge(
+    B: np.ndarray,
+    r: np.ndarray,
+    sigma: float,
+) -> np.ndarray:
     """Return x = (B^T B + sigma^2)^-1 B^T r, the most probable unknowns of r = B x + noise."""
-    unknowns = B.shape[1]
-    precision = B.T @ B + sigma**2 * np.eye(unknowns)
-    return np.linalg.solve(precision, B.T @ r)
+    P = B.T @ B + sigma**2 * np.eye(B.shape[1])
+    return np.linalg.solve(P, B.T @ r)

@@ -7,6 +7,8 @@ import numpy as np
 from . import arm, ball, base, mounting, recording
 from .kinds import NoisePrior, kind_of
 
+of_zero = partial(arm.of_joints, turns=np.ones_like, widths=arm.ZEROS)
+"""The block of joints that are off throughout."""
 KINDS = (
     kind_of("sound"),
     kind_of("distance", base.of_distance, base.share),
@@ -25,9 +27,14 @@ KINDS = (
     ),
     kind_of("version", arm.of_version),
     kind_of("other_arm", arm.of_other_arm),
-    kind_of("zero", arm.of_zero, arm.offset, turns=np.ones_like),
+    kind_of("zero", of_zero, arm.offset, turns=np.ones_like),
     kind_of("zero_lost", arm.of_lost_zero, arm.offset),
-    kind_of("gain", arm.of_gain, arm.excess, turns=np.positive),
+    kind_of(
+        "gain",
+        partial(arm.of_joints, turns=np.positive, widths=arm.GAINS),
+        arm.excess,
+        turns=np.positive,
+    ),
     kind_of("uneven", arm.of_uneven),
     kind_of("soft_base", arm.of_soft_base),
     kind_of("commands", arm.of_commands, arm.sag),

@@ -9,8 +9,8 @@ from sessions import Setting
 from mukca.recorder import Sample
 from mukca.solver.diagnostics import LiveCheck, RigidModel
 from mukca.solver.diagnostics.explain import rounds
+from mukca.solver.diagnostics.fault import CLOSE
 from mukca.solver.diagnostics.live import SCATTER
-from mukca.solver.diagnostics.relabelling import CLOSE
 from mukca.solver.identification.data import STANDARD_LOAD
 
 LATE = "socket@13+6"
