@@ -1,4 +1,4 @@
-"""How well the flange's pose and its movements are known, as C99 source.
+"""Covariances of the flange's pose and of its movements, as C99 source.
 
 With J the derivatives of the pose by the unknowns u, and F F^T their covariance, that of the pose
 is J F (J F)^T and the noise of held-out samples, as in :func:`.pose_covariances`. Error curves have
@@ -53,19 +53,18 @@ def write(request: Request) -> Exported:
     posterior = calibration.posterior
     unknowns = [i for i, p in enumerate(posterior.model.parameters) if not p.of_ball]
     unknowns += range(posterior.model.geometry, posterior.model.scalars)
-    around = calibrated.load.at(
-        calibrated.robot, workspace(calibrated.robot, POSES_AROUND)
-    )
-    tables = _tables(posterior, unknowns, base_turn(posterior, around))
+    robot = calibrated.robot
+    around = calibrated.load.at(robot, workspace(robot, POSES_AROUND))
+    turn = base_turn(posterior, around)
+    tables = _tables(posterior, unknowns, turn)
     q, slopes = _slopes(posterior, calibrated, flange_joint(request), unknowns)
     noise = posterior.noise
     share = calibration.misfit**2 / noise.information
-    m = len(calibrated.robot.actuated)
     words = {
-        "about": [*request.identity.lines()],
+        "about": request.identity.lines(),
         "arm": name,
         "ARM": name.upper(),
-        "number": m,
+        "number": len(robot.actuated),
         "scalars": len(unknowns),
         "grid": GRID if len(tables.variances) else 0,
         "knots": KNOTS,
@@ -76,17 +75,17 @@ def write(request: Request) -> Exported:
         "space": f"{share * noise.space**2:.9g}",
         "joint": f"{share * noise.joint**2:.9g}",
         "tail": f"{calibration.tail:.3g}",
-        "base": plain(calibrated.robot.base),
+        "base": plain(robot.base),
         "flange": plain(request.flange),
     }
     files = {
         f"{name}.{ending}": filled(f"deviation.{ending}.j2", **words)
         for ending in ("c", "h")
     }
-    numbers = tables.factor.shape[0] * (tables.factor.shape[0] + 1) // 2
+    size = len(tables.factor)
+    numbers = size * (size + 1) // 2 + tables.variances.size
     line = (
-        f"{name}.c holds {numbers + tables.variances.size} numbers of single precision; it needs "
-        "no other file."
+        f"{name}.c holds {numbers} numbers of single precision; it needs no other file."
     )
     return Exported(files, (), (line,))
 
@@ -101,14 +100,16 @@ def _tables(posterior: Posterior, unknowns: list[int], turn: np.ndarray) -> Tabl
     rows = np.eye(len(Sigma))[unknowns]
     variances = np.zeros((0, KNOTS))
     if posterior.deflection.curves is not None:
-        scalars, m = posterior.model.scalars, len(posterior.model.robot.actuated)
+        scalars = posterior.model.scalars
+        m = len(posterior.model.robot.actuated)
         curves = Sigma[scalars:, scalars:].reshape(KNOTS, m, KNOTS, m)
         at_knots = _values(KNOTS)
         of_joints = curves.diagonal(axis1=1, axis2=3)
         variances = np.einsum("ak,klj,al->ja", at_knots, of_joints, at_knots)
-        values = np.kron(np.eye(m), _values(GRID)).reshape(m * GRID, m, KNOTS)
+        values = np.kron(np.eye(m), _values(GRID))
+        by_knot = values.reshape(-1, m, KNOTS).swapaxes(1, 2)
         of_grid = np.zeros((m * GRID, len(Sigma)))
-        of_grid[:, scalars:] = values.swapaxes(1, 2).reshape(m * GRID, -1)
+        of_grid[:, scalars:] = by_knot.reshape(m * GRID, -1)
         rows = np.concatenate([rows, of_grid])
     rows = np.concatenate([rows, turn])
     return Tables(_triangular(rows @ Sigma @ rows.T), variances)
@@ -126,7 +127,8 @@ def _triangular(covariance: np.ndarray) -> np.ndarray:
     """Return F, lower triangular, whose F F^T is a covariance, which may be singular."""
     deviations = np.sqrt(np.diag(covariance))
     scale = np.where(deviations > 0, deviations, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    correlation = covariance / np.outer(scale, scale)
+    values, vectors = np.linalg.eigh(correlation)
     root = vectors * np.sqrt(values.clip(min=0.0))
     R: np.ndarray = np.linalg.qr(root.T)[1]
     return scale[:, None] * R.T
@@ -144,10 +146,9 @@ def _slopes(
     deflection = posterior.deflection.without_curves
     numbers = np.concatenate([np.zeros(0), *deflection.coefficients])
     c = ca.SX.sym("c", len(numbers))
-    by_effect = np.split(
-        np.array(c.elements(), dtype=object),
-        np.cumsum([len(part) for part in deflection.coefficients])[:-1],
-    )
+    ends = np.cumsum([len(part) for part in deflection.coefficients])
+    row = np.array(c.elements(), dtype=object)
+    by_effect = np.split(row, ends[:-1])
     symbols = Deflection(deflection.extensions, tuple(by_effect))
 
     def correct(q: Any) -> Any:

@@ -80,7 +80,7 @@ def _entries(request: Request, text: str, zeros: list[JointZero]) -> list[Entry]
     section = _SECTION.search(text)
     begin, end = section.span(2) if section else (0, 0)
     places = [
-        Entry(*match.span(1), float(match[1]))
+        Entry(match.start(1), match.end(1), float(match[1]))
         for match in _OFFSET.finditer(text, begin, end)
     ]
     suffixes = [re.search(r"joint_(\d+)$", zero.joint) for zero in zeros]

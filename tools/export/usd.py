@@ -21,15 +21,15 @@ def write(request: Request) -> Exported:
     stage = UsdStage(request)
     joints = stage.arm(request)
     at_zero, ends = _at_zero(joints)
-    turned = zip(at_zero[:, :3, :3], joints, strict=True)
+    rotations = at_zero[:, :3, :3]
+    turned = zip(rotations, joints, strict=True)
     axes = np.array([R @ joint.axis for R, joint in turned])
     robot = request.calibration.robot
     names = [joint.prim.GetName() for joint in joints]
     nominal = links_at_zero(robot.origins, request)
     base, aligned, lines = align(request, names, at_zero[:, :3, 3], axes, nominal)
-    motions = (
-        base @ links_at_zero(request.origins, request) @ _inverse(np.array(aligned))
-    )
+    calibrated = links_at_zero(request.origins, request)
+    motions = base @ calibrated @ _inverse(aligned)
     stands = [stage.world_pose(path) for path in _bodies(joints)]
     moved = {joints[0].bodies[0]: np.eye(4)}
     end, stand = np.eye(4), stands[0]
@@ -37,7 +37,8 @@ def write(request: Request) -> Exported:
         frame = stage.set_frame(joint, _inverse(end) @ motions[i] @ at_zero[i])
         end = end @ frame @ _inverse(joint.frames[1])
         # the angle at which the joint stands in the model, and what else its bodies are apart
-        angle = _inverse(stands[i] @ joint.frames[0]) @ stands[i + 1] @ joint.frames[1]
+        here = stands[i] @ joint.frames[0]
+        angle = _inverse(here) @ stands[i + 1] @ joint.frames[1]
         stand = stand @ frame @ angle @ _inverse(joint.frames[1])
         moved[joint.bodies[1]] = stand @ _inverse(stands[i + 1])
     _carry(stage, moved)
@@ -51,9 +52,8 @@ def write(request: Request) -> Exported:
     ]
     text = stage.text(request.file.parent, "; ".join(request.identity.lines()))
     held = after_last_exported(request, robot.joint_names)[:-1]
-    return Exported(
-        {request.file.name: text}, losses_without(request, held), tuple(lines)
-    )
+    losses = losses_without(request, held)
+    return Exported({request.file.name: text}, losses, tuple(lines))
 
 
 def _inverse(T: np.ndarray) -> np.ndarray:

@@ -17,10 +17,10 @@ METADATA = (
     "timeCodesPerSecond",
     "upAxis",
 )
-"""What a stage takes from its topmost layer alone."""
+"""A stage takes these from its topmost layer alone."""
 _SIDES = (0, 1)
 RIGID = 1e-5
-"""How far from a rotation a body's axes may be; more is a scale."""
+"""A body's axes may be so far from a rotation; more is a scale."""
 
 
 class UsdJoint(NamedTuple):
@@ -98,8 +98,10 @@ class UsdStage:
         if not path:
             return np.eye(4)
         prim = self.stage.GetPrimAtPath(path)
-        T = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)).T
-        if np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max() > RIGID:
+        rows = UsdGeom.XformCache().GetLocalToWorldTransform(prim)
+        T = np.array(rows).T
+        R = T[:3, :3]
+        if np.abs(R @ R.T - np.eye(3)).max() > RIGID:
             raise ExportError(
                 f"{self.like}: {path} is scaled; give the scale to its shapes"
             )
@@ -115,7 +117,8 @@ class UsdStage:
         apart = shape.GetResetXformStack()
         above = np.eye(4)
         if not apart:
-            above = self.world_pose(str(prim.GetParent().GetPath()).rstrip("/"))
+            parent = str(prim.GetParent().GetPath())
+            above = self.world_pose(parent.rstrip("/"))
         local = np.linalg.inv(above) @ world
         local[:3, 3] /= self.unit
         shape.MakeMatrixXform().Set(Gf.Matrix4d(local.T.tolist()))
@@ -137,9 +140,8 @@ class UsdStage:
             "".join(map(str, prim.GetRelationship(f"physics:body{i}").GetTargets()))
             for i in _SIDES
         )
-        return UsdJoint(
-            prim, (first, second), (self._frame(prim, 0), self._frame(prim, 1))
-        )
+        frames = self._frame(prim, 0), self._frame(prim, 1)
+        return UsdJoint(prim, (first, second), frames)
 
     def _frame(self, prim: Any, side: int) -> np.ndarray:
         """Return a joint's frame on one of its bodies, shape (4, 4)."""

@@ -29,8 +29,9 @@ class JointZero(NamedTuple):
 
     @property
     def decided(self) -> bool:
-        """Whether the data tell enough of it to be written."""
-        return self.deviation <= max(DECIDED, abs(self.zero) / TELLING)
+        """True if the data tell enough of it to be written."""
+        limit = max(DECIDED, abs(self.zero) / TELLING)
+        return self.deviation <= limit
 
     def __str__(self) -> str:
         zero = fixed(math.degrees(self.zero), 2, "+")
@@ -48,18 +49,17 @@ def estimated_zeros(request: Request) -> list[JointZero]:
         raise ExportError(
             f"--to {request.format}: no zeros were looked for; solve with --zeros"
         )
-    found = [coefficients[name] for name in names]
-    return [
-        JointZero(joint, c.value, c.standard_deviation)
-        for joint, c in zip(joints, found, strict=True)
-    ]
+    zeros: list[JointZero] = []
+    for joint, name in zip(joints, names, strict=True):
+        zero = coefficients[name]
+        zeros.append(JointZero(joint, zero.value, zero.standard_deviation))
+    return zeros
 
 
 def _check_signs(request: Request) -> None:
     """Refuse zeros of joints that were read with another sign than the arm's own file knows."""
-    for file in set(
-        chain.from_iterable(data.files for data in request.calibration.document.data)
-    ):
+    rows = request.calibration.document.data
+    for file in set(chain.from_iterable(row.files for row in rows)):
         try:
             text = read_bytes(Path(file).parent / "placement.json").decode()
         except OSError:
