@@ -112,7 +112,8 @@ def _tables(posterior: Posterior, unknowns: list[int], turn: np.ndarray) -> Tabl
         of_grid[:, scalars:] = by_knot.reshape(m * GRID, -1)
         rows = np.concatenate([rows, of_grid])
     rows = np.concatenate([rows, turn])
-    return Tables(_triangular(rows @ Sigma @ rows.T), variances)
+    covariance = rows @ Sigma @ rows.T
+    return Tables(_triangular(covariance), variances)
 
 
 def _values(count: int) -> np.ndarray:
@@ -160,13 +161,15 @@ def _slopes(
     by_corrected = model.by_corrected(place, point)
     by_geometry = _by_geometry(posterior, model, place, point)
     by_effects = by_corrected @ ca.jacobian(model.corrected, c)
-    J = ca.horzcat(*by_geometry, by_effects)[:, unknowns]
+    by_all = ca.horzcat(*by_geometry, by_effects)
+    J = by_all[:, unknowns]
     J_q = by_corrected[:, :m]
     moments = moments_function(robot, load.gravity, load.payload)
     for effect in deflection.effects:
         if effect.joint_noise is not None:
             J_q = J_q @ ca.diag(_shares(effect, moments(model.q)[:m]))
-    rows = ca.vertcat(ca.vec(ca.horzcat(J, J_q).T), point)
+    slopes = ca.horzcat(J, J_q)
+    rows = ca.vertcat(ca.vec(slopes.T), point)
     return model.q, ca.substitute(rows, c, ca.DM(numbers))
 
 
@@ -179,14 +182,16 @@ def _by_geometry(
     columns: list[Any] = []
     for parameter in posterior.model.parameters:
         i, component = divmod(parameter.index, len(COMPONENTS))
+        frame = frames[i]
         R, p = links[i]
         column = ca.SX.zeros(6)
         if i <= place and component < 3:
             column[:3] = R[:, component]
         elif i <= place:
-            turn = R @ ca.DM(frames[i, :, 1 + component])
-            origin = p + R @ ca.DM(frames[i, :, 0])
-            column = ca.vertcat(ca.cross(turn, point - origin), turn)
+            turn = R @ ca.DM(frame[:, 1 + component])
+            origin = p + R @ ca.DM(frame[:, 0])
+            shift = ca.cross(turn, point - origin)
+            column = ca.vertcat(shift, turn)
         columns.append(column)
     return columns
 

@@ -25,7 +25,8 @@ def write(request: Request) -> Exported:
     urdf = ET.fromstring(calibrated.urdf(request.file.parent))  # noqa: S314 - scanned before
     version = "1.9" if urdf.find("joint/mimic") is None else "1.11"
     sdf = ET.Element("sdf", version=version)
-    sdf.append(ET.Comment(f" {'; '.join(request.identity.lines())} "))
+    about = "; ".join(request.identity.lines())
+    sdf.append(ET.Comment(f" {about} "))
     model = ET.SubElement(sdf, "model", name=urdf.get("name", ""))
     links = [link for link in urdf.iterfind("link") if link.get("name") != WORLD]
     joints = list(urdf.iterfind("joint"))
@@ -33,16 +34,21 @@ def write(request: Request) -> Exported:
     renamed = {
         name: f"{name}_joint" if name in names else name for name in _names(joints)
     }
-    above = {_link(joint, "child"): renamed[joint.get("name", "")] for joint in joints}
+    above = {
+        _link(joint, "child"): renamed[name]
+        for name, joint in zip(_names(joints), joints, strict=True)
+    }
     colors = _colors(urdf)
     for link in links:
         _add_link(model, link, above, colors)
     for joint in joints:
         _add_joint(model, joint, renamed)
     for name, (link, pose) in _frames(request).items():
-        _add_pose(ET.SubElement(model, "frame", name=name, attached_to=link), pose)
+        frame = ET.SubElement(model, "frame", name=name, attached_to=link)
+        _add_pose(frame, pose)
     ET.indent(sdf)
-    text = b'<?xml version="1.0"?>\n' + ET.tostring(sdf) + b"\n"
+    body = ET.tostring(sdf)
+    text = b'<?xml version="1.0"?>\n' + body + b"\n"
     massless = _names(link for link in links if link.find("inertial") is None)
     lines = ["The ball is the frame mukca_ball; tools found are frames, too."]
     if massless:
@@ -89,7 +95,9 @@ def _origin(element: ET.Element) -> str:
     """Return the origin of a URDF's element."""
     origin = element.find("origin")
     numbers = {} if origin is None else origin.attrib
-    return f"{numbers.get('xyz', '0 0 0')} {numbers.get('rpy', '0 0 0')}"
+    xyz = numbers.get("xyz", "0 0 0")
+    rpy = numbers.get("rpy", "0 0 0")
+    return f"{xyz} {rpy}"
 
 
 def _add_link(
@@ -111,7 +119,8 @@ def _add_link(
     else:
         _add_pose(inertial, _origin(urdf))
         mass = urdf.find("mass")
-        _add(inertial, "mass", "0" if mass is None else mass.get("value", "0"))
+        value = None if mass is None else mass.get("value")
+        _add(inertial, "mass", value or "0")
         inertia = urdf.find("inertia")
         moments = {} if inertia is None else inertia.attrib
     tensor = ET.SubElement(inertial, "inertia")
@@ -119,9 +128,8 @@ def _add_link(
         _add(tensor, key, moment)
     for kind in ("visual", "collision"):
         for i, shape in enumerate(link.iterfind(kind)):
-            _add_shape(
-                ET.SubElement(new, kind, name=f"{name}_{kind}_{i}"), shape, colors
-            )
+            tag = ET.SubElement(new, kind, name=f"{name}_{kind}_{i}")
+            _add_shape(tag, shape, colors)
 
 
 def _add_shape(new: ET.Element, shape: ET.Element, colors: Mapping[str, str]) -> None:
@@ -131,8 +139,8 @@ def _add_shape(new: ET.Element, shape: ET.Element, colors: Mapping[str, str]) ->
     for solid in shape.iterfind("geometry/*"):
         kind = ET.SubElement(geometry, solid.tag)
         for key, value in solid.attrib.items():
-            uri = value.replace("package://", "model://", 1)
-            _add(kind, "uri" if key == "filename" else key, uri)
+            name = "uri" if key == "filename" else key
+            _add(kind, name, value.replace("package://", "model://", 1))
     material = shape.find("material")
     if material is None:
         return
@@ -159,7 +167,8 @@ def _add_joint(
     model: ET.Element, joint: ET.Element, renamed: Mapping[str, str]
 ) -> None:
     """Add a joint."""
-    name, kind = joint.get("name", ""), joint.get("type", "")
+    name = joint.get("name", "")
+    kind = joint.get("type", "")
     if kind not in _TYPES:
         raise ExportError(f"--to sdformat: joint {name!r} is {kind}: not in SDFormat")
     new = ET.SubElement(model, "joint", name=renamed[name], type=kind)

@@ -27,30 +27,35 @@ def write(request: Request) -> Exported:
     robot = request.calibration.robot
     names = [joint.prim.GetName() for joint in joints]
     nominal = links_at_zero(robot.origins, request)
-    base, aligned, lines = align(request, names, at_zero[:, :3, 3], axes, nominal)
+    places = at_zero[:, :3, 3]
+    base, aligned, lines = align(request, names, places, axes, nominal)
     calibrated = links_at_zero(request.origins, request)
     motions = base @ calibrated @ _inverse(aligned)
     stands = [stage.world_pose(path) for path in _bodies(joints)]
     moved = {joints[0].bodies[0]: np.eye(4)}
     end, stand = np.eye(4), stands[0]
     for i, joint in enumerate(joints):
-        frame = stage.set_frame(joint, _inverse(end) @ motions[i] @ at_zero[i])
-        end = end @ frame @ _inverse(joint.frames[1])
+        moved_frame = motions[i] @ at_zero[i]
+        frame = stage.set_frame(joint, _inverse(end) @ moved_frame)
+        back = _inverse(joint.frames[1])
+        end = end @ frame @ back
         # the angle at which the joint stands in the model, and what else its bodies are apart
         here = stands[i] @ joint.frames[0]
         angle = _inverse(here) @ stands[i + 1] @ joint.frames[1]
-        stand = stand @ frame @ angle @ _inverse(joint.frames[1])
+        stand = stand @ frame @ angle @ back
         moved[joint.bodies[1]] = stand @ _inverse(stands[i + 1])
     _carry(stage, moved)
     body = joints[-1].bodies[1]
-    to_last = _inverse(motions[-1] @ ends[-1])
+    last = motions[-1] @ ends[-1]
+    to_last = _inverse(last)
     for name, T in sites_on(request, to_last @ base).items():
         stage.place(f"{body}/{name}", stand @ T)
     lines += [
         f"Open {request.file.name}: a layer over {request.like}, which holds the changes alone.",
         "USD keeps joints in single precision: within 0.0001 mm of the calibration.",
     ]
-    text = stage.text(request.file.parent, "; ".join(request.identity.lines()))
+    about = "; ".join(request.identity.lines())
+    text = stage.text(request.file.parent, about)
     held = after_last_exported(request, robot.joint_names)[:-1]
     losses = losses_without(request, held)
     return Exported({request.file.name: text}, losses, tuple(lines))
