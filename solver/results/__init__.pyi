@@ -79,6 +79,7 @@ from .placements import Summaries as Summaries
 from .placements import Summary as Summary
 from .posed_robot import PosedRobot as PosedRobot
 from .posed_robot import moments_function as moments_function
+from .posed_robot import symbolic_positions as symbolic_positions
 from .predicted_targets import TargetPrediction as TargetPrediction
 from .predicted_targets import target_predictions as target_predictions
 from .worth import Apart as Apart
