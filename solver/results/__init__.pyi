@@ -53,6 +53,7 @@ from .files import format_of as format_of
 from .files import missing_beside as missing_beside
 from .files import read as read
 from .files import refuse_existing as refuse_existing
+from .files import relocate_meshes as relocate_meshes
 from .files import require_beside as require_beside
 from .files import sha256 as sha256
 from .files import write_files as write_files
@@ -63,7 +64,6 @@ from .fit import Study as Study
 from .fit import Unseen as Unseen
 from .fit import studied as studied
 from .joint_rows import JointsError as JointsError
-from .mesh_paths import relocate_meshes as relocate_meshes
 from .placements import ROLES as ROLES
 from .placements import Consequence as Consequence
 from .placements import CostTerms as CostTerms

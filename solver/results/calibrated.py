@@ -23,8 +23,8 @@ from ..identification.robot import (
     set_origins,
 )
 from .by_model import ModelName
+from .files import relocate_meshes
 from .joint_rows import effort_rows, position_rows, rows_for_poses
-from .mesh_paths import relocate_meshes
 
 Payload = tuple[float, Sequence[float]]
 """Mass [kg], and its centre in the flange's frame [m]."""
