@@ -126,7 +126,8 @@ class SessionAlarms:
         if hypothesis.name == "ball_bent" and size > TOOL:
             words = "TOOL CHANGED?"
             cause = "joints"  # earlier placements have another tool than the one to calibrate
-        if hypothesis.parameters.get("joint") == self._robot.joint_names[0]:
+        of_first = hypothesis.parameters.get("joint") == self._robot.joint_names[0]
+        if of_first and hypothesis.name == "zero_lost":
             cause = "base"
             words = "BASE MOVED"
             form = AROUND

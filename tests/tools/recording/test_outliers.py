@@ -104,6 +104,15 @@ def test_a_base_that_moved_twice_before_is_loose(panda):
     assert alarm.answers[1].startswith("n ")
 
 
+@pytest.mark.slow
+def test_a_first_joint_that_slips_is_no_base_that_moved(panda):
+    _, (here,) = mukca.simulate_recordings(panda, 1, samples=12, seed=2)
+    q = here.positions.copy()
+    q[:, 0] += np.deg2rad(np.repeat([0, 0, 0.6, -0.7, 0.2, -0.3], 4))
+    (alarm,) = SessionAlarms(panda)([here.with_positions(q)])
+    assert alarm.words == "JOINT SLIPS" and "panda_joint1" in alarm.text
+
+
 def test_a_fault_that_is_named_twice_is_one():
     address, faults = session_faults("hand.csv?fault=base@6&noise=0&fault=base@6")
     assert address == "hand.csv?noise=0" and len(faults) == 1
