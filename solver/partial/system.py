@@ -66,7 +66,8 @@ class System:
         J = self.by_joints
         axes = J.shape[1]
         scales = np.repeat([noise.place, noise.turn], 3)[:axes]
-        of_joints = noise.joint**2 * J @ J.transpose(0, 2, 1)
+        variances = noise.joint**2 + self.task.rows.rounding**2
+        of_joints = variances * J @ J.transpose(0, 2, 1)
         return np.diag(scales**2) + of_joints
 
     def covariance(self, noise: NoiseBelief, *, gaussian: bool = False) -> np.ndarray:
