@@ -55,7 +55,7 @@ def _curve(report: ReportDocument, term: str, role: str) -> Curve:
     for row in report.history:
         part = getattr(row, role)
         if part is not None:
-            length = getattr(part, term) ** 0.5
+            length = max(getattr(part, term), 0.0) ** 0.5
             curve.append((row.iteration, max(length, _SMALLEST)))
     return curve
 
