@@ -229,8 +229,8 @@ def joints_of(
         elif nearest > MUCH_NEARER * nearest_turned:
             raise UsageError(
                 f"{where}: --near is {nearest:.1f} rad from the nearest view, and "
-                f"{nearest_turned:.1f} if the poses are half a turn about z off {robot.base}, as in "
-                "a UR's frame `base`: give the joints of one of the views"
+                f"{nearest_turned:.1f} if the poses are half a turn about z off {robot.base}, as "
+                "in a UR's frame `base`: give the joints of one of the views"
             )
     session, notes = _chosen(sessions, flange)
     texts = (*views.remarks, *remarks, *notes)

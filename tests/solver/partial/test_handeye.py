@@ -1,7 +1,6 @@
 """A camera on the arm or beside it, found with the calibrated chain held."""
 
 import json
-import re
 from functools import cache
 
 import numpy as np
