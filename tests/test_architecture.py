@@ -32,9 +32,9 @@ READING = {
 """Files of the recorder that read recordings and tables; none knows a driver or a screen."""
 
 CLOSURES = {
-    "solver/identification/inference/map_estimate.py": (57, 49_500),
-    "solver/identification/robot_fit.py": (65, 56_150),
-    "solver/calibration/robot_calibration.py": (118, 88_150),
+    "solver/identification/inference/map_estimate.py": (57, 49_200),
+    "solver/identification/robot_fit.py": (65, 55_950),
+    "solver/calibration/robot_calibration.py": (103, 87_200),
 }
 """The most files and tokens that a module may need, itself among them: these only fall."""
 
@@ -135,11 +135,11 @@ def test_folders_come_in_by_each_others_faces():
 
 HUNG_ON = {
     "cameras": ["tool"],
-    "emulators": ["emulate"],
+    "emulators": ["robots"],
     "experiments": ["simulate"],
     "extract": ["extract"],
     "fleet": ["fleet"],
-    "printables": ["print_parts"],
+    "printables": ["preparation"],
 }
 """Folders of the tools, and the modules of the verbs that alone import them."""
 

@@ -1,6 +1,6 @@
 """A calibrated robot that poses are asked of: where its flange is, and how joints get there."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache, partial
 from typing import Any
@@ -9,10 +9,56 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..identification.robot import RowFunction
+from ..identification.data import Load, Samples
+from ..identification.model import Deflection
+from ..identification.robot import (
+    Robot,
+    RowFunction,
+    frames_and_motions,
+    written_frames,
+)
 from ..poses import LAST, Goal, PoseModel, PoseSolver, Solutions
 from .calibrated import CalibratedRobot
-from .symbolic import symbolic_positions
+
+
+def moments_function(
+    robot: Robot,
+    gravity: Sequence[float],
+    payload: float,
+) -> Any:
+    """Return :func:`.gravity_moments` as a CasADi function of one configuration."""
+    m = len(robot.actuated)
+    q = ca.SX.sym("q", m)
+    tilts = ca.SX.sym("tilts", 2 * m)
+    numbers = ca.vertcat(q, tilts)
+    frames = written_frames(robot.joints)
+    links, _ = frames_and_motions(robot.joints, frames, numbers)
+    _, ball = links[-1]
+    down = ca.DM(list(gravity))
+    energy: Any = -payload * ca.dot(down, ball)
+    for body in robot.bodies:
+        R, p = links[body.joint]
+        centre = p + R @ ca.DM(body.centre)
+        energy -= body.mass * ca.dot(down, centre)
+    # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
+    slopes = ca.gradient(ca.SX(energy), numbers)
+    upright = ca.substitute(ca.densify(slopes), tilts, ca.DM.zeros(2 * m))
+    return ca.Function("moments", [q], [upright], {"cse": True})
+
+
+def symbolic_positions(robot: Robot, deflection: Deflection, load: Load, q: Any) -> Any:
+    """Return what :meth:`.Deflection.true_positions` computes of numbers, of symbols, shape (n,).
+
+    Args:
+        robot: The robot, whose masses load its joints.
+        deflection: Elasticity and transmission error of the joints.
+        load: Gravity and payload.
+        q: Joint positions, shape (m,) [rad].
+    """
+    moments = moments_function(robot, load.gravity, load.payload)(q)
+    rows = [np.array([ca.vertsplit(column)], dtype=object) for column in (q, moments)]
+    (positions,) = deflection.true_positions(Samples(*rows))
+    return ca.vertcat(*positions)
 
 
 @dataclass(frozen=True, repr=False)

@@ -228,9 +228,9 @@ def joints_of(
             )
         elif nearest > MUCH_NEARER * nearest_turned:
             raise UsageError(
-                f"{where}: --near is {nearest:.1f} rad from the nearest view, and "
-                f"{nearest_turned:.1f} if the poses are half a turn about z off {robot.base}, as "
-                "in a UR's frame `base`: give the joints of one of the views"
+                f"{where}: --near is {nearest:.1f} rad from the nearest view. It is "
+                f"{nearest_turned:.1f} rad off if the poses are half a turn about z off "
+                f"{robot.base}, as in a UR's frame `base`. Give the joints of one of the views"
             )
     session, notes = _chosen(sessions, flange)
     texts = (*views.remarks, *remarks, *notes)

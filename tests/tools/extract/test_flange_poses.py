@@ -76,7 +76,7 @@ def test_a_posture_far_from_all_views_never_puts_the_camera_half_a_turn_off(ur5e
         off = joints_of(ur5e, placement, guess.tolist()).positions - q
         assert np.abs(np.sin(off / 2)).max() < 0.1
     away = q[0] + [np.pi / 2, 0, 0, 0, 0, 0]
-    with pytest.raises(MukcaError, match=r"--near is 1\.\d rad from .* one of the views"):
+    with pytest.raises(MukcaError, match=r"--near is 1\.\d rad from .* Give the joints of one"):
         joints_of(ur5e, placement, away.tolist())
 
 
