@@ -102,16 +102,16 @@ def steps_of(q: np.ndarray) -> np.ndarray:
 
 def _step_of(column: np.ndarray) -> float:
     readings = np.unique(column.round(9))
-    gaps = np.diff(readings)
+    gaps: np.ndarray = np.diff(readings)
     gaps = gaps[gaps > SHORTEST_STEP]
     if len(gaps) < LEAST_GAPS:
         return 0.0
-    steps = gaps.min() / PARTS
+    steps: np.ndarray = gaps.min() / PARTS
     multiples = (readings - readings[0])[:, None] / steps
     errors = np.abs(multiples - multiples.round()).max(axis=0)
     chances = (2 * errors) ** (len(readings) - 2)
     is_step = (errors < EXACT) & (chances < CHANCE) & (steps < LONGEST_STEP)
-    return float(steps.max(initial=0.0, where=is_step))
+    return max(steps[is_step].tolist(), default=0.0)
 
 
 def with_steps_told(placement: Placement, robot: Robot) -> Placement:
