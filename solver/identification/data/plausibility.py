@@ -119,7 +119,8 @@ def with_steps_told(placement: Placement, robot: Robot) -> Placement:
     q = placement.positions
     steps = steps_of(q)
     slopes = BallModel(robot, []).linearise(np.zeros(0), q).by_joints
-    size = UNIFORM * float(np.mean(np.sum((slopes * steps) ** 2, axis=2))) ** 0.5
+    squares: np.ndarray = np.sum((slopes * steps) ** 2, axis=2)
+    size = UNIFORM * float(squares.mean()) ** 0.5
     if size < COARSE:
         return placement
     where = placement.where
