@@ -19,8 +19,13 @@ STATES = {
     "zero": "off",
 }
 """Looks of joints, by the kind of the mistake."""
-RATIOS = (2.0, 3.0, 4.0, 5.0, 6.0, 10.0)
+GEARS = np.array([2.0, 3.0, 4.0, 5.0, 6.0, 10.0])
 """Factors by which a joint may read too little, or too much."""
+GAINS = np.arange(0.04, 0.41, 0.02)
+"""Shares by which it may."""
+RATIOS = np.concatenate([GEARS, 1 / GEARS, 1 + GAINS, 1 - GAINS])
+NEAR_RATIO = np.arange(0.98, 1.021, 0.002)
+"""Factors on one of these, among which it is sought more closely."""
 SHARES = (1.0, -1.0, 0.5, -0.5)
 """Shares of another joint's reading that one may lack."""
 
@@ -157,6 +162,18 @@ def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
         yield replace(as_recorded, order=order)
 
 
+def signs_and_swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
+    """Yield the hypotheses that some joints, but not all, have the other sign.
+
+    And each with two columns exchanged.
+    """
+    as_recorded = unchanged(robot)
+    orders = [as_recorded, *swaps(robot)]
+    for count in range(len(as_recorded.order)):
+        for flipped, exchanged in product(signs(robot, count), orders):
+            yield replace(flipped, order=exchanged.order)
+
+
 def other_orders(robot: Robot) -> Iterator[ColumnHypothesis]:
     """Yield the hypotheses that columns begin at the tip, or at another joint."""
     as_recorded = unchanged(robot)
@@ -166,14 +183,16 @@ def other_orders(robot: Robot) -> Iterator[ColumnHypothesis]:
         yield replace(as_recorded, order=np.roll(order, k))
 
 
-def ratios(robot: Robot) -> Iterator[ColumnHypothesis]:
-    """Yield the hypotheses that a joint reads its angle times a ratio, or divided by it."""
-    as_recorded = unchanged(robot)
-    factors = [*RATIOS, *(1 / ratio for ratio in RATIOS)]
-    for joint, factor in product(as_recorded.order.tolist(), factors):
-        others = as_recorded.factors.copy()
-        others[joint] = factor
-        yield replace(as_recorded, factors=others)
+def with_ratios(
+    start: ColumnHypothesis,
+    joints: Sequence[int],
+    ratios: np.ndarray,
+) -> Iterator[ColumnHypothesis]:
+    """Yield a hypothesis with each of some joints that reads too little or too much by a ratio."""
+    for joint, ratio in product(joints, ratios.tolist()):
+        factors = start.factors.copy()
+        factors[joint] *= ratio
+        yield replace(start, factors=factors)
 
 
 def couplings(robot: Robot) -> Iterator[ColumnHypothesis]:

@@ -7,13 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from .column_hypothesis import (
+    NEAR_RATIO,
+    RATIOS,
     ColumnHypothesis,
     couplings,
     other_orders,
-    ratios,
     signs,
+    signs_and_swaps,
     swaps,
     unchanged,
+    with_ratios,
 )
 from .hypotheses import SeatSamples
 from .robust_fit import RigidModel
@@ -32,6 +35,8 @@ TOLERANCE = 0.02
 """Largest mean error of a correct model once the ball's place is fitted [m]."""
 TRIED = 90
 """Samples by which a hypothesis is ranked."""
+SCREENED = 24
+"""Samples by which combinations are compared, of which so many are ranked then."""
 FEWEST = 4
 """Of each socket, at least."""
 MOST_SIGNS = 8
@@ -104,6 +109,13 @@ class ColumnTrials:
             hypotheses = [replace(h, offsets=of_all) for h, of_all in pairs]
         return hypotheses
 
+    def with_best_ratio(self, start: ColumnHypothesis) -> Ranked:
+        """Return a hypothesis with the best ratio of one joint beside it."""
+        joints = range(len(start.order))
+        _, geared = self.best(with_ratios(start, joints, RATIOS))
+        joint = np.flatnonzero(geared.factors != start.factors).tolist()
+        return self.best(with_ratios(geared, joint, NEAR_RATIO))
+
     def single_offsets(self) -> list[Ranked]:
         """Return the best offset of each joint by itself, the best first."""
         as_recorded = unchanged(self.model.robot)
@@ -152,7 +164,7 @@ def promising(
     ranking = trials.ranked(signs(robot, 1))[:2]
     ranking += trials.ranked(swaps(robot))[:2]
     ranking += trials.ranked(other_orders(robot))[:1]
-    ranking += trials.ranked(ratios(robot))[:1]
+    ranking.append(trials.with_best_ratio(as_recorded))
     ranking += trials.ranked(couplings(robot))[:1]
     if not model.zeros:
         single = trials.single_offsets()[:2]
@@ -163,12 +175,23 @@ def promising(
             starts = [as_recorded, *signs(robot, 1), *swaps(robot)]
             starts += [start for _, start in single]
             ranking += trials.ranked(trials.several_offsets(starts))
-    joints = len(robot.actuated)
-    for count in range(2, joints if joints <= MOST_SIGNS else 0):
-        ranking += trials.ranked(signs(robot, count))[:1]
+    if len(robot.actuated) <= MOST_SIGNS:
+        ranking += _several(trials)
     ranking.sort(key=_error)
     likely = [ranked for ranked in ranking if ranked.error < PROMISING * now]
     return [ranked.hypothesis for ranked in likely[:MOST]]
+
+
+def _several(trials: ColumnTrials) -> list[Ranked]:
+    """Return the best hypotheses that combine signs, an exchanged pair and a ratio.
+
+    Of all signs and pairs a few samples tell the best, which all samples rank.
+    """
+    few = replace(trials, samples=trials.samples.thinned(SCREENED, FEWEST))
+    screened = few.ranked(signs_and_swaps(trials.model.robot))[:SCREENED]
+    best = trials.ranked(ranked.hypothesis for ranked in screened)[:2]
+    geared = [trials.with_best_ratio(ranked.hypothesis) for ranked in best]
+    return best + [one for one in geared if NEEDED * one.error < best[0].error]
 
 
 def last_sign(

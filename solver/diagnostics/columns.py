@@ -4,6 +4,7 @@ Hypotheses are ranked by the nominal model; the best are fitted, and their evide
 that of all other explanations.
 """
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
@@ -27,6 +28,8 @@ MUCH = 3.0
 """Multiple of the expected noise from which any placement may have wrong columns."""
 LOWER = 0.9
 """Share of an error below which it has fallen."""
+FURTHER = 0.2
+"""Share of the prior probability that is left with each further sign."""
 OF_COLUMNS = {
     name: kind_of(name) for name in ("sign", "ratio", "swap", "order", "coupled")
 }
@@ -147,10 +150,14 @@ def _kind(
     if after < LOWER * before:
         gain = f"falls from {_digits(1e3 * before)} to {_digits(1e3 * after)} mm"
     form = f"{hypothesis.text} the error {gain}"
-    _, *others = hypothesis.mistakes
-    advice = [OF_COLUMNS[name].advice for name in (hypothesis.name, *others)]
+    mistakes = hypothesis.mistakes
+    _, *others = mistakes
+    kinds = [OF_COLUMNS[name] for name in (hypothesis.name, *others)]
+    flips = len(mistakes.get("sign", ()))
+    advice = [kind.advice for kind in kinds]
     return replace(
-        OF_COLUMNS[hypothesis.name],
+        kinds[0],
+        prior=math.prod(kind.prior for kind in kinds) * FURTHER ** max(flips - 1, 0),
         form=form.replace("{", "{{").replace("}", "}}"),
         advice="; ".join(advice),
     )

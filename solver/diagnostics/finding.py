@@ -217,7 +217,9 @@ class Finding:
         is_serious = diagnostic.level == "error" or diagnostic.advice.endswith(HELD_OUT)
         is_serious |= self.is_unknown
         of_frame = "frame" in self.cause.parameters
-        return is_serious or of_frame or self.cause.kind.name in FITTED
+        kind = self.cause.kind
+        is_noise = kind.noise is not None and kind.name != "unexplained"
+        return is_serious or of_frame or is_noise or kind.name in FITTED
 
 
 def without_unknown(

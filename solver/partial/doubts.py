@@ -137,7 +137,9 @@ def changed_zeros(system: System, place: np.ndarray) -> ChangedZeros:
             prior.robot.joint_names[j], ZERO_CHANGED, [prior.zeros[j]]
         )
     shares, scatter = shares_beside(
-        log_evidences_of_scatter(about), log_evidences(about, candidates)
+        log_evidences_of_scatter(about),
+        log_evidences(about, candidates),
+        task.rows.rounding,
     )
     certain = about.covariance_on_flange(place)
     covariance = system.covariance_on_flange(place)

@@ -116,7 +116,7 @@ def log_evidences_of_scatter(system: System) -> dict[float, float]:
     places = (task.noise.place * LEVELS).tolist()
     logs: dict[float, float] = {}
     for scatter in SCATTERS:
-        if scatter > MORE * task.noise.joint:
+        if scatter > MORE * max(task.noise.joint, task.rows.rounding.max()):
             noise = replace(task.noise, joint=scatter)
             by_noise = [wandering.log_evidence(replace(noise, place=s)) for s in places]
             logs[scatter] = np.logaddexp.reduce(by_noise) + LOG_PRIOR_OF_SCATTER
@@ -133,19 +133,25 @@ class Scatter:
 
     def __str__(self) -> str:
         return (
-            f"All joints scatter alike, by some {1e3 * self.size:g} mrad "
+            f"All joints scatter alike, by some {1e3 * self.size:.2g} mrad "
             f"({100 * self.probability:.0f} %): are they read, not commanded, and written with all "
             "digits? Or is it another arm's calibration?"
         )
 
 
 def shares_beside(
-    scatters: dict[float, float], logs: np.ndarray
+    scatters: dict[float, float], logs: np.ndarray, rounding: np.ndarray
 ) -> tuple[np.ndarray, Scatter]:
-    """Return probabilities of explanations by ln(p Z), and that of scatters compared to them."""
+    """Return probabilities of explanations by ln(p Z), and that of scatters compared to them.
+
+    Joints that read in coarse steps scatter for sure, by the deviations ``rounding`` [rad].
+    """
     shares = probabilities(np.append(logs, [*scatters.values()]))
     of_scatters = shares[logs.size :].tolist()
     by_size = dict(zip(scatters, of_scatters, strict=True))
+    coarsest = float(rounding.max())
+    if coarsest > SCATTERS[0]:
+        return shares[: logs.size].reshape(logs.shape), Scatter(1.0, coarsest)
     scatter = Scatter(
         sum(of_scatters), max(by_size, key=by_size.__getitem__, default=0.0)
     )

@@ -66,7 +66,8 @@ class System:
         J = self.by_joints
         axes = J.shape[1]
         scales = np.repeat([noise.place, noise.turn], 3)[:axes]
-        of_joints = noise.joint**2 * J @ J.transpose(0, 2, 1)
+        variances = noise.joint**2 + self.task.rows.rounding**2
+        of_joints = variances * J @ J.transpose(0, 2, 1)
         return np.diag(scales**2) + of_joints
 
     def covariance(self, noise: NoiseBelief, *, gaussian: bool = False) -> np.ndarray:
@@ -93,10 +94,34 @@ class System:
         belief = self.task.noise
         ratios = [noise.place / belief.place, noise.turn / belief.turn]
         scales = np.log(ratios) / belief.spread
-        root = np.linalg.cholesky(self.covariance(noise))
-        whitened = np.linalg.solve(root, self.errors)
-        squares = whitened @ whitened + scales @ scales
-        return float(-0.5 * squares - np.log(np.diag(root)).sum())
+        white, log_volume = self._whitened(noise)
+        of_errors, of_roots = white[:, 0], white[:, 1:]
+        root = np.linalg.cholesky(np.eye(of_roots.shape[1]) + of_roots.T @ of_roots)
+        explained = np.linalg.solve(root, of_roots.T @ of_errors)
+        squares = of_errors @ of_errors - explained @ explained + scales @ scales
+        return float(-0.5 * squares - log_volume - np.log(np.diag(root)).sum())
+
+    @cached_property
+    def _by_independent(self) -> np.ndarray:
+        """G F with S = F F^T, shape (R, size): slopes by independent unknowns of unit deviation."""
+        values, axes = np.linalg.eigh(self.task.covariance)
+        return self.slopes @ (axes * np.sqrt(values.clip(0)))
+
+    def _whitened(self, noise: NoiseBelief) -> tuple[np.ndarray, float]:
+        """Return e and G F in units of the noise, shape (R, 1 + size); and ln |Sigma| / 2.
+
+        Sigma has a block for each sample, so that the time grows with their number alone.
+        """
+        N, axes, _ = self.by_joints.shape
+        columns = np.column_stack([self.errors, self._by_independent])
+        blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
+        roots = np.linalg.cholesky(blocks)
+        of_samples = columns[: N * axes].reshape(N, axes, -1)
+        white = np.linalg.solve(roots, of_samples).reshape(N * axes, -1)
+        lengths = columns[N * axes :] / CALIPER_DEVIATION
+        log_volume = np.log(np.diagonal(roots, axis1=1, axis2=2)).sum()
+        log_volume += len(lengths) * np.log(CALIPER_DEVIATION)
+        return np.concatenate([white, lengths]), float(log_volume)
 
     @cached_property
     def change(self) -> np.ndarray:

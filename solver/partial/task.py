@@ -18,7 +18,7 @@ from itertools import chain
 
 import numpy as np
 
-from ..identification.data import HandEye, Measurement, Samples
+from ..identification.data import UNIFORM, HandEye, Measurement, Samples, steps_of
 from ..identification.model import NU
 from .prior import ArmPrior
 
@@ -72,6 +72,11 @@ class Rows(Samples):
     def axes(self) -> int:
         """Number of errors of a sample, 3 or 6."""
         return 6 if self.turns else 3
+
+    @cached_property
+    def rounding(self) -> np.ndarray:
+        """Standard deviations of joints that read in steps, shape (m,) [rad]; 0 for all others."""
+        return UNIFORM * steps_of(self.q)
 
     def resized(self, size: float) -> tuple[np.ndarray, np.ndarray]:
         """Return L and R with measured places exp(size) times as far away."""

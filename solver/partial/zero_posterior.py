@@ -97,7 +97,8 @@ def find_zeros(
         # What scatters is no zero; of a nominal model, lengths that are off look alike.
         may_scatter = not joints and len(tasks) == 1
         scatters = log_evidences_of_scatter(widest) if may_scatter else {}
-        shares, scatter = shares_beside(scatters, np.log(weights)[:, None] + logs)
+        logs += np.log(weights)[:, None]
+        shares, scatter = shares_beside(scatters, logs, task.rows.rounding)
         weights = shares.sum(axis=1) if len(tasks) > 1 else weights
     changed = np.zeros(len(zeros))
     for share, explanation in zip(shares.sum(axis=0), sets, strict=True):
@@ -112,11 +113,12 @@ def find_zeros(
     offsets[sigma >= UNIDENTIFIABLE] = 0.0
     columns = changed.tolist(), offsets.tolist(), sigma.tolist()
     of_empty_set = float(shares[:, : len(WIDTHS)].sum())
+    unchanged = min(of_empty_set + scatter.probability, 1.0)
     likeliest = int(np.argmax(weights))
     return ZeroPosterior(
         system=estimates[likeliest][0],
         factor=[*factors][likeliest],
-        unchanged=None if joints else of_empty_set + scatter.probability,
+        unchanged=None if joints else unchanged,
         joints=tuple(map(JointZero, names, *columns)),
         blind=tuple(compress(names, deviations[0] >= UNIDENTIFIABLE)),
         scatter=scatter,

@@ -18,6 +18,12 @@ from ...errors import require_file
 from ...recorder import Placement, RecordingError, Sample, Table, read_table
 from ...solver.calibration import quaternion_of
 from ...solver.identification.robot import turn
+from .intrinsics import (
+    FEWEST_IMAGES,
+    fitted_camera,
+    residual_of_stated,
+    stated_camera,
+)
 
 JOINTS = "joints.csv"
 """In a folder of images, a row of joint positions for each."""
@@ -32,8 +38,6 @@ FEWEST_MARKERS = 3
 """Fewer are seen by chance."""
 MOST_PIXELS = 200_000_000
 """Pixels of an image at most: of one in a single colour, a kilobyte holds millions."""
-FEWEST_IMAGES = 8
-"""Fewest images for the matrix of the camera."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +67,8 @@ def read_images(
     k3; empty to find them from these images.
 
     Raises:
-        RecordingError: OpenCV is not installed, images and rows differ in number, or too few of
-            them show the board.
+        RecordingError: OpenCV is not installed, images and rows differ in number, too few of
+            them show the board, or the corners contradict the camera.
     """
     os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))
     try:
@@ -89,14 +93,14 @@ def read_images(
         )
     blank = [file.name for i, file in enumerate(files) if i not in found]
     remarks = [f"{name}: no board found" for name in blank]
+    views = list(found.values())
     if camera:
-        fx, fy, cx, cy, *coefficients = camera
-        matrix = np.diag([fx, fy, 1.0])
-        matrix[:2, 2] = cx, cy
-        distortion = np.array(coefficients or [0.0] * 4)
+        matrix, distortion = stated_camera(camera)
+        stated = matrix, distortion
+        remark = residual_of_stated(cv, views, size, stated, folder)
     else:
-        matrix, distortion, remark = _camera_of(cv, list(found.values()), size)
-        remarks.append(remark)
+        matrix, distortion, remark = fitted_camera(cv, views, size)
+    remarks.append(remark)
     samples: list[Sample] = []
     for i, (corners, pixels) in found.items():
         _, vector, place = cv.solvePnP(corners, pixels, matrix, distortion)
@@ -126,20 +130,6 @@ def _view(
         point=tuple(place.tolist()),
         orientation=tuple(quaternion),
     )
-
-
-def _camera_of(
-    cv: Any,
-    views: Sequence[tuple[Any, Any]],
-    size: tuple[int, ...],
-) -> tuple[Any, Any, str]:
-    """Return the camera's matrix and distortion by views of a board, and a remark with them."""
-    objects, points = zip(*views, strict=True)
-    rms, matrix, distortion, *_ = cv.calibrateCamera(objects, points, size, None, None)
-    focal_and_centre = matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
-    words = [f"{value:.6g}" for value in (*focal_and_centre, *distortion.ravel()[:5])]
-    fit = f"by {len(views)} images, {rms:.2f} pixels off (rms)"
-    return matrix, distortion, f"--intrinsics {','.join(words)}: {fit}"
 
 
 def _images(

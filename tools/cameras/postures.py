@@ -35,9 +35,9 @@ MEDIAN = 1.54
 """Median length of a vector of three normal errors of unit deviation."""
 HALF_TURN = np.diag([-1.0, -1, 1, 1])
 """Turn from a UR's link `base` to its `base_link`, about their common z axis."""
-FAR, MUCH_NEARER = 1.0, 0.5
-"""Distance of the nearest view from the posture beyond which poses are tried half a turn on [rad],
-and the factor by which they must come nearer."""
+NEAR, MUCH_NEARER = 0.3, 0.5
+"""Distance of the nearest view from the posture up to which poses are not tried half a turn on
+[rad], and the factor by which either must be nearer."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,8 @@ def joints_of(
         camera: Where the camera is; None for views that cannot tell the posture.
 
     Raises:
-        UsageError: Several postures, endlessly many or none bring the flange to a pose.
+        UsageError: Several postures, endlessly many or none bring the flange to a pose, or the
+            posture does not tell whether the poses are half a turn off.
     """
     if not names_flange_poses(views):
         return views
@@ -216,13 +217,20 @@ def joints_of(
     ]
     sessions = flange.sessions(poses)
     nearest = min(session.nearest for session in sessions)
-    if nearest > FAR:
+    if nearest > NEAR:
         turned = flange.sessions(HALF_TURN @ poses)
-        if min(session.nearest for session in turned) < MUCH_NEARER * nearest:
+        nearest_turned = min(session.nearest for session in turned)
+        if nearest_turned < MUCH_NEARER * nearest:
             sessions = turned
             remarks.append(
                 f"{where}: the poses are half a turn about z off {robot.base}, as in the frame "
                 f"`base` of a UR's controller: they were turned into {robot.base}"
+            )
+        elif nearest > MUCH_NEARER * nearest_turned:
+            raise UsageError(
+                f"{where}: --near is {nearest:.1f} rad from the nearest view. It is "
+                f"{nearest_turned:.1f} rad off if the poses are half a turn about z off "
+                f"{robot.base}, as in a UR's frame `base`. Give the joints of one of the views"
             )
     session, notes = _chosen(sessions, flange)
     texts = (*views.remarks, *remarks, *notes)

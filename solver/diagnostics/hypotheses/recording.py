@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from ...identification.data import UNIFORM, steps_of
 from .ball import loose_here, scattered_placements
 from .evidence import INDEPENDENT
 from .kinds import Block, NoisePrior, without_columns
@@ -19,10 +20,6 @@ REPEATED = 0.5
 """Share of such samples that tells a placement of few postures."""
 CHANCE = 30.0
 """Logarithm of the odds at most that such a pattern is no chance."""
-EXACT = 1e-3
-"""Part of a step to which readings are multiples of it."""
-UNIFORM = 12**-0.5
-"""Standard deviation of what is as likely anywhere in a step of 1."""
 PUSHED = np.geomspace(2e-4, 5e-3, 8)
 """Joint noise of arms that are pushed [rad]."""
 PUSHED_HERE = (5e-4, 4e-3, 0.05)
@@ -78,24 +75,9 @@ def _alike(
     return np.abs(q[:, None] - others).max(axis=2) < tolerance
 
 
-def steps(scene: Scene) -> np.ndarray:
-    """Return the steps in which each joint reads, shape (m,) [rad]; 0 where there is none."""
-    steps_of_joints = np.zeros(scene.q.shape[1])
-    for j, column in enumerate(scene.q.T):
-        gaps: np.ndarray = np.diff(np.unique(column.round(9)))
-        step = float(gaps.min(initial=np.inf, where=gaps > 1e-7))
-        if not np.isfinite(step):
-            continue
-        multiples = column / step
-        error = np.abs(multiples - multiples.round()).max()
-        if error < max(EXACT, 1e-6 / step):
-            steps_of_joints[j] = step
-    return steps_of_joints
-
-
 def quantised(scene: Scene) -> Iterable[Block]:
     """Return the block of readings in coarse steps, which are noise of the joints."""
-    steps_of_joints = steps(scene)
+    steps_of_joints = steps_of(scene.q)
     size = _effect(scene, steps_of_joints)
     if size > scene.noise:
         gain = _gain(scene, steps_of_joints, np.array([UNIFORM]))
@@ -105,7 +87,7 @@ def quantised(scene: Scene) -> Iterable[Block]:
 
 def of_steps(scene: Scene) -> NoisePrior:
     """Return the belief on the noise of readings in coarse steps."""
-    size = _effect(scene, steps(scene))
+    size = _effect(scene, steps_of(scene.q))
     return NoisePrior(max(scene.noise, size), 0.5)
 
 

@@ -66,6 +66,8 @@ from .places import Places as Places
 from .places import RobotRecordings as RobotRecordings
 from .places import measured_in_frame as measured_in_frame
 from .places import places_of as places_of
+from .plausibility import UNIFORM as UNIFORM
+from .plausibility import steps_of as steps_of
 from .samples import CLOCKS as CLOCKS
 from .samples import Clock as Clock
 from .samples import SampleRows as SampleRows

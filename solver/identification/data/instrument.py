@@ -55,9 +55,9 @@ def hand_eye(
     The rotations follow from the largest singular value of sum M_i (x) R_i (Shah 2013), the places
     from linear least squares, both with weights that fall with the error that is left.
     """
-    covariance = np.cov(R.reshape(len(R), 9).T)
+    covariance = np.cov(R.reshape(len(R), 9).T, bias=True)  # 0 of a single pose
     spread = np.linalg.svd(covariance, compute_uv=False)
-    if spread[3] < ALONG_ONE_AXIS * spread[0]:
+    if spread[3] <= ALONG_ONE_AXIS * spread[0]:
         raise FrameError(
             f"{where}: the link turns about one axis only, which leaves open what it carries; turn "
             "it about two axes at least"

@@ -2,7 +2,7 @@
 
 Places that no arm reaches are refused. Rows in which nothing was read are left out, each told by
 its line: all joints exactly 0, a place of exactly 0, or numbers of the row before though the arm
-moved.
+moved. Joints that were rounded to coarse steps are told.
 """
 
 from collections.abc import Iterator
@@ -23,6 +23,22 @@ LISTED = 8
 """Rows that are told one by one."""
 FARTHEST = 100.0
 """Coordinate beyond which a turn of the frame is no small change to a fit [m]."""
+UNIFORM = 12**-0.5
+"""Standard deviation of what is as likely anywhere in a step of 1."""
+LEAST_GAPS = 4
+"""Fewer differences of readings tell no step."""
+LONGEST_STEP = np.deg2rad(1.01)
+"""Joints in longer steps were sent to them, not rounded [rad]."""
+EXACT = 0.1
+"""Part of a step to which rounded readings are multiples of it: text may round them again."""
+CHANCE = 1e-6
+"""Probability that readings which are not rounded look so, up to which they are taken for it."""
+PARTS = np.arange(1, 17)
+"""The least difference of readings is so many steps."""
+SHORTEST_STEP = 1e-7
+"""Readings that differ by less are one [rad]."""
+COARSE = 2e-4
+"""Scatter of the ball per axis from which steps are told [m]."""
 
 
 def without_lost_rows(placement: Placement, robot: Robot) -> Placement:
@@ -71,6 +87,50 @@ def require_near(placement: Placement) -> None:
         f"{where}: x, y or z is {worst:.6g}: metres are expected, from an origin near the arm"
         f"{words} (are these millimetres? {advice})"
     )
+
+
+def steps_of(q: np.ndarray) -> np.ndarray:
+    """Return the step in which each joint reads, shape (m,) [rad]; 0 where there is none.
+
+    All but two of n readings are within a share e of a multiple by chance with (2 e)^(n - 2).
+
+    Args:
+        q: Joint positions, shape (N, m) [rad].
+    """
+    return np.array([_step_of(column) for column in q.T])
+
+
+def _step_of(column: np.ndarray) -> float:
+    readings = np.unique(column.round(9))
+    gaps: np.ndarray = np.diff(readings)
+    gaps = gaps[gaps > SHORTEST_STEP]
+    if len(gaps) < LEAST_GAPS:
+        return 0.0
+    steps: np.ndarray = gaps.min() / PARTS
+    multiples = (readings - readings[0])[:, None] / steps
+    errors = np.abs(multiples - multiples.round()).max(axis=0)
+    chances = (2 * errors) ** (len(readings) - 2)
+    is_step = (errors < EXACT) & (chances < CHANCE) & (steps < LONGEST_STEP)
+    return max(steps[is_step].tolist(), default=0.0)
+
+
+def with_steps_told(placement: Placement, robot: Robot) -> Placement:
+    """Return a placement with a remark where its joints read in steps that show at the ball."""
+    q = placement.positions
+    steps = steps_of(q)
+    slopes = BallModel(robot, []).linearise(np.zeros(0), q).by_joints
+    squares: np.ndarray = np.sum((slopes * steps) ** 2, axis=2)
+    size = UNIFORM * float(squares.mean()) ** 0.5
+    if size < COARSE:
+        return placement
+    where = placement.where
+    if placement.kind == "points":
+        where = placement.first_file
+    told = (
+        f"{where}: the joints read in steps of {1e3 * steps.max():.3g} mrad; "
+        f"rounding to them scatters the ball by {1e3 * size:.2f} mm: write all digits"
+    )
+    return replace(placement, remarks=(*placement.remarks, told))
 
 
 def _lost_rows(placement: Placement, robot: Robot) -> Iterator[tuple[int, str]]:

@@ -7,7 +7,7 @@ import numpy as np
 from ....errors import JOINT_POSITION
 from ....recorder import Placement, distinct, without_turns
 from ..robot import Robot
-from .plausibility import require_near, without_lost_rows
+from .plausibility import require_near, with_steps_told, without_lost_rows
 
 
 def counting(placement: Placement, robot: Robot, *, whole: bool) -> Placement:
@@ -18,7 +18,10 @@ def counting(placement: Placement, robot: Robot, *, whole: bool) -> Placement:
     """
     require_near(placement)
     same_turns = unwound(placement, robot)
-    return same_turns if whole else counted_once(without_lost_rows(same_turns, robot))
+    if whole:
+        return same_turns
+    read = without_lost_rows(same_turns, robot)
+    return counted_once(with_steps_told(read, robot))
 
 
 def unwound(placement: Placement, robot: Robot) -> Placement:

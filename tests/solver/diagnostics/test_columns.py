@@ -1,5 +1,6 @@
 """Signs, swaps and zeros of the columns are found, and never seen in a right recording."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -61,6 +62,21 @@ def test_what_several_joints_read_together_is_found(change, mistake, code, words
     found = inspect_all(robot, measured)
     assert [f.code for f in found.shared] == [code] and words in found.shared[0].text
     assert found.shared[0].level == "error" and found.hypotheses[0].probability > 0.9
+
+
+@pytest.mark.parametrize(("name", "ratio"), [("ur5e", 1.0), ("so101", 1.0), ("so101", 1.1)])
+def test_signs_an_exchanged_pair_and_a_gain_at_once_are_each_named(change, name, ratio):
+    robot = load_robot(name)
+    _, recorded = simulate_recordings(robot, 2, seed=1, samples=20, distance=0.1)
+    factors = np.ones(len(robot.joint_names))
+    factors[1:4] = -1.0, -1.0, -ratio
+    order = np.arange(len(factors))
+    order[1:3] = 2, 1
+    measured = [measure(change(p, lambda q: (factors * q)[order]), robot) for p in recorded]
+    (seen,) = inspect_all(robot, measured).shared
+    assert "joints 2 and 3 and 4 " in seen.text and "look sign-flipped" in seen.text
+    assert "look swapped" in seen.text and "their columns put right the error falls" in seen.text
+    assert bool(re.search(r"and 0\.9\d* q and", seen.text)) == (ratio != 1)
 
 
 def test_a_mistake_in_one_placement_is_found_there(look, change, placements):

@@ -7,6 +7,7 @@ import pytest
 from altered import moved
 
 import mukca
+from mukca.solver.diagnostics import inspect_all
 from mukca.solver.identification.data import STANDARD_LOAD, measure
 
 
@@ -19,18 +20,35 @@ def test_a_joint_that_turns_unevenly_is_told(look, placements, change):
     assert "panda_joint4 turns unevenly" in first.text and "once a turn" in first.text
 
 
-def test_commands_of_servos_that_sag_are_told(look, placements, panda):
-    """Encoders see the sag, a file of goals does not."""
+def commanded(robot, placements, size):
+    """Return placements with what joints that sag were told, which encoders do not see."""
     recorded: list[mukca.Placement] = []
     for placement in placements:
-        torques = STANDARD_LOAD.samples(panda, measure(placement, panda, 0.1)).torques
+        torques = STANDARD_LOAD.samples(robot, measure(placement, robot, 0.1)).torques
         sag = torques / np.sqrt(np.mean(torques**2, axis=0)).max()
-        recorded.append(moved(placement, placement.positions + 0.017 * sag))
-    survey = look(recorded)
+        recorded.append(moved(placement, placement.positions + size * sag))
+    return recorded
+
+
+def test_commands_of_servos_that_sag_are_told(look, placements, panda):
+    survey = look(commanded(panda, placements, 0.017))
     first = survey.hypotheses[0]
     assert first.name == "commands" and first.probability > 0.9
     assert first.parameters["size"] == pytest.approx(0.017, rel=0.1)
     assert look(placements).hypotheses[0].name == "sound"
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_commands_are_told_where_zeros_are_off_by_degrees_too(seed):
+    robot = mukca.load_robot("so101")
+    options = {"seed": seed, "samples": 20, "distance": 0.1, "zeros": 0.03, "play": 2e-3}
+    _, placements = mukca.simulate_recordings(robot, 2, **options)
+
+    def causes_of(recorded):
+        return inspect_all(robot, [measure(p, robot, 0.1) for p in recorded], zeros=True).causes
+
+    assert causes_of(commanded(robot, placements, 0.035)) == ("commands",)
+    assert causes_of(placements) == ()
 
 
 def test_a_joint_that_is_stuck_is_told_and_one_that_stood_still_is_not(look, placements, change):

@@ -1,7 +1,6 @@
 """A camera on the arm or beside it, found with the calibrated chain held."""
 
 import json
-import re
 from functools import cache
 
 import numpy as np
@@ -83,9 +82,23 @@ def test_joints_that_scatter_alike_are_no_zero_that_changed(simulated, found_by,
     rows = views(simulated, camera, seed=2)
     rows[:, :7] = reading(rows[:, :7], 2)
     found = found_by(camera, rows)
-    assert re.match("All joints scatter alike, by some (3|10) mrad", found.untold[0])
+    size = {scattered: "3", two_decimals: "2.9", whole_degrees: "5"}[reading]
+    assert found.untold[0].startswith(f"All joints scatter alike, by some {size} mrad")
+    steps = {two_decimals: "10 mrad", whole_degrees: "17.5 mrad"}
+    if reading in steps:
+        said = f"the joints read in steps of {steps[reading]}; rounding to them scatters"
+        assert any(said in note for note in found.notes)
     assert not any("zero" in line or "panda_joint" in line for line in found.untold)
     assert sum("scatter alike" in line for line in found.text) == 1
+
+
+def test_encoder_ticks_are_no_zero_that_changed(simulated, found_by, camera):
+    rows = views(simulated, camera, seed=2)
+    tick = np.pi / 2048
+    rows[:, :7] = tick * np.round(rows[:, :7] / tick)
+    found = found_by(camera, rows)
+    assert not found.untold
+    assert any("in steps of 1.53 mrad; rounding" in note for note in found.notes)
 
 
 def test_exact_views_leave_little_noise(simulated, found_by):

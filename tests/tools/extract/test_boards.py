@@ -69,7 +69,18 @@ def test_a_board_is_where_it_was(images, camera, off):
     points = np.array([s.point for s in found.samples])
     assert found.joint_names == NAMES and found.samples[3].position == pytest.approx((0.3, -0.3))
     assert points == pytest.approx(poses(10)[:, :3, 3], abs=off)
-    assert any("--intrinsics" in line for line in found.remarks) == (not camera)
+    said = "--intrinsics leaves the corners 0." if camera else "--intrinsics 6"
+    assert any(line.startswith(said) and "pixels off" in line for line in found.remarks)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.99, 1.01, 1.1])
+def test_a_camera_that_the_corners_contradict_is_refused_in_pixels(images, share):
+    wrong = (share * 620, share * 622, 318, 243)
+    said = r"--intrinsics leaves the corners 0\.\d+ pixels off .*, and 620.* in its place 0\.1"
+    with pytest.raises(MukcaError, match=said):
+        read_images(images, Board(), wrong)
+    assert len(read_images(images, Board(), (621, 623, 318, 243)).samples) == 10
 
 
 def test_another_board_and_missing_rows_are_told(images, tmp_path):

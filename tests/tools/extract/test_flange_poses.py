@@ -1,5 +1,6 @@
 """Views with the flange's poses in the place of joints, and of boards that look alike turned."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -62,6 +63,21 @@ def test_joints_stood_near_one_view_some_turns_on_or_in_the_controllers_frame(ur
     assert off - 2 * np.pi * np.rint(off / (2 * np.pi)) == pytest.approx(0 * off, abs=1e-6)
     said = "half a turn about z off base_link, as in the frame `base`"
     assert any(said in line for line in views.remarks) == (turned is not None)
+
+
+@pytest.mark.parametrize("turned", [None, np.diag([-1.0, -1, 1, 1])])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_posture_far_from_all_views_never_puts_the_camera_half_a_turn_off(ur5e, turned, seed):
+    generator = np.random.default_rng(seed)
+    q = POSTURE + generator.uniform(-0.35, 0.35, (8, 6))
+    guess = POSTURE + generator.normal(0, 0.9, 6)
+    placement = of_the_flange(ur5e, q, turned)
+    with suppress(MukcaError):
+        off = joints_of(ur5e, placement, guess.tolist()).positions - q
+        assert np.abs(np.sin(off / 2)).max() < 0.1
+    away = q[0] + [np.pi / 2, 0, 0, 0, 0, 0]
+    with pytest.raises(MukcaError, match=r"--near is 1\.\d rad from .* Give the joints of one"):
+        joints_of(ur5e, placement, away.tolist())
 
 
 @pytest.mark.parametrize("camera", ["on-arm", "beside"])

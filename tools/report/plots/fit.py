@@ -52,7 +52,7 @@ def _curve(report: ReportDocument, term: str, role: str) -> Curve:
     """Return the root of a term over the iterations, on the placements of a role."""
     parts = [(row.iteration, getattr(row, role)) for row in report.history]
     return [
-        (iteration, max(getattr(part, term) ** 0.5, _SMALLEST))
+        (iteration, max(getattr(part, term), _SMALLEST**2) ** 0.5)
         for iteration, part in parts
         if part is not None
     ]
