@@ -49,8 +49,7 @@ from mukca.solver.identification.robot import (
 )
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.studies import pose_covariances
-from mukca.solver.studies.postures import poses_near
-from mukca.solver.studies.predicted_errors import NEAR, NEARBY
+from mukca.solver.studies.predicted_errors import NEAR, NEARBY, poses_near
 from mukca.solver.studies.uncertainty import (
     deviations,
     distance_deviations,

@@ -34,7 +34,7 @@ READING = {
 CLOSURES = {
     "solver/identification/inference/map_estimate.py": (57, 49_500),
     "solver/identification/robot_fit.py": (65, 56_150),
-    "solver/calibration/robot_calibration.py": (118, 88_150),
+    "solver/calibration/robot_calibration.py": (103, 87_200),
 }
 """The most files and tokens that a module may need, itself among them: these only fall."""
 

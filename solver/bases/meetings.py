@@ -1,4 +1,4 @@
-"""Where one robot's base stands seen from another's, and how well two tools meet."""
+"""The pose of one robot's base in another's, and how well two tools meet."""
 
 from typing import NamedTuple
 
@@ -27,8 +27,7 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
     shared = sorted({*first.sockets} & {*second.sockets})
     columns = world.columns_of(second.frame)
     pose = world.around.marginal(columns)
-    turns = pose.covariance[:3, :3]
-    variances, axes = np.linalg.eigh(turns)
+    variances, axes = np.linalg.eigh(pose.covariance[:3, :3])
     if variances[-1] > UNSEEN**2:
         return BaseToBase(
             xyz=None,
@@ -81,16 +80,13 @@ def _tool_deviation(
     second = Samples.unloaded(meetings.second)
     _, J1, _ = world.arms[0].linearise(first)
     points, J2, _ = world.arms[robot].linearise(second)
-    size = len(world.around.mean)
-    A = np.zeros((len(points), 3, size))
-    begin = world.columns[0].start
-    A[:, :, begin : begin + J1.shape[2]] = -J1
-    begin = world.columns[robot].start
-    A[:, :, begin : begin + J2.shape[2]] = pose.rotation @ J2
+    A = np.zeros((len(points), 3, len(world.around.mean)))
+    for k, slopes in ((0, -J1), (robot, pose.rotation @ J2)):
+        begin = world.columns[k].start
+        A[:, :, begin : begin + slopes.shape[2]] = slopes
     A[:, :, world.columns_of(frame)] = pose.slopes(points)
     deviations = A @ world.around.root
-    square = float(np.sum(deviations**2)) / len(points)
-    return square**0.5
+    return (float(np.sum(deviations**2)) / len(points)) ** 0.5
 
 
 def _meetings(
@@ -104,10 +100,8 @@ def _meetings(
     second = _inside(world, robot, region)
     if not len(first.q) or not len(second.q):
         return Meetings(first.q[:0], second.q[:0])
-    offsets = first.places[:, None] - second.places
-    gaps = np.linalg.norm(offsets, axis=2)
-    nearest = np.argmin(gaps, axis=1)
-    starts = second.q[nearest]
+    gaps = np.linalg.norm(first.places[:, None] - second.places, axis=2)
+    starts = second.q[np.argmin(gaps, axis=1)]
     pose = world.poses[world.robots[robot].frame]
     targets = pose.inverse().apply(first.places)
     met = _led_to(world.arms[robot], targets, starts)
@@ -124,28 +118,19 @@ def _led_to(
 ) -> Solutions:
     """Return the joint positions of an arm with its ball at targets, shape (N, 3) [m]."""
     robot = arm.model.robot
-    origins = arm.model.ball.origins(arm.values)
-    rigid = PoseModel.of(robot, origins)
+    rigid = PoseModel.of(robot, arm.model.ball.origins(arm.values))
     limits = (robot.lower, robot.upper)
-    ball = len(robot.joints) - 1
-    solver = PoseSolver(rigid, ball, limits, "point")
-    upright = np.eye(4)[:3].ravel()
-    poses = np.tile(upright, (len(targets), 1))
+    solver = PoseSolver(rigid, len(robot.joints) - 1, limits, "point")
+    poses = np.tile(np.eye(4)[:3].ravel(), (len(targets), 1))
     poses[:, 3::4] = targets
     return solver.solve(poses, starts)
 
 
 def _recorded_by_both(world: TiedRobots, robot: int) -> np.ndarray:
     """Return corners of the region in the world where both recorded, or between where each did."""
-    lowest: list[np.ndarray] = []
-    highest: list[np.ndarray] = []
-    for k in (0, robot):
-        recorded = world.arms[k].data.q
-        balls = _balls(world, k, recorded)
-        lowest.append(balls.min(axis=0))
-        highest.append(balls.max(axis=0))
-    low = np.max(lowest, axis=0)
-    high = np.min(highest, axis=0)
+    balls = [_balls(world, k, world.arms[k].data.q) for k in (0, robot)]
+    low = np.max([points.min(axis=0) for points in balls], axis=0)
+    high = np.min([points.max(axis=0) for points in balls], axis=0)
     return np.array([low, high])
 
 
@@ -178,9 +163,8 @@ def _inside(
     arm = world.arms[robot].model.robot
     q = workspace(arm, TRIES, robot)
     places = _balls(world, robot, q)
-    is_above = places > region.min(axis=0) - MARGIN
-    is_below = places < region.max(axis=0) + MARGIN
-    is_inside = np.all(is_above & is_below, axis=1)
+    low, high = region.min(axis=0) - MARGIN, region.max(axis=0) + MARGIN
+    is_inside = np.all((places > low) & (places < high), axis=1)
     some = np.flatnonzero(is_inside)[:MEETINGS]
     return Configurations(q[some], places[some])
 

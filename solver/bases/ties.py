@@ -10,6 +10,7 @@ robots, and count once for all.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import accumulate, pairwise, starmap
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,7 @@ from ..identification.inference import FRAME_PRIOR_PRECISION, Posterior
 from ..identification.model import Gaussian
 from ..results import FramePose
 from ..studies import frame_pose, unit
-from .views import Seen, View, Visitor, view_of_frame
+from .places import Seen, View, Visitor, view_of_frame
 
 ROUNDS, SETTLED = 10, 1e-10
 """Times at most that all is made linear again, and the largest change of a pose after them."""
@@ -49,13 +50,8 @@ class TiedRobots:
     @cached_property
     def columns(self) -> list[slice]:
         """For each robot, which unknowns are its own."""
-        columns: list[slice] = []
-        begin = 0
-        for robot in self.robots:
-            end = begin + len(robot.fit.whole)
-            columns.append(slice(begin, end))
-            begin = end
-        return columns
+        sizes = [len(robot.fit.whole) for robot in self.robots]
+        return [*starmap(slice, pairwise(accumulate(sizes, initial=0)))]
 
     @cached_property
     def arms(self) -> tuple[Posterior, ...]:
@@ -64,14 +60,12 @@ class TiedRobots:
 
     def columns_of(self, frame: int) -> slice:
         """Return which unknowns are the pose of a frame."""
-        index = frame % len(self.poses)
-        begin = self.columns[-1].stop + 6 * index
+        begin = self.columns[-1].stop + 6 * (frame % len(self.poses))
         return slice(begin, begin + 6)
 
     def frame_covariance(self, frame: int) -> np.ndarray:
         """Return the covariance of a frame's pose, its turn [rad] first, shape (6, 6)."""
-        pose = self.around.marginal(self.columns_of(frame))
-        return pose.covariance
+        return self.around.marginal(self.columns_of(frame)).covariance
 
     @property
     def frames(self) -> tuple[FramePose, ...]:
@@ -102,8 +96,7 @@ class TiedRobots:
         centres = np.empty((self.places.socket_count, 3))
         for robot in reversed(self.robots):
             base = self.poses[robot.frame]
-            sockets = list(robot.sockets)
-            centres[sockets] = base.apply(robot.fit.state.centres)
+            centres[[*robot.sockets]] = base.apply(robot.fit.state.centres)
         return centres
 
 
@@ -118,8 +111,7 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
         FrameError: Nothing ties a robot or a frame to the first robot.
     """
     prior = _prior(robots, places)
-    frames = len(places.frames) + 1
-    poses = (IDENTITY,) * frames
+    poses = (IDENTITY,) * (len(places.frames) + 1)
     tied = TiedRobots(tuple(robots), places, prior, poses)
     tied = replace(tied, poses=_first_poses(tied))
     change = np.zeros(len(prior.mean))
@@ -128,35 +120,30 @@ def tie(robots: Sequence[Visitor], places: Places) -> TiedRobots:
         A, errors = _equations(tied, change)
         at_mean = errors + A @ (prior.mean - change)
         around = prior.conditioned(A, at_mean)
-        of_poses = around.mean[begin:]
-        steps = of_poses.reshape(-1, 6)
+        steps = around.mean[begin:].reshape(-1, 6)
         poses = tuple(map(Pose.moved, tied.poses, steps))
         tied = replace(tied, around=around, poses=poses)
         change = around.mean.copy()
         change[begin:] = 0.0
         if np.abs(steps).max() < SETTLED:
             break
-    updated: list[Visitor] = []
-    for robot, rows in zip(robots, tied.columns, strict=True):
-        around = tied.around.marginal(rows)
-        fit = robot.fit.changed(around)
-        updated.append(replace(robot, fit=fit))
-    return replace(tied, robots=tuple(updated))
+    updated = tuple(
+        replace(robot, fit=robot.fit.changed(tied.around.marginal(rows)))
+        for robot, rows in zip(robots, tied.columns, strict=True)
+    )
+    return replace(tied, robots=updated)
 
 
 def _prior(robots: Sequence[Visitor], places: Places) -> Gaussian:
     """Return what is known before anything is tied, without the known lengths of each fit."""
     parts: list[Gaussian] = []
     for robot in robots:
-        slopes, errors = robot.fit.state.constraints
-        part = robot.fit.gaussian.conditioned(slopes, errors, count=-1)
-        parts.append(part)
-    frames = len(places.frames) + 1
-    deviations = np.tile(1 / FRAME_PRIOR_PRECISION, frames)
+        constraints = robot.fit.state.constraints
+        parts.append(robot.fit.gaussian.conditioned(*constraints, count=-1))
+    deviations = np.tile(1 / FRAME_PRIOR_PRECISION, len(places.frames) + 1)
     deviations[-6:] = 0.0  # the world stands still
-    mean = np.zeros(len(deviations))
-    parts.append(Gaussian(mean, np.diag(deviations)))
-    return Gaussian.independent(parts)
+    of_frames = Gaussian(np.zeros(len(deviations)), np.diag(deviations))
+    return Gaussian.independent([*parts, of_frames])
 
 
 def _first_poses(tied: TiedRobots) -> tuple[Pose, ...]:
@@ -180,11 +167,10 @@ def _views_of_robots(
 ) -> list[View]:
     """Return what each robot sees, at a change of all unknowns, shape (n,)."""
     unknowns = np.eye(len(change))
-    views: list[View] = []
-    for robot, rows in zip(tied.robots, tied.columns, strict=True):
-        view = robot.view(tied.places, change[rows], unknowns[rows])
-        views.append(view)
-    return views
+    return [
+        robot.view(tied.places, change[rows], unknowns[rows])
+        for robot, rows in zip(tied.robots, tied.columns, strict=True)
+    ]
 
 
 class Equations(NamedTuple):
@@ -202,25 +188,17 @@ def _equations(tied: TiedRobots, change: np.ndarray) -> Equations:
     n = len(change)
     unknowns = np.eye(n)
     views = _views_of_robots(tied, change)
-    for k in range(WORLD, len(places.frames)):
-        views.append(view_of_frame(places, k, n))
-    seen: list[Seen] = []
-    for view in views:
-        pose = tied.poses[view.frame]
-        columns = tied.columns_of(view.frame)
-        seen.append(view.in_world(pose, unknowns[columns]))
+    views += [view_of_frame(places, k, n) for k in range(WORLD, len(places.frames))]
+    seen = [
+        view.in_world(tied.poses[view.frame], unknowns[tied.columns_of(view.frame)])
+        for view in views
+    ]
     world = Seen(*map(np.concatenate, zip(*seen, strict=True)))
     # every socket is seen by a robot, so that the first places are the sockets
-    _, first, place = np.unique(
-        world.numbers,
-        return_index=True,
-        return_inverse=True,
-    )
+    _, first, place = np.unique(world.numbers, return_index=True, return_inverse=True)
     shared = _of_shared_places(world, first[place])
     lengths = _of_lengths(world, first, places)
-    slopes = [shared.slopes, lengths.slopes]
-    errors = [shared.errors, lengths.errors]
-    return Equations(np.concatenate(slopes), np.concatenate(errors))
+    return Equations(*map(np.concatenate, zip(shared, lengths, strict=True)))
 
 
 def _of_shared_places(world: Seen, first: np.ndarray) -> Equations:
@@ -230,16 +208,13 @@ def _of_shared_places(world: Seen, first: np.ndarray) -> Equations:
         world: L places by their views.
         first: Index of the first view of the same place, shape (L,).
     """
-    numbers = np.arange(len(first))
-    again = np.flatnonzero(first != numbers)
+    again = np.flatnonzero(first != np.arange(len(first)))
     before = first[again]
     weights = 1 / world.deviations[again, None]
-    offsets = world.points[again] - world.points[before]
+    errors = (world.points[again] - world.points[before]) * weights
     by_unknowns = world.slopes[again] - world.slopes[before]
-    errors = offsets * weights
     slopes = by_unknowns * weights[:, :, None]
-    slopes = slopes.reshape(errors.size, -1)
-    return Equations(slopes, errors.ravel())
+    return Equations(slopes.reshape(errors.size, -1), errors.ravel())
 
 
 def _of_lengths(
@@ -259,6 +234,5 @@ def _of_lengths(
     errors = lengths - distances
     by_offsets = world.slopes[second] - world.slopes[first]
     slopes = np.einsum("ki,kin->kn", unit(offsets), by_offsets)
-    root = np.linalg.cholesky(distance_covariance(places.known))
-    whiten = np.linalg.inv(root)
+    whiten = np.linalg.inv(np.linalg.cholesky(distance_covariance(places.known)))
     return Equations(whiten @ slopes, whiten @ errors)

@@ -2,15 +2,16 @@
 from .calibration import Calibration as Calibration
 from .chance import Comparison as Comparison
 from .chance import differences as differences
+from .checks import InspectedProblem as InspectedProblem
 from .checks import placements_set_right as placements_set_right
 from .earlier import posterior_of as posterior_of
 from .earlier import prior_of as prior_of
 from .errors import HEADS as HEADS
 from .errors import Errors as Errors
+from .fit import CalibrationProblem as CalibrationProblem
 from .fit import Methods as Methods
 from .fit import fit_robot as fit_robot
 from .full_model import FullModel as FullModel
-from .inspected_problem import InspectedProblem as InspectedProblem
 from .joint_path import CommandError as CommandError
 from .joint_path import JointPath as JointPath
 from .joint_path import find_jumps as find_jumps
@@ -33,7 +34,6 @@ from .poses import one_pose as one_pose
 from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
 from .preparation import as_list as as_list
-from .problem import CalibrationProblem as CalibrationProblem
 from .robot_calibration import calibrate_robot as calibrate_robot
 from .several_problems import problems_of as problems_of
 from .tables import CHECKS as CHECKS

@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from html import escape
 from pathlib import Path
 
@@ -23,11 +23,10 @@ from ..assessment import (
 )
 from ..assessment import Options as AssessmentOptions
 from ..identification.data import Measurement, measure, one_blas_thread
-from .checking import at_scale
 from .deviation import FittedModel
-from .errors import Errors, compared_models, placement_errors
+from .errors import Errors, placement_errors
 from .option import UsageError
-from .preparation import as_list
+from .preparation import as_list, at_scale
 
 CALIBRATION, URDF = "calibration.json", "calibrated.urdf"
 MOST_FINDINGS = 5
@@ -169,14 +168,16 @@ class Calibration(FittedModel):
 
     def saved_in(self, folder: Path) -> "Calibration":
         """Return the calibration with the paths and digests that :meth:`save` writes."""
-        files = {"urdf": URDF, "calibration": CALIBRATION}
-        outputs = {kind: str(folder / name) for kind, name in files.items()}
-        provenance = msgspec.structs.replace(
-            self.document.provenance,
-            output_sha256={URDF: results.sha256(self.urdf(folder))},
-        )
         document = msgspec.structs.replace(
-            self.document, outputs=outputs, provenance=provenance
+            self.document,
+            outputs={
+                "urdf": str(folder / URDF),
+                "calibration": str(folder / CALIBRATION),
+            },
+            provenance=msgspec.structs.replace(
+                self.document.provenance,
+                output_sha256={URDF: results.sha256(self.urdf(folder))},
+            ),
         )
         saved = Calibration(document, self.calibrated, self.source)
         saved.base_in = self.base_in
@@ -199,12 +200,8 @@ class Calibration(FittedModel):
             raise UsageError(
                 "no placement to validate on; read some by mukca.read_placements"
             )
-        return self.errors_of(
-            [
-                measure(self.at_scale(p), self.robot, sockets=1, load=self.load)
-                for p in several
-            ]
-        )
+        read = partial(measure, robot=self.robot, sockets=1, load=self.load)
+        return self.errors_of([read(self.at_scale(p)) for p in several])
 
     def errors_of(
         self, data: Sequence[Measurement], *, other_tip: bool = False
@@ -213,12 +210,15 @@ class Calibration(FittedModel):
 
         ``other_tip``: points were measured with another probe, whose tip is refitted.
         """
-        models = compared_models(self.calibrated, self.ball_refitted)
-        rows: list[results.PlacementErrors] = []
-        for m in map(self.as_read_now, data):
-            role = "train" if self.was_trained_on(m) else "test"
-            rows.append(placement_errors(models, role, m, other_tip=other_tip))
-        return Errors(sorted(rows, key=lambda row: row.role == "test"))
+        placements: list[tuple[results.Role, Measurement]] = [
+            ("train" if self.was_trained_on(m) else "test", m)
+            for m in map(self.as_read_now, data)
+        ]
+        placements.sort(key=lambda pair: pair[0] == "test")
+        ball = self.document.refitted_ball
+        return Errors(
+            placement_errors(self.calibrated, ball, (), placements, other_tip=other_tip)
+        )
 
     def at_scale(self, placement: Placement) -> Placement:
         """Return a placement at the scale of the instrument that the calibration was told."""
@@ -226,8 +226,9 @@ class Calibration(FittedModel):
 
     def was_trained_on(self, measured: Measurement) -> bool:
         """Tell whether the robot was fitted to most of these samples, in whatever form they are."""
-        trained_rows = [row for row in self.document.data if row.role == "train"]
-        return any(_are_in(measured, row) for row in trained_rows)
+        return any(
+            row.role == "train" and _are_in(measured, row) for row in self.document.data
+        )
 
     def as_read_now(self, measured: Measurement) -> Measurement:
         """Samples with joint positions converted to the present zeros [rad].
@@ -252,14 +253,12 @@ class Calibration(FittedModel):
 
     def __repr__(self) -> str:
         doc = self.document
-        distance = distance_text(doc.placements)
+        findings = [f"{finding.level}: {finding}" for finding in doc.checks or ()]
         lines = [
             f"{doc.robot}, calibrated by method {doc.method}",
             *self.verdict.answer,
-            distance,
-        ]
-        lines += [f"{finding.level}: {finding}" for finding in doc.checks or ()][
-            :MOST_FINDINGS
+            distance_text(doc.placements),
+            *findings[:MOST_FINDINGS],
         ]
         verdict = f"Verdict: {self.verdict.title}. {self.verdict.text}"
         return "\n".join([*lines, repr(self.errors), "", *textwrap.wrap(verdict, 100)])

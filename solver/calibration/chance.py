@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from ...errors import MukcaError
 from ..identification.data import Load, Measurement
 from ..identification.inference import Posterior
@@ -28,17 +26,14 @@ class Comparison:
     later: bool = False
     """True if one began where the other ended."""
 
-    def at(self, measured: Measurement) -> Apart:
-        """Return how far they are apart at the samples of a placement."""
-        return self._at(measured.positions, measured.efforts)
-
-    def in_workspace(self) -> Apart:
-        """Return how far they are apart at random poses."""
-        return self._at(workspace(self.first.model.robot, POSES), None)
-
-    def _at(self, q: np.ndarray, efforts: np.ndarray | None) -> Apart:
+    def at(self, measured: Measurement | None) -> Apart:
+        """Return how far they are apart at the samples of a placement; None for random poses."""
+        robot = self.first.model.robot
+        q, efforts = workspace(robot, POSES), None
+        if measured is not None:
+            q, efforts = measured.positions, measured.efforts
         step = -(-len(q) // POSES)
-        samples = self.load.at(self.first.model.robot, q, efforts)
+        samples = self.load.at(robot, q, efforts)
         poses = samples.only(slice(None, None, step))
         a, b = Estimate(self.first, poses), Estimate(self.second, poses)
         return apart_by_chance(a, b, follows=self.later)
@@ -51,7 +46,7 @@ def differences(
 
     A calibration by the paper's method has no covariance, so nothing is known of chance.
     """
-    nothing = None, tuple(None for _ in data)
+    nothing = None, (None,) * len(data)
     if a.document.posterior is None or b.document.posterior is None:
         return nothing
     is_later = is_prior_of(a, b) or is_prior_of(b, a)
@@ -59,14 +54,11 @@ def differences(
         pair = Comparison(a.posterior, b.posterior, a.load, is_later)
     except MukcaError:  # what it began from is not at hand any more
         return nothing
-    return pair.in_workspace(), tuple(map(pair.at, data))
+    return pair.at(None), tuple(map(pair.at, data))
 
 
 def is_prior_of(first: Calibration, second: Calibration) -> bool:
     """Tell whether one calibration began where another ended (``--prior``)."""
     prior = second.document.settings.get("prior")
-    file = Path(first.source)
-    return prior is not None and Path(prior).resolve() in (
-        file.resolve(),
-        file.parent.resolve(),
-    )
+    file = Path(first.source).resolve()
+    return prior is not None and Path(prior).resolve() in (file, file.parent)

@@ -10,7 +10,14 @@ from .. import results
 from ..identification.data import measure
 from ..identification.inference import Posterior
 from ..identification.robot import workspace
-from ..studies import HeldOut, misfit, movement_covariances, pose_covariances, tail
+from ..studies import (
+    HeldOut,
+    misfit,
+    movement_covariances,
+    pose_covariances,
+    tail,
+    unit,
+)
 from .earlier import posterior_of
 from .full_model import FullModel
 from .poses import checked
@@ -71,11 +78,12 @@ class FittedModel(FullModel):
 
     @cached_property
     def _unseen(self) -> list[tuple[Posterior, HeldOut]]:
-        robot, load, names = self.robot, self.calibrated.load, self.robot.joint_names
+        robot, load = self.robot, self.load
         places: list[HeldOut] = []
         for row in self.document.data:
             if row.role == "test":
-                held = measure(row.placement(names), robot, sockets=1, load=load)
+                recorded = row.placement(robot.joint_names)
+                held = measure(recorded, robot, sockets=1, load=load)
                 places += HeldOut.of(robot, load, held)
         return [(self.posterior, place) for place in places]
 
@@ -140,8 +148,6 @@ class FittedModel(FullModel):
             JointsError, UsageError: As :meth:`deviation`.
         """
         C = self.deviation(q, relative_to=start, **setup)[..., :3, :3]
-        places = self.flange(q, **setup)[..., :3, 3]
-        offsets = places - self.flange(start, **setup)[..., :3, 3]
-        lengths = np.linalg.norm(offsets, axis=-1, keepdims=True)
-        u = offsets / np.maximum(lengths, 1e-12)
+        ways = self.flange(q, **setup) - self.flange(start, **setup)
+        u = unit(ways[..., :3, 3])
         return np.einsum("...i,...ij,...j->...", u, C, u) ** 0.5

@@ -2,7 +2,7 @@
 
 import base64
 import zlib
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -33,7 +33,7 @@ from ..identification.model import (
     groups_at,
     rare_in,
 )
-from ..identification.robot import BallModel, Origin, Robot
+from ..identification.robot import BallModel, Origin
 from .fit import fit_robot
 from .options import SolveOptions, UsageError, option_table
 from .tables import METHODS
@@ -51,11 +51,7 @@ def prior_of(
         return None
     if len(robots) > 1:
         raise UsageError("--prior: of one robot; several were given")
-    return earlier_prior(Path(options.prior), robots[0].robot, options.remounted)
-
-
-def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> GivenPrior:
-    """Return the posterior of an earlier calibration of an arm, as a prior."""
+    file, robot, remounted = Path(options.prior), robots[0].robot, options.remounted
     document = results.read_calibration(file)
     theirs, ours = map(", ".join, (document.model.joint_names, robot.joint_names))
     if theirs != ours:
@@ -63,26 +59,26 @@ def earlier_prior(file: Path, robot: Robot, remounted: Collection[str]) -> Given
             f"--prior {file}: of an arm with the joints {theirs}; this has {ours}"
         )
     posterior = posterior_of(document, str(file))
-    model = posterior.model
+    model, values = posterior.model, posterior.values
     ball = BallModel(robot, model.ball.free.tolist())
-    values = posterior.values
     mean = posterior.x.copy()
     slopes = np.eye(model.size)
-    mean[: model.geometry] = (
-        ball.parameters_at(model.ball.origins(values)) - ball.nominal
-    )
-    slopes[: model.geometry, : model.geometry] = ball.slopes_of(model.ball, values)
-    covariance = slopes @ posterior.covariance[: model.size, : model.size] @ slopes.T
+    n = model.geometry
+    mean[:n] = ball.parameters_at(model.ball.origins(values)) - ball.nominal
+    slopes[:n, :n] = ball.slopes_of(model.ball, values)
+    covariance = slopes @ posterior.of_unknowns @ slopes.T
     prior = GivenPrior(tuple(model.names), mean, covariance, _scales(document))
-    shifts: set[str] = set()
-    for parameter in model.parameters:
-        of_base = parameter.joint == model.parameters[0].joint
-        if (parameter.of_ball and "tool" in remounted) or (
-            of_base and "base" in remounted
-        ):
-            shifts.add(parameter.name)
-    if document.rotation_numbers == "rpy":
-        shifts |= set(_tilts_about_other_axes(robot))
+    first_joint = model.parameters[0].joint
+    shifts = {
+        parameter.name
+        for parameter in model.parameters
+        if (parameter.of_ball and "tool" in remounted)
+        or (parameter.joint == first_joint and "base" in remounted)
+    }
+    by_frame = all(joint.tilts_by_frame for joint in robot.actuated)
+    if document.rotation_numbers == "rpy" and not by_frame:
+        # files of 1.0 hold tilts about other axes than today's
+        shifts |= {*TILT.coefficient_names(robot.joint_names)}
     return prior.without(shifts)
 
 
@@ -93,13 +89,6 @@ def _unpacked(text: str, count: int) -> np.ndarray:
     matrix = np.zeros((count, count))
     matrix[np.tril_indices(count)] = np.frombuffer(content, "<f8").reshape(size)
     return matrix + np.tril(matrix, -1).T
-
-
-def _tilts_about_other_axes(robot: Robot) -> list[str]:
-    """Return the tilts of a robot that files of 1.0 hold about other axes than today's."""
-    if all(joint.tilts_by_frame for joint in robot.actuated):
-        return []
-    return TILT.coefficient_names(robot.joint_names)
 
 
 def posterior_of(document: results.CalibrationDocument, source: str) -> Posterior:
@@ -152,7 +141,7 @@ def _stored(
             source, "posterior.covariance", "damaged; calibrate again"
         ) from None
     training = [part for part in document.data if part.role == "train"]
-    rows = list(chain.from_iterable(part.by_socket for part in training))
+    rows = [*chain.from_iterable(part.by_socket for part in training)]
     weights = [sample.weight for sample in rows]
     weights += [sample.orientation_weight for sample in rows if sample.orientation]
     posterior = Posterior(
@@ -186,11 +175,10 @@ def _stored_groups(
     """Return the priors beside which a stored covariance stands."""
     stored = {group.name: group for group in document.groups or ()}
     widths = {name: group.width for name, group in stored.items()}
-    groups: list[PriorGroup] = []
-    for group in groups_at(model, data, widths):
-        decided = replace(group, effective=stored[group.name].effective)
-        groups.append(with_average_width(decided))
-    return tuple(groups)
+    return tuple(
+        with_average_width(replace(group, effective=stored[group.name].effective))
+        for group in groups_at(model, data, widths)
+    )
 
 
 def _scales(document: results.CalibrationDocument) -> tuple[float, float]:
@@ -217,10 +205,10 @@ def _fitted_to(
     train: list[Measurement] = []
     for part in document.data:
         if part.role == "train":
-            placement = replace(
-                part.shifted(zeros).placement(robot.joint_names), files=()
+            recorded = part.shifted(zeros).placement(robot.joint_names)
+            measured = measure(
+                replace(recorded, files=()), robot, options.distance, sockets=1
             )
-            measured = measure(placement, robot, options.distance, sockets=1)
             train.append(spaced(measured, part.name, options.located))
     effects = rare_in(document.deflection, robot.joint_names)
     return RobotRecordings(robot, train, document.load, effects), options

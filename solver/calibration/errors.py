@@ -1,6 +1,6 @@
 """Errors of a calibration and of the models compared with it: by placement, role, iteration."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, SupportsIndex, overload
@@ -14,7 +14,6 @@ from ..assessment import millimetres
 from ..identification import data
 from ..identification.data import Measurement, Metrics, Pose
 from .option import UsageError
-from .problem import CalibrationProblem
 
 BALL_REFITTED = "ball_refitted"
 HEADS = ("placement", "samples", "MAE", "max", "distance")
@@ -38,15 +37,14 @@ class Errors(tuple[results.PlacementErrors, ...]):
         """Return errors by number, or by the placement's name or the last part of it."""
         if not isinstance(index, str):
             return super().__getitem__(index)
-        names = [row.name for row in self if row.role != "left_out"]
-        ends = [
-            i for i, name in enumerate(names) if index in (name, name.split("/")[-1])
-        ]
-        if len(ends) != 1:
+        by_name = [(row.name, row) for row in self.placements]
+        rows = [row for name, row in by_name if index in (name, name.split("/")[-1])]
+        if len(rows) != 1:
+            names = ", ".join(name for name, _ in by_name)
             raise UsageError(
-                f"no one placement is called {index!r}; there are: {', '.join(names)}"
+                f"no one placement is called {index!r}; there are: {names}"
             )
-        return super().__getitem__(ends[0])
+        return rows[0]
 
     @property
     def placements(self) -> tuple[results.PlacementErrors, ...]:
@@ -61,10 +59,12 @@ class Errors(tuple[results.PlacementErrors, ...]):
     @cached_property
     def summary(self) -> results.Summaries:
         """The means over the placements trained on, held out, and left out."""
-        means = {
-            role: _summary([row for row in self if row.role == role])
-            for role in results.ROLES
+        by_role: dict[str, list[results.PlacementErrors]] = {
+            role: [] for role in results.ROLES
         }
+        for row in self:
+            by_role[row.role].append(row)
+        means = {role: _summary(rows) for role, rows in by_role.items()}
         return results.Summaries(**means)
 
     def as_dict(self) -> dict[str, Any]:
@@ -149,85 +149,58 @@ def _summary(rows: Sequence[results.PlacementErrors]) -> results.Summary | None:
     return results.Summary(**means, removed_error=removed)
 
 
-def compared_models(
-    calibrated: results.CalibratedRobot, nominal: results.CalibratedRobot | None
-) -> dict[str, results.CalibratedRobot]:
-    """Return a robot's models and the nominal one with its ball refitted, if that is identified."""
-    beside = {} if nominal is None else {BALL_REFITTED: nominal}
-    return {**calibrated.models, **beside}
-
-
 def placement_errors(
-    models: Mapping[str, results.CalibratedRobot],
-    role: results.Role,
-    measured: Measurement,
-    frames: Mapping[str, Mapping[str, Pose]] | None = None,
+    calibrated: results.CalibratedRobot,
+    ball: results.Place | None,
+    trained: Sequence[Measurement],
+    placements: Iterable[tuple[results.Role, Measurement]],
     *,
     other_tip: bool = False,
-) -> results.PlacementErrors:
-    """Return the errors of a placement by models, each with its own poses of instruments' frames.
+) -> Iterator[results.PlacementErrors]:
+    """Yield the errors of placements by a robot's models, and by the nominal one with its ball.
 
-    ``other_tip``: of points, see :func:`.target_predictions`.
+    Args:
+        calibrated: The calibrated robot.
+        ball: Where the ball sits by the nominal model; None if that is not identified.
+        trained: Placements by which each model places the instruments' frames.
+        placements: The placements, and their roles.
+        other_tip: Of points, see :func:`.target_predictions`.
     """
-    predictions = results.target_predictions(
-        models, measured, frames or {}, put_on=other_tip
-    )
-    metrics: dict[str, Any] = {
-        name: prediction.metrics(measured) for name, prediction in predictions.items()
-    }
-    if refitted := metrics.get(BALL_REFITTED):
-        metrics[BALL_REFITTED] = replace(refitted, orientation_error=None)
-    paired = measured if measured.kind == "sockets" else None
-    return results.PlacementErrors(
-        name=measured.name,
-        role=role,
-        kind=measured.kind,
-        samples=measured.counts,
-        distance=paired and paired.distance,
-        distance_source=paired and paired.distance_source,
-        distance_readings=paired and paired.distance_readings,
-        **metrics,
-    )
-
-
-def errors_of(
-    problem: CalibrationProblem,
-    fit: results.Fit,
-    before: results.CalibratedRobot | None,
-) -> Errors:
-    """Return the errors of all placements.
-
-    ``before`` is the nominal robot with its ball refitted, if that is identified.
-    """
-    models = compared_models(fit.calibrated, before)
-    frames = _frames_by(models, problem.measurements)
-    rows: list[results.PlacementErrors] = []
-    for role, m in problem.placements:
-        row = placement_errors(models, role, m, frames)
-        rows.append(row)
-    return Errors(rows)
+    models: dict[str, results.CalibratedRobot] = {**calibrated.models}
+    nominal = results.with_ball_at(calibrated.robot, ball)
+    if nominal is not None:
+        models[BALL_REFITTED] = nominal
+    frames: dict[str, Mapping[str, Pose]] = {}
+    for name, model in models.items():
+        frames[name] = data.fit_frames([(model.predict(m), m) for m in trained])
+    for role, m in placements:
+        predictions = results.target_predictions(models, m, frames, put_on=other_tip)
+        metrics: dict[str, Any] = {
+            name: prediction.metrics(m) for name, prediction in predictions.items()
+        }
+        if refitted := metrics.get(BALL_REFITTED):
+            metrics[BALL_REFITTED] = replace(refitted, orientation_error=None)
+        paired = m if m.kind == "sockets" else None
+        yield results.PlacementErrors(
+            name=m.name,
+            role=role,
+            kind=m.kind,
+            samples=m.counts,
+            distance=paired and paired.distance,
+            distance_source=paired and paired.distance_source,
+            distance_readings=paired and paired.distance_readings,
+            **metrics,
+        )
 
 
 def left_out_errors(folds: Sequence[results.Fold]) -> list[results.PlacementErrors]:
     """Return the errors of what each fold leaves out, by its models."""
     rows: list[results.PlacementErrors] = []
     for fold in folds:
-        models = compared_models(fold.fit.calibrated, fold.ball)
-        frames = _frames_by(models, fold.trained)
-        for measured in fold.left_out:
-            rows.append(placement_errors(models, "left_out", measured, frames))
+        left_out: list[tuple[results.Role, Measurement]]
+        left_out = [("left_out", m) for m in fold.left_out]
+        rows += placement_errors(fold.fit.calibrated, fold.ball, fold.trained, left_out)
     return rows
-
-
-def _frames_by(
-    models: Mapping[str, results.CalibratedRobot], trained: Sequence[Measurement]
-) -> dict[str, Mapping[str, Pose]]:
-    """Return the poses of instruments' frames by each model, as the samples trained on say."""
-    points = [m for m in trained if m.kind == "points"]
-    frames: dict[str, Mapping[str, Pose]] = {}
-    for name, model in models.items():
-        frames[name] = data.fit_frames([(model.predict(m), m) for m in points])
-    return frames
 
 
 def history(

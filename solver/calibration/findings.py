@@ -1,6 +1,6 @@
 """Findings on recordings, by what their fit says of them: movements, and the arm's size."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from ..identification.inference import FitPosterior
 from ..identification.model import BALL, BASE, Difference
 from ..identification.selection import follows_order, orders, set_ups
 from ..results import Diagnostic, Fit, Hypothesis, Scale, Study
-from .problem import CalibrationProblem
+from .fit import CalibrationProblem
 
 WORDS = {
     "step": "its place moved by {}, {}",
@@ -36,22 +36,16 @@ def findings(
     diagnostics = list(problem.checks)
     full = fit.full
     if full is not None:
-        count = len(full.objective.differences)
-        told = (_told(problem, full, k) for k in range(count))
-        diagnostics += filter(None, told)
-    if not distorted and abs(scale.value) < HOLDS:
-        diagnostics = [d for d in diagnostics if not _is_refuted(d, problem)]
+        for k in range(len(full.objective.differences)):
+            diagnostics += _told(problem, full, k)
+    by_distance = any(h.name in SIZE_BY_DISTANCE for h in problem.hypotheses[:1])
+    if not distorted and abs(scale.value) < HOLDS and not by_distance:
+        # the fit refutes them: seen beside what is more probable, as another version's URDF
+        diagnostics = [
+            d for d in diagnostics if d.code != DISTANCE or d.level == "error"
+        ]
     sized = hypotheses(fit, problem, scale, distorted)
     return reworded(diagnostics, problem.hypotheses, sized)
-
-
-def _is_refuted(finding: Diagnostic, problem: CalibrationProblem) -> bool:
-    """Tell whether a finding has a distance wrong that the fit has right.
-
-    It was seen beside something else that is more probable, as another version's URDF.
-    """
-    by_distance = any(h.name in SIZE_BY_DISTANCE for h in problem.hypotheses[:1])
-    return finding.code == DISTANCE and finding.level != "error" and not by_distance
 
 
 def reworded(
@@ -88,26 +82,27 @@ def sized_hypotheses(
     return tuple(by_fit(h, scale.value) for h in problem.hypotheses)
 
 
-def _told(problem: CalibrationProblem, fit: FitPosterior, k: int) -> Diagnostic | None:
-    """Return the k-th difference of a fit as a diagnostic; None for targets put on anew."""
+def _told(
+    problem: CalibrationProblem, fit: FitPosterior, k: int
+) -> Iterator[Diagnostic]:
+    """Yield the k-th difference of a fit as a diagnostic; none for targets put on anew."""
     difference = fit.objective.differences[k]
     if difference in set_ups(fit.data):
-        return None
+        return
     name = difference.placements[0]
     measured = next(m for m in problem.measurements if m.name == name)
     text = _in_words(fit, k)
     if difference.at:
         by_clock = np.argsort(measured.clocks[:, CLOCKS.index(difference.clock)])
         ranks: list[int] = measured.order[by_clock].tolist()
-        samples = [measured.placement.samples[rank] for rank in ranks]
-        ends = min(difference.until, len(samples))
-        last = samples[int(ends) - 1]
-        text = text.format(first=samples[int(difference.at)].named, last=last.named)
+        names = [measured.placement.samples[rank].named for rank in ranks]
+        last = int(min(difference.until, len(names))) - 1
+        text = text.format(first=names[int(difference.at)], last=names[last])
     if follows_order(difference) and len(orders(fit.data, name)) > 1:
         first = measured.sockets[-int(difference.clock == "reverse")]
         text += f"; socket {first} is taken to be recorded first, as no times say"
     advice = STEADY if difference.part == BASE else MENDED
-    return Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
+    yield Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
 
 
 def _in_words(posterior: FitPosterior, k: int) -> str:

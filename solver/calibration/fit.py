@@ -1,4 +1,4 @@
-"""Fit of one robot, by the paper's method or by the default one."""
+"""The problem of a calibration, and the fit of one robot, by the paper's method or by default."""
 
 import time
 from collections.abc import Callable
@@ -6,13 +6,40 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import identification
+from .. import identification, results
+from ..identification import data
 from ..identification.data import Load, Places, RobotRecordings, places_of
 from ..identification.inference import FitPosterior, Posterior, with_joint_offsets
-from ..identification.paper import build_problem, covariance, solve
+from ..identification.paper import REGULARIZATION, build_problem, covariance, solve
 from ..identification.robot import choose_parameters
-from ..results import CalibratedRobot, Fit, FramePose
+from ..results import CalibratedRobot, Fit, FramePose, Place, ball_of
 from .options import SolveOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationProblem(results.Measurements):
+    """A robot, checked recordings of it, and the options of their fit."""
+
+    options: SolveOptions
+    warnings: tuple[str, ...] = ()
+    checks: tuple[results.Diagnostic, ...] = ()
+    """Diagnostics of the recordings, from before the fit."""
+    hypotheses: tuple[results.Hypothesis, ...] = ()
+    """Explanations of the recordings, the most probable first."""
+    next_placement: results.NextPlacement | None = None
+    """None where an instrument measured all samples."""
+
+    def at_rest(
+        self, shifts: np.ndarray | None, calibrated: results.CalibratedRobot
+    ) -> "CalibrationProblem":
+        """Return the recordings with what differs between their places, row by row."""
+        if shifts is None:
+            return self
+        ends = np.cumsum([len(m.positions) for m in self.measurements])
+        # orientations come last
+        parts = zip(self.measurements, np.split(shifts, ends), strict=False)
+        train = tuple(replace(m, moved=shift) for m, shift in parts)
+        return replace(self, measurements=train)
 
 
 @dataclass(frozen=True)
@@ -137,3 +164,28 @@ def fit_of(
         for x in posterior.iterates
     )
     return Fit(calibrated, "gauss-newton", seconds, iterates, full=full, frames=frames)
+
+
+def ball_refitted(problem: CalibrationProblem) -> Place | None:
+    """Return the ball's place alone, fitted to the nominal robot; None if it is not identified."""
+    robot = problem.robot
+    paired = [m for m in problem.measurements if m.has_distance]
+    if paired:
+        regularization = problem.options.regularization or REGULARIZATION
+        equations = build_problem(
+            robot, paired, parameters=ball_of(robot), regularization=regularization
+        )
+        return data.as_point(solve(equations).x)
+    by_frame: dict[str, list[data.TipSamples]] = {}
+    for m in problem.measurements:
+        if m.kind == "points":
+            tips = CalibratedRobot(robot).tips(m)
+            by_frame.setdefault(m.frame, []).append(tips)
+    if not by_frame:
+        return None
+    frames = [
+        data.TipSamples(*map(np.concatenate, zip(*parts, strict=True)))
+        for parts in by_frame.values()
+    ]
+    origin = data.Pose.of(robot.ball_joint.origin)
+    return data.as_point(origin.apply(data.tip_shift(frames)))

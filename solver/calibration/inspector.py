@@ -1,7 +1,7 @@
 """An inspector of recordings: what explains them, and what sets them right."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
 from ..assessment import LEAST_HELD_OUT, repeatability_of
@@ -16,12 +16,15 @@ from ..diagnostics import (
     inspect_all,
 )
 from ..identification.data import KnownDistance, Measurement
+from ..identification.effects import GAIN
 from ..identification.robot import Robot
 from ..results import Diagnostic
 from .options import SolveOptions
 
 ROUNDS = 3
 """Times that recordings are looked at and set right at most."""
+WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
+"""Added to the advice on a joint's gain."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,11 @@ class Inspector:
             zeros=bool(options.zeros),
             repeatability=repeatability_of(self.robot, options.repeatability_mm),
         )
+
+    def gains(self, training: Sequence[Measurement]) -> tuple[str, ...]:
+        """Return the coefficients of joints' gains that the fit is to have."""
+        joints = self.look(training).gains if self.sets_right else ()
+        return tuple(GAIN.coefficient_names(sorted(set(joints))))
 
     @property
     def sets_right(self) -> bool:
@@ -141,3 +149,13 @@ def _by_findings(
         ]
         corrections.append(allowed)
     return corrected(placements, corrections, least)
+
+
+def with_gain(survey: Survey) -> Survey:
+    """Return what was seen of joints whose gain the fit has: how well, the errors say."""
+    shared = list(survey.shared)
+    for i, diagnostic in enumerate(shared):
+        if (diagnostic.code, diagnostic.level) == (GAIN.name, "error"):
+            advice = f"{diagnostic.advice}{WITH_GAIN}"
+            shared[i] = replace(diagnostic, level="warning", advice=advice)
+    return replace(survey, shared=tuple(shared))

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -87,16 +86,14 @@ def along(
     prefer: ArrayLike,
 ) -> Solutions:
     """Return solutions for poses, each searched for near the last one that was reached."""
-    rows: list[Solutions] = []
+    if not len(targets):
+        return search(targets, near, prefer)
+    rows: list[tuple[np.ndarray, ...]] = []
     for target in targets:
         solution = search(target[None], near, prefer)
         near = solution.positions if solution.reached.all() else near
-        rows.append(solution)
-    rows = rows or [search(targets, near, prefer)]
-    names = ("positions", "left", "rounds")
-    return Solutions(
-        *(np.concatenate([*map(attrgetter(name), rows)]) for name in names)
-    )
+        rows.append((solution.positions, solution.left, solution.rounds))
+    return Solutions(*map(np.concatenate, zip(*rows, strict=True)))
 
 
 def reached_rows(solutions: Solutions) -> np.ndarray:

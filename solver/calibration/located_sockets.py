@@ -8,7 +8,7 @@ import numpy as np
 from ..identification.data import Measurement, SocketAt, is_called, kabsch
 from ..identification.robot import BallModel, Robot
 from ..results import Diagnostic
-from .problem import CalibrationProblem
+from .fit import CalibrationProblem
 
 LEAST = 4
 """Sockets of a frame of which fewer lie on one plane."""
@@ -36,7 +36,7 @@ def _findings(problem: CalibrationProblem) -> Iterator[Diagnostic]:
         pairs = [(s.coordinates, seats[k]) for s in sockets if (k := _key(s, seats))]
         if len(pairs) < LEAST or len(pairs) != len(sockets):
             continue
-        table, arm = (np.array(points) for points in zip(*pairs, strict=True))
+        table, arm = map(np.array, zip(*pairs, strict=True))
         errors = {"": _error(table, arm)}
         exchanged = _exchanged(sockets)
         if exchanged:

@@ -107,11 +107,10 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
 
     def urdf(self, folder: Path | None = None) -> bytes:
         """Return one URDF with all robots, each in its place; see :meth:`.CalibratedRobot.urdf`."""
-        robots = [
-            Placed(name, calibration.calibrated, self.pose(name))
-            for name, calibration in self.items()
+        placed = [
+            Placed(name, arm.calibrated, self.pose(name)) for name, arm in self.items()
         ]
-        return joined_urdf(robots, folder)
+        return joined_urdf(placed, folder)
 
     def save(
         self,
@@ -153,15 +152,11 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything by name, as the command line's JSON has it."""
-        robots = {
-            name: calibration.result.as_dict() for name, calibration in self.items()
-        }
+        robots = {name: arm.result.as_dict() for name, arm in self.items()}
         rows = list[dict[str, Any]]()
         for name, result in robots.items():
             rows += [{**row, "robot": name} for row in result["placements"]]
-        errors = Errors(
-            chain(*(calibration.document.placements for calibration in self.values()))
-        )
+        errors = Errors(chain(*(arm.document.placements for arm in self.values())))
         first = next(iter(robots.values()))
         same = ("method", "optimizer", "iterations", "converged", "solve_seconds")
         shared = self.document.as_dict()
@@ -179,9 +174,8 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
 
     def __repr__(self) -> str:
         parts = [f"{name}: {calibration!r}" for name, calibration in self.items()]
-        return "\n\n".join(
-            [*parts, *(relative.text for relative in self.document.between.values())]
-        )
+        parts += [relative.text for relative in self.document.between.values()]
+        return "\n\n".join(parts)
 
 
 def common_document(
@@ -193,46 +187,41 @@ def common_document(
         f"{first}_to_{n}": base_to_base(world, i) for i, n in enumerate(names, 1)
     }
     standing = [0, *(i for i, pose in enumerate(relative.values(), 1) if pose.xyz)]
+    arms: list[results.GivenArm] = []
+    for i, (name, calibration) in enumerate(calibrations.items()):
+        document = calibration.document
+        folders: dict[str, list[str]] = {"train": [], "test": []}
+        for row in document.data:
+            folders[row.role].append(row.folder)
+        arm = results.GivenArm(
+            name=name,
+            robot=document.robot,
+            options=dict(calibration.robot.loaded_with),
+            train=tuple(folders["train"]),
+            test=tuple(folders["test"]),
+            postures=_postures(world, i) if i in standing else [],
+        )
+        arms.append(arm)
     return results.ArmsDocument(
         robots=tuple(calibrations),
         between=relative,
         frames=world.frames,
-        arms=tuple(
-            results.GivenArm(
-                name=name,
-                robot=calibration.document.robot,
-                options=dict(calibration.robot.loaded_with),
-                train=tuple(
-                    row.folder
-                    for row in calibration.document.data
-                    if row.role == "train"
-                ),
-                test=tuple(
-                    row.folder
-                    for row in calibration.document.data
-                    if row.role == "test"
-                ),
-                postures=_postures(world, i) if i in standing else [],
-            )
-            for i, (name, calibration) in enumerate(calibrations.items())
-        ),
-        sockets=_visited_sockets(world, standing),
+        arms=tuple(arms),
+        sockets=tuple(_visited_sockets(world, standing)),
     )
 
 
 def _visited_sockets(
     world: TiedRobots, standing: Sequence[int]
-) -> tuple[results.VisitedSocket, ...]:
-    """Return the sockets of robots whose bases are known, in the first one's base."""
+) -> Iterator[results.VisitedSocket]:
+    """Yield the sockets of robots whose bases are known, in the first one's base."""
     known = {world.robots[i].name for i in standing}
-    visited = list[results.VisitedSocket]()
     for k, (placement, socket) in enumerate(world.places.labels):
         names = tuple(robot.name for robot in world.robots if k in robot.sockets)
         if not known.isdisjoint(names):
-            label = f"{placement}:{socket}"
             xyz = as_point(world.centres[k])
-            visited.append(results.VisitedSocket(name=label, xyz=xyz, robots=names))
-    return tuple(visited)
+            name = f"{placement}:{socket}"
+            yield results.VisitedSocket(name=name, xyz=xyz, robots=names)
 
 
 def _postures(world: TiedRobots, robot: int) -> list[list[list[float]]]:

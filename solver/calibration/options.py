@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast, get_args
 from .. import tables
 from ..identification import data
 from ..identification.effects import EXTENSIONS
-from .option import Method, Option, UsageError
-from .payloads import Payloads
+from .option import Method, Option, Payloads, UsageError
 
 if TYPE_CHECKING:
     from ...recorder import Placement

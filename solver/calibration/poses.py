@@ -159,12 +159,10 @@ def quaternion_of(rotations: np.ndarray) -> np.ndarray:
 
 def one_payload(payload: Payload | None) -> Payload | None:
     """Return a payload as numbers; a :class:`PoseError` where it is none."""
+    if payload is None:
+        return None
     try:
-        return (
-            None
-            if payload is None
-            else (float(payload[0]), tuple(map(float, payload[1])))
-        )
+        return float(payload[0]), tuple(map(float, payload[1]))
     except (TypeError, ValueError, IndexError):
         raise PoseError(
             f"payload {payload!r:.60}: give its mass and its centre, as (1.2, (0, 0, 0.05))"

@@ -2,20 +2,50 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 
+import numpy as np
+
+from ...errors import NotConverged
 from ..identification import Prior, Progress
 from ..identification.robot import Robot
 from ..results import CalibratedRobot, CalibrationDocument, Fit, Study
 from ..tables import in_placements
-from .convergence import converged_fits
-from .fit import NO_METHODS, Methods, fit_robot
+from .document import document_of
+from .fit import NO_METHODS, CalibrationProblem, Methods, fit_robot
 from .options import SolveOptions
 from .preparation import Check, Recordings, problem_of
-from .problem import CalibrationProblem
-from .results import document_of
+
+
+def converged_fits(
+    problems: Sequence[CalibrationProblem], fitted: Callable[[], list[Fit]]
+) -> list[Fit]:
+    """Return the fits of problems' robots that ``fitted`` makes.
+
+    Raises:
+        NotConverged: They did not converge to finite numbers; names an error in the recordings.
+    """
+    try:
+        fits = fitted()
+    except NotConverged:
+        for finding in chain.from_iterable(problem.checks for problem in problems):
+            if finding.level == "error":
+                words = f"the fit did not converge; {finding}"
+                raise NotConverged(words) from None
+        raise
+    except np.linalg.LinAlgError as error:
+        raise NotConverged(
+            f"the fit did not converge ({error}); run mukca check"
+        ) from None
+    if not all(np.isfinite(fit.calibrated.values).all() for fit in fits):
+        raise NotConverged(
+            "the fit did not converge: its numbers are not finite; run mukca check"
+        )
+    return fits
+
 
 PriorOf = Callable[[CalibrationProblem], Prior]
-"""What is known of a robot before, by its problem."""
+"""Returns what is known of a robot before, by its problem."""
 Prove = Callable[[CalibrationProblem, Fit, PriorOf, Progress], CalibrationProblem]
 """Adds the folds that prove a fit to its problem."""
 

@@ -1,16 +1,34 @@
-"""An instrument that is set up anew for each placement: its frame, and its target on the flange."""
+"""An instrument that is set up anew for each placement: its frame, and its target on the flange.
 
-from collections.abc import Sequence
+Checks see recordings as if one target sat alike everywhere, wherever each set-up has its own.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from ...errors import NotConverged
 from ...recorder import Sample
-from ..identification.data import FrameError, HandEye, Measurement, hand_eye
-from ..identification.robot import Robot
+from ..identification.data import (
+    FrameError,
+    Measurement,
+    Pose,
+    RobotRecordings,
+    evaluate,
+    fit_pose,
+    hand_eye,
+    nearest_rotation,
+    observe,
+    tip_shift,
+)
+from ..identification.inference import estimate
+from ..identification.model import extend
+from ..identification.robot import Robot, choose_parameters
+from ..identification.selection import set_ups
 from ..results import CalibratedRobot
+from .fit import CalibrationProblem
 from .poses import quaternion_of
-from .problem import CalibrationProblem
 
 ENOUGH = 10
 """Samples that tell where a frame and a target are, by themselves."""
@@ -61,11 +79,16 @@ def _as_first(
     """Return measured poses of a target as if it sat as it did first, where it is turned by far."""
     if not (measured.has_orientations and first.has_orientations):
         return measured, ()
-    try:
-        tool, tool_first = (_on_nominal(robot, m).tool for m in (measured, first))
-    except FrameError:
-        return measured, ()
-    change = tool.inverse() @ tool_first
+    nominal = CalibratedRobot(robot)
+    tools: list[Pose] = []
+    for m in (measured, first):
+        p, R, _ = nominal.tips(m)
+        try:
+            by_both = hand_eye(R, p, m.rotations, m.points, str(m.placement.where))
+        except FrameError:
+            return measured, ()
+        tools.append(by_both.tool)
+    change = tools[0].inverse() @ tools[1]
     cosine = (np.trace(change.rotation) - 1) / 2
     angle = float(np.arccos(np.clip(cosine, -1, 1)))
     if angle < FAR_TURNED:
@@ -78,14 +101,6 @@ def _as_first(
         f"{first.name}; taken as turned back"
     )
     return turned_back, [words]
-
-
-def _on_nominal(robot: Robot, measured: Measurement) -> HandEye:
-    """Return frame and target of measured poses by the nominal robot."""
-    nominal = CalibratedRobot(robot)
-    R, p = nominal.rotations(measured), nominal.predict(measured)
-    where = str(measured.placement.where)
-    return hand_eye(R, p, measured.rotations, measured.points, where)
 
 
 def with_points(
@@ -102,3 +117,96 @@ def with_points(
         samples.append(sample)
     placement = replace(measured.placement, samples=tuple(samples))
     return replace(measured, placement=placement)
+
+
+MOST = 200
+"""Samples of a placement by which set-ups are compared."""
+SHARE = 0.5
+"""Share of the error that a frame and target of its own leave at most, if a placement has them."""
+
+Originals = Mapping[object, Sample]
+"""Samples as they were recorded, by the points of those aligned."""
+
+
+def aligned(problem: CalibrationProblem) -> tuple[CalibrationProblem, Originals]:
+    """Return recordings as if all targets sat alike, by a rigid fit, and the samples as recorded.
+
+    With shift d of a target in its link, R_i its orientation, and F the frame, points are
+
+        y_i' = y_i - F^T R_i d
+    """
+    arm = _rigid_arm(problem)
+    if arm is None:
+        return problem, {}
+    originals: dict[object, Sample] = {}
+    train, test = list(problem.measurements), list(problem.test)
+    poses: dict[str, Pose] = {}
+    for k, m in enumerate(train):
+        if is_own(m):
+            train[k] = _with_one_target(arm, m, originals)
+            poses[m.frame] = fit_pose(train[k].points, arm.predict(m))
+    for k, m in enumerate(test):
+        if is_own(m) and m.frame in poses:
+            if not _is_elsewhere(arm, m, poses):
+                continue
+            m = in_own_frame(m)
+        if is_own(m):
+            test[k] = _with_one_target(arm, m, originals)
+    view = replace(problem, measurements=tuple(train), test=tuple(test))
+    return view, originals
+
+
+def as_recorded(measured: Measurement, originals: Originals) -> Measurement:
+    """Return a placement with its samples as they were recorded."""
+    samples = measured.placement.samples
+    before = tuple(originals.get(sample.point, sample) for sample in samples)
+    return replace(measured, placement=replace(measured.placement, samples=before))
+
+
+def _rigid_arm(problem: CalibrationProblem) -> CalibratedRobot | None:
+    """Return the robot by a rigid fit; None for a single set-up, or where nothing was found."""
+    measured = [m for _, m in problem.placements if is_own(m)]
+    tied = problem.name or problem.options.located or problem.options.as_recorded
+    few: list[Measurement] = []
+    for m in filter(is_own, problem.measurements):
+        count = len(m.points)
+        few.append(m.only(np.arange(0, count, -(-count // MOST))))
+    if tied or not few or len(measured) < 2:
+        return None
+    robot = problem.robot
+    data = observe(RobotRecordings(robot, few, problem.load), require_scale=False)
+    model = extend(robot, choose_parameters(robot))
+    try:
+        fit = estimate(model, data, differences=set_ups(data), average_widths=False)
+    except (NotConverged, FrameError):
+        return None
+    return CalibratedRobot(robot, model.parameters, fit.arm.values)
+
+
+def _with_one_target(
+    arm: CalibratedRobot, measured: Measurement, originals: dict[object, Sample]
+) -> Measurement:
+    """Return a placement as if its target sat where the arm has it, and keep its samples."""
+    tips = arm.tips(measured)
+    offsets = tips.rotations @ tip_shift([tips])
+    frame = fit_pose(tips.measured, tips.points + offsets)
+    points = tips.measured - offsets @ frame.rotation
+    turned_back: np.ndarray | None = None
+    if measured.has_orientations:
+        M = measured.rotations
+        turns = np.einsum("nji,njk->ik", tips.rotations, frame.rotation @ M)
+        turned_back = M @ nearest_rotation(turns).T
+    view = with_points(measured, points, turned_back)
+    pairs = zip(view.placement.samples, measured.placement.samples, strict=True)
+    originals |= {sample.point: original for sample, original in pairs}
+    return view
+
+
+def _is_elsewhere(
+    arm: CalibratedRobot, measured: Measurement, poses: Mapping[str, Pose]
+) -> bool:
+    """Tell whether a frame and target of their own leave much less of a placement's error."""
+    tips = arm.tips(measured)
+    shifted = tips.points + tips.rotations @ tip_shift([tips])
+    error = evaluate(tips.points, measured, poses).mean_absolute_error
+    return evaluate(shifted, measured).mean_absolute_error < SHARE * error

@@ -8,9 +8,9 @@ from ..bases import base_name
 from ..identification.data import SocketAt, check_distinct
 from ..identification.robot import Robot
 from ..tables import in_placements
+from .fit import CalibrationProblem
 from .options import SolveOptions, UsageError
 from .preparation import Recordings, as_list, problem_of
-from .problem import CalibrationProblem
 from .tables import CHECKS
 
 

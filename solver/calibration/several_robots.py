@@ -6,10 +6,10 @@ from dataclasses import replace
 from ..identification import Progress
 from ..identification.robot import Robot
 from .calibration import Calibration
+from .document import document_of
 from .multi_robot_calibration import MultiRobotCalibration, common_document
 from .options import SolveOptions
 from .preparation import Recordings
-from .results import document_of
 from .several_problems import located_in_training, problems_of_robots
 from .tables import PROOF, STUDIES
 from .tied_fits import tied_fits

@@ -7,11 +7,10 @@ from ..bases import TiedRobots, Visitor, common_places, places_alone, tie
 from ..identification import Progress
 from ..identification.data import WORLD
 from ..results import Fit
-from .convergence import converged_fits
 from .earlier import prior_of
-from .fit import fit_of, posterior_at
+from .fit import CalibrationProblem, fit_of, posterior_at
 from .options import SolveOptions
-from .problem import CalibrationProblem
+from .robot_calibration import converged_fits
 from .tables import METHODS
 
 

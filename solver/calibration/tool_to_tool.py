@@ -20,7 +20,7 @@ class Spread(Document):
 
 
 class ToolToTool(Document):
-    """How far predicted distances of two tools are from measured ones."""
+    """Errors of predicted distances of two tools, held against measured ones."""
 
     robots: tuple[str, str]
     samples: tuple[int, int]
@@ -66,10 +66,10 @@ def tool_distances(
         for name, robot in robots.items()
     ]
     errors = _errors(both, places)
-    counts = [sum(len(samples[place]) for place in places) for samples in both]
+    a, b = [sum(len(samples[place]) for place in places) for samples in both]
     return ToolToTool(
         robots=(first, second),
-        samples=(counts[0], counts[1]),
+        samples=(a, b),
         pairs=len(errors),
         loaded=_spread(_errors(urdfs, places)),
         calibrated=_spread(errors),

@@ -56,10 +56,9 @@ def posterior_with_curves(
 def _settled(fit: CurveFit, change: np.ndarray, weights: np.ndarray) -> bool:
     """Return True where a round changed no ball and no weight by more than CONVERGED."""
     G = fit.columns[:, :, :-1]
-    shifts = np.abs(G @ change)
+    shift = np.abs(G @ change).max()
     least_noise = min(noise.space for noise in fit.state.noises)
-    changes = np.abs(weights - fit.weights)
-    return max(shifts.max() / least_noise, changes.max()) < CONVERGED
+    return max(shift / least_noise, np.abs(weights - fit.weights).max()) < CONVERGED
 
 
 def _within_bounds(
@@ -90,11 +89,10 @@ def _posterior(
     order = np.r_[:size, n : len(of_all), size:n]
     covariance = submatrix(of_all, order)
     knots = size + np.arange(curves.size).reshape(curves.shape)
-    groups: list[PriorGroup] = []
-    for group in state.groups:
-        behind = group.members >= size
-        members = group.members + curves.size * behind
-        groups.append(replace(group, members=members))
+    groups = [
+        replace(group, members=group.members + curves.size * (group.members >= size))
+        for group in state.groups
+    ]
     groups.append(curve_group(model, knots, marginal.prior, covariance))
     none = np.zeros(curves.size)
     state = replace(

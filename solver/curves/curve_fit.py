@@ -71,8 +71,7 @@ class CurveFit:
         for k, noise in enumerate(self.state.noises):
             shares = (self.samples.sources == k) / self.weights
             shares = shares[:, None, None]
-            by_space = noise.space**2 * np.eye(3)
-            parts.append(by_space * shares)
+            parts.append(noise.space**2 * np.eye(3) * shares)
             parts.append(noise.joint**2 * by_joints * shares)
         return tuple(parts)
 
@@ -87,8 +86,7 @@ class CurveFit:
             return ()
         S = samples.slopes
         N = len(S)
-        pair = kernel(samples.distances, prior.length)
-        kernels = np.stack(pair)  # (2, N, m, N)
+        kernels = np.stack(kernel(samples.distances, prior.length))  # (2, N, m, N)
         kernels *= prior.amplitude**2
         S_T = np.ascontiguousarray(S.T)
         columns = kernels[:, :, :, None] * S_T  # (2, N, m, 3, N)
@@ -109,8 +107,7 @@ class CurveFit:
         if not self.curves:
             return self.noise_blocks
         M = self.curves[0].copy()
-        blocks = _diagonal_blocks(M, len(self.weights))
-        blocks += self.noise_blocks
+        _diagonal_blocks(M, len(self.weights))[:] += self.noise_blocks
         return M[None]
 
     @cached_property
@@ -173,8 +170,7 @@ class CurveFit:
         """V = M^-1 - M^-1 G Sigma G^T M^-1, shape (3 N, 3 N)."""
         by_unknowns = self.solved[:, :-1]
         V = -(by_unknowns @ self.solution.covariance) @ by_unknowns.T
-        blocks = _diagonal_blocks(V, len(self.inverse))
-        blocks += self.inverse
+        _diagonal_blocks(V, len(self.inverse))[:] += self.inverse
         return V
 
     @cached_property

@@ -62,8 +62,8 @@ class MetricsByModel(ByModel[Metrics]):
 
 def mean_by_model(rows: Sequence[MetricsByModel]) -> dict[str, Metrics | None]:
     """Return the means of some rows by each model that any of them has."""
-    models = names_of(rows)
-    means: dict[str, Metrics | None] = dict.fromkeys(MODELS)
-    means |= {name: mean_metrics([row.of(name) for row in rows]) for name in models}
+    means: dict[str, Metrics | None] = dict.fromkeys((*MODELS, "ball_refitted"))
+    for name in names_of(rows):
+        means[name] = mean_metrics([row.of(name) for row in rows])
     refitted = [row.ball_refitted for row in rows if row.ball_refitted is not None]
-    return {**means, "ball_refitted": mean_metrics(refitted) if refitted else None}
+    return means | ({"ball_refitted": mean_metrics(refitted)} if refitted else {})

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..identification.data import STANDARD_LOAD, Load, Measurement
+from ..identification.data import STANDARD_LOAD, Load, Measurement, TipSamples
 from ..identification.model import Deflection
 from ..identification.robot import (
     BallModel,
@@ -196,6 +196,11 @@ class CalibratedRobot:
         true = self._corrected_at(measured)
         return self.model.rotations(self.values, true).points
 
+    def tips(self, measured: Measurement) -> TipSamples:
+        """Return the balls and orientations of their link at points that were measured."""
+        points, rotations = self.predict(measured), self.rotations(measured)
+        return TipSamples(points, rotations, measured.points)
+
     def positions(
         self, q: ArrayLike, what: str = "joint positions", *, stacked: bool = False
     ) -> np.ndarray:
@@ -210,9 +215,8 @@ class CalibratedRobot:
 
         Relative mesh paths are rewritten to be found from the folder where it will stand, if any.
         """
-        names = [joint.name for joint in self.robot.joints]
-        origins = [Origin.of(numbers) for numbers in self.origins.tolist()]
-        changed = dict(zip(names, origins, strict=True))
+        pairs = zip(self.robot.joints, self.origins.tolist(), strict=True)
+        changed = {joint.name: Origin.of(numbers) for joint, numbers in pairs}
         text = set_origins(self.robot.text, changed)
         source = Path(self.robot.source)
         if folder is None or not source.is_file():

@@ -3,17 +3,13 @@
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from ...errors import MukcaError
 from ..identification.data import Load
-from ..identification.model import Deflection
 from ..identification.robot import RotationNumbers, all_parameters, parse_robot, scan
 from . import estimates, worth
 from .calibrated import CalibratedRobot
+from .estimates import FoldModel
 from .files import Document, DocumentError
-from .fold_model import FoldModel
-from .patterns import ErrorPatterns
 from .placements import (
     Diagnostic,
     Hypothesis,
@@ -23,6 +19,7 @@ from .placements import (
     PlacementSamples,
     Summaries,
 )
+from .worth import ErrorPatterns
 
 FORMAT = "mukca-calibration-1"
 ARMS_FORMAT = "mukca-arms-1"
@@ -142,7 +139,7 @@ class FitResult(Document):
     iterations: int
     parameters: tuple[estimates.ParameterValue, ...]
     rotation_numbers: RotationNumbers = "rpy"
-    """What the angles among the parameters are: components of a rotation vector that turns the
+    """Kind of the angles among the parameters: components of a rotation vector that turns the
     joint's nominal frame about its own axes, or as in older files the origin's roll, pitch, yaw."""
     coefficients: tuple[estimates.Coefficient, ...] | None = None
     curves: estimates.ErrorCurves | None = None
@@ -156,7 +153,7 @@ class FitResult(Document):
     error_parts: worth.ErrorParts | None = None
     """None where nothing was held out in sockets, by the paper's method, and in older files."""
     error_patterns: ErrorPatterns | None = None
-    """Where the rest of the error sits; None by the paper's method, and in older files."""
+    """Patterns of the rest of the error; None by the paper's method, and in older files."""
     scale: estimates.Scale | None = None
     frames: tuple[FramePose, ...] | None = None
     """Poses of the frames in which positions were measured; None where there is none."""
@@ -265,19 +262,15 @@ def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRo
         raise misfit(
             source, "parameters", "not those of the joints of model.nominal_urdf"
         )
-    calibrated = np.array([values[p.name].calibrated for p in parameters], dtype=float)
-    exported = np.array([values[p.name].exported for p in parameters], dtype=float)
-    deflection = Deflection(
-        tuple(document.deflection), tuple(map(np.array, document.deflection.values()))
+    numbers = estimates.FoldModel(
+        values=tuple(values[p.name].calibrated for p in parameters),
+        exported=tuple(values[p.name].exported for p in parameters),
+        deflection=document.deflection,
+        ball=None,
     )
-    return CalibratedRobot(
-        robot,
-        parameters,
-        calibrated,
-        deflection,
-        document.load,
-        exported if document.deflection else None,
-        document.rotation_numbers,
+    kind = document.rotation_numbers
+    return numbers.robot(
+        CalibratedRobot(robot, parameters, load=document.load, rotation_numbers=kind)
     )
 
 

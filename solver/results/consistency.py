@@ -35,13 +35,13 @@ def _conflicts(document: CalibrationDocument) -> Iterator[tuple[str, str]]:
     """Yield the keys of a document that do not fit its other keys, and why."""
     names = document.model.joint_names
     for extension, coefficients in document.deflection.items():
-        effect = EFFECTS.get(extension)
-        expected = len(effect.coefficient_names(names)) if effect else 0
-        if effect is None:
-            yield f"deflection.{extension}", "no extension of this version"
-        elif len(coefficients) != expected:
-            words = f"{len(coefficients)} coefficients, but the joints need {expected}"
-            yield f"deflection.{extension}", words
+        key = f"deflection.{extension}"
+        if extension not in EFFECTS:
+            yield key, "no extension of this version"
+            continue
+        count = len(EFFECTS[extension].coefficient_names(names))
+        if len(coefficients) != count:
+            yield key, f"{len(coefficients)} coefficients, but the joints need {count}"
     for i, placement in enumerate(document.data):
         for key, words in _of_placement(placement, len(names)):
             yield f"data[{i}].{key}", words

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..identification.effects import KNOTS, SPACING
 from .estimates import ErrorCurves
@@ -33,47 +34,48 @@ def agreement(
     """Return how far two calibrations' curves agree, for each joint that both know enough of."""
     if a is None or b is None:
         return ()
-    by_joint = {curve.joint: curve for curve in b.joints}
     turn = SPACING * np.arange(KNOTS)
     gauge = np.stack([np.ones(KNOTS), np.sin(turn), np.cos(turn)], axis=1)
+    amplitudes = np.array([[a.amplitude], [b.amplitude]])
+    by_joint = {curve.joint: curve for curve in b.joints}
     agreements: list[CurveAgreement] = []
     for curve in a.joints:
-        partner = by_joint.get(curve.joint)
-        if partner is None:
+        pair = [curve, by_joint.get(curve.joint, curve)]
+        deviations = np.array([one.deviations for one in pair])
+        known = np.all(deviations < KNOWN * amplitudes, axis=0)
+        if curve.joint not in by_joint or known.sum() < LEAST_OVERLAP:
             continue
-        deviations = np.array([curve.deviations, partner.deviations])
-        determined = (
-            deviations < KNOWN * np.array([[a.amplitude], [b.amplitude]])
-        ).all(axis=0)
-        if determined.sum() < LEAST_OVERLAP:
-            continue
-        values = np.array([curve.values, partner.values])[:, determined].T
-        shared = gauge[determined]
+        values = np.array([one.values for one in pair])[:, known].T
+        shared = gauge[known]
         values = values - shared @ np.linalg.lstsq(shared, values, rcond=None)[0]
         lengths = np.linalg.norm(values, axis=0).clip(min=1e-12)
         agreements.append(
             CurveAgreement(
                 joint=curve.joint,
                 correlation=float(values[:, 0] @ values[:, 1] / lengths.prod()),
-                difference=float(np.mean((values[:, 0] - values[:, 1]) ** 2) ** 0.5),
-                expected=float(np.mean(2 * deviations[:, determined] ** 2) ** 0.5),
+                difference=rms(np.diff(values)),
+                expected=rms(2**0.5 * deviations[:, known]),
             )
         )
     return tuple(agreements)
+
+
+def rms(values: ArrayLike) -> float:
+    """Return the root mean square of some values."""
+    return float(np.mean(np.square(values)) ** 0.5)
 
 
 def agreement_words(agreements: Sequence[CurveAgreement]) -> str:
     """Return for people how far curves agree; empty where none can be compared."""
     if not agreements:
         return ""
-    low = min(a.correlation for a in agreements)
-    high = max(a.correlation for a in agreements)
-    difference = 1e3 * float(np.mean([a.difference**2 for a in agreements]) ** 0.5)
-    expected = 1e3 * float(np.mean([a.expected**2 for a in agreements]) ** 0.5)
+    correlations = [a.correlation for a in agreements]
+    difference = 1e3 * rms([a.difference for a in agreements])
+    expected = 1e3 * rms([a.expected for a in agreements])
     same = "the same" if difference < 2 * expected else "not the same"
     return (
         f"Error curves of {len(agreements)} joints: "
-        f"correlation {low:.2f} to {high:.2f}; "
+        f"correlation {min(correlations):.2f} to {max(correlations):.2f}; "
         f"they differ by {difference:.3f} mrad, "
         f"where their uncertainty alone makes {expected:.3f}: {same}."
     )
@@ -83,11 +85,9 @@ def sampled_ranges(angles: np.ndarray, reach: float) -> tuple[tuple[float, float
     """Return the ranges of a turn that are within reach of angles, shape (N,) [rad]."""
     knots = SPACING * np.arange(KNOTS)
     distance = np.abs((knots[:, None] - angles + np.pi) % (2 * np.pi) - np.pi)
-    covered = np.concatenate([[False], (distance <= reach).any(axis=1), [False]])
-    ends = np.flatnonzero(np.diff(covered.astype(int))).reshape(-1, 2)
-    return tuple(
-        (float(SPACING * a), float(SPACING * (b - 1))) for a, b in ends.tolist()
-    )
+    covered = np.pad((distance <= reach).any(axis=1), 1)
+    ends = np.flatnonzero(np.diff(covered)).reshape(-1, 2)
+    return tuple((float(SPACING * a), float(SPACING * (b - 1))) for a, b in ends)
 
 
 def beyond_words(
@@ -105,12 +105,11 @@ def beyond_words(
             inside |= (angles >= low - SPACING) & (angles <= high + SPACING)
         if not inside.all():
             shares[curve.joint] = float(np.mean(~inside))
-    if not shares:
-        return []
     joints = ", ".join(
         f"{name} ({100 * share:.0f} %)" for name, share in shares.items()
     )
-    return [
+    words = (
         f"{where}: samples at angles that the error curves were not fitted to: {joints}; there a "
         "curve goes to zero, and predicted errors grow"
-    ]
+    )
+    return [words] if shares else []

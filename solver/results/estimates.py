@@ -1,8 +1,12 @@
-"""Estimates of a fit in ``calibration.json``, their uncertainty and their use: metres, radians."""
+"""Estimates of a fit in ``calibration.json``, their uncertainty, use and folds: metres, radians."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from ..identification.model import Deflection
 from ..identification.robot import Origin
+from .calibrated import CalibratedRobot, Place
 from .files import Document
 
 
@@ -174,3 +178,37 @@ class Uncertainty(Document):
     near: DistanceDeviation | None = None
     """Near the recorded places, at the one where it is largest; None in older files."""
     cannot_see: tuple[str, ...]
+
+
+class FoldModel(Document):
+    """The model of a fold, in the parameters of the calibration."""
+
+    values: tuple[float, ...]
+    """Of the parameters [m, rad]."""
+    exported: tuple[float, ...]
+    """The same for a URDF alone."""
+    deflection: dict[str, tuple[float, ...]]
+    """Coefficients of each extension of the geometry."""
+    ball: Place | None
+    """The nominal ball in its link, refitted [m]."""
+
+    @classmethod
+    def of(cls, calibrated: CalibratedRobot, ball: Place | None) -> "FoldModel":
+        """Return what a document keeps of a calibrated robot."""
+        by_name = calibrated.deflection.by_name
+        return cls(
+            values=tuple(calibrated.values.tolist()),
+            exported=tuple(calibrated.geometry.tolist()),
+            deflection={name: tuple(row.tolist()) for name, row in by_name.items()},
+            ball=ball,
+        )
+
+    def robot(self, calibrated: CalibratedRobot) -> CalibratedRobot:
+        """Return the calibrated robot with the numbers of this fold."""
+        coefficients = tuple(map(np.array, self.deflection.values()))
+        return replace(
+            calibrated,
+            values=np.array(self.values, dtype=float),
+            deflection=Deflection(tuple(self.deflection), coefficients),
+            exported=np.array(self.exported, dtype=float) if self.deflection else None,
+        )

@@ -44,10 +44,8 @@ class Document(msgspec.Struct, metaclass=_Kind, omit_defaults=True):
     @classmethod
     def filled(cls: type["Typed"], source: object, **extra: Any) -> "Typed":
         """Return a document that holds what a value holds by the same names, and more."""
-        names = [name for name in cls.__struct_fields__ if name not in extra]
-        return cls(
-            **{n: getattr(source, n) for n in names if hasattr(source, n)}, **extra
-        )
+        names = [name for name in cls.__struct_fields__ if hasattr(source, name)]
+        return cls(**{name: getattr(source, name) for name in names} | extra)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the value by name, as it stands in the file."""
@@ -67,10 +65,11 @@ def encode(
     document: object, indent: int | None = None, *, compact: bool = False
 ) -> bytes:
     """Return a document as JSON, in one line unless each level is indented; no number is NaN."""
-    value = msgspec.to_builtins(document)
-    separators = (",", ":") if compact else None
     return json.dumps(
-        value, indent=indent, separators=separators, allow_nan=False
+        msgspec.to_builtins(document),
+        indent=indent,
+        separators=(",", ":") if compact else None,
+        allow_nan=False,
     ).encode()
 
 

@@ -33,8 +33,7 @@ def joint_rows(
             f"{', '.join(names)}"
         )
     rows = array.reshape(-1, len(names))
-    if not np.isfinite(rows).all():
-        row, column = np.argwhere(~np.isfinite(rows))[0].tolist()
+    for row, column in np.argwhere(~np.isfinite(rows))[:1].tolist():
         raise JointsError(
             f"{what}: row {row}, {names[column]!r} is {rows[row, column]}"
         )
@@ -50,11 +49,10 @@ def position_rows(
         JointsError: As there, or a number that is no position.
     """
     rows = joint_rows(robot, q, what, stacked=stacked)
-    too_large = np.argwhere(abs(rows) > JOINT_POSITION.largest).tolist()
-    if too_large:
-        row, joint = map(int, too_large[0])
-        name = robot.joint_names[joint]
-        doubt = JOINT_POSITION.doubt([float(rows[row, joint])])
+    too_large = np.argwhere(abs(rows) > JOINT_POSITION.largest)
+    for row, joint in too_large[:1].tolist():
+        name, position = robot.joint_names[int(joint)], float(rows[row, joint])
+        doubt = JOINT_POSITION.doubt([position])
         raise JointsError(f"{what}: row {row}, {name!r} is {doubt}")
     return rows
 

@@ -230,7 +230,7 @@ class Diagnostic:
 
     @property
     def words(self) -> str:
-        """What was seen, what it does, and what to do, without its place."""
+        """The finding, its effect and the advice, without its place."""
         weight = "" if self.consequence is None else f" ({self.consequence})"
         return f"{self.text}{weight}; {self.advice or 'look at it'}"
 

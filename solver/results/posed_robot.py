@@ -9,10 +9,26 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..identification.robot import RowFunction
+from ..identification.data import Load, Samples
+from ..identification.model import Deflection
+from ..identification.robot import Robot, RowFunction, moments_function
 from ..poses import LAST, Goal, PoseModel, PoseSolver, Solutions
 from .calibrated import CalibratedRobot
-from .symbolic import symbolic_positions
+
+
+def symbolic_positions(robot: Robot, deflection: Deflection, load: Load, q: Any) -> Any:
+    """Return what :meth:`.Deflection.true_positions` computes of numbers, of symbols, shape (n,).
+
+    Args:
+        robot: The robot, whose masses load its joints.
+        deflection: Elasticity and transmission error of the joints.
+        load: Gravity and payload.
+        q: Joint positions, shape (m,) [rad].
+    """
+    moments = moments_function(robot, load.gravity, load.payload)(q)
+    rows = [np.array([ca.vertsplit(column)], dtype=object) for column in (q, moments)]
+    (positions,) = deflection.true_positions(Samples(*rows))
+    return ca.vertcat(*positions)
 
 
 @dataclass(frozen=True, repr=False)

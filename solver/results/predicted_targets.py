@@ -56,7 +56,7 @@ def target_predictions(
     enough = measured.kind == "points" and len(measured.points) >= LEAST_ANEW
     if not enough or not (put_on or _is_put_on(models, measured, frames)):
         return {
-            name: _as_trained(model, measured, frames.get(name))
+            name: _as_trained(model, measured, frames[name])
             for name, model in models.items()
         }
     return {name: _put_on_anew(model, measured) for name, model in models.items()}
@@ -86,33 +86,22 @@ def _as_trained(
 
 
 def _put_on_anew(model: CalibratedRobot, measured: Measurement) -> TargetPrediction:
-    """Return a prediction with frame and target as they fit the placement itself."""
-    points, rotations = model.predict(measured), model.rotations(measured)
-    return TargetPrediction(*_with_target(points, rotations, measured), None)
-
-
-def _with_target(
-    points: np.ndarray, rotations: np.ndarray, measured: Measurement
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return where a model has a target that was put on anew, and its turns.
+    """Return a prediction with frame and target as they fit the placement itself.
 
     Each tenth of the samples has the place and turn on the flange that fit the others best.
-
-    Args:
-        points: The balls by the model, shape (N, 3) [m].
-        rotations: Orientations of their link, shape (N, 3, 3).
-        measured: What an instrument measured of the target.
     """
+    points, rotations, seen = model.tips(measured)
     tips, turns = points.copy(), rotations.copy()
     fold = np.arange(len(points)) % FOLDS
-    for number in np.unique(fold).tolist():
+    for number in range(FOLDS):
         part, others = fold == number, fold != number
-        seen = measured.points[others]
-        shift = tip_shift([TipSamples(points[others], rotations[others], seen)])
+        trained = TipSamples(points[others], rotations[others], seen[others])
+        shift = tip_shift([trained])
+        offsets = trained.rotations @ shift
         tips[part] += rotations[part] @ shift
         if measured.has_orientations:
-            frame = fit_pose(seen, points[others] + rotations[others] @ shift)
+            frame = fit_pose(trained.measured, trained.points + offsets)
             true_turns = frame.rotation @ measured.rotations[others]
-            turn = np.einsum("nji,njk->ik", rotations[others], true_turns)
+            turn = np.einsum("nji,njk->ik", trained.rotations, true_turns)
             turns[part] = rotations[part] @ nearest_rotation(turn)
-    return tips, turns
+    return TargetPrediction(tips, turns, None)

@@ -10,7 +10,6 @@ where X is by the errors that both share: those of samples that both were made o
 base's length as measured.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -25,9 +24,10 @@ from ..identification.data import (
     kabsch,
 )
 from ..identification.inference import Posterior
-from ..identification.model import PriorGroup, block_matrix, prior_covariance
+from ..identification.model import block_matrix, prior_covariance
 from ..results import Apart
-from .projections import basis_of, outside, rows_of, unit
+from .base_errors import KnownLengths
+from .projections import basis_of, outside, rows_of
 from .uncertainty import covariance_of
 from .whitening import samples_in_sockets
 
@@ -91,13 +91,8 @@ class Estimate:
         Sigma P^-1 is no share. Error curves count as if data alone told of them.
         """
         size = self.posterior.model.size
-        groups: list[PriorGroup] = []
-        blocks: list[tuple[np.ndarray, np.ndarray]] = []
-        for group in self.posterior.groups:
-            if group.width and group.length is None:
-                groups.append(group)
-                precision = group.precision(group.deviation)
-                blocks.append((group.members, precision))
+        groups = [g for g in self.posterior.groups if g.width and g.length is None]
+        blocks = [(g.members, g.precision(g.deviation)) for g in groups]
         precision = block_matrix(size, blocks)
         return PriorShare(
             shares=self.spread[:, :size] @ precision,
@@ -114,9 +109,7 @@ class Estimate:
     def recorded(self) -> list[tuple[float, ...]]:
         """Joint positions of the samples in sockets, so that equal ones compare equal."""
         data = self.posterior.data
-        in_sockets = data.q[data.seated]
-        rows = in_sockets.round(SAME_DIGITS).tolist()
-        return [tuple(row) for row in rows]
+        return [*map(tuple, data.q[data.seated].round(SAME_DIGITS).tolist())]
 
     @property
     def by_samples(self) -> np.ndarray:
@@ -136,20 +129,15 @@ class Estimate:
         With U the derivatives of the distances by the centres, and C the covariance by which they
         are measured, it is D Sigma U^T C^-1.
         """
-        lengths = self.posterior.data.known
-        first = [length.first for length in lengths]
-        second = [length.second for length in lengths]
-        centres = self.posterior.centres
-        directions = unit(centres[second] - centres[first])
         of_centres = self.spread[:, self.posterior.model.size :]
-        by_centres = of_centres.reshape(len(self.spread), -1, 3)
-        by_offsets = by_centres[:, second] - by_centres[:, first]
-        slopes = np.einsum("nki,ki->nk", by_offsets, directions)
-        precision = np.linalg.inv(distance_covariance(lengths))
-        return slopes @ precision
+        slopes = of_centres @ KnownLengths.of(self.posterior).slopes.T
+        return slopes @ np.linalg.inv(distance_covariance(self.posterior.data.known))
 
 
-def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
+def difference_covariance(
+    a: Estimate,
+    b: Estimate,
+) -> np.ndarray:
     """Return the covariance by chance of the difference of predicted balls, (3 N, 3 N) [m^2].
 
         D [(M_a - M_b) P (M_a - M_b)^T + N_a + N_b] D^T - X - X^T
@@ -159,7 +147,7 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
     """
     names_of_a = a.posterior.model.names
     names_of_b = b.posterior.model.names
-    names_of_both = list(dict.fromkeys([*names_of_a, *names_of_b]))
+    names_of_both = np.array([*dict.fromkeys([*names_of_a, *names_of_b])])
     of_a = _share_in_difference(a, b, names_of_both)
     of_b = _share_in_difference(b, a, names_of_both)
     priors = of_a.covariance + of_b.covariance
@@ -176,45 +164,32 @@ def difference_covariance(a: Estimate, b: Estimate) -> np.ndarray:
 def _share_in_difference(
     estimate: Estimate,
     other: Estimate,
-    names: Sequence[str],
+    names: np.ndarray,
 ) -> PriorShare:
     """Return D M and P over the unknowns of two estimates, by their names.
 
     Of an unknown that the other model lacks, and so holds, D M is less by D.
     """
-    own_names = estimate.posterior.model.names
+    own_names = np.array(estimate.posterior.model.names)
     shares, prior = estimate.by_prior
     is_lacking = ~np.isin(own_names, other.posterior.model.names)
     held_by_other = is_lacking * estimate.linear.slopes
-    place = {name: i for i, name in enumerate(names)}
-    columns = [place[name] for name in own_names]
-    size = len(names)
-    all_shares = np.zeros((len(shares), size))
-    all_shares[:, columns] = shares - held_by_other
-    all_priors = np.zeros((size, size))
-    all_priors[np.ix_(columns, columns)] = prior
-    return PriorShare(all_shares, all_priors)
+    places = (own_names[:, None] == names).astype(float)
+    return PriorShare((shares - held_by_other) @ places, places.T @ prior @ places)
 
 
-def _by_shared_errors(a: Estimate, b: Estimate) -> np.ndarray:
+def _by_shared_errors(
+    a: Estimate,
+    b: Estimate,
+) -> np.ndarray:
     """Return X, by samples that both were made of and by bases that both stood on, (3 N, 3 N)."""
-    numbers: dict[tuple[float, ...], int] = {}
-    for i, q in enumerate(b.recorded):
-        numbers.setdefault(q, i)  # one each: a posture may have been recorded twice
-    same_a: list[int] = []
-    same_b: list[int] = []
-    for i, q in enumerate(a.recorded):
-        if q in numbers:
-            same_a.append(i)
-            same_b.append(numbers[q])
-    samples_of_a = rows_of(a.by_samples[same_a])
-    samples_of_b = rows_of(b.by_samples[same_b])
-    by_samples = samples_of_a.T @ samples_of_b
-    known_of_a = a.posterior.data.known
-    known_of_b = b.posterior.data.known
-    S = common_covariance(known_of_a, known_of_b)
-    by_lengths = a.by_lengths @ S @ b.by_lengths.T
-    return by_samples + by_lengths
+    # one each: a posture may have been recorded twice
+    numbers = {q: i for i, q in reversed([*enumerate(b.recorded)])}
+    pairs = [(i, numbers[q]) for i, q in enumerate(a.recorded) if q in numbers]
+    same_a, same_b = np.reshape(pairs, (-1, 2)).astype(int).T
+    by_samples = rows_of(a.by_samples[same_a]).T @ rows_of(b.by_samples[same_b])
+    S = common_covariance(a.posterior.data.known, b.posterior.data.known)
+    return by_samples + a.by_lengths @ S @ b.by_lengths.T
 
 
 def apart_by_chance(
@@ -229,32 +204,30 @@ def apart_by_chance(
     the prior of the other, ``follows``, the second holds all that the first does. Then the
     covariance of their difference is the difference of their covariances.
     """
-    A = a.linear.points
-    B = b.linear.points
-    moved = kabsch(B, A).apply(B)
-    gaps = np.linalg.norm(moved - A, axis=1)
-    value = float(gaps.mean())
+    A, B = a.linear.points, b.linear.points
+    gaps = kabsch(B, A).apply(B) - A
+    value = float(np.linalg.norm(gaps, axis=1).mean())
     if follows:
         covariance = a.covariance - b.covariance
         covariance *= np.sign(np.trace(covariance))
     else:
         covariance = difference_covariance(a, b)
-    still = _still(covariance, A)
-    distances = _mean_distances(still)
-    is_as_large = distances >= value
+    distances = _mean_distances(_still(covariance, A))
     return Apart(
         value=value,
         chance=float(distances.mean()),
         deviation=float(distances.std()),
         largest=float(np.quantile(distances, BAND)),
-        probability=float(is_as_large.mean()),
+        probability=float(np.mean(distances >= value)),
     )
 
 
-def _still(covariance: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _still(
+    covariance: np.ndarray,
+    points: np.ndarray,
+) -> np.ndarray:
     """Return a covariance of N points without their rigid motions, symmetric, (3 N, 3 N)."""
-    motions = IDENTITY.slopes(points)
-    Q = basis_of(motions)
+    Q = basis_of(IDENTITY.slopes(points))
     inner = outside(outside(covariance, Q).T, Q)
     return (inner + inner.T) / 2
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..identification.inference import Posterior
 from ..results import (
     ErrorCurves,
     Fit,
@@ -14,18 +13,17 @@ from ..results import (
 )
 
 
-def curves_of(fit: Fit, _: Measurements) -> ErrorCurves | None:
-    """Return the error curves of a fit; None for none."""
-    assert fit.posterior is not None
-    return error_curves(fit.posterior)
-
-
-def error_curves(posterior: Posterior) -> ErrorCurves | None:
+def error_curves(
+    fit: Fit,
+    _: Measurements,
+) -> ErrorCurves | None:
     """Return the error curves of the joints that turn, with their deviations; None for none.
 
     At a knot a cubic B-spline is (c_(k-1) + 4 c_k + c_(k+1)) / 6 of its coefficients c, that go
     round; with B that matrix, the curve is B c, and its covariance B Sigma B^T.
     """
+    posterior = fit.posterior
+    assert posterior is not None
     coefficients = posterior.deflection.curves
     if coefficients is None:
         return None
@@ -62,16 +60,15 @@ def _rounded(values: np.ndarray) -> tuple[float, ...]:
 def warnings(
     _: Fit,
     measurements: Measurements,
-    warnings: tuple[str, ...],
+    words: tuple[str, ...],
     curves: ErrorCurves | None,
 ) -> tuple[str, ...]:
     """Return warnings, with those of held-out placements where a curve is not known."""
     names = measurements.robot.joint_names
-    words = list(warnings)
     for m in measurements.test:
-        words += beyond_words(curves, names, m.positions, m.name)
-    return tuple(words)
+        words += tuple(beyond_words(curves, names, m.positions, m.name))
+    return words
 
 
-CURVES = Study("curves", curves_of)
+CURVES = Study("curves", error_curves)
 WARNINGS = Study("warnings", warnings, ("warnings", "curves"))

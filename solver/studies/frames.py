@@ -3,25 +3,32 @@
 import numpy as np
 
 from ..identification.data import IDENTITY, WORLD, Places, Pose, as_point
-from ..identification.inference import FitPosterior
 from ..results import Fit, FramePose, Measurements, Study
 
 
-def frame_poses(posterior: FitPosterior) -> tuple[FramePose, ...]:
-    """Return the frames in which sockets or points were measured, in the robot's base."""
+def frames(
+    fit: Fit,
+    _: Measurements,
+) -> tuple[FramePose, ...] | None:
+    """Return the frames in which sockets or points were measured, in the robot's base.
+
+    Those of several robots are results of the first.
+    """
+    posterior = fit.full
+    assert posterior is not None
+    if fit.frames is not None:
+        return fit.frames or None
     data = posterior.data
     centres = posterior.state.centres
     poses: list[FramePose] = []
     for k, (name, pose) in enumerate(posterior.frames.items()):
         covariance = posterior.frame_covariance(name)
         points = data.points_in(name)
-        frame = frame_pose(data, k, pose, covariance, centres, points)
-        poses.append(frame)
+        poses.append(frame_pose(data, k, pose, covariance, centres, points))
     if data.anchored:
         exact = np.zeros((6, 6))
-        base = frame_pose(data, WORLD, IDENTITY, exact, centres, points=0)
-        poses.append(base)
-    return tuple(poses)
+        poses.append(frame_pose(data, WORLD, IDENTITY, exact, centres, points=0))
+    return tuple(poses) or None
 
 
 def frame_pose(
@@ -42,15 +49,13 @@ def frame_pose(
         centres: Of the sockets in the base, shape (S, 3) [m].
         points: Number of balls that were measured in it.
     """
-    variances = np.diag(covariance).clip(min=0)
-    deviation = np.sqrt(variances)
+    deviation = np.sqrt(np.diag(covariance).clip(min=0))
     error = None
     items = [item for item in places.located if item.frame == frame]
     if items:
         coordinates = np.array([item.coordinates for item in items])
-        sockets = [item.socket for item in items]
-        offsets = centres[sockets] - pose.apply(coordinates)
-        squares = np.sum(offsets**2, axis=1)
+        seats = centres[[item.socket for item in items]]
+        squares = np.sum((seats - pose.apply(coordinates)) ** 2, axis=1)
         error = float(squares.mean()) ** 0.5
     return FramePose(
         name="base" if frame == WORLD else places.frames[frame],
@@ -62,12 +67,6 @@ def frame_pose(
         points=points,
         socket_error=error,
     )
-
-
-def frames(fit: Fit, _: Measurements) -> tuple[FramePose, ...] | None:
-    """Return the frames of a robot; those of several are results of the first, in its base."""
-    assert fit.full is not None
-    return (frame_poses(fit.full) if fit.frames is None else fit.frames) or None
 
 
 FRAMES = Study("frames", frames)

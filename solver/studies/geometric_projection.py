@@ -1,6 +1,6 @@
 """The rigid geometry of least expected loss under the posterior: what ``calibrated.urdf`` holds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from ..identification.data import IDENTITY, Load, Samples
 from ..identification.inference import Posterior, with_joint_offsets
 from ..identification.robot import BallModel, workspace
-from .postures import arm_length, poses_near
+from .predicted_errors import arm_length, poses_near
 from .projections import basis_of, outside, rows_of, unit
 from .uncertainty import sum_of_variances
 
@@ -56,8 +56,7 @@ class Use:
         """
         linear = ball.linearise(values, self.positions)
         errors = linear.points - self.targets
-        columns = np.dstack([linear.by_parameters, errors])
-        rows = self.difference(columns)
+        rows = self.difference(np.dstack([linear.by_parameters, errors]))
         slopes = rows[:, :-1] @ L
         at_zero = rows[:, -1] - slopes @ x
         affine = np.column_stack([slopes, at_zero])
@@ -66,7 +65,10 @@ class Use:
         return form
 
 
-def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
+def project_to_geometry(
+    posterior: Posterior,
+    load: Load,
+) -> np.ndarray:
     """Return the rigid geometry of least expected loss (A12), shape (geometry,) [m, rad].
 
     It is that of the fit where nothing beyond the geometry was found.
@@ -77,13 +79,11 @@ def project_to_geometry(posterior: Posterior, load: Load) -> np.ndarray:
         return start
     uses = _uses(posterior, load)
     n = len(start)
-    prior = posterior.prior_covariance[:n, :n]
-    L = np.linalg.cholesky(prior)
+    L = np.linalg.cholesky(posterior.prior_covariance[:n, :n])
     change = np.zeros(n)
     for _ in range(ROUNDS):
         values = start + L @ change
-        forms = [use.form(ball, values, change, L) for use in uses]
-        change = _least(forms)
+        change = _least([use.form(ball, values, change, L) for use in uses])
     return start + L @ change
 
 
@@ -96,32 +96,29 @@ def _least(forms: list[np.ndarray]) -> np.ndarray:
     for form in forms:
         shares = form / form[-1, -1]
         ends = np.append(_minimum(shares), 1.0)
-        least = float(ends @ form @ ends)
-        total += form / least
+        total += form / (ends @ form @ ends)
     return _minimum(total)
 
 
 def _minimum(form: np.ndarray) -> np.ndarray:
     """Return the x of the least [x, 1]^T F [x, 1] + HELD |x|^2, shape (n,)."""
-    n = len(form) - 1
-    g = form[:n, n]
-    H = form[:n, :n] + HELD * np.eye(n)
-    return -np.linalg.solve(H, g)
+    H = form[:-1, :-1] + HELD * np.eye(len(form) - 1)
+    return -np.linalg.solve(H, form[:-1, -1])
 
 
-def _uses(posterior: Posterior, load: Load) -> list[Use]:
+def _uses(
+    posterior: Posterior,
+    load: Load,
+) -> list[Use]:
     """Return the uses that count: samples, points and distances near them, distances anywhere."""
     robot = posterior.model.robot
     margin = AWAY * arm_length(robot)
-    counts = (PLACES, POSTURES)
-    recorded = posterior.data.q
-    q, places = poses_near(robot, recorded, counts, margin)
+    q, places = poses_near(robot, posterior.data.q, (PLACES, POSTURES), margin)
     nearby = load.at(robot, q)
     anywhere = load.at(robot, workspace(robot, 2 * PAIRS))
 
     def point(errors: np.ndarray) -> np.ndarray:
-        offsets = without_mean(errors, places)
-        return rows_of(offsets)
+        return rows_of(without_mean(errors, places))
 
     uses = [
         *_in_sockets(posterior),
@@ -133,8 +130,8 @@ def _uses(posterior: Posterior, load: Load) -> list[Use]:
     return [use for use in uses if use.variance]
 
 
-def _in_sockets(posterior: Posterior) -> list[Use]:
-    """Return the uses that samples in sockets are: a point, and distances between bases.
+def _in_sockets(posterior: Posterior) -> Iterator[Use]:
+    """Yield the uses that samples in sockets are: a point, and distances between bases.
 
     A sample of a point counts by its robust weight, and so it does in its socket's mean.
     """
@@ -143,41 +140,30 @@ def _in_sockets(posterior: Posterior) -> list[Use]:
     sockets = samples.sockets
     weights = posterior.weights[data.seated]
     roots = np.sqrt(weights)[:, None, None]
+    means = _means(sockets, weights)
+    visited = np.unique(sockets)
+    bases = np.array([name for name, _ in data.labels])[visited]
+    pairs = np.nonzero(np.triu(bases[:, None] != bases))
+    between_bases = _lengths(posterior.centres[visited], *pairs)
 
     def point(errors: np.ndarray) -> np.ndarray:
-        offsets = without_mean(errors, sockets)
-        return rows_of(roots * offsets)
-
-    means = _means(sockets, weights)
-    between_bases = _between_bases(posterior, np.unique(sockets))
+        return rows_of(roots * without_mean(errors, sockets))
 
     def distance(errors: np.ndarray) -> np.ndarray:
-        errors_of_sockets = np.tensordot(means, errors, axes=1)
-        return between_bases(errors_of_sockets)
+        return between_bases(np.tensordot(means, errors, axes=1))
 
-    uses: list[Use] = []
     for difference in (point, distance):
         use = _use(posterior, samples, difference)
-        uses.append(replace(use, targets=posterior.centres[sockets]))
-    return uses
+        yield replace(use, targets=posterior.centres[sockets])
 
 
-def _between_bases(
-    posterior: Posterior,
-    sockets: np.ndarray,
-) -> Difference:
-    """Return what counts where lengths from each base to the others do, by errors of sockets."""
-    names = [name for name, _ in posterior.data.labels]
-    bases = np.array(names)[sockets]
-    is_other = bases[:, None] != bases
-    first, second = np.nonzero(np.triu(is_other))
-    return _lengths(posterior.centres[sockets], first, second)
+def _measured(posterior: Posterior) -> Iterator[Use]:
+    """Yield the uses that measured balls are: points in an instrument's frame, and distances.
 
-
-def _measured(posterior: Posterior) -> list[Use]:
-    """Return the uses that measured balls are: points in an instrument's frame, and distances."""
+    No arm knows the frame, so its best motion is taken out: with Q an orthonormal basis of what
+    motions do to all balls, what counts of errors e is e - Q Q^T e.
+    """
     data = posterior.data
-    uses: list[Use] = []
     generator = np.random.default_rng(0)
     frames = data.measured_in[data.measured_in >= 0]
     for frame in np.unique(frames):
@@ -185,38 +171,29 @@ def _measured(posterior: Posterior) -> list[Use]:
         rows = np.flatnonzero(is_ball)
         if 3 * len(rows) <= posterior.model.geometry:
             continue  # a geometry can meet so few whatever they are
-        uses.append(_in_frame(posterior, data.only(rows)))
+        samples = data.only(rows)
+        Q = basis_of(IDENTITY.slopes(posterior.predict(samples)))
+
+        def point(
+            errors: np.ndarray,
+            Q: np.ndarray = Q,
+        ) -> np.ndarray:
+            return outside(rows_of(errors), Q)
+
+        yield _use(posterior, samples, point)
         first = np.tile(rows, PARTNERS)
         seconds = [generator.permutation(rows) for _ in range(PARTNERS)]
-        pairs = np.concatenate([first, *seconds])
-        uses.append(_distances(posterior, data.only(pairs)))
-    return uses
+        yield _distances(posterior, data.only(np.concatenate([first, *seconds])))
 
 
-def _in_frame(posterior: Posterior, samples: Samples) -> Use:
-    """Return the use that balls are in a frame that no arm knows: errors less its best motion.
-
-    With Q an orthonormal basis of what the frame's motions do to all balls, what counts of errors e
-    is e - Q Q^T e.
-    """
-    points = posterior.predict(samples)
-    motions = IDENTITY.slopes(points)
-    Q = basis_of(motions)
-
-    def point(errors: np.ndarray) -> np.ndarray:
-        return outside(rows_of(errors), Q)
-
-    return _use(posterior, samples, point)
-
-
-def _distances(posterior: Posterior, samples: Samples) -> Use:
+def _distances(
+    posterior: Posterior,
+    samples: Samples,
+) -> Use:
     """Return the use that measures distances, from the first half of the poses to the second."""
     points = posterior.predict(samples)
-    half = len(points) // 2
-    first = np.arange(half)
-    second = first + half
-    lengths = _lengths(points, first, second)
-    return _use(posterior, samples, lengths)
+    first, second = np.arange(len(points) // 2 * 2).reshape(2, -1)
+    return _use(posterior, samples, _lengths(points, first, second))
 
 
 def _lengths(
@@ -229,13 +206,11 @@ def _lengths(
     The way from a point to itself is zero.
     """
     offsets = points[second] - points[first]
-    lengths = np.linalg.norm(offsets, axis=1)
     directions = unit(offsets)
-    directions[lengths <= SAME] = 0.0
+    directions[np.linalg.norm(offsets, axis=1) <= SAME] = 0.0
 
     def difference(errors: np.ndarray) -> np.ndarray:
-        differences = errors[second] - errors[first]
-        return np.einsum("ni,nik->nk", directions, differences)
+        return np.einsum("ni,nik->nk", directions, errors[second] - errors[first])
 
     return difference
 
@@ -255,22 +230,24 @@ def _use(
     # of error curves, few poses at a time need few coefficients
     has_curves = posterior.deflection.curves is not None
     parts = np.array_split(rows, PLACES if has_curves else 1)
-    Sigma = posterior.of_unknowns
-    variances = [sum_of_variances(part, Sigma) for part in parts]
-    variance = sum(variances) / max(len(rows), 1)
-    return Use(samples.q, points, difference, variance)
+    variance = sum(sum_of_variances(part, posterior.of_unknowns) for part in parts)
+    return Use(samples.q, points, difference, variance / max(len(rows), 1))
 
 
-def without_mean(values: np.ndarray, places: np.ndarray) -> np.ndarray:
+def without_mean(
+    values: np.ndarray,
+    places: np.ndarray,
+) -> np.ndarray:
     """Return values, shape (N, ...), less their mean at each place, by places of shape (N,)."""
-    averaging = _means(places, np.ones(len(places)))
-    means = np.tensordot(averaging, values, axes=1)
+    means = np.tensordot(_means(places, np.ones(len(places))), values, axes=1)
     _, place = np.unique(places, return_inverse=True)
     return values - means[place]
 
 
-def _means(places: np.ndarray, weights: np.ndarray) -> np.ndarray:
+def _means(
+    places: np.ndarray,
+    weights: np.ndarray,
+) -> np.ndarray:
     """Return the matrix of the weighted means at each place, shape (places, N)."""
-    is_at_place = np.unique(places)[:, None] == places
-    shares = is_at_place * weights
+    shares = (np.unique(places)[:, None] == places) * weights
     return shares / shares.sum(axis=1, keepdims=True)

@@ -19,7 +19,7 @@ from ..identification.data import Samples, joined
 from ..identification.inference import Posterior
 from ..identification.model import probabilities
 from ..results import ErrorParts, Fit, Interval, Measurements, Study
-from .background import NOISES, Background
+from .evidence import NOISES, Background
 from .projections import basis_of, block_diagonal, rows_of
 from .uncertainty import covariance_of
 
@@ -68,9 +68,8 @@ def error_parts(unseen: UnseenSockets) -> ErrorParts | None:
     roots = [across @ F for F in _roots(joined(sockets), by_joints)]
     errors = across @ points.ravel()
     weights = _weights(want, noise, roots, errors)
-    by_noise = weights.sum(axis=(0, 2))
     by_size = weights.sum(axis=(0, 1))
-    of_noise = by_noise @ NOISES * np.trace(noise)
+    of_noise = weights.sum(axis=(0, 2)) @ NOISES * np.trace(noise)
     of_want = np.trace(want)
     expected = of_want + np.trace(noise)
     of_model = by_size @ SIZES * expected
@@ -82,16 +81,15 @@ def error_parts(unseen: UnseenSockets) -> ErrorParts | None:
         """Return a part of the expected square as an error of a sample [m]."""
         return float(min(scale * part, square) / len(points)) ** 0.5
 
-    interval = Interval(
-        value=error(of_model),
-        low=error(expected * SIZES[low]),
-        high=error(expected * SIZES[high]),
-    )
     return ErrorParts(
         error=(square / len(points)) ** 0.5,
         noise=error(of_noise),
         want_of_data=error(of_want),
-        not_in_model=interval,
+        not_in_model=Interval(
+            value=error(of_model),
+            low=error(expected * SIZES[low]),
+            high=error(expected * SIZES[high]),
+        ),
     )
 
 
@@ -140,13 +138,14 @@ def _contrasts(counts: Sequence[int]) -> np.ndarray:
     for count in counts:
         columns = np.eye(count)
         columns[:, 0] = 1.0  # the mean first, so that the others' basis is free of it
-        basis = basis_of(columns)
-        blocks.append(basis[:, 1:])
-    along_axis = block_diagonal(blocks)
-    return np.kron(along_axis, np.eye(3))
+        blocks.append(basis_of(columns)[:, 1:])
+    return np.kron(block_diagonal(blocks), np.eye(3))
 
 
-def _roots(samples: Samples, by_joints: np.ndarray) -> Iterator[np.ndarray]:
+def _roots(
+    samples: Samples,
+    by_joints: np.ndarray,
+) -> Iterator[np.ndarray]:
     """Yield roots F of covariances F F^T of errors that a model may lack, shape (3 N, k).
 
     Of samples a and b these are exp(-|q_a - q_b|^2 / 2 l^2) along each axis alone; and with j_a
@@ -157,34 +156,27 @@ def _roots(samples: Samples, by_joints: np.ndarray) -> Iterator[np.ndarray]:
     differences = q[:, None] - q
     squares = np.sum(differences**2, axis=2)
     for length in LENGTHS:
-        exponent = -0.5 * squares / length**2
-        root = _root(np.exp(exponent))
+        root = _root(np.exp(-0.5 * squares / length**2))
         yield np.kron(root, np.eye(3))
     half_sines = np.sin(differences / 2)
     for j in range(q.shape[1]):
-        along = by_joints[:, :, j, None]
-        roots: list[np.ndarray] = []
-        for length in TURNS:
-            ratios = half_sines[:, :, j] / length
-            kernel = np.exp(-2 * ratios**2)
-            roots.append(_root(kernel))
-        signs = np.sign(samples.moments[:, j, None])
-        roots.append(signs)
-        for root in roots:
-            columns = along * root[:, None]
-            yield columns.reshape(-1, root.shape[1])
+        sines = half_sines[:, :, j]
+        roots = [_root(np.exp(-2 * (sines / length) ** 2)) for length in TURNS]
+        for root in (*roots, np.sign(samples.moments[:, j, None])):
+            yield rows_of(by_joints[:, :, j, None] * root[:, None])
 
 
 def _root(K: np.ndarray) -> np.ndarray:
     """Return F with K = F F^T to rounding, of as few columns as that takes."""
     values, axes = np.linalg.eigh(K)
-    threshold = LEAST_SHARE * values[-1]
-    columns = values > threshold
-    deviations = np.sqrt(values[columns])
-    return axes[:, columns] * deviations
+    columns = values > LEAST_SHARE * values[-1]
+    return axes[:, columns] * np.sqrt(values[columns])
 
 
-def parts(fit: Fit, measurements: Measurements) -> ErrorParts | None:
+def parts(
+    fit: Fit,
+    measurements: Measurements,
+) -> ErrorParts | None:
     """Return the parts of the error at what was held out or left out in sockets."""
     load, robot = fit.calibrated.load, measurements.robot
     unseen: list[tuple[Posterior, list[Samples]]] = []

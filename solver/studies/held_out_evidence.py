@@ -9,8 +9,7 @@ from ..identification.data import SEAT_DEVIATION, Load, Measurement, Samples
 from ..identification.inference import Posterior
 from ..identification.model import Gaussian
 from ..results import Unseen
-from .base_errors import BaseErrors
-from .base_length import BaseLength, SocketMean
+from .base_errors import BaseErrors, BaseLength, SocketMean
 from .projections import basis_of, block_diagonal, evenly, outside, rows_of, shifts_of
 from .uncertainty import covariance_of
 from .whitening import whitened
@@ -69,7 +68,9 @@ class _Evidence(NamedTuple):
 
 
 def _evidence_of(
-    posterior: Posterior, load: Load, placements: Sequence[Measurement]
+    posterior: Posterior,
+    load: Load,
+    placements: Sequence[Measurement],
 ) -> _Evidence | None:
     """Return what placements in sockets tell, see :func:`updated`; None without any."""
     root = _root(covariance_of(posterior))
@@ -86,8 +87,7 @@ def _evidence_of(
     r = evidence[:, 0]
     A = evidence[:, 1:]
     slopes = A @ root
-    precision = np.eye(len(root)) + slopes.T @ slopes
-    L = np.linalg.cholesky(precision)
+    L = np.linalg.cholesky(np.eye(len(root)) + slopes.T @ slopes)
     root = np.linalg.solve(L, root.T).T
     along = root.T @ (A.T @ r)
     squares = float(r @ r - along @ along)
@@ -97,12 +97,10 @@ def _evidence_of(
 
 def _root(covariance: np.ndarray) -> np.ndarray:
     """Return L with L L^T the covariance, but for rounding."""
-    variances = np.diag(covariance).clip(min=0)
-    deviation = np.sqrt(variances)
+    deviation = np.sqrt(np.diag(covariance).clip(min=0))
     scale = np.where(deviation > 0, deviation, 1.0)
     correlation = covariance / np.outer(scale, scale)
-    rounding = ROUNDING * np.eye(len(scale))
-    L = np.linalg.cholesky(correlation + rounding)
+    L = np.linalg.cholesky(correlation + ROUNDING * np.eye(len(scale)))
     return deviation[:, None] * L
 
 
@@ -147,7 +145,6 @@ def _scatter(
     """
     points, J, by_joints = posterior.linearise(samples)
     columns = np.dstack([shifts_of(points), points - centre, J])
-    white = whitened(posterior, by_joints, columns)
-    rows = rows_of(white)
+    rows = rows_of(whitened(posterior, by_joints, columns))
     Q = basis_of(rows[:, :3])
     return INDEPENDENT**0.5 * outside(rows[:, 3:], Q)

@@ -1,14 +1,15 @@
-"""Directions of the geometry that the data do not identify, in words."""
+"""Study: how well the arm is known, and directions that the data do not identify, in words."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from ..identification.inference import Posterior
-from ..results import Direction
+from ..results import Direction, Fit, Measurements, Study, Uncertainty
+from .predicted_errors import errors_near, workspace_errors
 from .projections import basis_of, outside, unit
 from .structural_changes import BASE, Change, structural_changes
-from .uncertainty import UNDECIDED
+from .uncertainty import UNDECIDED, correlations, observability_index
 
 UNOBSERVABLE = (
     "the base frame: you measured distances between sockets, not their positions in the base frame",
@@ -37,13 +38,13 @@ def weak_directions(posterior: Posterior) -> tuple[Direction, ...]:
     L = np.linalg.cholesky(prior)
     whiten = np.linalg.inv(L)
     covariance = whiten @ posterior.covariance[:n, :n] @ whiten.T
-    changes: list[Change] = []
-    for text, vector in structural_changes(posterior):
-        changes.append(Change(text, unit(whiten @ vector)))
+    changes = [
+        Change(text, unit(whiten @ vector))
+        for text, vector in structural_changes(posterior)
+    ]
     if posterior.data.anchored:
         changes = _without_turns_of_joints(changes, n)
-    slope = posterior.model.by_scale()[:n]
-    by_scale = L.T @ slope
+    by_scale = L.T @ posterior.model.by_scale()[:n]
     if by_scale.any():
         changes.append(Change(SCALE, unit(by_scale)))
     Q = _basis(changes, n)
@@ -92,22 +93,20 @@ def _without_turns_of_joints(
 
     A turn of the base about joint 1 is one thing with joint 1's offset, which no ball shows.
     """
-    others = [change for change in changes if change.text != BASE]
-    Q = _basis(others, n)
-    parts: list[Change] = []
-    for change in changes:
-        if change.text == BASE:
-            vector = outside(change.vector, Q)
-            change = Change(BASE, unit(vector))
-        parts.append(change)
-    return parts
+    Q = _basis([change for change in changes if change.text != BASE], n)
+    return [
+        Change(BASE, unit(outside(vector, Q))) if text == BASE else Change(text, vector)
+        for text, vector in changes
+    ]
 
 
-def _basis(changes: Sequence[Change], n: int) -> np.ndarray:
+def _basis(
+    changes: Sequence[Change],
+    n: int,
+) -> np.ndarray:
     """Return an orthonormal basis of changes, shape (n, changes)."""
     vectors = [change.vector for change in changes]
-    columns = np.reshape(vectors, (-1, n)).T
-    return basis_of(columns)
+    return basis_of(np.reshape(vectors, (-1, n)).T)
 
 
 def unobservable(
@@ -122,3 +121,27 @@ def unobservable(
     if any(direction.text == BASE for direction in weak):
         return (BASE_TURNS, flange)
     return (flange,)
+
+
+def uncertainty(
+    fit: Fit,
+    measurements: Measurements,
+) -> Uncertainty:
+    """Return how well the arm is known, and what is not observable."""
+    posterior = fit.posterior
+    assert posterior is not None
+    load = fit.calibrated.load
+    exported = fit.calibrated.exported
+    recorded = [m for _, m in measurements.placements]
+    weak = weak_directions(posterior)
+    return Uncertainty(
+        weak_directions=weak,
+        correlations=correlations(posterior),
+        observability_index=observability_index(posterior),
+        distance_deviation=workspace_errors(posterior, load, exported),
+        near=errors_near(posterior, load, recorded, exported),
+        cannot_see=unobservable(posterior, weak),
+    )
+
+
+UNCERTAINTY = Study("uncertainty", uncertainty)

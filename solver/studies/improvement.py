@@ -9,12 +9,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from msgspec.structs import replace
 
 from ..identification.data import Load, Measurement
 from ..identification.inference import Posterior
 from ..identification.robot import workspace
-from ..results import Better, Improvement, Interval, Unseen
+from ..results import (
+    Better,
+    CalibratedRobot,
+    Fit,
+    Improvement,
+    Interval,
+    Measurements,
+    Place,
+    Study,
+    Unseen,
+    with_ball_at,
+)
 from .held_out_evidence import updated
 from .predicted_errors import neighbourhoods
 from .projections import (
@@ -69,12 +79,10 @@ def better_than_nominal(
         truths = lengths + draws @ slopes.T
         return _improvement(models, q, lengths, truths)
 
-    anywhere = workspace(robot, 2 * PAIRS)
     places = map(improvement, neighbourhoods(robot, recorded))
-    worst = max(places, key=lambda place: place.now.value, default=None)
     return Better(
-        workspace=improvement(anywhere),
-        recorded_places=worst,
+        workspace=improvement(workspace(robot, 2 * PAIRS)),
+        recorded_places=max(places, key=lambda place: place.now.value, default=None),
     )
 
 
@@ -101,28 +109,50 @@ def _improvement(
     loaded = pair_lengths(models.loaded(q))
     before = np.min(by_nominal, axis=0)
     now = errors(loaded)
-    improvement = Improvement(
+    corrected = errors(lengths) if models.corrected else None
+    return Improvement(
         before=_interval(before),
         now=_interval(now),
         probability=_share(now < before),
-    )
-    if not models.corrected:
-        return improvement
-    corrected = errors(lengths)
-    return replace(
-        improvement,
-        corrected=_interval(corrected),
-        corrected_probability=_share(corrected < before),
+        corrected=None if corrected is None else _interval(corrected),
+        corrected_probability=(
+            None if corrected is None else _share(corrected < before)
+        ),
     )
 
 
-def _share(better: np.ndarray) -> float:
+def _share(is_better: np.ndarray) -> float:
     """Return a probability by draws, which is never 0 or 1."""
-    count = float(np.sum(better))
-    return (count + 0.5) / (len(better) + 1)
+    return (float(np.sum(is_better)) + 0.5) / (len(is_better) + 1)
 
 
 def _interval(errors: np.ndarray) -> Interval:
-    levels = np.quantile(errors, (0.16, 0.5, 0.84))
-    low, middle, high = levels.tolist()
+    low, middle, high = np.quantile(errors, (0.16, 0.5, 0.84)).tolist()
     return Interval(value=middle, low=low, high=high)
+
+
+def better(
+    fit: Fit,
+    measurements: Measurements,
+    ball: Place | None,
+) -> Better | None:
+    """Return the errors of distances before and now.
+
+    Before is the nominal robot with its ball refitted at ``ball``, or with the calibrated one:
+    whichever errs less. A model that is wrong elsewhere puts the ball wrong by millimetres.
+    """
+    assert fit.posterior is not None
+    calibrated: CalibratedRobot = fit.calibrated
+    nominal = [with_ball_at(calibrated.robot, ball), calibrated.with_ball_alone]
+    models = Models(
+        [robot.ball for robot in nominal if robot is not None],
+        calibrated.geometric_ball,
+        corrected=calibrated.exported is not None,
+    )
+    recorded = [m for _, m in measurements.placements]
+    return better_than_nominal(
+        fit.posterior, calibrated.load, models, recorded, measurements.unseen(fit)
+    )
+
+
+BETTER = Study("better", better, ("refitted_ball",))

@@ -1,11 +1,10 @@
-"""Where the rest of the error sits: patterns over joints' angles, reach, height and time."""
+"""Patterns of the rest of the error: over joints' angles, reach, height and time."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from ..identification.data import Load, Measurement, Pose, fit_frames, targets
-from ..identification.inference import Posterior
 from ..identification.robot import Robot
 from ..results import (
     ErrorPattern,
@@ -15,7 +14,7 @@ from ..results import (
     Study,
     Unseen,
 )
-from .pattern_evidence import (
+from .evidence import (
     EvidenceOf,
     PatternEvidence,
     PatternRows,
@@ -44,26 +43,25 @@ BAND = 1.96
 
 
 def error_patterns(
-    posterior: Posterior,
-    robot: Robot,
-    load: Load,
-    train: Sequence[Measurement],
-    unseen: Sequence[Unseen],
+    fit: Fit,
+    measurements: Measurements,
 ) -> ErrorPatterns | None:
     """Return the patterns of what a fit leaves, in placements trained on, and in unseen ones.
 
     Of the two the larger odds count. None for too few samples, or without noise.
     """
+    posterior, robot = fit.posterior, measurements.robot
+    assert posterior is not None
     if posterior.noise.space < EXACT:
         return None
     parts: list[tuple[list[Unseen], EvidenceOf]] = [
-        ([(posterior, train)], of_trained),
-        ([*unseen], of_held_out),
+        ([(posterior, measurements.measurements)], of_trained),
+        (measurements.unseen(fit), of_held_out),
     ]
     parts = [(pairs, of) for pairs, of in parts if any(m for _, m in pairs)]
     best: dict[str, ErrorPattern] = {}
     for pairs, evidence_of in parts:
-        rows, slopes = _rows(robot, load, pairs)
+        rows, slopes = _rows(robot, fit.calibrated.load, pairs)
         if len(rows.q) < FEWEST:
             continue
         evidence = evidence_of(posterior, rows, slopes)
@@ -75,10 +73,9 @@ def error_patterns(
                 best[over] = pattern
     if not best:
         return None
-    by_quantity = tuple(best.values())
-    first = max(by_quantity, key=lambda pattern: pattern.log_odds)
+    first = max(best.values(), key=lambda pattern: pattern.log_odds)
     strongest = first.over if first.log_odds > CLEAR else None
-    return ErrorPatterns(patterns=by_quantity, strongest=strongest)
+    return ErrorPatterns(patterns=tuple(best.values()), strongest=strongest)
 
 
 def _rows(
@@ -99,20 +96,21 @@ def _rows(
         frames = fit_frames([(still, m)])
         errors = still - targets(still, m, frames)
         seats = _by_frame(m, frames[m.frame]) if frames else _by_sockets(m)
-        last = max(len(q) - 1, 1)
-        time = m.order / last
+        time = m.order / max(len(q) - 1, 1)
         placement = np.full(len(q), k)
         slopes.append((posterior, J[::step]))
         columns = (q, errors, by_joints, points, time, placement, seats)
-        thinned = [column[::step] for column in columns]
-        parts.append(thinned)
+        parts.append([column[::step] for column in columns])
     *columns, seats = zip(*parts, strict=True)
     joined = [np.concatenate(column) for column in columns]
     by_places = block_diagonal(map(rows_of, seats))
     return PatternRows._make([*joined, by_places]), slopes
 
 
-def _by_frame(measured: Measurement, frame: Pose) -> np.ndarray:
+def _by_frame(
+    measured: Measurement,
+    frame: Pose,
+) -> np.ndarray:
     """Return B of balls that were measured in a frame, shape (N, 3, 6) [m]."""
     widths = np.repeat([TURN, SEAT], 3)
     return widths * frame.slopes(measured.points)
@@ -120,8 +118,7 @@ def _by_frame(measured: Measurement, frame: Pose) -> np.ndarray:
 
 def _by_sockets(measured: Measurement) -> np.ndarray:
     """Return B of samples in sockets, one after the other, shape (N, 3, k) [m]."""
-    sockets = np.eye(len(measured.counts))
-    in_socket = np.repeat(sockets, measured.counts, axis=0)
+    in_socket = np.repeat(np.eye(len(measured.counts)), measured.counts, axis=0)
     by_centres = np.kron(in_socket, np.eye(3))
     return SEAT * by_centres.reshape(len(in_socket), 3, -1)
 
@@ -138,15 +135,11 @@ def _pattern(
     directions = quantity.directions
     if directions is None:
         directions = _drift_directions(rows, field)
-    along = rows.errors * directions
-    errors = along.sum(axis=1)
+    errors = np.sum(rows.errors * directions, axis=1)
     at = quantity.at
-    low = float(at.min())
-    high = float(at.max())
-    grid = np.linspace(low, high, GRID)
+    grid = np.linspace(float(at.min()), float(at.max()), GRID)
     weights = _weights_of_neighbours(grid, at)
-    variances = weights**2 @ evidence.deviations**2
-    band = BAND * np.sqrt(variances)
+    band = BAND * np.sqrt(weights**2 @ evidence.deviations**2)
     mean_square = float(np.sum(field**2)) / len(field)
     step = -(-len(at) // DRAWN)
     return ErrorPattern(
@@ -168,8 +161,7 @@ def _weights_of_neighbours(
     at: np.ndarray,
 ) -> np.ndarray:
     """Return the weights of samples in the running mean over a grid, shape (GRID, N)."""
-    span = max(float(np.ptp(at)), 1e-9)
-    width = NEIGHBOURS * span
+    width = NEIGHBOURS * max(float(np.ptp(at)), 1e-9)
     away = (grid[:, None] - at) / width
     weights = np.exp(-0.5 * away**2) + 1e-12
     return weights / weights.sum(axis=1, keepdims=True)
@@ -184,8 +176,7 @@ def _drift_directions(
     for k in np.unique(rows.placement):
         is_here = rows.placement == k
         time = rows.time[is_here]
-        slope = (time - time.mean()) @ field[is_here]
-        directions[is_here] = unit(slope)
+        directions[is_here] = unit((time - time.mean()) @ field[is_here])
     return directions
 
 
@@ -193,16 +184,4 @@ def _rounded(values: np.ndarray) -> tuple[float, ...]:
     return tuple(np.round(values, 7).tolist())
 
 
-def patterns(fit: Fit, measurements: Measurements) -> ErrorPatterns | None:
-    """Return the patterns of what a fit leaves at its measurements."""
-    assert fit.posterior is not None
-    return error_patterns(
-        fit.posterior,
-        measurements.robot,
-        fit.calibrated.load,
-        measurements.measurements,
-        measurements.unseen(fit),
-    )
-
-
-ERROR_PATTERNS = Study("error_patterns", patterns)
+ERROR_PATTERNS = Study("error_patterns", error_patterns)

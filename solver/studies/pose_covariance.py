@@ -8,7 +8,6 @@ import numpy as np
 from ..identification.data import IDENTITY, Samples
 from ..identification.effects import curve_values, splines
 from ..identification.inference import Posterior
-from ..identification.model import ExtendedModel
 from .projections import rows_of
 from .uncertainty import covariance_of
 
@@ -32,7 +31,7 @@ def pose_covariances(
         J Sigma J^T + f^2 / k (s_x^2 I_x + s_q^2 J_q J_q^T)
 
     the place first, then the turn about the base's axes. I_x is the identity for the place, and
-    zero for the turn.
+    zero for the turn. At a pose each curve is a sum of four coefficients.
 
     Args:
         posterior: What is known of the robot.
@@ -44,28 +43,21 @@ def pose_covariances(
     Sigma = covariance_of(posterior)
     noise = posterior.noise
     factor = misfit**2 / noise.information
-    of_place = np.zeros((6, 6))
-    of_space = factor * noise.space**2
-    of_place[:3, :3] = of_space * np.eye(3)
+    of_place = factor * noise.space**2 * np.diag([1.0, 1, 1, 0, 0, 0])
     of_joints = factor * noise.joint**2
-    has_curves = posterior.deflection.curves is not None
     covariances = np.empty((len(places), 6, 6))
     for begin in range(0, len(places), BATCH):
         rows = slice(begin, begin + BATCH)
-        part_of_poses = poses.only(rows)
-        J, by_joints = _derivatives(posterior, part_of_poses, places[rows])
-        if not of_ball:
-            J[:, :, _of_ball(posterior.model)] = 0.0
+        some = poses.only(rows)
+        J, by_joints, knots, G = _derivatives(posterior, some, places[rows], of_ball)
         scalars = J.shape[2]
-        of_scalars = Sigma[:scalars, :scalars]
-        spread = rows_of(J) @ of_scalars
-        spread = spread.reshape(J.shape)
-        part = spread @ J.swapaxes(1, 2)
-        if has_curves:
-            part += _of_curves(Sigma, J, by_joints, part_of_poses.q)
+        spread = rows_of(J) @ Sigma[:scalars, :scalars]
+        mixed = G @ Sigma[:, :scalars][knots] @ J.swapaxes(1, 2)
+        of_knots = Sigma[knots[:, :, None], knots[:, None]]
         squares = by_joints @ by_joints.swapaxes(1, 2)
-        part += of_place + of_joints * squares
-        covariances[rows] = part
+        part = spread.reshape(J.shape) @ J.swapaxes(1, 2)
+        part += G @ of_knots @ G.swapaxes(1, 2) + mixed + mixed.swapaxes(1, 2)
+        covariances[rows] = part + of_place + of_joints * squares
     return covariances
 
 
@@ -93,33 +85,23 @@ def movement_covariances(
     Sigma = covariance_of(posterior)
     C = pose_covariances(posterior, poses, places, of_ball=of_ball, misfit=misfit)
     first = slice(1)
-    unneeded = _of_ball(posterior.model)[: 0 if of_ball else None]
-    J_0, by_joints = _derivatives(posterior, poses.only(first), places[first])
-    J_0[:, :, unneeded] = 0.0
-    scalars = J_0.shape[2]
+    start = _derivatives(posterior, poses.only(first), places[first], of_ball)
+    scalars = start.by_unknowns.shape[2]
     H = np.zeros((9, len(Sigma)))
-    H[:6, :scalars] = J_0[0]
+    H[:6, :scalars] = start.by_unknowns[0]
+    H[:6, start.knots[0]] = start.by_knots[0]
     H[6:] = _base_turn(posterior, around)
-    has_curves = posterior.deflection.curves is not None
-    if has_curves:
-        knots, weights = _knots(poses.q[first], scalars)
-        by_knots = by_joints[0, :, :, None] * weights[0]
-        H[:6, knots[0].ravel()] = by_knots.reshape(6, -1)
     across = Sigma @ H.T
     of_first = H @ across
     of_first[:6, :6] = C[0]
     movements = np.empty((len(places) - 1, 6, 6))
     for begin in range(1, len(places), BATCH):
         rows = slice(begin, begin + BATCH)
-        J, by_joints = _derivatives(posterior, poses.only(rows), places[rows])
-        J[:, :, unneeded] = 0.0
-        mixed = J @ across[:scalars]
-        if has_curves:
-            knots, weights = _knots(poses.q[rows], scalars)
-            mixed += by_joints @ np.einsum("njw,njwd->njd", weights, across[knots])
+        some = poses.only(rows)
+        J, _, knots, G = _derivatives(posterior, some, places[rows], of_ball)
         L = _leaving(places[rows] - places[0])
         back = L.swapaxes(1, 2)
-        mixed = mixed @ back
+        mixed = (J @ across[:scalars] + G @ across[knots]) @ back
         part = slice(begin - 1, begin - 1 + BATCH)
         movements[part] = C[rows] + L @ of_first @ back - mixed - mixed.swapaxes(1, 2)
     return movements
@@ -132,7 +114,10 @@ def _leaving(offsets: np.ndarray) -> np.ndarray:
     return L
 
 
-def _base_turn(posterior: Posterior, around: Samples) -> np.ndarray:
+def _base_turn(
+    posterior: Posterior,
+    around: Samples,
+) -> np.ndarray:
     """Return how the unknowns turn the whole arm: by a rigid motion that fits best, (3, size)."""
     points, J, _ = posterior.linearise(around)
     motions = rows_of(IDENTITY.slopes(points))
@@ -144,81 +129,49 @@ class PoseSlopes(NamedTuple):
     """Derivatives of N poses: of their places, then of their turns."""
 
     by_unknowns: np.ndarray
-    """By all unknowns but curves, shape (N, 6, scalars)."""
+    """J, by all unknowns but curves, shape (N, 6, scalars)."""
     by_joints: np.ndarray
-    """Shape (N, 6, m)."""
+    """J_q, shape (N, 6, m)."""
+    knots: np.ndarray
+    """Indices of the 4 m coefficients of curves that a pose has, shape (N, k); k is 0 without."""
+    by_knots: np.ndarray
+    """G, by these, shape (N, 6, k)."""
 
 
 def _derivatives(
     posterior: Posterior,
     poses: Samples,
     places: np.ndarray,
+    of_ball: bool,
 ) -> PoseSlopes:
-    """Return derivatives of poses by all unknowns but curves, and by the joints."""
-    model = posterior.model
-    x = posterior.x
+    """Return derivatives of poses by all unknowns, and by the joints."""
+    model, x, q = posterior.model, posterior.x, poses.q
     curves = posterior.deflection.curves
     if curves is not None:
-        corrections = curve_values(poses.q, curves.ravel())
-        poses = replace(poses, q=poses.q + corrections)
+        poses = replace(poses, q=q + curve_values(q, curves.ravel()))
         model = model.without_curves
         x = x[: model.size]
     points, J, by_joints = model.linearise(x, poses)
     _, turns, turns_by_joints = model.linearise(x, poses, of_turns=True)
     arms = (places - points)[:, :, None]
 
-    def of_pose(shift: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    def of_pose(
+        shift: np.ndarray,
+        turn: np.ndarray,
+    ) -> np.ndarray:
         by_turn = np.cross(turn, arms, axis=1)
         return np.concatenate([shift + by_turn, turn], axis=1)
 
-    return PoseSlopes(
-        by_unknowns=of_pose(J, turns),
-        by_joints=of_pose(by_joints, turns_by_joints),
-    )
-
-
-def _of_ball(model: ExtendedModel) -> np.ndarray:
-    """Return which unknowns move the ball on the flange."""
-    is_of_ball = [parameter.of_ball for parameter in model.parameters]
-    return np.flatnonzero(is_of_ball)
-
-
-def _of_curves(
-    Sigma: np.ndarray,
-    J: np.ndarray,
-    by_joints: np.ndarray,
-    q: np.ndarray,
-) -> np.ndarray:
-    """Return what the curves add: at a pose a curve is a sum of four coefficients, shape (N, 6, 6).
-
-    With J_q the derivatives by the joints, B the covariance of the curves at q, shape (N, m, m),
-    and S that with the other unknowns, shape (N, m, scalars), by which J is, it is
-
-        J_q B J_q^T + J_q S J^T + J S^T J_q^T
-    """
-    m = q.shape[1]
-    scalars = J.shape[2]
-    places, weights = _knots(q, scalars)
-    with_scalars = Sigma[:, :scalars][places]
-    S = np.einsum("njw,njws->njs", weights, with_scalars)
-    knots = places.reshape(len(q), -1)
-    rows = knots[:, :, None]
-    columns = knots[:, None]
-    of_knots = Sigma[rows, columns]
-    w = weights.reshape(len(q), -1)
-    products = w[:, :, None] * w[:, None]
-    of_curves = products * of_knots
-    of_pairs = of_curves.reshape(-1, m, 4, m, 4)
-    B = of_pairs.sum(axis=(2, 4))
-    across = by_joints.swapaxes(1, 2)
-    by_curves = by_joints @ B @ across
-    mixed = by_joints @ S @ J.swapaxes(1, 2)
-    return by_curves + mixed + mixed.swapaxes(1, 2)
-
-
-def _knots(q: np.ndarray, scalars: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return which unknowns curves have at positions, and their weights, shape (N, m, 4) each."""
-    m = q.shape[1]
+    by_unknowns, J_q = of_pose(J, turns), of_pose(by_joints, turns_by_joints)
+    if not of_ball:
+        moves_ball = [parameter.of_ball for parameter in model.parameters]
+        by_unknowns[:, :, np.flatnonzero(moves_ball)] = 0.0
+    if curves is None:
+        return PoseSlopes(by_unknowns, J_q, np.empty((len(q), 0), int), J_q[:, :, :0])
     index, weights = splines(q)
-    joints = np.arange(m, dtype=np.int64)
-    return scalars + index * m + joints[:, None], weights
+    N, m = q.shape
+    knots = model.size + index * m + np.arange(m, dtype=np.int64)[:, None]
+    by_knots = J_q[..., None] * weights[:, None]
+    return PoseSlopes(
+        by_unknowns, J_q, knots.reshape(N, -1), by_knots.reshape(N, 6, -1)
+    )

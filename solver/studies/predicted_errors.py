@@ -1,4 +1,4 @@
-"""Predicted errors of distances: in the workspace, and near recorded places."""
+"""Predicted errors of distances in the workspace and near recorded places, and poses near these."""
 
 from collections.abc import Sequence
 from statistics import NormalDist
@@ -7,11 +7,101 @@ import numpy as np
 
 from ..identification.data import Load, Measurement
 from ..identification.inference import Posterior
-from ..identification.robot import Robot, workspace
+from ..identification.robot import BallModel, Robot, workspace
 from ..results import DistanceDeviation
-from .postures import SWAY, poses_near
 from .projections import bisected, pair_lengths
 from .uncertainty import distance_deviations
+
+SWAY = 0.3
+"""Standard deviation of a posture from the one that it begins at [rad], before the ball is led."""
+ROUNDS, TURN = 4, 2 * np.pi
+DAMPING = 1e-4
+"""Keeps steps short where the arm is stretched out and hardly reaches further."""
+OFF = 0.01
+"""Largest distance from its place at which a ball counts as led there, in lengths of the arm."""
+
+
+def arm_length(robot: Robot) -> float:
+    """Return the sum of the lengths of all origins [m]."""
+    return float(np.linalg.norm(robot.origins[:, :3], axis=1).sum())
+
+
+def poses_near(
+    robot: Robot,
+    recorded: np.ndarray,
+    counts: tuple[int, int],
+    margin: float,
+    *,
+    sway: float = SWAY,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return configurations like those recorded, with the ball at places near theirs.
+
+    Args:
+        robot: The nominal robot, which puts the ball there; that is near enough.
+        recorded: Joint positions, shape (N, m) [rad].
+        counts: Number of places, and of postures at each; those out of limits or reach are left.
+        margin: Standard deviation of a place from a recorded one, per axis [m].
+        sway: Of a posture from the one that it begins at [rad]; 0 for that of its own place.
+
+    Returns:
+        Joint positions, shape (M, m) [rad], and the index of each one's place, shape (M,).
+    """
+    generator = np.random.default_rng(0)
+    ball = BallModel(robot, [])
+
+    def any_of_recorded(count: int) -> np.ndarray:
+        return recorded[generator.integers(len(recorded), size=count)]
+
+    place_count, posture_count = counts
+    q = any_of_recorded(place_count)
+    centres = ball.points(ball.nominal, q)
+    centres = centres + generator.normal(0, margin, centres.shape)
+    places = np.repeat(np.arange(place_count), posture_count)
+    targets = centres[places]
+    q = any_of_recorded(len(places)) if sway else q[places]
+    q = q + generator.normal(0, sway, q.shape)
+    for _ in range(ROUNDS):
+        linear = ball.linearise(ball.nominal, q)
+        steps = _steps(linear.by_joints, targets - linear.points)
+        q = q + steps.clip(-SWAY, SWAY)
+    offsets = ball.points(ball.nominal, q) - targets
+    is_there = np.linalg.norm(offsets, axis=1) < OFF * arm_length(robot)
+    is_there &= _within_limits(robot, recorded, q)
+    return q[is_there], places[is_there]
+
+
+def _within_limits(
+    robot: Robot,
+    recorded: np.ndarray,
+    q: np.ndarray,
+) -> np.ndarray:
+    """Return a mask of configurations within the joints' limits, shape (N,).
+
+    Some controllers count whole turns, by which readings are beyond a joint's limits.
+    """
+    middle: np.ndarray = np.median(recorded, axis=0)
+    excess = middle - middle.clip(robot.lower, robot.upper)
+    turns = np.ceil(np.abs(excess) / TURN) * np.sign(excess)
+    inside = q - TURN * turns
+    return np.all((inside >= robot.lower) & (inside <= robot.upper), axis=1)
+
+
+def _steps(
+    J: np.ndarray,
+    shifts: np.ndarray,
+) -> np.ndarray:
+    """Return J^T (J J^T + d 1)^-1 s: damped steps of the joints that shift balls, shape (N, m).
+
+    Args:
+        J: Derivatives of the balls by the joints, shape (N, 3, m).
+        shifts: s, shape (N, 3) [m].
+    """
+    across = J.swapaxes(1, 2)
+    stiffness = J @ across
+    traces: np.ndarray = np.trace(stiffness, axis1=1, axis2=2)
+    damped = stiffness + DAMPING * traces[:, None, None] * np.eye(3)
+    return (across @ np.linalg.solve(damped, shifts[:, :, None]))[:, :, 0]
+
 
 WITHIN_ONE, LARGE_GAP = 0.6827, 4.0
 """Share within a deviation; and deviations from which on a gap counts from one side only."""
@@ -21,7 +111,10 @@ PAIRS = 200
 """Random distances in the workspace."""
 
 
-def likely_errors(gap: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+def likely_errors(
+    gap: np.ndarray,
+    deviation: np.ndarray,
+) -> np.ndarray:
     """Return what 68 % of the errors gap + deviation z do not exceed in size, shape (N,) [m]."""
     phi = np.vectorize(NormalDist().cdf)
     ratios = np.linspace(0, LARGE_GAP, 31)
@@ -49,8 +142,7 @@ def predicted_errors(
     export_error = None
     if exported is not None:
         points = posterior.model.ball.points(exported, q)
-        gap = pair_lengths(points) - distances
-        errors = likely_errors(gap, deviation)
+        errors = likely_errors(pair_lengths(points) - distances, deviation)
         export_error = float(np.median(errors))
     return DistanceDeviation(
         median=float(np.median(deviation)),
@@ -81,9 +173,8 @@ def errors_near(
     See :func:`neighbourhoods`; both ends of a distance are near one place.
     """
     nearby = neighbourhoods(posterior.model.robot, recorded)
-    deviations = [predicted_errors(posterior, load, q, exported) for q in nearby]
     return max(
-        deviations,
+        (predicted_errors(posterior, load, q, exported) for q in nearby),
         key=lambda deviation: deviation.alone or deviation.median,
         default=None,
     )
@@ -102,7 +193,6 @@ def neighbourhoods(
     for m in recorded:
         sway = SWAY if m.kind == "sockets" else 0.0
         q, _ = poses_near(robot, m.positions, (NEARBY, 1), NEAR, sway=sway)
-        pairs = len(q) // 2
-        if pairs:
-            nearby.append(q[: 2 * pairs])
+        if len(q) > 1:
+            nearby.append(q[: len(q) // 2 * 2])
     return nearby

@@ -21,7 +21,10 @@ def basis_of(columns: np.ndarray) -> np.ndarray:
     return Q
 
 
-def outside(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
+def outside(
+    columns: np.ndarray,
+    basis: np.ndarray,
+) -> np.ndarray:
     """Return C - Q Q^T C: columns C, shape (n, k), less their part in a span.
 
     Q has a basis of that, shape (n, r), see :func:`basis_of`.
@@ -57,7 +60,10 @@ def pair_lengths(points: np.ndarray) -> np.ndarray:
     return np.linalg.norm(offsets, axis=1)
 
 
-def evenly(count: int, most: int) -> np.ndarray:
+def evenly(
+    count: int,
+    most: int,
+) -> np.ndarray:
     """Return at most so many of the indices below ``count``, spread evenly."""
     indices = np.linspace(0, count - 1, min(count, most))
     return np.unique(indices.astype(int))

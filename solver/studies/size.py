@@ -16,7 +16,10 @@ def model_of(fit: Fit) -> tuple[ExtendedModel, np.ndarray]:
     return model, arm.values - arm.model.nominal
 
 
-def scale_of(fit: Fit, _: Measurements) -> Scale:
+def scale_of(
+    fit: Fit,
+    _: Measurements,
+) -> Scale:
     """Return by how much the arm came out larger than its model."""
     if fit.posterior is not None:
         return scale(fit.posterior)

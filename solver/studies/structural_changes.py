@@ -72,7 +72,11 @@ class FreeChain:
             vector[self._places[joint]] = numbers
         return Change(text, vector)
 
-    def along_axis(self, first: int, second: int) -> Iterator[Change]:
+    def along_axis(
+        self,
+        first: int,
+        second: int,
+    ) -> Iterator[Change]:
         """Yield what the axis of a joint allows to pass on to the next free origin.
 
         The first joint's origin slides along its axis, or turns about it, and the second one's
@@ -104,7 +108,11 @@ class FreeChain:
             next_name = "the ball"
         yield self.change(f"{joint.name}'s offset against {next_name}", turns)
 
-    def _between(self, first: int, second: int) -> Pose:
+    def _between(
+        self,
+        first: int,
+        second: int,
+    ) -> Pose:
         """Return the pose of the fixed origins between two joints, one after the other."""
         pose = IDENTITY
         for frame in self.frames[first + 1 : second]:
@@ -113,7 +121,10 @@ class FreeChain:
         return pose
 
 
-def _rates(frame: np.ndarray, spin: np.ndarray) -> np.ndarray:
+def _rates(
+    frame: np.ndarray,
+    spin: np.ndarray,
+) -> np.ndarray:
     """Return how fast the numbers of a rotation change while its frame spins about a vector."""
     # The spin is the sum of the rates times the axes.
     axes = frame[:, 4:]

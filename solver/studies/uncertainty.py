@@ -7,9 +7,8 @@ import numpy as np
 
 from ..identification.data import IDENTITY, Samples
 from ..identification.inference import Posterior
-from ..identification.model import ExtendedModel, PriorGroup, submatrix
+from ..identification.model import ExtendedModel, submatrix
 from ..results import Correlation, Scale
-from .correlated_errors import with_correlated_errors
 from .projections import (
     basis_of,
     outside,
@@ -18,6 +17,7 @@ from .projections import (
     unit,
     variances_of,
 )
+from .whitening import with_correlated_errors
 
 UNDECIDED = 0.5
 """The data did not decide a direction if its posterior is wider than this share of its prior."""
@@ -27,33 +27,10 @@ BATCH = 500
 """Samples whose derivatives by all unknowns are held at once."""
 
 
-def deviations(posterior: Posterior) -> np.ndarray:
-    """Return the posterior standard deviation of each of the model's unknowns, shape (size,)."""
-    variances = np.diag(posterior.covariance)
-    return np.sqrt(variances[: posterior.model.size])
-
-
-def effective_parameters(
-    posterior: Posterior,
-    group: PriorGroup,
-) -> float:
-    """Return gamma: how many of a group's unknowns the data decide.
-
-    Without one by the estimation, it is the sum of 1 - s^2 / s_prior^2 of the unknowns.
-    """
-    if group.learned:
-        return group.effective
-    before = np.diag(group.covariance(group.deviation))
-    after = np.diag(posterior.covariance)[group.members]
-    is_free = before > 0
-    decided_shares = 1 - after[is_free] / before[is_free]
-    return max(float(decided_shares.sum()), 0.0)
-
-
 def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     """Return unknowns correlated beyond :data:`STRONG`, the closest pair first."""
     size = posterior.model.scalars
-    deviation = deviations(posterior)[:size]
+    deviation = np.sqrt(np.diag(posterior.covariance)[:size])
     prior = np.sqrt(np.diag(posterior.prior_covariance))
     is_decided = (deviation > 0) & (deviation < UNDECIDED * prior)
     decided = np.flatnonzero(is_decided)
@@ -62,13 +39,11 @@ def correlations(posterior: Posterior) -> tuple[Correlation, ...]:
     matrix = covariance / np.outer(deviation, deviation)
     is_strong = np.abs(matrix) > STRONG
     names = [posterior.model.names[i] for i in decided]
-    pairs: list[Correlation] = []
-    above_diagonal = np.triu(is_strong, k=1)
-    for i, j in np.argwhere(above_diagonal).tolist():
-        value = float(matrix[i, j])
-        pairs.append(Correlation(names[i], names[j], value))
-    pairs.sort(key=lambda pair: -abs(pair.value))
-    return tuple(pairs)
+    pairs = [
+        Correlation(names[i], names[j], float(matrix[i, j]))
+        for i, j in np.argwhere(np.triu(is_strong, k=1)).tolist()
+    ]
+    return tuple(sorted(pairs, key=lambda pair: -abs(pair.value)))
 
 
 def observability_index(posterior: Posterior) -> float:
@@ -91,7 +66,10 @@ def observability_index(posterior: Posterior) -> float:
     shifts = motions[:, :, 3:]
     centred: list[np.ndarray] = []
 
-    def add(rows: np.ndarray, changes: np.ndarray) -> None:
+    def add(
+        rows: np.ndarray,
+        changes: np.ndarray,
+    ) -> None:
         if rows.any():
             Q = basis_of(changes[rows])
             centred.append(outside(rows_of(scaled[rows]), Q))
@@ -102,10 +80,8 @@ def observability_index(posterior: Posterior) -> float:
         add(data.measured_in == k, motions)
     slopes = np.concatenate(centred)
     values = np.linalg.svd(slopes, compute_uv=False)
-    values = values[values > 1e-6 * values[0]]
-    log_mean = np.mean(np.log(values))
-    mean = float(np.exp(log_mean))
-    return mean / len(data.q) ** 0.5
+    log_mean = np.mean(np.log(values[values > 1e-6 * values[0]]))
+    return float(np.exp(log_mean)) / len(data.q) ** 0.5
 
 
 def distance_slopes(
@@ -118,10 +94,8 @@ def distance_slopes(
     Of the 2 N samples, rows 0 and 1, 2 and 3, ... are pairs.
     """
     points, J, _ = model.linearise(x, samples)
-    offsets = points[1::2] - points[::2]
-    directions = unit(offsets)
-    by_offsets = J[1::2] - J[::2]
-    slopes = np.einsum("ni,nij->nj", directions, by_offsets)
+    directions = unit(points[1::2] - points[::2])
+    slopes = np.einsum("ni,nij->nj", directions, J[1::2] - J[::2])
     return pair_lengths(points), slopes
 
 
@@ -182,7 +156,10 @@ def _sum_of_squares(
     return total - of_mean + noise * (1 - 1 / n)
 
 
-def sum_of_variances(rows: np.ndarray, covariance: np.ndarray) -> float:
+def sum_of_variances(
+    rows: np.ndarray,
+    covariance: np.ndarray,
+) -> float:
     """Return the sum of r^T Sigma r of rows r, shape (N, n).
 
     Columns that are zero in all rows are left out: of a curve, a sample has but four coefficients.
@@ -200,9 +177,5 @@ def scale(posterior: Posterior) -> Scale:
     distance between its sockets.
     """
     slope = posterior.model.by_scale()
-    Sigma = covariance_of(posterior)
-    variance = float(slope @ Sigma @ slope)
-    return Scale(
-        value=float(slope @ posterior.x),
-        deviation=variance**0.5,
-    )
+    variance = float(slope @ covariance_of(posterior) @ slope)
+    return Scale(value=float(slope @ posterior.x), deviation=variance**0.5)

@@ -1,6 +1,6 @@
 """Places of several robots, and the frames in which they were measured."""
 
-from mukca.solver.bases.views import view_of_frame
+from mukca.solver.bases.places import view_of_frame
 from mukca.solver.identification.data import Places
 
 

@@ -11,8 +11,8 @@ from .document import FleetArm as FleetArm
 from .document import FleetCurves as FleetCurves
 from .document import FleetDocument as FleetDocument
 from .document import FleetSession as FleetSession
-from .months import months_of as months_of
-from .months import urgency as urgency
 from .page import fleet_page as fleet_page
 from .page import line_of as line_of
+from .page import months_of as months_of
 from .page import summary_of as summary_of
+from .page import urgency as urgency

@@ -14,7 +14,7 @@ from ...solver.assessment import LEAST_SAMPLES, stamp_of
 from ...solver.calibration import Calibration, SolveOptions, UsageError, calibrate
 from ...solver.identification.data import copied_sockets
 from ...solver.identification.robot import load_robot
-from ...solver.results import ParameterValue, agreement
+from ...solver.results import agreement
 from ..report import build_report
 from .document import FleetArm, FleetCheck, FleetCurves, FleetParameter, FleetSession
 
@@ -84,10 +84,10 @@ def find_copies(arms: Sequence[Path]) -> dict[Path, str]:
     copied: dict[Path, str] = {}
     for first, second in copied_sockets(_readable(arms)):
         for mine, copy in ((second, first), (first, second)):
-            arm, whose = (
+            arm, whose = [
                 next(arm for arm in arms if Path(file).is_relative_to(arm))
                 for file in (mine, copy)
-            )
+            ]
             words = f"arm {whose.name}" if whose != arm else "another of its placements"
             copied.setdefault(
                 arm, f"{mine}: the samples are those of {words}: copied? {copy}"
@@ -96,11 +96,10 @@ def find_copies(arms: Sequence[Path]) -> dict[Path, str]:
 
 
 def _readable(arms: Sequence[Path]) -> Iterator[Placement]:
-    for folder in chain.from_iterable(
-        chain(*find_sessions(arm).values()) for arm in arms
-    ):
-        with suppress(MukcaError):
-            yield read_placement(folder)
+    for arm in arms:
+        for folder in chain(*find_sessions(arm).values()):
+            with suppress(MukcaError):
+                yield read_placement(folder)
 
 
 def _inside(folder: Path) -> list[Path]:
@@ -121,7 +120,6 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
     arguments = dict(arm.robot)
     if model.exists():
         arguments["robot"] = str(model)
-    settings = vars(arm.settings)
     try:
         robot = load_robot(**arguments)
         stands: tuple[str, Calibration] | None = None
@@ -129,9 +127,11 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
             placements = [read_placement(folder) for folder in folders]
             if stands is not None:
                 checks.append(_check(arm, name, *stands, placements))
-                if _is_too_small(placements):
+                # nothing can be left out, or too few samples would be trained on without it
+                counts = [len(placement.samples) for placement in placements]
+                if sum(counts) - max(counts) < 2 * LEAST_SAMPLES:
                     continue
-            calibration = calibrate(robot, placements, **settings)
+            calibration = calibrate(robot, placements, **vars(arm.settings))
             session = _session(arm, name, calibration)
             sessions.append(session)
             passed = session.status == "pass" or session.kind == "better"
@@ -147,12 +147,6 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
         error=error,
         again=_next_step(sessions, checks, error),
     )
-
-
-def _is_too_small(placements: Sequence[Placement]) -> bool:
-    """Tell whether nothing can be left out, or too few samples would be trained on without it."""
-    counts = [len(placement.samples) for placement in placements]
-    return sum(counts) - max(counts) < 2 * LEAST_SAMPLES
 
 
 def _session(arm: ArmFolder, name: str, calibration: Calibration) -> FleetSession:
@@ -258,31 +252,33 @@ def compare_parameters(arms: Sequence[FleetArm]) -> tuple[FleetParameter, ...]:
     Arms that failed are left out. A mean far from zero is wrong in the model that all share; the
     spread is what each arm has of its own.
     """
-    groups: dict[tuple[str, str], dict[str, ParameterValue]] = {}
+    groups: dict[tuple[str, str, str], dict[str, float]] = {}
     for arm in arms:
         robot = MODEL if "/" in arm.robot else arm.robot
-        for value in chain.from_iterable(
-            session.parameters for session in last_sessions([arm])
-        ):
-            groups.setdefault((robot, value.name), {})[arm.name] = value
-    rows: list[FleetParameter] = []
-    for (robot, name), values in groups.items():
-        changes = {arm: value.change for arm, value in values.items()}
-        mean = fmean(changes.values())
-        # rounded, since two arms are equally far, and rounding errors must not choose between them
-        farthest = max(changes, key=lambda arm: round(abs(changes[arm] - mean), 12))
-        row = FleetParameter(
-            robot=robot,
-            name=name,
-            unit=values[farthest].unit,
-            arms=len(values),
-            mean=mean,
-            spread=stdev(changes.values()) if len(values) > 1 else None,
-            farthest=farthest,
-            change=changes[farthest],
-        )
-        rows.append(row)
-    return tuple(rows)
+        for session in last_sessions([arm]):
+            for value in session.parameters:
+                key = robot, value.name, value.unit
+                groups.setdefault(key, {})[arm.name] = value.change
+    return tuple(_parameter(*key, changes) for key, changes in groups.items())
+
+
+def _parameter(
+    robot: str, name: str, unit: str, changes: Mapping[str, float]
+) -> FleetParameter:
+    """Return a parameter by its change from nominal of each arm."""
+    mean = fmean(changes.values())
+    # rounded, since two arms are equally far, and rounding errors must not choose between them
+    farthest = max(changes, key=lambda arm: round(abs(changes[arm] - mean), 12))
+    return FleetParameter(
+        robot=robot,
+        name=name,
+        unit=unit,
+        arms=len(changes),
+        mean=mean,
+        spread=stdev(changes.values()) if len(changes) > 1 else None,
+        farthest=farthest,
+        change=changes[farthest],
+    )
 
 
 def compare_curves(arms: Sequence[FleetArm]) -> tuple[FleetCurves, ...]:

@@ -27,7 +27,7 @@ class FleetCheck(Document):
     changed: bool
     """True where the arm is no more what was calibrated."""
     change: str
-    """What changed, in few words."""
+    """The change, in few words."""
     reason: str
     advice: str
     """The next step; empty where all is well."""
@@ -98,10 +98,8 @@ class FleetArm(Document):
             return 1
         if self.later_check is not None:
             return 3 if self.later_check.status == "incomplete" else 0
-        status = self.sessions[-1].status
-        return (
-            1 if status in ("fail", "refused") else 3 if status == "incomplete" else 0
-        )
+        statuses = {"fail": 1, "refused": 1, "incomplete": 3}
+        return statuses.get(self.sessions[-1].status, 0)
 
 
 class FleetMonth(Document):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.calibration.fold_groups import MOST, REGIONS, groups_of, regions
+from mukca.solver.calibration.folds import MOST, REGIONS, groups_of, regions
 from mukca.solver.identification.data import measure
 from mukca.solver.identification.robot import workspace
 

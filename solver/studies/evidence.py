@@ -1,4 +1,7 @@
-"""Evidence of a pattern in the errors that a fit leaves, beside all else that may change them.
+"""Evidence of errors beside noise of uncertain size, and of parts that a model lacks.
+
+Errors y are Gaussian with the covariance n^2 C + S: noise C of the fit's shape, and what else is
+known to change them, S. A part that the model lacks adds m^2 K to it.
 
 Samples are linear in all unknowns about the fit. With derivatives J of the model's unknowns,
 derivatives B by the places of sockets and frames, noise C, and a pattern of columns A and mean
@@ -19,9 +22,88 @@ import numpy as np
 
 from ..identification.inference import Posterior
 from ..identification.model import probabilities, student_weights
-from .background import Background
 from .projections import block_diagonal, rows_of
 from .uncertainty import covariance_of
+
+NOISES = np.geomspace(0.3, 1.5, 8) ** 2
+"""n^2, by the noise of the fit, which holds part of what the model lacks."""
+NOISE_DEVIATION = 0.5
+"""Standard deviation of log n by the prior."""
+
+
+class Part(NamedTuple):
+    """A part A A^T beside a background: W = L_n^-1 A along the axes of V diag(d) V^T = W^T W."""
+
+    d: np.ndarray
+    """Shape (n, k)."""
+    b: np.ndarray
+    """V^T W^T z of the whitened errors z, shape (n, k)."""
+    V: np.ndarray
+    """Shape (n, k, k)."""
+
+
+class Background(NamedTuple):
+    """R errors without any part that the model lacks, for each n^2 of :data:`NOISES`."""
+
+    basis: np.ndarray
+    """U^T G^-1 with C = G G^T and G^-1 S G^-T = U diag(s) U^T, shape (R, R)."""
+    scales: np.ndarray
+    """(n^2 + s)^-1/2, so that L_n^-1 = diag(scales) U^T G^-1 whitens n^2 C + S, shape (n, R)."""
+    white: np.ndarray
+    """z = L_n^-1 y, shape (n, R)."""
+    logs: np.ndarray
+    """-1/2 |z|^2 - log det L_n and the logarithm of the prior of n, shape (n,)."""
+
+    @classmethod
+    def of(
+        cls,
+        y: np.ndarray,
+        C: np.ndarray,
+        S: np.ndarray,
+    ) -> "Background":
+        """Return that of errors y, shape (R,)."""
+        G = np.linalg.cholesky(C)
+        inverse = np.linalg.inv(G)
+        s, U = np.linalg.eigh(inverse @ S @ inverse.T)
+        basis = U.T @ inverse
+        scales = 1 / np.sqrt(NOISES[:, None] + s.clip(min=0))
+        white = scales * (basis @ y)
+        squares = np.sum(white**2, axis=1)
+        log_volume = np.log(np.diag(inverse)).sum()
+        log_volumes = log_volume + np.log(scales).sum(axis=1)
+        prior = np.square(np.log(NOISES) / 2 / NOISE_DEVIATION)
+        logs = log_volumes - 0.5 * (squares + prior)
+        return cls(basis, scales, white, logs)
+
+    def part(self, A: np.ndarray) -> Part:
+        """Return the part of columns A, shape (R, k)."""
+        along_basis = self.basis @ A
+        count = A.shape[1]
+        d, b = np.zeros((2, len(NOISES), count))
+        V = np.zeros((len(NOISES), count, count))
+        for n, scale in enumerate(self.scales):
+            W = scale[:, None] * along_basis
+            d[n], V[n] = np.linalg.eigh(W.T @ W)
+            b[n] = self.white[n] @ W @ V[n]
+        return Part(d.clip(min=0.0), b, V)
+
+    def with_part(
+        self,
+        part: Part,
+        sizes: np.ndarray,
+    ) -> np.ndarray:
+        """Return the logarithms of the evidence with a part, for each n and m^2 of sizes, (m,).
+
+        A part adds
+
+            1/2 sum_i [m^2 b_i^2 / (1 + m^2 d_i) - log(1 + m^2 d_i)]
+        """
+        m2 = sizes[:, None]
+        variances = 1 + m2 * part.d[:, None]
+        explained = m2 * part.b[:, None] ** 2 / variances
+        gains = np.sum(explained - np.log(variances), axis=2)
+        return self.logs[:, None] + 0.5 * gains
+
 
 WIDE = 5.0
 """Factor on the widths of the priors beside which samples trained on are compared."""
@@ -68,8 +150,7 @@ def of_held_out(
         (unaware, *_), parts = zip(*group, strict=True)
         J = np.concatenate([rows_of(part) for part in parts])
         blocks.append(J @ covariance_of(unaware) @ J.T)
-    changes = block_diagonal(blocks)
-    return PatternEvidence(posterior, rows, y, changes)
+    return PatternEvidence(posterior, rows, y, block_diagonal(blocks))
 
 
 def of_trained(
@@ -86,8 +167,7 @@ def of_trained(
         columns = J[:, group.members]
         prior = group.covariance(group.width)
         changes += WIDE**2 * (columns @ prior @ columns.T)
-    change_by_fit = J @ (posterior.x - mean)
-    y = rows.errors.ravel() - change_by_fit
+    y = rows.errors.ravel() - J @ (posterior.x - mean)
     return PatternEvidence(posterior, rows, y, changes)
 
 
@@ -111,8 +191,7 @@ class PatternEvidence:
         traces = np.trace(C, axis1=1, axis2=2)
         self.deviations: np.ndarray = np.sqrt(traces / 3)
         self._size = float(traces.mean())
-        by_places = rows.seats @ rows.seats.T
-        S = changes + by_places
+        S = changes + rows.seats @ rows.seats.T
         self._beside = Background.of(y, block_diagonal(C), S)
 
     def of(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
@@ -121,21 +200,17 @@ class PatternEvidence:
         With d, V and b of its :class:`.Part`, its mean at some n and m is
         A V diag(m^2 / (1 + m^2 d)) b.
         """
-        squares = float(np.sum(columns**2))
-        mean_square = max(squares / len(columns), 1e-30)
-        ratio = self._size / 3 / mean_square
-        A = columns * ratio**0.5
+        mean_square = max(float(np.sum(columns**2)) / len(columns), 1e-30)
+        A = columns * (self._size / 3 / mean_square) ** 0.5
         part = self._beside.part(A)
         logs = self._beside.with_part(part, SIZES)
         weights = probabilities(logs)
         m2 = SIZES[:, None]
         shrunk = m2 / (1 + m2 * part.d[:, None])
         along_axes = np.einsum("nm,nmk,nk->nk", weights, shrunk, part.b)
-        coefficients = np.einsum("njk,nk->j", part.V, along_axes)
-        mean = A @ coefficients
-        before = _log_sum(self._beside.logs)
+        mean = A @ np.einsum("njk,nk->j", part.V, along_axes)
         log_count = float(np.log(len(SIZES)))
-        log_odds = _log_sum(logs) - log_count - before
+        log_odds = _log_sum(logs) - log_count - _log_sum(self._beside.logs)
         return log_odds, mean.reshape(-1, 3)
 
 
