@@ -135,11 +135,11 @@ def test_folders_come_in_by_each_others_faces():
 
 HUNG_ON = {
     "cameras": ["tool"],
-    "emulators": ["emulate"],
+    "emulators": ["robots"],
     "experiments": ["simulate"],
     "extract": ["extract"],
     "fleet": ["fleet"],
-    "printables": ["print_parts"],
+    "printables": ["preparation"],
 }
 """Folders of the tools, and the modules of the verbs that alone import them."""
 

@@ -84,7 +84,7 @@ def test_no_sentence_of_a_caption_has_over_30_words():
     """Words under pictures, and those of the report's plots with what is put in left out."""
     pictures = [page.read_text() for page in [*PAGES, *ROOT.glob("*.md")]]
     said = [c for text in pictures for c in re.findall(r'!\[([^\]]*)\]|alt="([^"]*)"', text)]
-    captions = (ROOT / "tools/report/templates/captions.txt.j2").read_text()
+    captions = (ROOT / "tools/report/templates/texts.txt.j2").read_text()
     prose = re.sub(r"^- .*$|{%.*?%}|{#.*?#}", "", captions, flags=re.M | re.S)
     said += re.findall(r"^.+$", re.sub(r"{{.*?}}", "x", prose), re.M)
     said = ["".join(caption) for caption in said]

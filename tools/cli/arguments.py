@@ -2,7 +2,7 @@
 
 The name, type and default of a field say how its option is written: ``bool`` is a flag, a sequence
 takes several values, a tuple so many, ``Literal`` a choice. Its metadata have help, placeholder and
-group.
+group, from ``options.json``.
 """
 
 import argparse
@@ -11,9 +11,11 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from inspect import get_annotations
 from itertools import chain
+from pathlib import Path
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin, get_type_hints
 
+from ...errors import read_json
 from ...solver.calibration import UsageError
 from ...solver.identification import data
 
@@ -58,6 +60,29 @@ def option(
     )
 
 
+_RANGES = {
+    "positive": POSITIVE,
+    "not negative": NOT_NEGATIVE,
+    "millimetres": MILLIMETRES,
+}
+"""Ranges by their names in the table."""
+_TABLE: dict[str, dict[str, dict[str, Any]]] = read_json(
+    Path(__file__).with_name("options.json")
+)
+"""Descriptions of options by class and field, with the keywords of :func:`option`."""
+
+
+def _in_tuples(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row of the table with tuples for lists, and the range that it names."""
+    about = dict(row)
+    for key, value in row.items():
+        if isinstance(value, list):
+            about[key] = tuple(value)  # pyright: ignore[reportUnknownArgumentType]
+        elif key == "between":
+            about[key] = _RANGES[value]
+    return about
+
+
 def argument(text: str, metavar: str | None = None, **more: Any) -> Any:
     """Field of a dataclass that is an argument without a name; of several if it is a sequence."""
     return option(..., text, metavar, positional=True, **more)
@@ -76,21 +101,28 @@ def part(options: type[Any], names: str = "", group: str | None = None) -> Any:
 class Options:
     """Base of the options of a verb: each subclass is a frozen dataclass, made by keywords.
 
-    The help lists the options of a subclass under the title of its ``group``.
+    The help lists the options of a subclass under the title of its ``group``. ``options.json``
+    describes the fields of mukca's own classes, by their names, where :func:`option` does not.
     """
 
     def __init_subclass__(cls, group: str | None = None) -> None:
         cls._group = group
+        rows = (
+            _TABLE.get(cls.__name__.strip("_"), {})
+            if cls.__module__.startswith("mukca.")
+            else {}
+        )
+        for name, row in rows.items():
+            default = vars(cls).get(name, ...)
+            setattr(cls, name, option(default, **_in_tuples(row)))
         dataclass(frozen=True, kw_only=True)(cls)
 
 
 def option_names(options: Any) -> list[str]:
     """Return the options of a dataclass, or of a union of them, as they are typed."""
     kinds = get_args(options) if isinstance(options, UnionType) else (options,)
-    rows = list(chain.from_iterable(_described(kind) for kind in kinds))
-    return [
-        _typed(entry.name) for entry, _, about in rows if not about.get("positional")
-    ]
+    rows = chain.from_iterable(map(_described, kinds))
+    return [_typed(e.name) for e, _, about in rows if not about.get("positional")]
 
 
 def add_options(
@@ -106,28 +138,23 @@ def add_options(
         )
         for kind in get_args(options):
             line = kind.line
-            add_options(
-                kinds.add_parser(kind.experiment, help=line, description=line), kind
-            )
+            sub = kinds.add_parser(kind.experiment, help=line, description=line)
+            add_options(sub, kind)
         return
     groups: dict[str | None, Any] = {None: parser}
     for entry, kind, about in _described(options):
         title = about["group"]
         if title not in groups:
             groups[title] = parser.add_argument_group(title)
-        positional = about.get("positional", False)
-        required = (
-            {"required": True} if entry.default is MISSING and not positional else {}
-        )
-        name = entry.name if positional else _typed(entry.name)
+        name = entry.name
         keywords = _keywords(kind, about)
-        if (
-            not positional
-            and names is not None
-            and name.removeprefix("--") not in names
-        ):
-            keywords["help"] = argparse.SUPPRESS
-        groups[title].add_argument(name, **keywords, **required)
+        if not about.get("positional"):
+            name = _typed(name)
+            if entry.default is MISSING:
+                keywords["required"] = True
+            if names is not None and name.removeprefix("--") not in names:
+                keywords["help"] = argparse.SUPPRESS
+        groups[title].add_argument(name, **keywords)
     parser.set_defaults(options=options)
 
 
@@ -139,16 +166,17 @@ def read_options(arguments: argparse.Namespace) -> Any:
     """
     values = vars(arguments)
     for entry, _, about in _described(arguments.options):
-        needs = about.get("needs", "").split()
-        excluded = about.get("unless", "").split()
-        for name in needs if entry.name in values else ():
+        if entry.name not in values:
+            continue
+        typed_name = _typed(entry.name)
+        for name in about.get("needs", "").split():
             if name not in values:
-                words = f"{_typed(entry.name)} goes with {_typed(name)}"
+                words = f"{typed_name} goes with {_typed(name)}"
                 raise UsageError(f"{words}, which is not given")
-        for name in excluded if entry.name in values else ():
+        for name in about.get("unless", "").split():
             if name in values:
                 raise UsageError(
-                    f"{_typed(entry.name)} and {_typed(name)}: give one of the two"
+                    f"{typed_name} and {_typed(name)}: give one of the two"
                 )
     return _read(arguments.options, values)
 
@@ -157,8 +185,7 @@ def _read(options: type[Any], given: Mapping[str, Any]) -> Any:
     values: dict[str, Any] = {}
     for entry in fields(options):
         if is_dataclass(entry.type):
-            names = entry.metadata["names"]
-            nested = {name: given[name] for name in names if name in given}
+            nested = {n: given[n] for n in entry.metadata["names"] if n in given}
             values[entry.name] = _read(entry.type, nested)  # pyright: ignore[reportArgumentType]
         elif entry.name in given:
             value = given[entry.name]
@@ -225,9 +252,7 @@ def _help(about: Mapping[str, Any], default: Any) -> str:
     default = about.get("default", default)
     if default in (MISSING, None, False, "", ()) or "(default: " in text:
         return text
-    words = (
-        f"{item:g}" if isinstance(item, float) else str(item) for item in _each(default)
-    )
+    words = (f"{v:g}" if isinstance(v, float) else str(v) for v in _each(default))
     return f"{text} (default: {' '.join(words)})".strip()
 
 
@@ -237,14 +262,12 @@ def _check_range(entry: "Field[Any]", value: Any) -> None:
     low, high = entry.metadata["between"]
     words = {POSITIVE: "a positive number", NOT_NEGATIVE: "0 or more"}
     expected = words.get((low, high), f"{low:g} to {high:g}")
+    is_length = entry.name.endswith("distance")
     for number in _each(value):
         if not low <= number <= high:
-            advice = ""
-            if entry.name.endswith("distance"):
-                metres = number / 1e3
-                advice = " metres"
-                if low <= metres <= high:
-                    advice += f"; did you mean {metres:g}?"
+            advice = " metres" * is_length
+            if is_length and low <= number / 1e3 <= high:
+                advice += f"; did you mean {number / 1e3:g}?"
             raise UsageError(
                 f"{_typed(entry.name)} {number:g}: expected {expected}{advice}"
             )

@@ -7,6 +7,7 @@ import os
 import sys
 import time
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any, TextIO
@@ -15,7 +16,7 @@ from ...errors import cleaned
 from .tables import FittingTable, in_words, wrapped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Generator, Iterable, Sequence
 
     from rich.console import Console
 
@@ -29,25 +30,23 @@ SCREEN = (24, 80)
 """Lines and columns of a terminal's screen, into which an answer goes."""
 
 
+@dataclass(kw_only=True)
 class Terminal:
     """Streams of a command; a ``brief`` one is part of another, and says only its result."""
 
-    def __init__(
-        self,
-        *,
-        json: bool = False,
-        brief: bool = False,
-        quiet: bool = False,
-        verbose: bool = False,
-    ) -> None:
-        self.json = json
-        self.brief = brief
-        self.quiet = quiet
-        self.verbose = verbose
+    json: bool = False
+    brief: bool = False
+    quiet: bool = False
+    verbose: bool = False
+    heading: str = ""
+    """Said above the first line, as the name of one of several arms."""
+    kept: list[Any] | None = None
+    """Results that are kept here, and not written."""
 
     @cached_property
     def console(self) -> "Console":
         """A rich console on the people's stream; plain text where that is no terminal."""
+        self._say_heading()
         console = _clean_console(stderr=self.json, quiet=self.quiet)
         console.soft_wrap = not console.is_terminal
         if not console.is_terminal and "COLUMNS" not in os.environ:
@@ -88,17 +87,25 @@ class Terminal:
 
     def say(self, *texts: str) -> None:
         """Write lines for people, broken between words where a terminal is narrower."""
-        if self.quiet:
-            return
-        _write(sys.stderr if self.json else sys.stdout, texts)
+        if texts and not self.quiet:
+            self._say_heading()
+            _write(sys.stderr if self.json else sys.stdout, texts)
+
+    def _say_heading(self) -> None:
+        heading, self.heading = self.heading, ""
+        if heading:
+            self.say(heading)
 
     def say_rows(
         self,
         rows: "Sequence[Sequence[str]]",
         line_of: "Callable[[Sequence[str]], str]",
     ) -> None:
-        """Write rows as lines, or in words where a terminal is narrower; the heads come first."""
-        lines = list(map(line_of, rows))
+        """Write rows as lines, or in words where a terminal is narrower; the heads come first.
+
+        A row of a single cell is a remark.
+        """
+        lines = [line_of(row) if len(row) > 1 else row[0] for row in rows]
         columns = _columns(sys.stderr if self.json else sys.stdout)
         if columns is not None and max(map(len, lines)) > columns:
             heads, *others = rows
@@ -139,18 +146,32 @@ class Terminal:
 
     def warn(self, *texts: str, level: str = "warning") -> None:
         """Write lines about something that may be wrong, or is, to standard error."""
+        if texts:
+            self._say_heading()
         _write(sys.stderr, [f"{level}: {' '.join(text.split())}" for text in texts])
 
-    def emit(self, value: "Mapping[str, Any] | Document") -> None:
+    def emit(self, value: "dict[str, Any] | Document") -> None:
         """Write one JSON object on one line, if JSON is asked for; a NaN is a ValueError."""
-        if self.json:
+        if self.kept is not None:
+            self.kept.append(value if isinstance(value, dict) else value.as_dict())
+        elif self.json:
             from ...solver.results import encode
 
             sys.stdout.write(encode(value).decode() + "\n")
 
 
 def _clean_console(*, stderr: bool, quiet: bool = False) -> "Console":
-    from .clean_console import CleanConsole
+    """Return a rich console to which no text of a file gives a command.
+
+    Text is cleaned; styles, and what moves the cursor, are those of mukca.
+    """
+    from rich.console import Console
+    from rich.segment import Segment
+
+    class CleanConsole(Console):
+        def render(self, renderable: Any, options: Any = None) -> "Iterable[Segment]":
+            for text, style, control in super().render(renderable, options):
+                yield Segment(text if control else cleaned(text), style, control)
 
     return CleanConsole(stderr=stderr, quiet=quiet, highlight=False)
 

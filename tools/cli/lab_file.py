@@ -95,16 +95,12 @@ def _typed(file: Path, name: str, value: object) -> list[str]:
         raise UsageError(
             f"{file}: {name}: expected a number, a text, or a list of them"
         )
-    items = [str(item) for item in values]
-    if name == "robot":
-        items = [_beside(file, item) for item in items]
+    items = list(map(str, values))
     if name in VECTORS:
         return [f"--{name}", *items]
+    for i, item in enumerate(items):
+        before, separator, source = item.rpartition("=")
+        urdf = file.parent / source
+        if name == "robot" and urdf.is_file():
+            items[i] = f"{before}{separator}{urdf}"
     return [f"--{name}={item}" for item in items]
-
-
-def _beside(file: Path, robot: str) -> str:
-    """Return a robot; a path to a URDF counts from the file."""
-    name, separator, source = robot.rpartition("=")
-    urdf = file.parent / source
-    return f"{name}{separator}{urdf}" if urdf.is_file() else robot

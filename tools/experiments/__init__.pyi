@@ -1,9 +1,9 @@
-from .page import simulation_page as simulation_page
 from .pictures import film as film
 from .results import Drawing as Drawing
 from .results import Insertions as Insertions
 from .results import ModelTrials as ModelTrials
 from .results import SimulationDocument as SimulationDocument
+from .results import simulation_page as simulation_page
 from .runs import ExperimentRun as ExperimentRun
 from .runs import Settings as Settings
 from .runs import model_urdf as model_urdf

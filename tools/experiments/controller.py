@@ -36,11 +36,8 @@ class ArmModel:
             raise ModelError(f"not a model that Pinocchio reads: {error}") from None
         _, *names = self.model.names  # the first is the universe
         if names != [*joint_names]:
-            joints_of_model = ", ".join(names)
-            joints_of_arm = ", ".join(joint_names)
-            raise ModelError(
-                f"its joints are {joints_of_model}; the arm's are {joints_of_arm}"
-            )
+            there, wanted = ", ".join(names), ", ".join(joint_names)
+            raise ModelError(f"its joints are {there}; the arm's are {wanted}")
         if not self.model.existFrame(tip):
             raise ModelError(f"it has no link {tip!r}")
         self.data: Any = self.model.createData()
@@ -55,13 +52,8 @@ class ArmModel:
         """Return Phi(q), which the next call overwrites, and J(q), shape (6, m), base frame."""
         pin.computeJointJacobians(self.model, self.data, q)
         pose = pin.updateFramePlacement(self.model, self.data, self.tip)
-        J = pin.getFrameJacobian(
-            self.model,
-            self.data,
-            self.tip,
-            pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
-        )
-        return pose, J
+        frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        return pose, pin.getFrameJacobian(self.model, self.data, self.tip, frame)
 
     def bias(self, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
         """Return C(q, dq) dq + g(q), shape (m,) [N m]."""
@@ -98,9 +90,6 @@ class ImpedanceController:
         pose, J = self.model.linearise(q)
         spring = STIFFNESS * pose_error(goal, pose)
         damper = DAMPING * (J @ dq)
-        if compensate:
-            self.offset = self.offset + spring * dt
-        else:
-            self.offset = np.zeros(6)
+        self.offset = self.offset + spring * dt if compensate else np.zeros(6)
         wrench = spring - damper + self.offset
         return J.T @ wrench + self.model.bias(q, dq)

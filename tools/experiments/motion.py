@@ -49,9 +49,7 @@ def move(
 
     def goal(fraction: float) -> Pose:
         s = smooth(fraction)
-        rotation = pin.exp3(s * turn) @ start.rotation
-        translation = start.translation + s * way
-        return pin.SE3(rotation, translation)
+        return pin.SE3(pin.exp3(s * turn) @ start.rotation, start.translation + s * way)
 
     return Phase(name, duration, goal)
 
@@ -119,11 +117,10 @@ def run(
             )
             scene.step(torque)
             if (count - step) % RECORD_EVERY == 0:
-                force = scene.contact_force()
                 names.append(phase.name)
+                force = scene.contact_force()
                 rows.append((q.copy(), scene.tip, force, controller.offset))
-    columns = map(np.array, zip(*rows, strict=True))
-    return Log(tuple(names), *columns)
+    return Log(tuple(names), *map(np.array, zip(*rows, strict=True)))
 
 
 MARGIN = 0.1
@@ -157,9 +154,8 @@ def reach(
             return q
         damped = J @ J.T + 1e-9 * np.eye(6)
         dq = J.T @ np.linalg.solve(damped, error)
-        largest = float(np.abs(dq).max())
-        share = LARGEST_STEP / max(largest, 1e-12)
-        q = q + dq * min(1.0, share)
+        largest = max(float(np.abs(dq).max()), 1e-12)
+        q = q + dq * min(1.0, LARGEST_STEP / largest)
     where = [round(float(x), 3) for x in pose.translation]
     raise SimulationError(f"the arm cannot reach {where} from where it is")
 
@@ -199,22 +195,18 @@ def _null_vector(model: ArmModel, q: np.ndarray) -> np.ndarray:
 
 def stratified(count: int, generator: np.random.Generator) -> np.ndarray:
     """Return numbers in [0, 1), one drawn from each of ``count`` equal parts, shuffled."""
-    parts = np.arange(count)
-    numbers = parts + generator.uniform(0, 1, count)
+    numbers = np.arange(count) + generator.uniform(0, 1, count)
     return generator.permutation(numbers / count)
 
 
 def elbow_angle(model: ArmModel, q: np.ndarray) -> float:
     """Return the turn of a 7-joint arm's elbow about the line shoulder-wrist, 0 where up [rad]."""
     pin.forwardKinematics(model.model, model.data, q)
-    joints = model.data.oMi
-    shoulder = joints[2].translation
-    elbow = joints[4].translation
-    line = unit(joints[6].translation - shoulder)  # to the wrist
+    shoulder, elbow, wrist = [model.data.oMi[k].translation for k in (2, 4, 6)]
+    line = unit(wrist - shoulder)
     up = np.array([0.0, 0.0, 1.0]) - line * line[2]
-    side = np.cross(line, up)
     arm = elbow - shoulder
-    return float(np.arctan2(arm @ side, arm @ up))
+    return float(np.arctan2(arm @ np.cross(line, up), arm @ up))
 
 
 def unit(vector: np.ndarray) -> np.ndarray:
@@ -258,9 +250,9 @@ class Cell:
     ) -> np.ndarray:
         """Return a configuration near and above a point, from 0 to 1 of the elbow's range."""
         middle = self.guide(point)
-        pose = pose_above(point)
-        back = _walk(self.truth, middle, pose, -1.0)
-        on = _walk(self.truth, middle, pose, 1.0)
+        on, back = [
+            _walk(self.truth, middle, pose_above(point), s) for s in (1.0, -1.0)
+        ]
         postures = [*back[::-1], middle, *on]  # evenly spaced, over the elbow's range
         posture = postures[int(fraction * len(postures))]
         direction = generator.uniform([-1, -1, 0.5], [1, 1, 1.5])

@@ -142,9 +142,8 @@ def _side_by_side(
     columns: Sequence[Sequence[Image.Image]],
 ) -> Image.Image:
     """Return two pictures of each model, one below the other, under its title."""
-    width = len(titles) * WIDTH
-    height = TITLE + 2 * HEIGHT
-    page = Image.new("RGB", (width, height), "white")
+    size = (len(titles) * WIDTH, TITLE + 2 * HEIGHT)
+    page = Image.new("RGB", size, "white")
     draw = ImageDraw.Draw(page)
     font = ImageFont.load_default(LETTERS)
     for i, (title, pictures) in enumerate(zip(titles, columns, strict=True)):
@@ -176,8 +175,7 @@ def _paper(trials: Sequence[Trial[Any]], row: int) -> Image.Image:
     """Return the paper from above, as the robot sees it, with what was drawn up to a row."""
     paper = Image.new("RGB", (WIDTH, HEIGHT), "white")
     draw = ImageDraw.Draw(paper)
-    demonstrated = figure(np.linspace(0, 1, 200))
-    draw.line(_pixels(demonstrated), fill="#c8ccd2", width=5)
+    draw.line(_pixels(figure(np.linspace(0, 1, 200))), fill="#c8ccd2", width=5)
     for i, trial in enumerate(trials):
         log = trial.log
         drawn = log.during("draw")
@@ -185,14 +183,12 @@ def _paper(trials: Sequence[Trial[Any]], row: int) -> Image.Image:
         touching = np.linalg.norm(log.force[drawn], axis=1) > 0
         points = log.tip[drawn[touching], :2]
         if len(points) > 1:
-            colour = LINES[i % len(LINES)]
-            draw.line(_pixels(points), fill=colour, width=1)
+            draw.line(_pixels(points), fill=LINES[i % len(LINES)], width=1)
     return paper
 
 
 def _pixels(points: np.ndarray) -> list[tuple[float, float]]:
     """Return points on the table, shape (N, 2) [m], in the picture: x is up and y to the left."""
-    middle = np.array([WIDTH, HEIGHT]) / 2
     aside_and_up = (points - PAPER)[:, ::-1]
-    pixels = middle - SCALE * aside_and_up
+    pixels = np.array([WIDTH, HEIGHT]) / 2 - SCALE * aside_and_up
     return [(x, y) for x, y in pixels.tolist()]

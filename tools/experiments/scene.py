@@ -49,41 +49,43 @@ def add_visuals(spec: Any, arm: Robot) -> None:
         if joint.actuated:
             _ghost(body, "cylinder", [0.055, 0.06], rgba=DARK)
         if np.linalg.norm(end) > 0.02:
-            _ghost(body, "capsule", [0.04], fromto=[0, 0, 0, *end], rgba=LIGHT)
+            _ghost(
+                body,
+                "capsule",
+                [0.04],
+                fromto=[0, 0, 0, *end],
+                rgba=LIGHT,
+            )
 
 
 def _link_ends(arm: Robot) -> np.ndarray:
     """Return where each link's capsule ends in the link's frame, TOOL before the tip [m]."""
     ends = np.array([joint.origin.xyz for joint in arm.joints[1:]])
     lengths = np.linalg.norm(ends, axis=1)
-    from_tip = np.cumsum(lengths[::-1])
-    to_tip = from_tip[::-1] - lengths
+    to_tip = np.cumsum(lengths[::-1])[::-1] - lengths
     hidden = (TOOL - to_tip) / np.maximum(lengths, 1e-9)
-    visible = np.clip(1 - hidden, 0, 1)
-    return ends * visible[:, None]
+    return ends * np.clip(1 - hidden, 0, 1)[:, None]
 
 
 def add_stem(body: Any, end: float) -> None:
     """Add a peg's or pen's cylinder up to a height on the z axis [m]."""
     axis = [0, 0, -PEG_LENGTH, 0, 0, end]
-    _ghost(body, "cylinder", [PEG_RADIUS], fromto=axis, rgba=ORANGE)
+    _ghost(
+        body,
+        "cylinder",
+        [PEG_RADIUS],
+        fromto=axis,
+        rgba=ORANGE,
+    )
 
 
-def add_open_block(
-    spec: Any,
-    body: Any,
-    radii: tuple[float, float],
-    height: float,
-) -> None:
-    """Add a block with a hole, of two radii and a height [m], cut open so that the peg is seen."""
-    inner, outer = radii
-    profile = [
-        (inner, 0.0),
-        (outer, 0.0),
-        (outer, height),
-        (inner, height),
-        (inner, 0.0),
-    ]
+def add_open_block(spec: Any, body: Any, inner: float, outer: float) -> None:
+    """Add a block with a hole, by their radii [m], cut open so that the peg is seen."""
+    bottom, top = (
+        [(inner, 0.0), (outer, 0.0)],
+        [(outer, HOLE_DEPTH), (inner, HOLE_DEPTH)],
+    )
+    profile = [*bottom, *top, bottom[0]]
     angle = np.radians(360 - CUT)
     creation: Any = trimesh.creation
     block = creation.revolve(profile, angle, cap=True, sections=SLICES)
@@ -93,9 +95,15 @@ def add_open_block(
         userface=np.ravel(block.faces),
         smoothnormal=0,
     )
-    middle = np.radians(OPEN_TO + CUT / 2)
-    turn = _about_z(middle)
-    _ghost(body, "mesh", [], meshname="block", quat=turn, rgba=BLUE)
+    turn = _about_z(np.radians(OPEN_TO + CUT / 2))
+    _ghost(
+        body,
+        "mesh",
+        [],
+        meshname="block",
+        quat=turn,
+        rgba=BLUE,
+    )
 
 
 def _about_z(angle: float) -> list[float]:
@@ -160,8 +168,7 @@ def urdf_of(robot: Robot) -> bytes:
 
 def _spec_of(arm: Robot) -> Any:
     """Return an arm with its motors and their friction, as MuJoCo is told of it."""
-    urdf = urdf_of(arm).decode()
-    spec = mujoco.MjSpec.from_string(urdf)
+    spec = mujoco.MjSpec.from_string(urdf_of(arm).decode())
     spec.compiler.fusestatic = False
     spec.compiler.discardvisual = False
     spec.option.timestep = TIME_STEP
@@ -184,7 +191,13 @@ class Scene:
         add_visuals(spec, arm)
         top = [0.55, 0, TABLE - 0.01]
         pale = [0.55, 0.6, 0.65, 1]
-        _geom(spec.worldbody, "box", [0.45, 0.6, 0.01], pos=top, rgba=pale)
+        _geom(
+            spec.worldbody,
+            "box",
+            [0.45, 0.6, 0.01],
+            pos=top,
+            rgba=pale,
+        )
         tool = spec.body(arm.tip)
         if hole is None:  # a pen is fixed like a peg; its tip is one sphere
             add_stem(tool, -4 * PEG_FILLET)
@@ -265,17 +278,17 @@ def _add_hole(spec: Any, diameter: float) -> None:
     block = spec.worldbody.add_body(name="block", mocap=True)
     radius = diameter / 2
     rim = radius + HOLE_WALL
-    half_width = rim * np.tan(np.pi / HOLE_SIDES)
     half_depth = HOLE_DEPTH / 2
+    size = [HOLE_WALL / 2, rim * np.tan(np.pi / HOLE_SIDES), half_depth]
     out = radius + HOLE_WALL / 2
     for angle in ANGLES:
         place = out * horizontal(angle) + [0, 0, half_depth]
         _geom(
             block,
             "box",
-            [HOLE_WALL / 2, half_width, half_depth],
+            size,
             pos=place,
             quat=_about_z(angle),
             group=HIDDEN,
         )
-    add_open_block(spec, block, (radius, rim), HOLE_DEPTH)
+    add_open_block(spec, block, radius, rim)

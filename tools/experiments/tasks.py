@@ -70,10 +70,8 @@ def _guided(
 ) -> Pose:
     """Return what the model sees; the peg is guided into the tight hole with a little play."""
     radius = PLAY * generator.uniform() ** 0.5
-    angle = generator.uniform(-np.pi, np.pi)
-    aside = radius * horizontal(angle)
-    q = cell.guide(point + aside)
-    return cell.model.pose(q)
+    aside = radius * horizontal(generator.uniform(-np.pi, np.pi))
+    return cell.model.pose(cell.guide(point + aside))
 
 
 def insert_at_centre(
@@ -85,7 +83,14 @@ def insert_at_centre(
     generator = np.random.default_rng([seed, 0])
     goal, out = teach(cell, CENTRE, generator)
     for fraction in stratified(count, generator):
-        yield insert(cell, CENTRE, goal, out, float(fraction), generator)
+        yield insert(
+            cell,
+            CENTRE,
+            goal,
+            out,
+            float(fraction),
+            generator,
+        )
 
 
 def insert_on_cross(
@@ -97,9 +102,8 @@ def insert_on_cross(
     generator = np.random.default_rng([seed, 1])
     goal, out = teach(cell, CENTRE, generator)
     axes: list[np.ndarray] = []
-    length = PER_BRANCH * STEP
     for branch in BRANCHES[::2]:
-        end, _ = teach(cell, CENTRE + length * branch, generator)
+        end, _ = teach(cell, CENTRE + PER_BRANCH * STEP * branch, generator)
         axis = unit(end.translation - goal.translation)
         axes += [axis, -axis]
     for place, fraction in enumerate(stratified(count, generator)):
@@ -107,7 +111,14 @@ def insert_on_cross(
         distance = (1 + step) * STEP
         hole = CENTRE + distance * BRANCHES[branch]
         target = shifted(goal, distance * axes[branch])
-        yield insert(cell, hole, target, out, float(fraction), generator)
+        yield insert(
+            cell,
+            hole,
+            target,
+            out,
+            float(fraction),
+            generator,
+        )
 
 
 def insert(
@@ -128,10 +139,8 @@ def insert(
     down = move("insert", 4.0, hover, goal)
     rest = hold("rest", 1.0, goal)
     log, motion = cell.perform(start, hover, [down, rest], ("insert", "rest"))
-    final_height = float(log.tip[-1, 2])
-    depth = TABLE + HOLE_DEPTH - final_height
-    compensated = log.tip[log.during("compensate")[-1]]
-    miss = compensated - tip_at(hole, HOVER)
+    depth = TABLE + HOLE_DEPTH - float(log.tip[-1, 2])
+    miss = log.tip[log.during("compensate")[-1]] - tip_at(hole, HOVER)
     result = Insertion.filled(
         motion,
         hole=tuple(hole.tolist()),
@@ -145,12 +154,10 @@ def insert(
 def insertion_results(trials: Sequence[Trial[Insertion]]) -> Insertions:
     """Return counts, tracking errors and forces of some insertions, and each by itself."""
     insertions = tuple(trial.result for trial in trials)
-    inserted = [insertion for insertion in insertions if insertion.inserted]
     misses = [float(np.linalg.norm(insertion.miss)) for insertion in insertions]
-    errors_and_forces = Trials.of(insertions, misses)
     return Insertions.filled(
-        errors_and_forces,
-        inserted=len(inserted),
+        Trials.of(insertions, misses),
+        inserted=sum(insertion.inserted for insertion in insertions),
         trials=len(insertions),
         each=insertions,
     )
@@ -181,11 +188,10 @@ def figure(fraction: np.ndarray) -> np.ndarray:
 def demonstrate(cell: Cell) -> list[Pose]:
     """Guide the pen along the figure, elbow up; return the poses that the model sees."""
     poses: list[Pose] = []
-    points = figure(np.linspace(0, 1, POINTS))
-    q = cell.guide(np.array([*points[0], TABLE]))
+    points = [np.array([*p, TABLE]) for p in figure(np.linspace(0, 1, POINTS))]
+    q = cell.guide(points[0])
     for point in points:
-        on_paper = np.array([*point, TABLE])
-        q = reach(cell.truth, q, pose_above(on_paper))
+        q = reach(cell.truth, q, pose_above(point))
         poses.append(cell.model.pose(q))
     return poses
 
@@ -211,11 +217,7 @@ def retrace(
     above = shifted(taught[0], PEN_HOVER * up)
     first = np.array([*figure(np.zeros(())), TABLE + PEN_HOVER])
     lower = move("lower", 2.0, above, path[0])
-
-    def goal(fraction: float) -> Pose:
-        return _along(path, smooth(fraction))
-
-    draw = Phase("draw", SECONDS, goal)
+    draw = Phase("draw", SECONDS, lambda fraction: _along(path, smooth(fraction)))
     for fraction in stratified(count, generator):
         start = cell.start(first, float(fraction), generator)
         log, motion = cell.perform(start, above, [lower, draw], ["draw"])
@@ -232,14 +234,12 @@ def _along(path: Sequence[Pose], fraction: float) -> Pose:
 def _retracing(log: Log, motion: Motion) -> Retracing:
     path = drawn(log)
     demonstrated = figure(np.linspace(0, 1, 2000))
-    separations = path[::4, None] - demonstrated
-    distances = np.linalg.norm(separations, axis=2)
-    nearest = distances.min(axis=1)
+    distances = np.linalg.norm(path[::4, None] - demonstrated, axis=2)
     is_touching = log.forces("draw") > 0
     points = np.round(path[::LINE_EVERY], 6)
     return Retracing.filled(
         motion,
-        tracking_error=float(nearest.mean()),
+        tracking_error=float(distances.min(axis=1).mean()),
         touching=float(is_touching.mean()),
         line=tuple((x, y) for x, y in points.tolist()),
     )
@@ -253,14 +253,12 @@ def drawn(log: Log) -> np.ndarray:
 def drawing_results(trials: Sequence[Trial[Retracing]]) -> Drawing:
     """Return the distances between the lines, tracking errors and forces, and each line."""
     lines = np.array([drawn(trial.log) for trial in trials])
-    separations = lines[:, None] - lines
-    distances = np.linalg.norm(separations, axis=3)
+    distances = np.linalg.norm(lines[:, None] - lines, axis=3)
     largest = distances.max(axis=(0, 1))
     drawings = tuple(trial.result for trial in trials)
-    tracking_errors = [drawing.tracking_error for drawing in drawings]
-    errors_and_forces = Trials.of(drawings, tracking_errors)
+    errors = [drawing.tracking_error for drawing in drawings]
     return Drawing.filled(
-        errors_and_forces,
+        Trials.of(drawings, errors),
         retracings=len(drawings),
         spread=float(largest.mean()),
         max_spread=float(largest.max()),

@@ -19,20 +19,7 @@ from .request import Exported, ExportError, Request, filled, plain
 _BODY = re.compile(
     r"static int \w+\(const casadi_real\*\* arg.*?\) \{\n(.*?)  return 0;\n\}", re.S
 )
-NUMBERS = (
-    *(
-        "ROUNDS",
-        "STUCK",
-        "NEAR",
-        "LAST",
-        "TINY",
-        "AWAY",
-        "MARGIN",
-        "TOLERANCE",
-        "SETTLED",
-    ),
-    *("STILL", "SHORTEST"),
-)
+NUMBERS = "ROUNDS STUCK NEAR LAST TINY AWAY MARGIN TOLERANCE SETTLED STILL SHORTEST"
 """Of the inverse kinematics, as :mod:`mukca.solver.poses` has them."""
 FAR = 1e9
 """A limit for joints without one [rad, m]."""
@@ -56,10 +43,12 @@ def write(request: Request) -> Exported:
     name = name_of_functions(request)
     payload = request.options.get("payload")
     calibrated = request.calibration.kinematics(payload=payload).calibrated
-    source = _source(request, calibrated)
-    header = _header(request, calibrated)
+    files = {
+        f"{name}.c": _source(request, calibrated),
+        f"{name}.h": _header(request, calibrated),
+    }
     usage = f"Compile {name}.c with your program, include {name}.h; the flange is {request.flange}."
-    return Exported({f"{name}.c": source, f"{name}.h": header}, (), (usage,))
+    return Exported(files, lines=(usage,))
 
 
 def name_of_functions(request: Request) -> str:
@@ -94,7 +83,7 @@ def _source(request: Request, calibrated: PosedRobot) -> bytes:
     arguments, value = _step(model, place, robot)
     step = _body({**arguments, "d": d}, value)
     curves = calibrated.deflection.curves
-    limits = [[f"{x:.17g}" for x in side] for side in _limits(robot)]
+    limits = [", ".join(map("{:.17g}".format, side)) for side in _limits(robot)]
     return _filled(
         "controller.c.j2",
         request,
@@ -106,7 +95,7 @@ def _source(request: Request, calibrated: PosedRobot) -> bytes:
         names=", ".join(map(literal, robot.joint_names)),
         step=step,
         LAST=f"{calibrated.last_step:g}",
-        limits=[", ".join(side) for side in limits],
+        limits=limits,
         squares=any("square(" in body for body in (step, *bodies.values())),
         functions={word: (sizes.get(word), body) for word, body in bodies.items()},
     )
@@ -171,11 +160,9 @@ def _flange(request: Request) -> int:
 
 def literal(text: str) -> str:
     """Return a text as a string of C: UTF-8, and octal what C could read otherwise."""
-    letters = [chr(byte) for byte in text.encode()]
-    safe = [
-        c if " " <= c <= "~" and c not in '"\\?' else f"\\{ord(c):03o}" for c in letters
-    ]
-    return f'"{"".join(safe)}"'
+    letters = text.encode().decode("latin-1")  # a letter for each byte
+    safe = re.sub(r'[^ -~]|["\\?]', lambda match: f"\\{ord(match[0]):03o}", letters)
+    return f'"{safe}"'
 
 
 def _limits(robot: Robot) -> tuple[list[float], list[float]]:
@@ -191,8 +178,8 @@ def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], A
     lower, upper = map(ca.DM, _limits(robot))
     margin = ca.SX.sym("away")
     change = limited_step(step, lower + margin, upper - margin)
-    value = ca.vertcat(step.left, change)
-    value = ca.substitute(value, step.symbols["tool"], ca.DM(poses.NO_TOOL))
+    moved = ca.vertcat(step.left, change)
+    value = ca.substitute(moved, step.symbols["tool"], ca.DM(poses.NO_TOOL))
     arguments = {name: step.symbols[name] for name in ("q", "target", "prefer")}
     return {**arguments, "away": margin}, value
 
@@ -223,6 +210,6 @@ def _filled(
     """Return a template's text; what stands in comments cannot end them."""
     name = request.file.stem
     lines = [*request.identity.lines(), *map(plain, about)]
-    numbers = {word: f"{getattr(poses, word):g}" for word in NUMBERS}
-    names = {"arm": name, "ARM": name.upper(), **numbers}
-    return filled(template, about=lines, **(names | words))
+    numbers = {word: f"{getattr(poses, word):g}" for word in NUMBERS.split()}
+    names = {"arm": name, "ARM": name.upper(), "about": lines}
+    return filled(template, **(names | numbers | words))

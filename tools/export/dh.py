@@ -83,7 +83,13 @@ def dh_table(
     overs = alongs if standard else [Row(), *steps]
     for i, along, over in zip(moving, alongs, overs, strict=True):
         kind = "prismatic" if joints[i].type == "prismatic" else "revolute"
-        row = Row(joints[i].name, kind, over.form or form, along.theta, along.d)
+        row = Row(
+            joints[i].name,
+            kind,
+            over.form or form,
+            along.theta,
+            along.d,
+        )
         rows.append(row._replace(a=over.a, alpha=over.alpha, beta=over.beta))
     return rows, {"base": base, "flange": flange, "tool": flange @ poses[-1]}
 
@@ -129,18 +135,25 @@ def _hayati(point: np.ndarray, line: np.ndarray) -> Row:
     u, v, w = pose_of_numbers((0, 0, 0, 0, 0, -theta))[:3, :3] @ line
     beta = math.atan2(u, math.hypot(v, w))
     alpha = math.atan2(-v, w)
-    return Row(form="hayati", theta=theta, a=a, alpha=alpha, beta=beta)
+    return Row(
+        form="hayati",
+        theta=theta,
+        a=a,
+        alpha=alpha,
+        beta=beta,
+    )
 
 
 def write(request: Request) -> Exported:
     """Return the table as JSON or CSV, as the file's ending says, and as lines to print."""
-    convention = {"dh": "standard", "mdh": "modified"}[request.format]
+    is_standard = request.format == "dh"
+    convention = "standard" if is_standard else "modified"
     robot = request.calibration.robot
-    rows, frames = dh_table(robot.joints, request.origins, convention == "standard")
+    rows, frames = dh_table(robot.joints, request.origins, is_standard)
     request.require_ending(".json", ".csv")
     along = "J(q) Rz(theta) Tz(d)"
     across = "Tx(a) Rx(alpha) Ry(beta)"
-    row = f"{along} {across}" if convention == "standard" else f"{across} {along}"
+    row = f"{along} {across}" if is_standard else f"{across} {along}"
     explained = (
         f"{convention.title()}: T = base * product of [{row}] * tool",
         "J(q) = Rz(q) for a revolute joint, Tz(q) for a prismatic one; metres and radians.",
@@ -166,10 +179,8 @@ def write(request: Request) -> Exported:
 
 def _as_csv(about: list[str], rows: list[Row], frames: dict[str, np.ndarray]) -> str:
     text = io.StringIO()
-    lines = [
-        f"{name} {' '.join(map(repr, T[:3].ravel().tolist()))}"
-        for name, T in frames.items()
-    ]
+    numbers = {name: map(repr, T[:3].ravel().tolist()) for name, T in frames.items()}
+    lines = [f"{name} {' '.join(words)}" for name, words in numbers.items()]
     text.writelines(f"# {plain(line)}\n" for line in [*about, *lines])
     csv.writer(text, lineterminator="\n").writerows([Row._fields, *rows])
     return text.getvalue()

@@ -26,9 +26,7 @@ class Format(Entry):
 
 
 _TABLE = read_json(Path(__file__).with_name("formats.json"))
-FORMATS: dict[str, Format] = {
-    name: Format(name, **fields) for name, fields in _TABLE.items()
-}
+FORMATS = {name: Format(name, **fields) for name, fields in _TABLE.items()}
 """mukca's own, by the word that ``--to`` takes. A new one is a line of the file, and its module."""
 
 
@@ -69,28 +67,28 @@ def export(
         PluginError: The format is of a package that cannot be imported.
         OutputError: A file is there already, or cannot be written.
     """
-    table = (
-        FORMATS if to in FORMATS else format_table()
-    )  # to look for plug-ins takes a while
+    # To look for plug-ins takes a while.
+    table = FORMATS if to in FORMATS else format_table()
     if to not in table:
         raise ExportError(f"no format {to!r}; there are: {', '.join(table)}")
     check_keywords("export", options, list(ExportOptions.__annotations__))
     for option, value in options.items():
         if value and option not in table[to].takes:
-            takers = [
-                name for name, format_ in table.items() if option in format_.takes
-            ]
+            takers = ", ".join(name for name in table if option in table[name].takes)
             word = "tool" if option == "tools" else option
-            raise ExportError(f"--{word} is for --to {', '.join(takers)}, not for {to}")
+            raise ExportError(f"--{word} is for --to {takers}, not for {to}")
     file = Path(out)
     if file.is_dir():
         raise ExportError(f"--out {file}: is a folder; name a file")
+    identity = identify(calibration, serial_number)
     request = Request(
-        to, calibration, identify(calibration, serial_number), file, options
+        to,
+        calibration,
+        identity,
+        file,
+        options,
     )
     exported: Exported = load(table[to], "format")(request)
     refuse_existing(file.parent, exported.files, force=force)
-    written = write_files(file.parent, exported.files)
-    return replace(
-        exported, outputs={name: str(path) for name, path in written.items()}
-    )
+    written = write_files(file.parent, exported.files).items()
+    return replace(exported, outputs={name: str(path) for name, path in written})

@@ -10,8 +10,9 @@ import csv
 import io
 import json
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -65,16 +66,17 @@ class JointTable:
     @cached_property
     def angles(self) -> np.ndarray:
         """Angles of the offsets, shape (m, K) [rad]."""
-        numbers: np.ndarray = np.arange(self.offsets.shape[1], dtype=float)
-        return self.first[:, None] + self.step[:, None] * numbers
+        return self.first[:, None] + self.step[:, None] * self._numbers
+
+    @property
+    def _numbers(self) -> np.ndarray:
+        return np.arange(self.offsets.shape[1], dtype=float)
 
     def shares(self, q: np.ndarray) -> np.ndarray:
         """Return the share of each offset at positions q, shape (N, m), as (N, m, K)."""
-        count = self.offsets.shape[1]
-        places = np.clip((q - self.first) / self.step, 0, count - 1)
-        numbers: np.ndarray = np.arange(count, dtype=float)
-        distances = np.abs(places[:, :, None] - numbers)
-        return np.maximum(1 - distances, 0)
+        numbers = self._numbers
+        places = np.clip((q - self.first) / self.step, 0, numbers[-1])
+        return np.maximum(1 - np.abs(places[:, :, None] - numbers), 0)
 
     def positions(self, readings: np.ndarray) -> np.ndarray:
         """Return the q that solves q + offset(q) = p for readings p, both of shape (N, m) [rad]."""
@@ -109,40 +111,35 @@ def fit_table(
     m = len(span)
     within = lower + span * np.random.default_rng(0).uniform(size=(POSES, m))
     parts = readings, within, workspace(arm.robot, POSES)
-    weights = [
-        np.full(len(part), share / len(part))
-        for part, share in zip(parts, SHARES, strict=True)
-    ]
-    p, w = np.concatenate(parts), np.concatenate(weights)
+    counts = list(map(len, parts))
+    p, w = np.concatenate(parts), np.repeat(np.divide(SHARES, counts), counts)
     calibrated = arm.calibrated
     q = calibrated.true_positions(p)
-    table = JointTable(lower, span / (count - 1), np.zeros((m, count))).nearest(
-        q, p - q
-    )
+    table = JointTable(lower, span / (count - 1), np.zeros((m, count)))
+    table = table.nearest(q, p - q)
     values = calibrated.values
     turned = pose_of_numbers(calibrated.model.origins(values)[-1])[:3, :3]
     balls, links = calibrated.ball(p), arm.flange(p)[:, :3, :3] @ turned
     for _ in range(ROUNDS):
-        points, turns = (
-            linearise(values, table.positions(p))
-            for linearise in (calibrated.model.linearise, calibrated.model.rotations)
-        )
+        q = table.positions(p)
+        points = calibrated.model.linearise(values, q)
+        turns = calibrated.model.rotations(values, q)
         vectors = rotation_vectors(links @ turns.points.swapaxes(1, 2))
-        errors = np.concatenate([balls - points.points, LEVER * vectors], axis=1)
+        errors = _six_rows(balls - points.points, vectors)
         by_values = _six_rows(points.by_parameters, turns.by_parameters)
         by_q = _six_rows(points.by_joints, turns.by_joints)[:, :, :m, None]
-        by_offsets = -by_q * table.shares(table.positions(p))[:, None]
+        by_offsets = -by_q * table.shares(q)[:, None]
         J = np.concatenate([by_values, by_offsets.reshape(len(p), 6, -1)], axis=2)
         rows = J.reshape(6 * len(p), -1)
         weighted = (J * w[:, None, None]).reshape(rows.shape)
         H = weighted.T @ rows + HELD * np.eye(rows.shape[1])
         change = np.linalg.solve(H, weighted.T @ errors.ravel())
         values = values + change[: len(values)]
-        table = replace(
-            table, offsets=table.offsets + change[len(values) :].reshape(m, count)
-        )
+        offsets = table.offsets + change[len(values) :].reshape(m, count)
+        table = replace(table, offsets=offsets)
+    deflection = Deflection()
     return table, replace(
-        calibrated, values=values, deflection=Deflection(), exported=None
+        calibrated, values=values, deflection=deflection, exported=None
     )
 
 
@@ -184,23 +181,19 @@ def write(request: Request) -> Exported:
         f"Left to the full model, at the ball: {1e3 * loss.mean:.3f} mm over the recorded poses, "
         f"{1e3 * loss.anywhere:.3f} mm all over the workspace, on average.",
     ]
-    gravity = table.nearest(*_sag(calibrated, readings)).offsets
-    columns = zip(
-        calibrated.robot.joint_names, table.angles, table.offsets, gravity, strict=True
-    )
-    rows = [_Row(*row) for row in columns]
-    words = {"about": list(map(plain, about)), "rows": rows, "count": count}
-    identity = {
-        key: json.dumps(value) for key, value in asdict(request.identity).items()
-    }
+    # Where joints stand at readings, and the offsets that weight alone makes there.
+    weightless = replace(calibrated, load=Load((0.0, 0.0, 0.0), 0.0))
+    q = calibrated.true_positions(readings)
+    gravity = table.nearest(q, weightless.true_positions(readings) - q).offsets
+    names = calibrated.robot.joint_names
+    rows = list(map(_Row, names, table.angles, table.offsets, gravity))
+    words: dict[str, object] = {"about": list(map(plain, about)), "rows": rows}
+    words |= {"identity": request.identity.in_yaml, "payload": mass, "count": count}
+    words |= {"arm": name, "ARM": name.upper(), "turns": TURNS}
     files = {
         request.file.name: _as_csv(about, rows),
-        f"{name}.yaml": filled(
-            "joint_table.yaml.j2", identity=identity, payload=mass, **words
-        ),
-        f"{name}.h": filled(
-            "joint_table.h.j2", arm=name, ARM=name.upper(), turns=TURNS, **words
-        ),
+        f"{name}.yaml": filled("joint_table.yaml.j2", **words),
+        f"{name}.h": filled("joint_table.h.j2", **words),
         f"{name}.urdf": rigid.urdf(request.file.parent),
     }
     lines = (
@@ -240,15 +233,6 @@ class _Row(NamedTuple):
         return ", ".join(f"{number:.12f}" for number in numbers)
 
 
-def _sag(
-    calibrated: CalibratedRobot, readings: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return where joints stand at readings, and the offsets that weight alone makes there."""
-    weightless = replace(calibrated, load=Load((0.0, 0.0, 0.0), 0.0))
-    q = calibrated.true_positions(readings)
-    return q, weightless.true_positions(readings) - q
-
-
 def _as_csv(about: Iterable[str], rows: Iterable[_Row]) -> bytes:
     """Return a line for each offset."""
     text = io.StringIO()
@@ -257,7 +241,5 @@ def _as_csv(about: Iterable[str], rows: Iterable[_Row]) -> bytes:
     writer.writerow(["joint", "angle", "offset", "gravity"])
     for row in rows:
         columns = (row.listed(column).split(", ") for column in row[1:])
-        writer.writerows(
-            [row.joint, *numbers] for numbers in zip(*columns, strict=True)
-        )
+        writer.writerows(zip(repeat(row.joint), *columns, strict=False))
     return text.getvalue().encode()

@@ -75,15 +75,13 @@ def write(request: Request) -> Exported:
         "calibration_file_sha256": hashlib.sha256(read_bytes(request.like)).hexdigest(),
         "zeros": [asdict(zero) for zero in zeros],
     }
+    urdf = f"{request.file.stem}.urdf"
     files = {
         request.file.name: _as_json(_shifted(motors, zeros, make)),
-        f"{request.file.name}.mukca.json": (
-            json.dumps(made_from, indent=2) + "\n"
-        ).encode(),
-        f"{request.file.stem}.urdf": _urdf(request, zeros),
+        f"{request.file.name}.mukca.json": f"{json.dumps(made_from, indent=2)}\n".encode(),
+        urdf: _urdf(request, zeros),
     }
     most = max(abs(zero.ticks) for zero in zeros)
-    urdf = f"{request.file.stem}.urdf"
     lines = [*map(str, zeros)]
     if most:
         lines += [
@@ -119,9 +117,8 @@ def _as_json(motors: Mapping[str, MotorCalibration]) -> bytes:
 
 def _check_signs(request: Request) -> None:
     """Refuse zeros of joints that were read with another sign than lerobot's."""
-    for file in set(
-        chain.from_iterable(data.files for data in request.calibration.document.data)
-    ):
+    rows = request.calibration.document.data
+    for file in set(chain.from_iterable(row.files for row in rows)):
         try:
             text = read_bytes(Path(file).parent / "placement.json").decode()
         except OSError:
@@ -152,9 +149,8 @@ def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zer
             why = "not decided by the data, left as it is"
         elif abs(ticks) > MOST_TICKS:
             why = f"{fixed(ticks, 0, '+')} ticks are too many: calibrate by lerobot anew first"
-        zeros.append(
-            Zero(joint, by_motor[joint], zero, deviation, 0 if why else ticks, why)
-        )
+        ticks *= not why
+        zeros.append(Zero(joint, by_motor[joint], zero, deviation, ticks, why))
     return zeros
 
 

@@ -112,7 +112,13 @@ def _align(
     across = turning[:, None, None] * (np.eye(3) - along)
     axes_in_links = [joint.axis for joint in actuated]
     urdf_axes = np.einsum("nij,nj->ni", nominal[:, :3, :3], axes_in_links)
-    base = _base_of(nominal[:, :3, 3], urdf_axes, places, axes, across)
+    base = _base_of(
+        nominal[:, :3, 3],
+        urdf_axes,
+        places,
+        axes,
+        across,
+    )
     aligned = base @ nominal
     offsets = np.einsum("nij,nj->ni", across, places - aligned[:, :3, 3])
     turns, angles = _turns_between(urdf_axes @ base[:3, :3].T, axes)
@@ -206,9 +212,9 @@ def _placed(tag: bytes, T: np.ndarray) -> bytes:
 
     quat = np.empty(4)
     mujoco.mju_mat2Quat(quat, np.ascontiguousarray(T[:3, :3]).ravel())
-    numbers = {"pos": T[:3, 3].tolist(), "quat": quat.tolist()}
-    attributes = {key: " ".join(map(repr, values)) for key, values in numbers.items()}
-    return with_attributes(tag, attributes)
+    numbers = {"pos": T[:3, 3], "quat": quat}
+    words = {key: " ".join(map(repr, v.tolist())) for key, v in numbers.items()}
+    return with_attributes(tag, words)
 
 
 def _files(
@@ -225,11 +231,10 @@ def _files(
         if tag == "include":
             included.append(attributes.get("file", ""))
         if tag == "body" and attributes.get("name") in places:
+            name = attributes["name"]
             if {"frame", "replicate"} & set(path):
-                raise ExportError(
-                    f"{file}: body {attributes['name']!r} hangs in a <frame>"
-                )
-            begins[attributes["name"]] = parser.CurrentByteIndex
+                raise ExportError(f"{file}: body {name!r} hangs in a <frame>")
+            begins[name] = parser.CurrentByteIndex
         path.append(tag)
 
     parser.StartElementHandler = start

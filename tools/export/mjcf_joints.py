@@ -32,9 +32,14 @@ def read_joints(request: Request) -> MjcfJoints:
     bodies: list[int] = model.jnt_bodyid[indices].tolist()
     parents: list[int] = model.body_parentid[bodies].tolist()
     before = [parents[0], *bodies]
-    for j, body, parent, previous in zip(
-        indices, bodies, parents, before, strict=False
-    ):
+    rows = zip(
+        indices,
+        bodies,
+        parents,
+        before,
+        strict=False,
+    )
+    for j, body, parent, previous in rows:
         _check_joint(model, request, j)
         if previous not in (parent, model.body_weldid[parent]):
             raise ExportError(
@@ -49,7 +54,13 @@ def read_joints(request: Request) -> MjcfJoints:
     directions: np.ndarray = data.xaxis[indices]
     axes: np.ndarray = np.matmul(frames[0, :3, :3], directions[:, :, None])[:, :, 0]
     names_of_bodies = [model.body(body).name for body in bodies]
-    return MjcfJoints(names, names_of_bodies, axes, frames[bodies], frames[parents])
+    return MjcfJoints(
+        names,
+        names_of_bodies,
+        axes,
+        frames[bodies],
+        frames[parents],
+    )
 
 
 def _at_zero(request: Request) -> tuple[Any, Any]:
@@ -66,9 +77,7 @@ def _at_zero(request: Request) -> tuple[Any, Any]:
     try:
         model = mujoco.MjModel.from_xml_path(str(request.like))
     except ValueError as error:
-        hint = ""
-        if "mujocoinclude" in str(error):
-            hint = "; name the model that includes it"
+        hint = "; name the model that includes it" * ("mujocoinclude" in str(error))
         raise ExportError(
             f"--like {request.like}: MuJoCo cannot read it: {error}{hint}"
         ) from None
@@ -108,11 +117,8 @@ def _matched(model: Any, request: Request) -> list[int]:
             return single
     if all(len(matches) == 1 for matches in candidates):
         return [matches[0] for matches in candidates]
-    absent = [
-        joint
-        for joint, matches in zip(model_joints, candidates, strict=True)
-        if not matches
-    ]
+    pairs = zip(model_joints, candidates, strict=True)
+    absent = [joint for joint, matches in pairs if not matches]
     if not absent:
         several = [names[j] for j in max(candidates, key=len)]
         raise ExportError(

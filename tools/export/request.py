@@ -1,6 +1,7 @@
 """An export: the request and the origins that every format is given, its files, and its losses."""
 
 import hashlib
+import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -65,6 +66,11 @@ class Identity:
             f"sha256 of that file: {self.sha256}",
         ]
         return list(map(plain, lines))
+
+    @property
+    def in_yaml(self) -> dict[str, str]:
+        """Its fields as strings of YAML."""
+        return {key: json.dumps(value) for key, value in vars(self).items()}
 
 
 @dataclass(frozen=True)
@@ -160,9 +166,7 @@ def identify(calibration: "Calibration", serial_number: str | None) -> Identity:
 def _noted(files: Collection[str]) -> list[str]:
     """Return the serial numbers noted beside a recording, if it still lies where it was."""
     folders = dict.fromkeys(Path(file).parent for file in files)
-    sessions = chain.from_iterable(
-        read_sessions(folder / METADATA) for folder in folders
-    )
+    sessions = chain.from_iterable(read_sessions(f / METADATA) for f in folders)
     return [str(s["serial_number"]) for s in sessions if "serial_number" in s]
 
 
@@ -190,9 +194,8 @@ def redistributed_origins(
     origins: dict[str, np.ndarray] = {}
     change = np.eye(4)
     changed = False
-    for joint, origin in zip(
-        request.calibration.robot.joints, request.origins, strict=True
-    ):
+    joints = request.calibration.robot.joints
+    for joint, origin in zip(joints, request.origins, strict=True):
         nominal = np.array(joint.origin.numbers)
         if joint.name in carried:
             origins[joint.name] = origin
@@ -203,11 +206,8 @@ def redistributed_origins(
             change = np.eye(4)
             changed = False
         elif changed or np.any(origin != nominal):
-            change = (
-                np.linalg.inv(pose_of_numbers(nominal))
-                @ change
-                @ pose_of_numbers(origin)
-            )
+            before = np.linalg.inv(pose_of_numbers(nominal))
+            change = before @ change @ pose_of_numbers(origin)
             changed = True
     return origins
 
@@ -224,15 +224,11 @@ def losses_without(
     """Return what a format leaves out, which cannot change the origins of some joints."""
     calibrated = request.calibration.calibrated
     losses: list[Loss] = []
-    if calibrated.deflection.extensions:
-        words = (
-            "corrections of the joints ("
-            + ", ".join(calibrated.deflection.extensions)
-            + ")"
-        )
-        losses.append(
-            cost_at_poses(request, words, calibrated.geometric_ball, calibrated.ball)
-        )
+    corrections = ", ".join(calibrated.deflection.extensions)
+    if corrections:
+        words = f"corrections of the joints ({corrections})"
+        balls = calibrated.geometric_ball
+        losses.append(cost_at_poses(request, words, balls, calibrated.ball))
     robot = request.calibration.robot
     poses = recorded(request), workspace(robot, ANYWHERE)
     geometric = [calibrated.geometric_ball(q) for q in poses]
@@ -253,8 +249,8 @@ def losses_without(
 
 def recorded(request: Request) -> np.ndarray:
     """Return the joint positions that were recorded, shape (N, m) [rad]."""
-    rows = request.calibration.document.data
-    return np.array([s.position for s in chain(*(row.samples for row in rows))])
+    rows = [row.samples for row in request.calibration.document.data]
+    return np.array([sample.position for sample in chain(*rows)])
 
 
 Balls = Callable[[np.ndarray], np.ndarray]
@@ -277,9 +273,7 @@ def _loss(
     what: str, balls: Sequence[np.ndarray], targets: Sequence[np.ndarray]
 ) -> Loss:
     """Return the loss by balls at recorded poses and anywhere, and where they should be [m]."""
-    pairs = zip(balls, targets, strict=True)
-    recorded, anywhere = (
-        np.linalg.norm(ball - target, axis=1) for ball, target in pairs
-    )
-    mean = float(recorded.mean())
-    return Loss(what, mean, float(recorded.max()), float(anywhere.mean()))
+    gaps = map(np.subtract, balls, targets)
+    lengths, anywhere = [np.linalg.norm(gap, axis=1) for gap in gaps]
+    mean = float(lengths.mean())
+    return Loss(what, mean, float(lengths.max()), float(anywhere.mean()))

@@ -4,7 +4,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -57,26 +57,22 @@ def write(request: Request) -> Exported:
     vendor = Vendor(**tables[request.format])
     keys = _keys(request, vendor)
     request.require_ending(".yaml", ".yml")
-    origins = {
-        keys[name]: o for name, o in redistributed_origins(request, keys).items()
-    }
     lines = list(vendor.lines)
     name = ""
     if request.format == "ur":
         name, note = _hash(request, keys)
         lines.append(note)
+    origins = {
+        keys[joint]: dict(zip(COMPONENTS, map(_number, origin.tolist()), strict=True))
+        for joint, origin in redistributed_origins(request, keys).items()
+    }
     content = filled(
         "kinematics.yaml.j2",
         about=request.identity.lines(),
-        identity={
-            key: json.dumps(value) for key, value in asdict(request.identity).items()
-        },
+        identity=request.identity.in_yaml,
         outer=vendor.outer,
         inner=vendor.inner,
-        origins={
-            joint: dict(zip(COMPONENTS, map(_number, origin.tolist()), strict=True))
-            for joint, origin in origins.items()
-        },
+        origins=origins,
         hash=name,
     )
     losses = losses_without(request, after_last_exported(request, keys))
@@ -95,7 +91,7 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
     complete = (
         set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
     )
-    fits = first is not None and complete and moving <= set(keys)
+    fits = complete and moving <= set(keys)
     if first is not None and fits and first.parent.endswith(vendor.root):
         return keys
     # joint1 .. are many makers' names.
@@ -104,9 +100,8 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
             f"--to {request.format}: {robot.name} does not have the joints of {vendor.makes}, "
             f"{', '.join(vendor.keys)} from a link {vendor.root}; --to xacro works for any arm"
         )
-    prefix = first.name.removesuffix(
-        next(k for k in vendor.keys if first.name.endswith(k))
-    )
+    ending = next(key for key in vendor.keys if first.name.endswith(key))
+    prefix = first.name.removesuffix(ending)
     raise ExportError(
         f"--to {request.format}: the parent of {first.name} is {first.parent}, in {vendor.makes} "
         f"{prefix}{vendor.root}; solve by a model with that link and --base {prefix}{vendor.root}; "
@@ -120,20 +115,17 @@ def write_tesseract(request: Request) -> Exported:
     joints = request.calibration.robot.joints[:-1]
     poses = pose_of_numbers(request.origins[:-1])
     turns = quaternion_of(poses[:, :3, :3])
+    places = poses[:, :3, 3].tolist()
     rows = [
-        (
-            json.dumps(joint.name),
-            *([_number(x) for x in row.tolist()] for row in numbers),
-        )
-        for joint, *numbers in zip(joints, poses[:, :3, 3], turns, strict=True)
+        (json.dumps(joint.name), list(map(_number, place)), list(map(_number, turn)))
+        for joint, place, turn in zip(joints, places, turns.tolist(), strict=True)
     ]
     about = request.identity.lines()
     content = filled("tesseract.yaml.j2", about=about, joints=rows)
     ball = request.calibration.robot.ball_joint.name
     line = f'Name it in the SRDF: <calibration_config filename="{request.file.name}"/>'
-    return Exported(
-        {request.file.name: content}, losses_without(request, [ball]), (line,)
-    )
+    losses = losses_without(request, [ball])
+    return Exported({request.file.name: content}, losses, (line,))
 
 
 def _number(value: float) -> str:
@@ -207,19 +199,18 @@ def write_urdf(request: Request) -> Exported:
                 "metres and a turn in radians, as in --tool gripper=0,0,0.12,0,0,1.57"
             )
         x, y, z, roll, pitch, yaw = numbers
+        origin = Origin((x, y, z), (roll, pitch, yaw))
         doubts = {
-            "place": ON_FLANGE.doubt((x, y, z)),
-            "turn": ROTATION.doubt((roll, pitch, yaw)),
+            "place": ON_FLANGE.doubt(origin.xyz),
+            "turn": ROTATION.doubt(origin.rpy),
         }
         for part, doubt in doubts.items():
             if doubt:
                 raise ExportError(f"--tool {tool}: {part}: {doubt}")
-        origin = Origin((x, y, z), (roll, pitch, yaw))
         try:
-            data = add_link(text, flange, origin, tool)
+            text = scan(add_link(text, flange, origin, tool), name)
         except ModelError as error:
             raise ExportError(f"--tool {tool}: {error}") from None
-        text = scan(data, name)
     lines = tuple(f"{tool} stands fixed on {flange}" for tool in tools)
     return Exported({request.file.name: text.data}, losses_without(request), lines)
 
@@ -237,15 +228,10 @@ def write_xacro(request: Request) -> Exported:
         xyz = " ".join(map(repr, origin[:3]))
         rpy = " ".join(map(repr, origin[3:]))
         entries.append(f"('{joint.name}', dict(xyz='{xyz}', rpy='{rpy}'))")
-    table = quoteattr("${dict([\n    " + ",\n    ".join(entries) + "])}").replace(
-        "&#10;", "\n"
-    )
-    words = {
-        "about": request.identity.lines(),
-        "joint": plain(joints[0].name),
-        "table": table,
-    }
-    content = filled("origins.xacro.j2", **words)
+    rows = ",\n    ".join(entries)
+    table = quoteattr(f"${{dict([\n    {rows}])}}").replace("&#10;", "\n")
+    about, joint = request.identity.lines(), plain(joints[0].name)
+    content = filled("origins.xacro.j2", about=about, joint=joint, table=table)
     lines = (
         f'Include it by  <xacro:include filename="{request.file.name}"/>  and write  '
         f'<xacro:calibrated_origin joint="{joints[0].name}"/>  instead of the <origin> of each of '

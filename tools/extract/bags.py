@@ -16,7 +16,6 @@ import numpy as np
 
 from ...drivers.arms.servos import read_lerobot
 from ...errors import read_json, reason_of, require_file
-from .joint_messages import JointMessages, JointStates
 from .log import (
     ExtractError,
     Log,
@@ -26,10 +25,11 @@ from .log import (
     in_parts,
     needed_columns,
     refuse_normalised,
+    require_angles,
     require_rate,
     unknown_joints,
 )
-from .topics import chosen_topic
+from .topics import JointMessages, JointStates, chosen_topic
 from .unpacking import bound_chunks, require_bounded, require_few_numbers
 
 SINGLE = 1.0
@@ -45,15 +45,14 @@ def read_bag(question: Question) -> Log:
         unpack = bound_chunks()
     except ImportError:
         raise ExtractError("bags need rosbags: pip install 'mukca[bags]'") from None
-    files = [question.path]
-    if question.path.is_dir():
-        files = [*question.path.glob("*")]
+    is_folder = question.path.is_dir()
+    entries = question.path.glob("*") if is_folder else [question.path]
+    files = [file for file in entries if not file.is_dir()]
     for file in files:
-        if not file.is_dir():
-            require_file(file, largest=None)
+        require_file(file, largest=None)
     store = get_typestore(Stores.ROS2_HUMBLE)
     try:
-        for file in filter(Path.is_file, files):
+        for file in files:
             require_bounded(file)
         with AnyReader([question.path], default_typestore=store) as reader:
             topics = _topics(reader, question, unpack)
@@ -72,13 +71,13 @@ def _topics(
     sensors = [c for c in reader.connections if c.msgtype.endswith("/JointState")]
     connections = [c for c in sensors if question.topic in (None, c.topic)]
     if not connections:
-        offered = sorted(
-            {f"{c.topic} ({c.msgtype})" for c in sensors or reader.connections}
-        )
+        topics_there = {
+            f"{c.topic} ({c.msgtype})" for c in sensors or reader.connections
+        }
+        on_topic = f" on {question.topic}" if question.topic else ""
         raise ExtractError(
-            f"no sensor_msgs/JointState"
-            f"{f' on {question.topic}' if question.topic else ''}; it has "
-            f"{', '.join(offered) or 'nothing'}"
+            f"no sensor_msgs/JointState{on_topic}; it has "
+            f"{', '.join(sorted(topics_there)) or 'nothing'}"
         )
     storages = [file.storage for file in reader.readers if reader.is2]
     packed = any(s.metadata.compression_mode == "message" for s in storages)
@@ -88,10 +87,8 @@ def _topics(
     for connection, time, raw in reader.messages(connections=connections):
         data = unpack(raw) if packed else raw
         message = reader.deserialize(data, connection.msgtype)
-        topic = topics.setdefault(
-            connection.topic, JointMessages(efforts=question.efforts)
-        )
-        topic.add(message, time)
+        new = JointMessages(efforts=question.efforts)
+        topics.setdefault(connection.topic, new).add(message, time)
     return topics
 
 
@@ -130,8 +127,7 @@ def _in_radians(positions: np.ndarray, question: Question) -> np.ndarray:
     Raises:
         ExtractError: They are of another unit than what is said of them.
     """
-    if question.units not in (None, "radians", "degrees"):
-        raise ExtractError(f"--units {question.units}: for a bag, radians or degrees")
+    require_angles(question, "a bag")
     turning = ~np.array(question.prismatic)
     degrees = question.units == "degrees"
     scales = np.where(turning & degrees, np.radians(1.0), 1.0)
@@ -151,10 +147,7 @@ TICK = 2 * np.pi / 4096
 def read_lerobot_log(question: Question) -> Log:
     """Return the joint states of all episodes of a data set, each a part of its own."""
     info = _info(question.path)
-    names = [
-        name.removesuffix(".pos").removeprefix("main_")
-        for name in _names(info, question)
-    ]
+    names = _names(info, question)
     columns = needed_columns(names, question)
     motors = [names[i] for i in columns]
     values, stamps, episodes = _table(question)
@@ -202,7 +195,7 @@ def _names(info: dict[str, Any], question: Question) -> list[str]:
         names: Any = info["features"][STATE]["names"]
         while isinstance(names, dict):  # {"motors": [...]} in older ones
             names = next(iter(cast("dict[str, Any]", names).values()))
-        return [str(name) for name in names]
+        return [str(n).removesuffix(".pos").removeprefix("main_") for n in names]
     except (KeyError, TypeError, StopIteration):
         raise ExtractError(
             f"{question.path / INFO}: features has no {STATE} with names: no joint states"
@@ -223,23 +216,20 @@ def _table(question: Question) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             f"{question.path / 'data'}: no parquet files; is it all downloaded?"
         )
     parts: list[tuple[np.ndarray, ...]] = []
+    keys = (STATE, "timestamp", "episode_index")
     for file in files:
         try:
             require_file(file, largest=None)
             require_few_numbers(file, parquet.read_metadata(file))
-            table = parquet.read_table(
-                file, columns=[STATE, "timestamp", "episode_index"]
-            )
-            states = np.stack(table[STATE].to_numpy()).astype(float)
-            times = table["timestamp"].to_numpy(), table["episode_index"].to_numpy()
+            table = parquet.read_table(file, columns=[*keys])
+            states, *times = [table[key].to_numpy() for key in keys]
+            parts.append((np.stack(states).astype(float), *times))
         except (ArrowException, OSError, KeyError, ValueError) as error:
             words = " ".join(str(error).split())
             raise ExtractError(
                 f"{file}: not a whole table of states: {words}"
             ) from None
-        parts.append((states, *times))
-    columns = zip(*parts, strict=True)
-    states, stamps, episodes = map(np.concatenate, columns)
+    states, stamps, episodes = map(np.concatenate, zip(*parts, strict=True))
     return states, stamps, episodes
 
 
@@ -250,11 +240,12 @@ def _radians(
     known = np.all(np.isfinite(values), axis=1)
     if question.units in ("radians", "degrees"):
         degrees = question.units == "degrees"
+        angles = values
         if degrees:
             refuse_normalised(values[known], question)
-        angles = np.radians(values) if degrees else values
-        if degrees and SERVO_ARMS.search(str(info.get("robot_type"))):
-            angles = angles * 4095 / 4096
+            angles = np.radians(values)
+            if SERVO_ARMS.search(str(info.get("robot_type"))):
+                angles = angles * 4095 / 4096
         turning = ~np.array(question.prismatic)
         check_angles(angles[known][:, turning], degrees, question)
         return angles, known

@@ -68,18 +68,20 @@ class Log:
     @property
     def least_window(self) -> float:
         """A window must be as long as this to hold enough states [s]."""
+        return 0.0 if self.step is None else (STATES + 0.5) * self.step
+
+    @property
+    def step(self) -> float | None:
+        """Typical time from a state to the next of its part [s]; None where no part has two."""
         within = np.diff(self.parts) == 0
         steps = np.diff(self.stamps)[within]
-        if not len(steps):
-            return 0.0
-        return (STATES + 0.5) * float(np.median(steps))
+        return float(np.median(steps)) if len(steps) else None
 
     def state(self, row: int) -> JointState:
         """Return one of the states."""
         position = tuple(self.positions[row].tolist())
-        effort = None
-        if self.efforts is not None:
-            effort = tuple(self.efforts[row].tolist())
+        efforts = self.efforts
+        effort = None if efforts is None else tuple(efforts[row].tolist())
         return JointState(float(self.stamps[row]), position, effort)
 
 
@@ -111,9 +113,7 @@ def in_parts(
     steps = np.diff(moments, axis=1, prepend=-np.inf)
     rows = order[steps.any(axis=0)]
     q = np.asarray(positions)[rows]
-    torques = None
-    if efforts is not None:
-        torques = np.asarray(efforts, dtype=float)[rows]
+    torques = None if efforts is None else np.asarray(efforts, dtype=float)[rows]
     return Log(times[rows], q, torques, parts[rows], (*notes, *remarks))
 
 
@@ -131,9 +131,7 @@ def require_rate(
     Raises:
         ExtractError: The states are too seldom.
     """
-    within = np.diff(log.parts) == 0
-    steps = np.diff(log.stamps)[within]
-    step = float(np.median(steps)) if len(steps) else np.inf
+    step = np.inf if log.step is None else log.step
     if not 1e-5 < step < slowest:
         raise ExtractError(
             f"{question.path}: {len(log.stamps)} moments, typically {step:.3g} s apart; 10 a "
@@ -146,11 +144,8 @@ def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
     wanted = question.joints
     if question.named is not None:
         wanted = joints_named(question.named, wanted)
-        return (
-            [names.index(word) for word in wanted]
-            if set(wanted) <= set(names)
-            else None
-        )
+        lacks_one = not set(wanted) <= set(names)
+        return None if lacks_one else [names.index(word) for word in wanted]
     try:
         match = match_joints(names, wanted, in_order=False)
     except ColumnError as error:
@@ -160,14 +155,15 @@ def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
 
 def which_arm(error: ColumnError, question: Question) -> str:
     """Return the message for joints that several columns may be."""
-    joint = error.joint
-    column = error.columns[0]
-    arm = (
-        f"; say which arm, as in --joints '{column.replace(joint, '*')}'"
-        if joint in column
-        else ""
-    )
-    return f"{question.path}: {error}{arm}"
+    joint, column = error.joint, error.columns[0]
+    arm = f"; say which arm, as in --joints '{column.replace(joint, '*')}'"
+    return f"{question.path}: {error}{arm * (joint in column)}"
+
+
+def require_angles(question: Question, kind: str) -> None:
+    """Refuse units that are no radians nor degrees, of a log of some kind."""
+    if question.units not in (None, "radians", "degrees"):
+        raise ExtractError(f"--units {question.units}: for {kind}, radians or degrees")
 
 
 def check_angles(angles: np.ndarray, degrees: bool, question: Question) -> None:

@@ -66,11 +66,8 @@ def _curve(panel: Panel, lane: int, times: np.ndarray, positions: np.ndarray) ->
     shares = (positions - positions.min()) / extent
     heights = lane + 0.42 - 0.84 * shares
     count = min(COLUMNS, len(times))
-    moments = np.array_split(times, count)
+    begins = [moment[0] for moment in np.array_split(times, count)]
     columns = np.array_split(heights, count)
-    points: list[tuple[float, float]] = []
-    for moment, column in zip(moments, columns, strict=True):
-        begin = float(moment[0])
-        points.append((begin, float(column.max())))
-        points.append((begin, float(column.min())))
-    panel.line(points, "curve")
+    ends = [(column.max(), column.min()) for column in columns]
+    points = np.column_stack([np.repeat(begins, 2), np.ravel(ends)])
+    panel.line(points.tolist(), "curve")

@@ -1,14 +1,39 @@
-"""A log of any kind, read by its kind; a kept stream is read here."""
+"""A log of any kind, read by its kind; kept streams and CSV files are read here."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from ...recorder import read_stream_log
+from ...recorder import (
+    DEGREES,
+    Column,
+    ColumnError,
+    Table,
+    find_joints,
+    read_stream_log,
+    read_table,
+    require_units,
+    scale_of,
+    seconds_of,
+)
+from ...solver.calibration import joints_named
 from .bags import read_bag, read_lerobot_log
-from .csv_log import read_csv_log
-from .log import ExtractError, Log, Question, needed_columns
+from .log import (
+    ExtractError,
+    Log,
+    Question,
+    check_angles,
+    in_parts,
+    needed_columns,
+    refuse_normalised,
+    require_angles,
+    require_rate,
+    unknown_joints,
+    which_arm,
+)
 
 
 def read_log(question: Question) -> Log:
@@ -76,3 +101,102 @@ def read_kept_stream(question: Question) -> Log:
     fields = zip(*rows, strict=True)
     stamps, positions, torques, numbers = map(np.concatenate, fields)
     return Log(stamps, positions, torques if measured else None, numbers, tuple(notes))
+
+
+_TIME = re.compile(
+    r"_*%?(?:.*header[./_]stamp[./_])?(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp|date_?time)",
+    re.I,
+)
+_NANOSECONDS = re.compile(r"(.*[\W_])?(nsecs?|nanosecs?|nanoseconds?)", re.I)
+"""Names of the column that holds what a column of whole seconds lacks."""
+_SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+_SINCE_1970 = {1e17: 1e-9, 1e14: 1e-6, 1e11: 1e-3}
+"""Times larger than this are counted from 1970 in nanoseconds, and so on."""
+
+
+def read_csv_log(question: Question) -> Log:
+    """Return the joint states of a CSV file with a column of time and one for each joint."""
+    table = read_table(question.path, question.joints)
+    if table.header is None:
+        raise ExtractError(f"{question.path}:1: name the columns: time, and the joints")
+    joints = set(question.joints)
+    called = [column for column in table.columns if column.name not in joints]
+    times = [column for column in called if _TIME.fullmatch(column.name)]
+    if not times:
+        raise ExtractError(
+            f"{question.path}:1: no column of time; call it time, or time[ms] and so on; "
+            f"columns: {', '.join(table.header)}"
+        )
+    columns, notes = _joint_columns(table, times[:1], question)
+    used = [column.index for column in columns]
+    rows = [i for i, row in enumerate(table.rows) if any(row[k].strip() for k in used)]
+    if empty := len(table.rows) - len(rows):
+        notes.append(f"{empty} lines without positions are left out")
+    table = table.at(rows)
+    numbers = np.array(table.numbers(columns))
+    positions = _in_radians(numbers, columns, question)
+    log = in_parts(_stamps(table, times[0]), positions, None, notes)
+    unit = "if time is not in seconds, name its column time[ms], [us] or [ns]"
+    require_rate(log, question, unit)
+    return log
+
+
+def _joint_columns(
+    table: Table, times: Sequence[Column], question: Question
+) -> tuple[list[Column], list[str]]:
+    """Return the columns of the joints, and remarks."""
+    cells = [cell.strip() for cell in table.header or ()]
+    names = [column.name for column in table.columns]
+    if question.named is not None:
+        joints = joints_named(question.named, question.joints)
+        for words in (cells, names):
+            if set(joints) <= set(words):
+                columns = [table.columns[words.index(joint)] for joint in joints]
+                require_units(table, columns)
+                return columns, [*table.notes]
+    else:
+        try:
+            match = find_joints(table, question.joints, times)
+        except ColumnError as error:
+            raise ExtractError(which_arm(error, question)) from None
+        if match is not None:
+            return match[0], [*table.notes, *filter(None, match[1:])]
+    others = [column.name for column in table.columns if column not in times]
+    raise unknown_joints(others, question)
+
+
+def _stamps(table: Table, column: Column) -> np.ndarray:
+    """Return the times of a log's rows [s], from numbers or from dates."""
+    cells = [row[column.index] for row in table.rows]
+    dates = [seconds_of(cell) for cell in cells]
+    if dates and None not in dates:
+        return np.array(dates, dtype=float)
+    without_unit = replace(column, unit="")
+    stamps = np.array(table.numbers([without_unit]))[:, 0]
+    fractions = [c for c in table.columns if _NANOSECONDS.fullmatch(c.name)]
+    if fractions and not column.unit and not (stamps % 1).any():
+        return stamps + 1e-9 * np.array(table.numbers(fractions[:1]))[:, 0]
+    if column.unit:
+        return stamps * _SECONDS.get(column.unit, 1.0)
+    largest = float(np.abs(stamps).max(initial=0.0))
+    units = (unit for limit, unit in _SINCE_1970.items() if largest > limit)
+    return stamps * next(units, 1.0)
+
+
+def _in_radians(
+    positions: np.ndarray, columns: Sequence[Column], question: Question
+) -> np.ndarray:
+    """Return angles in radians; degrees where the header says so, or the user does instead."""
+    require_angles(question, "a CSV log")
+    turning = ~np.array(question.prismatic)
+    in_degrees = np.array([column.unit in DEGREES for column in columns])
+    degrees = bool((in_degrees & turning).any())
+    if question.units is not None:
+        degrees = question.units == "degrees"
+        unit = np.radians(1.0) if degrees else 1.0
+        scales = unit / np.array([scale_of(column) for column in columns])
+        positions = positions * np.where(turning, scales, 1.0)
+    if degrees:
+        refuse_normalised(np.rad2deg(positions[:, turning]), question)
+    check_angles(positions[:, turning], degrees, question)
+    return positions

@@ -91,12 +91,8 @@ def find_rests(
             cause, *_ = why.split(";")
             _note(Stretch(stamp, stamp, cause, part), stretches)
         pose = watch.rest
-        if (
-            not looked
-            or not watch.settled
-            or watch.trouble(stamp) is not None
-            or pose is None
-        ):
+        sound = watch.settled and watch.trouble(stamp) is None
+        if not looked or not sound or pose is None:
             continue
         pause = Rest(stamp - window, stamp, i, pose, part)
         goes_on = rests and _goes_on(rests[-1], pause, log)
@@ -126,16 +122,13 @@ def _slow_enough(log: Log, joints: Sequence[JointLimits]) -> list[int]:
     """Return the states but those at the beginning of a part in which the arm was already fast."""
     # The speed before the first state is not known, so the next one would look like a jump.
     turning = [not joint.prismatic for joint in joints]
-    differences = np.diff(log.positions, axis=0)
-    steps = np.abs(around(differences, turning))
+    steps = np.abs(around(np.diff(log.positions, axis=0), turning))
     largest = steps.max(axis=1, initial=0.0)
     ends = np.diff(log.parts) != 0
-    slow = (largest < JUMP / 2) & ~ends
-    slow_of_state = np.append(slow, False)
+    slow_of_state = np.append((largest < JUMP / 2) & ~ends, False)
     states = np.arange(len(log.parts))
-    begins = np.flatnonzero(ends) + 1
     slow_states: list[int] = []
-    for part in np.split(states, begins):
+    for part in np.split(states, np.flatnonzero(ends) + 1):
         first_slow = slow_of_state[part].argmax()  # 0 where none is
         slow_states += part[first_slow:].tolist()
     return slow_states
@@ -162,11 +155,9 @@ def propose_samples(
     """Return rests with placements and sockets by the nominal model and the distance [m]."""
     if not rests:
         return []
-    positions = [pause.pose.position for pause in rests]
-    balls = nominal_balls(robot, np.array(positions))
-    proposed: list[Rest] = []
-    for pause, ball in zip(rests, balls.tolist(), strict=True):
-        proposed.append(replace(pause, ball=tuple(ball)))
+    balls = nominal_balls(robot, np.array([pause.pose.position for pause in rests]))
+    pairs = zip(rests, balls.tolist(), strict=True)
+    proposed = [replace(pause, ball=tuple(ball)) for pause, ball in pairs]
     groups = _together(balls, TOGETHER * distance)
     sockets = [group for group in groups if len(group) >= LEAST]
     for number, pair in enumerate(_pairs(sockets, balls, distance), start=1):
@@ -198,8 +189,7 @@ def _pairs(
     sockets = range(len(groups))
     mismatch: dict[tuple[int, int], float] = {}
     for i, j in combinations(sockets, 2):
-        offset = centres[i] - centres[j]
-        length = float(np.linalg.norm(offset))
+        length = float(np.linalg.norm(centres[i] - centres[j]))
         mismatch[i, j] = abs(length - distance)
     partner: dict[int, int] = {}
     for pair in sorted(mismatch, key=mismatch.__getitem__):
@@ -208,10 +198,7 @@ def _pairs(
         if partner.keys().isdisjoint(pair):
             i, j = pair
             partner[i], partner[j] = j, i
-    bases: set[tuple[int, ...]] = set()
-    for i in sockets:
-        base = {i, partner.get(i, i)}
-        bases.add(tuple(sorted(base)))
+    bases = {tuple(sorted({i, partner.get(i, i)})) for i in sockets}
     return [[groups[i] for i in base] for base in sorted(bases)]
 
 
@@ -278,12 +265,10 @@ def placements_of(
     samples: dict[str, list[Sample]] = {}
     for pause in rests:
         if pause.placement is not None:
-            session = Session((), socket=pause.socket)
-            sample = session.sample_at(pause.pose)
+            sample = Session((), socket=pause.socket).sample_at(pause.pose)
             samples.setdefault(pause.placement, []).append(sample)
     joints = tuple(joint_names)
-    files: dict[str, dict[str, bytes]] = {}
-    for name, in_placement in samples.items():
-        placement = Placement(name, tuple(in_placement), joints, distance=distance)
-        files[name] = sample_files(placement)
-    return files
+    return {
+        name: sample_files(Placement(name, tuple(rows), joints, distance=distance))
+        for name, rows in samples.items()
+    }

@@ -1,9 +1,12 @@
-"""Pages by templates: the report of a calibration, a comparison of several, and an experiment."""
+"""Pages by templates, a report of a calibration or a comparison of several, and their tables."""
 
+import csv
+import io
 import math
 import re
 from collections.abc import Mapping, Sequence
 from functools import partial
+from itertools import chain, product
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,9 +14,16 @@ import msgspec
 from markupsafe import Markup
 
 from ...errors import fixed
-from ...solver.assessment import Assessment, short_names
+from ...solver.assessment import Assessment, Predictions, sample_errors, short_names
 from ...solver.calibration import Calibration
-from ...solver.results import ROLES, Document, encode, refuse_existing, write_files
+from ...solver.results import (
+    MODELS,
+    ROLES,
+    Document,
+    encode,
+    refuse_existing,
+    write_files,
+)
 from . import figures
 from .figures import Answer, ComparisonDocument, ReportDocument, report_figures
 from .plots import (
@@ -24,7 +34,6 @@ from .plots import (
     map_sentence,
     plots_of,
 )
-from .residual_table import RESIDUALS, residual_table
 
 
 def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, bytes]]:
@@ -36,12 +45,11 @@ def build_report(assessment: Assessment) -> tuple[ReportDocument, dict[str, byte
     plots = plots_of(report)
     captions: list[figures.PlotCaption] = []
     for section, group in plots.items():
-        captions += [
-            msgspec.structs.replace(plot.caption, section=section) for plot in group
-        ]
+        rows = (plot.caption for plot in group)
+        captions += [msgspec.structs.replace(row, section=section) for row in rows]
     document = msgspec.structs.replace(report, plots=tuple(captions))
     files = _files("report", document, report_page(document, plots))
-    files[RESIDUALS] = residual_table(assessment.predictions)
+    files["residuals.csv"] = residual_table(assessment.predictions)
     return document, files
 
 
@@ -140,11 +148,12 @@ def answers_by_tolerance(report: ReportDocument) -> list[dict[str, object]]:
         answers: list[Answer] = [
             figures.answer_at(row, allowed) for row in report.placements
         ]
-        use = figures.use_text(called, answers, _NUMBER, report.verdict.stamp).split(
-            _NUMBER, 1
-        )
-        below = map_sentence(report, answers, _NUMBER).split(_NUMBER, 1)
-        steps.append({"allowed": allowed, "answers": answers, "use": use, "map": below})
+        texts = {
+            "use": figures.use_text(called, answers, _NUMBER, report.verdict.stamp),
+            "map": map_sentence(report, answers, _NUMBER),
+        }
+        parts = {key: words.split(_NUMBER, 1) for key, words in texts.items()}
+        steps.append({"allowed": allowed, "answers": answers, **parts})
     return steps
 
 
@@ -175,12 +184,11 @@ def _settings_text(settings: Mapping[str, Any]) -> str:
     """Return the settings that were given, a line for each, by its name and values."""
     words: list[str] = []
     for name, value in settings.items():
-        if value in (None, [], (), "", False):
-            continue
-        values = [value]
-        if isinstance(value, list | tuple):
-            values = cast("list[Any]", value)
-        words.append(" ".join((name, *map(str, values))))
+        values = (
+            cast("list[Any]", value) if isinstance(value, list | tuple) else [value]
+        )
+        if value not in (None, [], (), "", False):
+            words.append(" ".join((name, *map(str, values))))
     return "\n".join(words)
 
 
@@ -200,3 +208,27 @@ def build_comparison(result: ComparisonDocument) -> dict[str, bytes]:
         names=short_names([row.name for row in result.placements]),
     )
     return _files("compare", result, html)
+
+
+_SAMPLE = ("placement", "role", "socket", "sample", "where", "weight in the fit")
+
+
+def residual_table(predictions: Predictions) -> bytes:
+    """Return a row for each sample: its ball less the mean of its socket, by each model [mm].
+
+    The models are the maker's URDF, the full model, and calibrated.urdf where that is another.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    rows = sample_errors(predictions, most=None)
+    models = MODELS[: 2 + any(row.geometric is not None for row in rows)]
+    parts = product(models, ("x", "y", "z", "error"))
+    axes = [f"{name}_{part} [mm]" for name, part in parts]
+    writer.writerow([*_SAMPLE, *axes])
+    for row in rows:
+        placement = predictions.placements[row.placement]
+        cells = [placement.name, placement.role, row.socket, row.number, row.where]
+        lengths = chain.from_iterable((*row.of(m), row.error(m)) for m in models)
+        millimetres = [f"{1e3 * length:.5f}" for length in lengths]
+        writer.writerow([*cells, row.weight, *millimetres])
+    return out.getvalue().encode("utf-8", "replace")

@@ -42,8 +42,7 @@ def show(console: Console, report: ReportDocument) -> None:
             console.print(Text.assemble((f"{title}: ", "bold"), text))
     for check in report.checks or ():
         if check.level != "ok":
-            line = str(check)
-            console.print(Text.assemble(f"  {check.level} ", line))
+            console.print(Text(f"  {check.level} {check}"))
 
 
 def show_answer(console: Console, verdict: Verdict) -> None:
@@ -65,12 +64,9 @@ def show_limits(
     console: Console, verdict: Verdict, limits: Limits, todo: Iterable[Step]
 ) -> None:
     """Print the verdict limit by limit, what else bears on it, and the next step."""
-    two = any(row.full is not None for row in verdict.limits)
-    lengths = (
-        ["URDF alone", "at most", "with corrected joints"]
-        if two
-        else ["found", "at most"]
-    )
+    lengths = ["found", "at most"]
+    if any(row.full is not None for row in verdict.limits):
+        lengths = ["URDF alone", "at most", "with corrected joints"]
     rows: list[list[str | Text]] = []
     for row in verdict.limits:
         status = Text(row.status, _STYLES.get(row.status, "yellow"))
@@ -101,16 +97,15 @@ def show_steps(console: Console, todo: Iterable[Step]) -> None:
 def _placements(console: Console, report: ReportDocument) -> FittingTable:
     curves = console.is_terminal and (console.encoding or "").lower().startswith("utf")
     asked = report.task is not None
-    within = (
-        f"within {1e3 * report.tolerance:g} mm?" if asked else "serves tasks that allow"
-    )
+    within = "serves tasks that allow"
+    if asked:
+        within = f"within {1e3 * report.tolerance:g} mm?"
     heads = ["placement", "role", "MAE, mm", "95 %", "largest", within]
     heads += ["errors as recorded"] if curves else []
     top = max(1e-9, *(row.error("geometric") for row in report.samples))
     rows: list[list[str | Text]] = []
-    for i, (row, use) in enumerate(
-        zip(report.placements, report.answers.use.rows, strict=True)
-    ):
+    pairs = zip(report.placements, report.answers.use.rows, strict=True)
+    for i, (row, use) in enumerate(pairs):
         before = row.before.mean_absolute_error
         after = row.loaded.mean_absolute_error
         serves = use.answer if asked or use.least is None else mm(use.least)
@@ -122,11 +117,8 @@ def _placements(console: Console, report: ReportDocument) -> FittingTable:
             f"{1e3 * row.quantiles.loaded.max:.2f}",
             Text(serves, _STYLES.get(serves, "")),
         ]
-        errors = [
-            sample.error("geometric")
-            for sample in report.samples
-            if sample.placement == i
-        ]
+        samples = (s for s in report.samples if s.placement == i)
+        errors = [sample.error("geometric") for sample in samples]
         parts = np.array_split(errors, min(BARS, len(errors)))
         levels = (int(len(_BARS) * max(part) / top) for part in parts)
         bars = "".join(_BARS[min(level, len(_BARS) - 1)] for level in levels)

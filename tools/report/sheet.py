@@ -1,7 +1,7 @@
 """Content of a sheet to sign: what was measured at places that the fit did not see."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -13,7 +13,6 @@ from ...solver.assessment import (
     LimitResult,
     Quantiles,
     RoleSummaries,
-    Verdict,
     mm,
     plural,
     short_where,
@@ -24,7 +23,7 @@ from . import figures
 from .figures import ReportDocument
 
 BLANK = "_" * 24
-"""What nobody noted is filled in by hand."""
+"""Of a note that nobody made, to be filled in by hand."""
 UNKNOWN = "\N{EN DASH}"
 """For what the calibration's file does not keep."""
 NOTES = {
@@ -124,11 +123,17 @@ def sheet_of(
         rows=_rows(report.summary),
         paragraphs=[] if report.error_parts is None else [report.error_parts.text],
     )
+    verdict = report.verdict
+    doubts: list[str] = []
+    if verdict.status != "pass":
+        doubts = [
+            f"Not shown to be kept: {r.doubt}." for r in verdict.limits if r.doubt
+        ]
     limits = Section(
         title="Limits",
         heads=("on", "measured, k = 1.96", "predicted, 68 % interval", "at most", ""),
-        rows=[_limit_row(row) for row in report.verdict.limits],
-        paragraphs=[*_doubts(report.verdict), *_origin_of_limits(report), RULE],
+        rows=list(map(_limit_row, verdict.limits)),
+        paragraphs=[*doubts, *_origin_of_limits(report), RULE],
     )
     sections = (
         Section(rows=_facts(document, report, notes or {})),
@@ -149,26 +154,23 @@ def _answer(report: ReportDocument) -> Section:
     """Return the verdict, and those of its premises that its answer does not say."""
     verdict = report.verdict
     answer = " ".join(verdict.answer)
-    texts = [premise.text for premise in report.rests_on]
-    premises = [text for text in texts if text not in answer]
-    return Section(
-        title=f"Verdict: {verdict.title}",
-        paragraphs=[*verdict.answer, *premises],
-    )
+    premises = [row.text for row in report.rests_on if row.text not in answer]
+    title = f"Verdict: {verdict.title}"
+    return Section(title=title, paragraphs=[*verdict.answer, *premises])
 
 
 def _origin(provenance: Provenance) -> Section:
     """Return versions of the programs, and hashes of the model, the URDF and the recordings."""
     versions = [f"{name} {version}" for name, version in provenance.versions.items()]
-    model = ("model, its URDF with the ball's joint", provenance.model_sha256)
-    recordings = provenance.data_sha256.items()
-    named = [(short_where(file), digest) for file, digest in recordings]
-    outputs = (provenance.output_sha256 or {}).items()
-    return Section(
-        title="Versions and SHA-256",
-        lead=", ".join(versions),
-        small=_hashes([model, *outputs, *named]),
-    )
+    model = {"model, its URDF with the ball's joint": provenance.model_sha256}
+    outputs = model | (provenance.output_sha256 or {})
+    lines = [f"{digest} {name}" for name, digest in outputs.items()]
+    for file, digest in provenance.data_sha256.items():
+        lines.append(f"{digest} {short_where(file)}")
+    more = len(lines) - MOST_HASHES
+    if more > 0:
+        lines[MOST_HASHES:] = [f"and {more} more, in calibration.json"]
+    return Section(title="Versions and SHA-256", lead=", ".join(versions), small=lines)
 
 
 def _facts(
@@ -177,12 +179,9 @@ def _facts(
     """Return what is known of the arm and of the recording, a title and a text each."""
     files = list(chain.from_iterable(data.files for data in document.data))
     recorded = figures.session_notes(files)
-    rows = [
-        (title, notes.get(key) or recorded.get(title, BLANK))
-        for key, title in NOTES.items()
-    ]
+    titles = NOTES.items()
     return [
-        *rows,
+        *((t, notes.get(key) or recorded.get(t, BLANK)) for key, t in titles),
         ("Calibrated on", report.provenance.created[:10]),
         ("Payload at the ball", f"{document.load.payload:g} kg"),
         ("Range of joints", _ranges(document)),
@@ -199,18 +198,9 @@ def _ranges(document: CalibrationDocument) -> str:
     for joint, values in zip(joints, positions, strict=True):
         is_length = joint.type == "prismatic"
         factor, unit = (1e3, "mm") if is_length else (math.degrees(1), "deg")
-        low, high = (fixed(factor * value, 0) for value in (min(values), max(values)))
-        words.append(f"{joint.name} {low} to {high} {unit}")
+        ends = [fixed(factor * value, 0) for value in (min(values), max(values))]
+        words.append(f"{joint.name} {' to '.join(ends)} {unit}")
     return "; ".join(words)
-
-
-def _hashes(hashes: Iterable[tuple[str, str]]) -> list[str]:
-    """Return a line for each file that the calibration was made of."""
-    lines = [f"{digest} {name}" for name, digest in hashes]
-    more = len(lines) - MOST_HASHES
-    if more > 0:
-        lines[MOST_HASHES:] = [f"and {more} more, in calibration.json"]
-    return lines
 
 
 def _rows(summary: RoleSummaries) -> list[list[str]]:
@@ -220,24 +210,24 @@ def _rows(summary: RoleSummaries) -> list[list[str]]:
     """
     held_out = summary.judged[1]
     by_model = held_out.quantiles
-    rows: list[tuple[str, float, float | None, float]] = []
+    rows: list[list[str]] = []
 
     def add(title: str, metrics: Metrics, quantiles: Quantiles | None) -> None:
+        p95 = UNKNOWN if quantiles is None else mm(quantiles.p95, 3)
         largest = metrics.max_error if quantiles is None else quantiles.max
-        p95 = quantiles and quantiles.p95
-        rows.append((title, metrics.mean_absolute_error, p95, largest))
+        mean = mm(metrics.mean_absolute_error, 3)
+        rows.append([title, mean, p95, mm(largest, 3)])
 
     add("nominal model", held_out.nominal, by_model.nominal)
-    if (refitted := held_out.ball_refitted) is not None:
+    refitted = held_out.ball_refitted
+    if refitted is not None:
         add("nominal model, ball refitted", refitted, None)
-    rows.sort(key=lambda row: row[1])
+        if refitted.mean_absolute_error < held_out.nominal.mean_absolute_error:
+            rows.reverse()
     add("calibrated.urdf", held_out.loaded, by_model.loaded)
     if held_out.geometric is not None:
         add("corrected joint positions", held_out.calibrated, by_model.calibrated)
-    return [
-        [title, *(UNKNOWN if error is None else mm(error, 3) for error in errors)]
-        for title, *errors in rows
-    ]
+    return rows
 
 
 def _limit_row(row: LimitResult) -> list[str]:
@@ -264,12 +254,3 @@ def _origin_of_limits(report: ReportDocument) -> list[str]:
     origins = [f"{row.title}: {row.reason.partition('; ')[0]}" for row in rows]
     source = report.limits.repeatability_source
     return [f"Origin of the limits: {'; '.join(origins)}. Repeatability: {source}."]
-
-
-def _doubts(verdict: Verdict) -> list[str]:
-    """Return why limits are not shown to be kept, where the verdict's answer does not say it."""
-    if verdict.status == "pass":
-        return []
-    return [
-        f"Not shown to be kept: {row.doubt}." for row in verdict.limits if row.doubt
-    ]

@@ -1,3 +1,3 @@
 # keep: EMULATORS, open_emulator
-from .emulate import EMULATORS as EMULATORS
-from .emulate import open_emulator as open_emulator
+from .robots import EMULATORS as EMULATORS
+from .robots import open_emulator as open_emulator

@@ -11,7 +11,6 @@ from .... import recorder
 from ....solver import assessment, calibration, design, diagnostics, results
 from ....solver.calibration import SolveOptions, UsageError
 from ... import cli
-from .prediction import in_words, predicted_accuracy
 from .report import emit_with_page
 from .validate import ValidateOptions, run_validate
 
@@ -20,9 +19,6 @@ _SOURCES = {
     "recording": "by the recording",
     "default": "the default",
 }
-_OF_THE_MODEL = "robot base tip flange ball known distance_deviation zeros gravity"
-"""Options that a calibration has of its own."""
-
 POINTS = "points that an instrument measured"
 
 SIZE_LOST = 0.05
@@ -33,22 +29,10 @@ NOTHING_WRONG = "Nothing wrong was seen."
 
 
 class _CheckOptions(cli.RobotOptions, cli.TableOptions, cli.OutputOptions):
-    robot: str = cli.option(
-        "", "a shipped robot's name, or a URDF file; needed without --calibration", "R"
-    )
-    calibration: Path | None = cli.option(
-        None,
-        "tell what changed since this calibration, as mukca validate does; in place of --robot",
-        "CALIBRATION",
-        unless=_OF_THE_MODEL,
-    )
-    stood: str = cli.option(
-        "",
-        "with --calibration: its placement whose base still stands where it stood",
-        "PLACEMENT",
-        needs="calibration",
-    )
-    data: Sequence[Path] = cli.argument("placements", "DATA")
+    robot: str = ""
+    calibration: Path | None = None
+    stood: str = ""
+    data: Sequence[Path]
     settings: SolveOptions = cli.part(
         SolveOptions,
         "distance known distance_deviation zeros payload gravity repeatability_mm flange_poses "
@@ -127,12 +111,16 @@ class _Checked:
     def amount(self) -> str:
         """Number of samples, and the accuracy of a calibration on them."""
         problem, accuracy = self.problem, self.accuracy
-        placements = problem.measurements
-        total = sum(sum(measured.counts) for measured in placements)
-        count = assessment.plural(len(placements), "placement")
+        total = sum(sum(measured.counts) for measured in problem.measurements)
+        count = assessment.plural(len(problem.measurements), "placement")
         text = f"In all {total} samples in {count}"
         if accuracy is not None:
-            return f"{text}: calibrated on them, {in_words(accuracy, problem)}."
+            repeatability = assessment.repeatability_of(
+                problem.robot, problem.options.repeatability_mm
+            )
+            now = accuracy.better.workspace.now
+            words = assessment.predicted_in_words(now, accuracy.length, repeatability)
+            return f"{text}: calibrated on them, {words}."
         why = "a fit to them does not settle"
         if _are_broken(self.findings):
             why = "mend the errors first"
@@ -158,9 +146,8 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     options.check_out()
     if options.calibration is not None:
-        names = [field.name for field in fields(ValidateOptions)]
-        shared = [name for name in names if hasattr(options, name)]
-        same = {name: getattr(options, name) for name in shared}
+        names = {field.name for field in fields(ValidateOptions)} & set(vars(options))
+        same = {name: getattr(options, name) for name in names}
         return run_validate(ValidateOptions(**same), terminal)
     if not options.robot:
         raise UsageError(
@@ -190,31 +177,39 @@ def _checked(problem: "calibration.InspectedProblem") -> _Checked:
 
     A distance is an error where the fit gave the arm's size up to meet it.
     """
-    if _are_broken(problem.checks):
-        return _Checked(problem, problem.checks, None)
-    accuracy = predicted_accuracy(problem)
+    settings = problem.options
+    accuracy = (
+        None
+        if _are_broken(problem.checks)
+        else design.accuracy_by(
+            problem.robot,
+            problem.measurements,
+            settings.load,
+            settings.distances,
+            settings.deviation,
+            zeros=bool(settings.zeros),
+        )
+    )
     if accuracy is None:
         return _Checked(problem, problem.checks, None)
     if not accuracy.distorted:
         problem = problem.sized(accuracy.scale)
-    findings = problem.checks
-    if not accuracy.distorted and (accuracy.scale.deviation or 0.0) <= SIZE_LOST:
-        return _Checked(problem, findings, accuracy)
+        if (accuracy.scale.deviation or 0.0) <= SIZE_LOST:
+            return _Checked(problem, problem.checks, accuracy)
     judged = [
         replace(finding, level="error") if finding.code == DISTANCE else finding
-        for finding in findings
+        for finding in problem.checks
     ]
     return _Checked(problem, judged, None if _are_broken(judged) else accuracy)
 
 
 def _row(inspection: "diagnostics.Inspection") -> dict[str, Any]:
+    measured = inspection.measured
     return {
-        "name": inspection.measured.name,
-        "samples": list(inspection.measured.counts),
-        "distance": inspection.measured.distance
-        if inspection.measured.has_distance
-        else None,
-        "distance_source": inspection.measured.distance_source,
+        "name": measured.name,
+        "samples": list(measured.counts),
+        "distance": measured.distance if measured.has_distance else None,
+        "distance_source": measured.distance_source,
         "floor": inspection.floor,
         "findings": [finding.as_dict() for finding in inspection.diagnostics],
     }

@@ -17,7 +17,7 @@ from ....recorder import POSE_FORMS, RecordingError
 from ....solver import calibration, results
 from ....solver.assessment import plural
 from ....solver.calibration import UsageError
-from .. import JsonOption, PayloadOptions, Terminal, argument, one_arm, option
+from .. import JsonOption, PayloadOptions, Terminal, one_arm
 from .tool import numbers
 
 if TYPE_CHECKING:
@@ -34,29 +34,17 @@ ROW = r"^(?:joint positions: )?(?:row|pose) (\d+)[,:] "
 
 
 class _PathOptions(PayloadOptions, JsonOption):
-    tool: str | None = option(
-        None,
-        "a link that stands still on the flange; or its place there in metres and turn in "
-        "radians, as in 0,0,0.12,0,0,1.57 (default: the flange)",
-        "TOOL",
-    )
-    out: Path | None = option(
-        None, "the CSV file to write (default: -, standard output)", "FILE"
-    )
-    force: bool = option(False, "overwrite it", needs="out")
+    tool: str | None = None
+    out: Path | None = None
+    force: bool = False
 
     def setup(self) -> "Setup":
         """Return the tool and the payload on the arm."""
         tool = self.tool
         if tool is not None and "," in tool:
             try:
-                tool = calibration.one_pose(
-                    calibration.pose_of_numbers(
-                        [float(word) for word in tool.split(",")]
-                    ),
-                    "pose",
-                    ON_FLANGE,
-                )
+                pose = calibration.pose_of_numbers(list(map(float, tool.split(","))))
+                tool = calibration.one_pose(pose, "pose", ON_FLANGE)
             except ValueError:
                 raise UsageError(
                     f"--tool {self.tool}: give x,y,z,roll,pitch,yaw"
@@ -67,20 +55,10 @@ class _PathOptions(PayloadOptions, JsonOption):
 
 
 class _CommandOptions(_PathOptions):
-    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    poses: Path = argument(
-        "poses or points, one a line; - for standard input", "POSES.csv"
-    )
-    start: Sequence[float] | None = option(
-        None,
-        "joint positions before the first pose (default: any that reach it)",
-        "RAD",
-    )
-    prefer: Sequence[float] | None = option(
-        None,
-        "posture to stay near where a pose leaves a choice (default: the start)",
-        "RAD",
-    )
+    calibration: Path
+    poses: Path
+    start: Sequence[float] | None = None
+    prefer: Sequence[float] | None = None
 
 
 def run_command(options: _CommandOptions, terminal: Terminal) -> int:
@@ -91,8 +69,7 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
 
     calibrated = load_calibration(one_arm(options.calibration))
     setup = options.setup()
-    start = options.start
-    prefer = options.prefer
+    start, prefer = options.start, options.prefer
     before = None
     names = calibrated.robot.joint_names
     with written(options, terminal, names, options.poses) as write:
@@ -103,9 +80,8 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
                 path = calibrated.command_path(poses, start, prefer, **setup)
                 if before is not None:
                     step = np.stack([before, path.positions[0]])
-                    if find_jumps(
-                        step, calibrated.kinematics(**setup).flange, not points
-                    ):
+                    flange = calibrated.kinematics(**setup).flange
+                    if find_jumps(step, flange, not points):
                         path = replace(path, jumps=(0, *path.jumps))
                 result = path.checked()
             write(*result)
@@ -186,13 +162,6 @@ def located(wheres: Sequence[str], terminal: Terminal) -> Generator[None]:
     terminal.warn(*(line(message.message) for message in messages))
 
 
-def quoted(names: Sequence[str]) -> str:
-    """Return names as a line of CSV."""
-    line = io.StringIO()
-    csv.writer(line, lineterminator="").writerow(names)
-    return line.getvalue()
-
-
 @contextmanager
 def written(
     options: _PathOptions, terminal: Terminal, header: Sequence[str], source: Path
@@ -206,7 +175,9 @@ def written(
     out = None if str(options.out) == "-" else options.out
     if out is not None:
         results.refuse_existing(out.parent, [out.name], force=options.force)
-    lines = [quoted(header)]
+    head = io.StringIO()
+    csv.writer(head, lineterminator="").writerow(header)
+    lines = [head.getvalue()]
     numbers: list[list[float]] = []
 
     def write(*rows: "np.ndarray") -> None:
@@ -228,22 +199,10 @@ def written(
 
 
 class _PosesOptions(_PathOptions):
-    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    joints: Path = argument(
-        "joint positions, one configuration a line; - for standard input", "JOINTS.csv"
-    )
-    deviation: bool = option(
-        False,
-        "also write how well each pose is known: standard deviations of its place [m], and of "
-        "its turn about the axes of the base [rad]",
-    )
-    relative_to: str = option(
-        "",
-        "joint positions [rad]: the deviations are those of the movement from there, which is "
-        "known far better than a place in the base",
-        "Q1,Q2,..",
-        needs="deviation",
-    )
+    calibration: Path
+    joints: Path
+    deviation: bool = False
+    relative_to: str = ""
 
 
 def run_poses(options: _PosesOptions, terminal: Terminal) -> int:

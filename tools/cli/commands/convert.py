@@ -1,16 +1,30 @@
-"""``mukca convert``: recordings in another form, or of columns that users name."""
+"""``mukca convert`` and ``export``: recordings and calibrations as other programs read them."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, replace
 from itertools import chain, pairwise
 from pathlib import Path
+from typing import Literal
 
 from .... import recorder
+from ....errors import MukcaError
 from ....recorder import Placement
+from ....solver import calibration
+from ....solver.calibration import UsageError
 from ....solver.results import OutputError, refuse_existing, write_files
-from .. import POSITIVE, JsonOption, TableOptions, Terminal, argument, option
+from ... import export
+from ...export import format_table
+from .. import (
+    JsonOption,
+    PayloadOptions,
+    TableOptions,
+    Terminal,
+    for_each_arm,
+    option,
+)
 
-FORMS = {
+_FORMS = {
     "samples": recorder.sample_files,
     "holes": recorder.hole_files,
     "points": recorder.point_files,
@@ -19,20 +33,15 @@ FORMS = {
 
 
 class _ConvertOptions(TableOptions, JsonOption):
-    path: Path = argument("a placement, a folder of them, or a table", "PATH")
+    path: Path
     to: str = option(
         ...,
         "samples.csv; hole_0.csv and hole_1.csv; points.csv or poses.csv of an instrument",
-        choices=FORMS,
+        choices=_FORMS,
     )
-    out: Path = option(..., "where to write", "DIR")
-    force: bool = option(False, "overwrite files in DIR")
-    distance: float | None = option(
-        None,
-        "distance of the sockets' centres in metres, where the recording does not say",
-        "M",
-        between=POSITIVE,
-    )
+    out: Path
+    force: bool = False
+    distance: float | None = None
 
 
 def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
@@ -40,17 +49,14 @@ def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
     refuse_existing(options.out, force=options.force)
     folders = recorder.find_placements([options.path])
     placements = {f: recorder.read_placement(f, **options.table) for f in folders}
-    outs: dict[Path, Path] = {}
-    for folder in placements:
-        out = options.out if folder == options.path else options.out / folder.name
+    outs = [options.out / ("" if f == options.path else f.name) for f in folders]
+    for folder, out in zip(folders, outs, strict=True):
         if out.resolve() == folder.resolve():
             raise OutputError(f"{out}: is what is read; choose another --out")
-        outs[folder] = out
     outputs: list[str] = []
     all_losses: list[str] = []
-    for folder, placement in placements.items():
+    for (folder, placement), out in zip(placements.items(), outs, strict=True):
         terminal.warn(*placement.remarks)
-        out = outs[folder]
         files = _files(folder, placement, options)
         refuse_another_form(out, files)
         if (out / recorder.METADATA).exists():
@@ -72,7 +78,7 @@ def _files(
 ) -> dict[str, bytes]:
     """Return the files of a placement in the form that is asked for, by their names."""
     distance = placement.distance or options.distance
-    files = FORMS[options.to](replace(placement, distance=distance))
+    files = _FORMS[options.to](replace(placement, distance=distance))
     metadata = recorder.read_metadata(folder / recorder.METADATA)
     if metadata:
         metadata["distance"] = distance
@@ -104,3 +110,65 @@ def _losses(placement: Placement) -> list[str]:
             "this form loses the order of recording, by which a base that moved is seen"
         )
     return losses
+
+
+FORMATS = format_table()
+LIST = "\n".join(f"  {name:<11} {format_.line}" for name, format_ in FORMATS.items())
+
+
+class _ExportOptions(PayloadOptions, JsonOption):
+    calibration: Path
+    to: str = option(..., "one of the formats below", "FORMAT", choices=FORMATS)
+    out: Path
+    flange: str | None = None
+    tool: Sequence[str] = ()
+    like: Path | None = None
+    joints: str | None = None
+    servos: Literal["feetech", "dynamixel"] | None = None
+    rows: int | None = None
+    serial_number: str | None = None
+    force: bool = False
+
+
+@for_each_arm
+def run_export(options: _ExportOptions, terminal: Terminal) -> int:
+    """Write the files, and print what the format cannot express."""
+    tools = _tools(options.tool)
+    loaded = calibration.load_calibration(options.calibration)
+    if loaded.document.distorted:
+        places = ", ".join(loaded.document.distorted)
+        terminal.warn(
+            f"{options.calibration}: the model does not reproduce the sockets' distance at "
+            f"{places}; it was accepted by --accept-distorted"
+        )
+    with suppress(MukcaError):  # not every file that can be exported can be judged
+        if loaded.verdict.status == "fail":
+            terminal.warn(
+                f"{options.calibration}: {loaded.verdict.title}: do not use it yet"
+            )
+    names = ("serial_number", "force", "like", "joints", "servos", "flange", "rows")
+    settings = {name: getattr(options, name) for name in names}
+    settings |= {"tools": tools, "payload": options.carried}
+    exported = export.export(loaded, options.to, options.out, **settings)
+    wrote = (f"Wrote {file}" for file in exported.outputs.values())
+    terminal.say(*map(str, exported.losses), *exported.lines, *wrote)
+    losses = [asdict(loss) for loss in exported.losses]
+    terminal.emit({"format": options.to, "outputs": exported.outputs, "losses": losses})
+    return 0
+
+
+def _tools(words: Sequence[str]) -> dict[str, tuple[float, ...]]:
+    tools: dict[str, tuple[float, ...]] = {}
+    for word in words:
+        name, _, place = word.partition("=")
+        try:
+            numbers = tuple(map(float, place.split(",")))
+        except ValueError:
+            numbers = ()
+        if not name or name in tools or not numbers:
+            raise UsageError(
+                f"--tool {word}: give each a name of its own, a place in metres and a turn in "
+                "radians, as in --tool gripper=0,0,0.12,0,0,1.57"
+            )
+        tools[name] = numbers
+    return tools

@@ -29,40 +29,14 @@ LOOK = (
 
 
 class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
-    log: Path = cli.argument("a bag, a data set, a CSV file, or a recording", "LOG")
-    distance: float = cli.option(
-        0.05,
-        "distance of the centres of sockets 0 and 1 in metres, measured with a caliper",
-        "M",
-        between=cli.DISTANCES,
-    )
-    assign: Sequence[str] = cli.option(
-        (),
-        "placement and socket of rests, by their numbers; replaces the proposal, may be repeated",
-        "NAME:SOCKET=RESTS",
-        repeated=True,
-    )
-    topic: str | None = cli.option(
-        None,
-        "(bags) topic of the joint states (default: what was measured, by its name)",
-        "T",
-    )
-    joints: str | None = cli.option(
-        None,
-        "how the log calls the joints: names in chain order, between commas; or one word in "
-        "which * is the model's name, as in left_*",
-        "NAMES",
-    )
-    units: str | None = cli.option(
-        None,
-        "(lerobot, CSV, bags) radians, degrees, or lerobot's calibration file of the arm, for "
-        "values from -100 to 100",
-        "U",
-    )
-    efforts: bool = cli.option(False, "(bags) also read efforts, which must be in N m")
-    window: float = cli.option(
-        WINDOW, "seconds that a sample averages", "S", between=cli.WINDOWS
-    )
+    log: Path
+    distance: float = 0.05
+    assign: Sequence[str] = ()
+    topic: str | None = None
+    joints: str | None = None
+    units: str | None = None
+    efforts: bool = False
+    window: float = WINDOW
     still: float | None = cli.option(
         None,
         "an arm whose standard deviation over the window is larger is not still (default: {}, "
@@ -71,7 +45,7 @@ class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
         between=cli.SPREADS,
         usual=STILL,
     )
-    out: Path | None = cli.option(None, "write a folder for each placement here", "DIR")
+    out: Path | None = None
 
 
 def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
@@ -90,12 +64,21 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     folders = extract.placements_of(rests, robot.joint_names, options.distance)
     outputs: dict[str, str] = {}
     if options.out is not None and folders:
-        session = {
-            "extracted_from": str(options.log),
-            "window": search.window,
-            "still": search.still,
+        metadata = {
+            "robot": robot.name,
+            "joints": list(robot.joint_names),
+            "units": [joint.unit for joint in joints],
+            "distance": options.distance,
+            "sockets": 2,
+            "model_sha256": robot.sha256,
+            "sessions": [
+                {
+                    "extracted_from": str(options.log),
+                    "window": search.window,
+                    "still": search.still,
+                }
+            ],
         }
-        metadata = _metadata(robot, options.distance, session)
         picture = extract.rests_picture(log, robot.joint_names, rests)
         outputs = _write(options.out, folders, metadata, picture)
     if not rests:
@@ -108,14 +91,9 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
     if outputs:
         terminal.say(LOOK, f"Next: mukca check {options.out} --robot {options.robot}")
     left_out = [{"begin": s.begin, "end": s.end, "why": s.why} for s in search.lost]
-    terminal.emit(
-        {
-            "robot": options.robot,
-            "rests": [_row(pause, log) for pause in rests],
-            "outputs": outputs,
-            "left_out": left_out,
-        }
-    )
+    rows = [_row(pause, log) for pause in rests]
+    document = {"robot": options.robot, "rests": rows, "outputs": outputs}
+    terminal.emit({**document, "left_out": left_out})
     if not folders:
         return NOT_ENOUGH
     return 1 if search.lost else 0
@@ -139,13 +117,13 @@ def _find_rests(
     """Read the log, and find the rests of the arm in it."""
     joints = joints_of(robot)
     question = extract.Question(
-        path=options.log,
-        joints=robot.joint_names,
-        prismatic=tuple(joint.prismatic for joint in joints),
-        named=options.joints,
-        topic=options.topic,
-        units=options.units,
-        efforts=options.efforts,
+        options.log,
+        robot.joint_names,
+        tuple(joint.prismatic for joint in joints),
+        options.joints,
+        options.topic,
+        options.units,
+        options.efforts,
     )
     with terminal.progress() as step:
         step(f"reading {options.log}")
@@ -159,19 +137,6 @@ def _find_rests(
         )
     lost = [stretch for stretch in stretches if stretch.lasts]
     return log, _Search(rests, lost, window, still)
-
-
-def _metadata(robot: Robot, distance: float, session: dict[str, Any]) -> dict[str, Any]:
-    """Return what metadata.json says of the placements of a log."""
-    return {
-        "robot": robot.name,
-        "joints": list(robot.joint_names),
-        "units": [joint.unit for joint in joints_of(robot)],
-        "distance": distance,
-        "sockets": 2,
-        "model_sha256": robot.sha256,
-        "sessions": [session],
-    }
 
 
 def _write(
@@ -193,17 +158,13 @@ def _write(
 
 def _left_out(stretch: "extract.Stretch", log: "extract.Log") -> str:
     of_episode = f" of episode {stretch.part}" * log.episodes
-    start = _start(log, stretch.part)
+    # Episodes have clocks of their own.
+    first = (log.parts == stretch.part).argmax() if log.episodes else 0
+    start = float(log.stamps[first])
     return (
         f"{stretch.begin - start:.1f} to {stretch.end - start:.1f} s after the first state"
         f"{of_episode} are left out: {stretch.why}"
     )
-
-
-def _start(log: "extract.Log", part: int) -> float:
-    """Return the stamp of a log's first state, or where they have clocks of their own a part's."""
-    first = (log.parts == part).argmax() if log.episodes else 0
-    return float(log.stamps[first])
 
 
 def _show(

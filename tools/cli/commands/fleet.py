@@ -19,7 +19,7 @@ HEADS = ("arm", "last session", "before", "now", "verdict")
 
 
 class _FleetOptions(cli.RobotOptions, cli.WorkerOptions, cli.DetailsOptions):
-    folder: Path = cli.argument("folder with a folder for each arm", "DIR")
+    folder: Path
     out: Path = cli.option(..., "folder to write to", "DIR")
     calibration: SolveOptions = cli.part(
         SolveOptions, "method distance repeatability_mm"
@@ -46,10 +46,9 @@ def run_fleet(options: _FleetOptions, terminal: cli.Terminal) -> int:
     page = fleet.fleet_page(result).encode("utf-8", "replace")
     files = {"fleet.html": page, "fleet.json": encode(result, indent=1)}
     written = write_files(options.out, files)
-    if options.details:
-        show_details(result, terminal)
-    else:
-        show_in_short(result, terminal)
+    show = show_details if options.details else show_in_short
+    terminal.say(f"{fleet.summary_of(result)}.")
+    show(result, terminal)
     terminal.say(f"Report: {written['fleet.html']}")
     terminal.emit(result)
     return assessment.worst(arm.exit_status for arm in arms)
@@ -62,15 +61,12 @@ def show_in_short(result: "fleet.FleetDocument", terminal: cli.Terminal) -> None
     rows: list[Sequence[str]] = [heads, *map(fleet.line_of, arms[:MOST_ROWS])]
     if len(arms) > MOST_ROWS:
         rows.append([f"and {plural(len(arms) - MOST_ROWS, 'more arm')}"])
-    terminal.say(f"{fleet.summary_of(result)}.")
     terminal.say_rows(rows, _aligned)
     terminal.say_in_short(*_steps(arms), below=BELOW + 1 + len(rows))
 
 
 def _aligned(row: Sequence[str]) -> str:
     """Return a row of the short table as a line."""
-    if len(row) == 1:
-        return row[0]
     name, session, before, now, verdict = row
     cells = f"{name[-NAME:]:{NAME}} {session[-SESSION:]:{SESSION}} {before:>9} {now:>9}"
     return f"{cells}  {verdict}"
@@ -82,7 +78,6 @@ def _steps(arms: "Sequence[fleet.FleetArm]") -> list[str]:
 
 def show_details(result: "fleet.FleetDocument", terminal: cli.Terminal) -> None:
     """Show all arms, their answers, the next steps, and how far error curves agree."""
-    terminal.say(f"{fleet.summary_of(result)}.")
     rows = list(map(fleet.line_of, result.arms))
     terminal.tabulate("", HEADS, rows, left_columns=(0, 1, 4))
     last = ((arm.name, arm.sessions[-1].answer) for arm in result.arms if arm.sessions)

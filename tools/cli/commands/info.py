@@ -9,20 +9,15 @@ import numpy as np
 
 from .... import recorder
 from ....errors import fixed
-from .. import JsonOption, TableOptions, Terminal, argument, option
+from .. import JsonOption, TableOptions, Terminal
 
 HALF = 0.5
 """Share of a joint's range below which the rest are turns that its readings gained or lost."""
 
 
 class _InfoOptions(TableOptions, JsonOption):
-    paths: Sequence[Path] = argument("placements, or folders of them", "PATH")
-    set_distance: float | None = option(
-        None,
-        "correct the distance between the sockets' centres first; what it was is kept",
-        "M",
-        between=(1e-3, 10),
-    )
+    paths: Sequence[Path]
+    set_distance: float | None = None
 
 
 def run_info(options: _InfoOptions, terminal: Terminal) -> int:
@@ -53,13 +48,9 @@ def _describe(folder: Path, table: Mapping[str, Any]) -> dict[str, Any]:
         "metadata": recorder.read_metadata(folder / recorder.METADATA),
     }
     if content and not content.live:
-        nothing = dict.fromkeys(("lowest", "highest", "largest_spread"))
-        joints = list(content.joint_names)
-        return (
-            facts
-            | nothing
-            | {"samples": {}, "joints": joints, "efforts": False, "remarks": []}
-        )
+        facts |= dict.fromkeys(("lowest", "highest", "largest_spread"))
+        facts |= {"samples": {}, "joints": list(content.joint_names)}
+        return facts | {"efforts": False, "remarks": []}
     placement = recorder.read_placement(folder, **table)
     # a line of words, such as a second header, is no sample
     rows = ~np.isnan(placement.positions).all(axis=1)
@@ -67,15 +58,12 @@ def _describe(folder: Path, table: Mapping[str, Any]) -> dict[str, Any]:
     sockets = placement.sockets[rows].tolist()
     unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))
     spreads = [sample.spread for sample in placement.samples if sample.spread]
-    lowest, highest, turned = _ranges(
-        positions, _listed(facts["metadata"].get("units"))
-    )
+    units = _listed(facts["metadata"].get("units"))
+    lowest, highest, turned = _ranges(positions, units)
     return facts | {
         "name": placement.name,
         "files": [str(file) for file in placement.files],
-        "samples": {
-            str(socket): sockets.count(socket) for socket in sorted(set(sockets))
-        },
+        "samples": {str(k): sockets.count(k) for k in sorted(set(sockets))},
         "kind": placement.kind,
         "joints": list(placement.joint_names or unnamed),
         "lowest": lowest,
@@ -112,9 +100,8 @@ def _ranges(
 
 def _show(facts: dict[str, Any], terminal: Terminal) -> None:
     metadata = facts["metadata"]
-    counts = ", ".join(
-        f"{count} in socket {socket}" for socket, count in facts["samples"].items()
-    )
+    samples = facts["samples"].items()
+    counts = ", ".join(f"{count} in socket {socket}" for socket, count in samples)
     if facts.get("kind") == "points":
         counts = f"{facts['samples']['0']} points that an instrument measured"
     taken_back = f" ({facts['taken_back']} taken back)" if facts["taken_back"] else ""
@@ -122,16 +109,10 @@ def _show(facts: dict[str, Any], terminal: Terminal) -> None:
         f"{facts['name']}: {counts or 'no sample'}{taken_back}",
         f"  robot      {metadata.get('robot', 'not known')}",
         f"  distance   {_length(facts['distance'])} between sockets 0 and 1",
-        *(
-            f"  changed    {_told(change)}"
-            for change in _listed(metadata.get("changes"))
-        ),
+        *(f"  changed    {_told(row)}" for row in _listed(metadata.get("changes"))),
         f"  efforts    {'recorded' if facts['efforts'] else 'none'}",
         *(f"  {line}" for line in _joint_lines(facts)),
-        *(
-            f"  session    {_told(session)}"
-            for session in _listed(metadata.get("sessions"))
-        ),
+        *(f"  session    {_told(row)}" for row in _listed(metadata.get("sessions"))),
     )
     terminal.warn(*facts["remarks"])
 
@@ -161,36 +142,27 @@ def _told(row: Any) -> str:
     facts = cast("dict[str, Any]", row)
     if "distance" not in facts:
         return ", ".join(f"{key} {value}" for key, value in facts.items())
-    changes = _listed(facts["distance"])
-    changed = (
-        _change(*changes) if len(changes) == 2 else ", ".join(map(_length, changes))
-    )
-    return f"distance {changed}, {facts.get('time', 'at an unknown time')}"
+    lengths = _listed(facts["distance"])
+    change = ", ".join(map(_length, lengths))
+    if len(lengths) == 2:
+        change = _change(*lengths)
+    return f"distance {change}, {facts.get('time', 'at an unknown time')}"
 
 
 def _joint_lines(facts: dict[str, Any]) -> list[str]:
     """One line a joint: the range covered, in degrees, or mm for a prismatic joint."""
+    names = facts["joints"]
     if not facts["samples"]:
         return []
-    count = len(facts["joints"])
     units = _listed(facts["metadata"].get("units"))
-    units_shown = units if len(units) == count else [""] * count
-    spreads = facts["largest_spread"] or [None] * count
-    rows = zip(
-        facts["joints"],
-        units_shown,
-        facts["lowest"],
-        facts["highest"],
-        spreads,
-        strict=True,
-    )
-    width = max(map(len, facts["joints"]))
+    spreads = facts["largest_spread"] or [0] * len(names)
+    width = max(map(len, names))
     lines: list[str] = []
-    for name, unit, lowest, highest, spread in rows:
-        scale, sign = (1e3, " mm") if unit == "m" else (math.degrees(1), "°")
-        low, high = fixed(scale * lowest, 1), fixed(scale * highest, 1)
-        line = f"{name:<{width}}  {low:>8}{sign} to {high:>7}{sign}"
-        lines.append(
-            line + (f"  spread up to {scale * spread:.4f}{sign}" if spread else "")
-        )
+    for i, name in enumerate(names):
+        in_metres = len(units) == len(names) and units[i] == "m"
+        scale, sign = (1e3, " mm") if in_metres else (math.degrees(1), "°")
+        low = fixed(scale * facts["lowest"][i], 1)
+        high = fixed(scale * facts["highest"][i], 1)
+        spread = f"  spread up to {scale * spreads[i]:.4f}{sign}" if spreads[i] else ""
+        lines.append(f"{name:<{width}}  {low:>8}{sign} to {high:>7}{sign}{spread}")
     return lines

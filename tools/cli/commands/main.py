@@ -5,23 +5,24 @@
 """
 
 import argparse
-import difflib
 import errno
 import gc
 import os
-import re
+import platform
 import shlex
 import sys
-from collections.abc import Collection, Sequence
+import tempfile
+import traceback
+from collections.abc import Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NoReturn
 
 from ...._version import __version__
 from ....drivers import PluginError
 from ....errors import MukcaError
 from .. import Terminal, lab_words, write_error
-from .verbs import VERBS, Verb, by_group, verb_of, verb_table
+from .verbs import Parser, build_parser, meant, verb_of, verb_table
 
 UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EBADF, errno.EDQUOT)
 """Errors of a standard output that is full, or gone."""
@@ -29,12 +30,11 @@ UNREACHABLE = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP)
 """Errors of a path that was typed, where no verb tells them."""
 GARBAGE = 20_000
 """New objects after which Python looks for garbage; its own 700 cost a twentieth of a solve."""
-QUIET = "say nothing but warnings, errors, and what --json asks for"
-VERBOSE = "say each step of long work, and --details where there are"
-LOUDNESS = ("json", "quiet", "verbose")
-"""Options that every verb's terminal knows."""
-EXAMPLES = 2
-"""Examples that ``--help`` shows."""
+
+DEFECT = 70
+"""Exit status, as EX_SOFTWARE of sysexits.h."""
+SHOW = "MUKCA_TRACEBACK"
+"""Environment variable by which the traceback is shown instead, for those who mend it."""
 
 
 TYPED = {
@@ -42,23 +42,6 @@ TYPED = {
     "ball without flange": "--ball without --flange",
 }
 """Words of the library's errors for its arguments, and those of the command line."""
-
-
-OPTION = re.compile(r"--?[A-Za-z]")
-"""Begin of a word that is an option, not a negative number."""
-PLAIN = {
-    r"^argument (\S+): invalid \w+ value: ('-?\d+),(\d+\w*')": r"\1 \2,\3: not a number; "
-    r"did you mean \2.\3?",
-    r"^argument (\S+): invalid int value: (.*)": r"\1 \2: not a whole number",
-    r"^argument (\S+): invalid \w+ value: (.*)": r"\1 \2: not a number",
-    r"^argument (\S+): invalid choice: (\S+) \(choose from (.*)\)": r"\1 \2: choose among \3",
-    r"^argument (\S+): expected one argument": r"\1: no value; \1=-1 gives one with a minus sign",
-    r"^argument (\S+): ignored explicit argument (.*)": r"\1 \2: takes no value",
-    r"^unrecognized arguments: ": "more words than there are arguments: ",
-    r"^argument (\S+): ": r"\1: ",
-    r"^the following arguments are required: (.*)": r"missing: \1; HELP shows examples",
-}
-"""Messages of ``argparse`` and their plain words."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -92,9 +75,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             return 2
         words += _of_lab(parser, words)
         arguments = parser.parse_args(words)
-        loudness = {name: getattr(arguments, name, False) for name in LOUDNESS}
-        arguments.details = getattr(arguments, "details", False) or arguments.verbose
-        terminal = Terminal(**loudness)
+        quiet, verbose = arguments.quiet, arguments.verbose
+        json = getattr(arguments, "json", False)
+        arguments.details = getattr(arguments, "details", False) or verbose
+        terminal = Terminal(json=json, quiet=quiet, verbose=verbose)
         status = run_verb(arguments, terminal)
         sys.stdout.flush()
         return status
@@ -122,7 +106,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
 
 
-def _of_lab(parser: "_Parser", words: Sequence[str]) -> list[str]:
+def _of_lab(parser: Parser, words: Sequence[str]) -> list[str]:
     """Return the options that a lab typed once, after they were told."""
     if not {"-h", "--help", "--help-all"}.isdisjoint(words):
         return []
@@ -161,98 +145,37 @@ def run_verb(arguments: argparse.Namespace, terminal: Terminal) -> int:
     return about.run(read_options(arguments), terminal)
 
 
-class _Parser(argparse.ArgumentParser):
-    """Parser whose errors are one line, and say what an unknown option is probably meant for."""
+def report_defect(error: Exception, words: Sequence[str]) -> int:
+    """Write a report of an unexpected exception, say where it lies, and return the exit status.
 
-    typed: Sequence[str] = ()
-    """Words of the command line."""
-    names: Collection[str] = ("-h", "--help", "--version")
-    """Options that there are."""
-    lists_them = "mukca --help"
-    """Command that lists these."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raise a :class:`UsageError` on the first unknown option; without any, on the message."""
-        from ....solver.calibration import UsageError
-
-        options = [word.partition("=")[0] for word in self.typed if OPTION.match(word)]
-        for option in options:
-            if not any(name.startswith(option) for name in self.names):
-                advice = f"; {self.lists_them} lists them{meant(option, self.names)}"
-                raise UsageError(f"no option is called {option}{advice}")
-        for pattern, words in PLAIN.items():
-            message = re.sub(pattern, words, message)
-        raise UsageError(message.replace("HELP", self.lists_them))
-
-
-def meant(word: str, names: Collection[str]) -> str:
-    """Return which name a word is probably meant for; empty where none is near."""
-    name_by_letters = {name.lstrip("-"): name for name in names}
-    matches = difflib.get_close_matches(word.lstrip("-"), name_by_letters, 1)
-    return f"; did you mean {name_by_letters[matches[0]]}?" if matches else ""
-
-
-def build_parser(verb: str | None, words: Sequence[str] = ()) -> "_Parser":
-    """Return the parser; only the given verb's own options are filled in."""
-    parser = _Parser(
-        prog="mukca",
-        usage="mukca VERB [options]",
-        description="Calibrate a robot arm with a printed ball and socket base.",
-        epilog=None if verb in VERBS else by_group(),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.typed = words
-    parser.add_argument(
-        "--version",
-        action="version",
-        version=f"mukca {__version__}",
-        help="show the version and exit",
-    )
-    parsers = parser.add_subparsers(
-        dest="verb", metavar="VERB", required=True, help=argparse.SUPPRESS, prog="mukca"
-    )
-    table = VERBS if verb in VERBS else verb_table()
-    for name, about in table.items():
-        sub = parsers.add_parser(
-            name,
-            description=f"{about.line[0].upper()}{about.line[1:]}.",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
+    The report has version, command and traceback. Samples are not in it, only what the message of
+    the exception itself quotes.
+    """
+    if SHOW in os.environ:
+        raise error
+    verb = " ".join(["mukca", *words[:1]])
+    folder = "(gone)"
+    with suppress(OSError):
+        folder = str(Path.cwd())
+    lines = [
+        f"mukca {__version__}, Python {platform.python_version()}, {platform.platform()}",
+        f"command: {shlex.join(['mukca', *words])}",
+        f"folder: {folder}",
+        "",
+        "".join(traceback.format_exception(error)),
+    ]
+    try:
+        number, file = tempfile.mkstemp(prefix="mukca-defect-", suffix=".txt")
+        os.close(number)
+        Path(file).write_text(
+            "\n".join(lines), encoding="utf-8", errors="backslashreplace"
         )
-        sub.typed = words
-        if name == verb:
-            parser.names = sub.names = _fill(
-                sub, about, everything="--help-all" in words
-            )
-            parser.lists_them = sub.lists_them = f"mukca {name} --help-all"
-    return parser
-
-
-def _fill(
-    parser: argparse.ArgumentParser, about: Verb, *, everything: bool
-) -> list[str]:
-    """Add a verb's options, ``everything`` or those used often in its help; return their names."""
-    from .. import add_options, option_names
-
-    options, text = about.options, about.help
-    often = None if everything or not about.often else about.often
-    names = option_names(options)
-    hidden = len(names) - len(about.often) if often else 0
-    add_options(parser, options, often)
-    more = "all about it"
-    if hidden:
-        more = f"{hidden} more option{'s' * (hidden > 1)}, and all about them"
-    parser.add_argument("--help-all", action="help", help=more)
-    parser.add_argument("-q", "--quiet", action="store_true", help=QUIET)
-    parser.add_argument("-v", "--verbose", action="store_true", help=VERBOSE)
-    parser.epilog = text if everything else _in_short(text)
-    return [*names, "-h", "--help", "--help-all", "-q", "--quiet", "-v", "--verbose"]
-
-
-def _in_short(text: str) -> str:
-    """Return the lists of a verb's text, such as formats, and its first examples."""
-    lists = [part for part in text.strip().split("\n\n") if re.match(r"\w+:\n", part)]
-    for number, part in enumerate(lists):
-        if part.startswith("example"):
-            head, *examples = re.split(r"(?m)^(?=  mukca )", part)
-            lists[number] = "".join([head, *examples[:EXAMPLES]]).rstrip()
-    return "\n\n".join(lists)
+        advice = f"please send us {file}, which holds the command and the traceback, no samples"
+    except OSError as reason:
+        advice = f"no report could be written ({reason.strerror}); {SHOW}=1 shows the traceback"
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{type(error).__name__} in {Path(place.filename).name}:{place.lineno}"
+    write_error(
+        f"{verb}: stopped by a defect of mukca ({where}), ours to mend: {advice}"
+    )
+    return DEFECT

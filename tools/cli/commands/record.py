@@ -35,19 +35,16 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
             return recording.record_stops(options, robot, terminal)
         options = _at_newest(options, terminal)
         metadata = options.metadata(robot)
-        asked = (
-            metadata.distance is None and metadata.sockets > 1 and not options.scripted
-        )
+        may_ask = metadata.sockets > 1 and not options.scripted
+        asked = may_ask and metadata.distance is None
         if asked:
             metadata = recording.with_distance(metadata, terminal)
-        is_new = not (options.out / recorder.SAMPLES).exists()
-        if is_new and metadata.sockets > 1 and not options.scripted:
+        if may_ask and not (options.out / recorder.SAMPLES).exists():
             beside = recording.recorded_beside(options.out, robot)
             metadata = recording.with_distance_of_base(metadata, beside, terminal)
         calibrated = _calibration_of(options, robot.joint_names)
-        outcome, start = _recorded(
-            recording.SessionStart(options, metadata, robot, terminal)
-        )
+        begin = recording.SessionStart(options, metadata, robot, terminal)
+        outcome, start = _recorded(begin)
         options = start.options
     try:
         if asked and outcome.signal is None:
@@ -110,9 +107,8 @@ def _recorded(
     """Record one placement after the other; return the last, and how it began."""
     parts: list[recorder.Placement] = []
     robot = start.robot
-    hand = simulation.following_hand(
-        start.options.driver, robot, start.metadata.distance
-    )
+    driver, distance = start.options.driver, start.metadata.distance
+    hand = simulation.following_hand(driver, robot, distance)
     with recording.page_of(start.options) as page:
         start = replace(start, page=page, hand=hand)
         while True:
@@ -124,7 +120,7 @@ def _recorded(
             )
             start = replace(start, metadata=metadata)
             live = session.live
-            distance = start.metadata.distance or recorder.DEFAULT_DISTANCE
+            distance = session.distance or recorder.DEFAULT_DISTANCE
             placement = recorder.Placement(
                 options.out.name, live, robot.joint_names, distance
             )
@@ -137,13 +133,14 @@ def _recorded(
                 outcome.successor.close()
                 return outcome, start
             parts += [placement] if live else []
-            if outcome.successor.metadata.readings_changed:
+            successor = outcome.successor
+            if successor.metadata.readings_changed:
                 parts = []
             start = replace(
                 start,
-                options=replace(options, out=outcome.successor.folder),
-                metadata=outcome.successor.metadata,
-                recording=outcome.successor,
+                options=replace(options, out=successor.folder),
+                metadata=successor.metadata,
+                recording=successor,
             )
 
 
@@ -169,18 +166,14 @@ def _say_outcome(
     metadata = start.metadata
     terminal = start.terminal
     session = outcome.session
-    counts = ", ".join(
-        f"{count} in socket {k}" for k, count in enumerate(session.counts)
-    )
+    counts = ", ".join(f"{n} in socket {k}" for k, n in enumerate(session.counts))
     taken_back = f" ({len(session.withdrawn)} taken back)" if session.withdrawn else ""
     terminal.say(f"{options.out / 'samples.csv'}: {counts}{taken_back}")
     if metadata.distance is None and metadata.sockets > 1:
-        set_it = shlex.join(
-            ["mukca", "info", str(options.out), "--set-distance", "METRES"]
-        )
         terminal.say(
             "Nobody has said how far apart the sockets are; none is written, solve takes 50 mm "
-            f"and gives no PASS. Measure it: {set_it}"
+            "and gives no PASS. Measure it: "
+            f"mukca info {shlex.quote(str(options.out))} --set-distance METRES"
         )
     if outcome.refused:
         terminal.say(f"Refused: {plural(outcome.refused, 'capture')}")

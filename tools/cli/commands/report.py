@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from .... import recorder
 from ....solver import assessment, results
@@ -14,61 +13,22 @@ from ... import cli, report
 from ...report import figures
 
 PAGE = "report.html"
-_LIMITS = "limits (default: by the arm's repeatability)"
-
-
-def _limit(text: str) -> Any:
-    """Option of a limit in millimetres."""
-    return cli.option(None, text, "MM", group=_LIMITS, between=cli.MILLIMETRES)
 
 
 class _ReportOptions(cli.OutputOptions):
-    calibration: Path = cli.argument(
-        "calibration.json or arms.json, or its folder", "CALIBRATION"
-    )
-    repeatability_mm: float | None = _limit(
-        "the arm's repeatability, from its data sheet"
-    )
-    limit_mae_mm: float | None = _limit("mean absolute error at held-out placements")
-    limit_distance_mm: float | None = _limit(
-        "error of the sockets' distance there, mean of absolute values"
-    )
-    limit_between_mm: float | None = _limit(
-        "error of distances between placements, likewise"
-    )
-    known: Sequence[str] = cli.option(
-        (),
-        "distances between sockets of different placements, measured from outside, in metres: "
-        "A:0-B:0=0.175 or A:0-B:0=0.175+-0.0001, or a file with one a line",
-        "K",
-        group=_LIMITS,
-    )
-    tolerance_mm: float | None = cli.option(
-        None,
-        "the error that your task allows; the page asks for it, too",
-        "MM",
-        between=cli.MILLIMETRES,
-    )
-    certificate: Path | None = cli.option(
-        None,
-        "also write a sheet to sign: errors at held-out places, limits and verdict",
-        "FILE.pdf|.html",
-        group="output",
-    )
-    note: Sequence[str] = cli.option(
-        (),
-        "what the sheet says of number, place, due, instrument, instrument_serial_number, "
-        "instrument_certificate, instrument_uncertainty, serial_number, operator or temperature",
-        "KEY=TEXT",
-        group="output",
-        needs="certificate",
-    )
-    out: Path | None = cli.option(
-        None, "folder to write to (default: beside CALIBRATION)", "DIR"
-    )
-    force: bool = cli.option(False, "overwrite another report in DIR")
-    open: bool = cli.option(False, "show it in the web browser", group="output")
-    json: bool = cli.option(False, "print report.json, SI units")
+    calibration: Path
+    repeatability_mm: float | None = None
+    limit_mae_mm: float | None = None
+    limit_distance_mm: float | None = None
+    limit_between_mm: float | None = None
+    known: Sequence[str] = ()
+    tolerance_mm: float | None = None
+    certificate: Path | None = None
+    note: Sequence[str] = ()
+    out: Path | None = None
+    force: bool = False
+    open: bool = False
+    json: bool = False
 
 
 def run_report(options: _ReportOptions, terminal: cli.Terminal) -> int:
@@ -162,16 +122,12 @@ def new_files(
 
 def _changed(folder: Path, contents: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return the files of which a folder has none of the same content."""
-    existing: dict[str, bytes] = {}
-    for name in contents:
+    changed: dict[str, bytes] = {}
+    for name, content in contents.items():
         file = folder / name
-        if file.is_file():
-            existing[name] = file.read_bytes()
-    return {
-        name: content
-        for name, content in contents.items()
-        if existing.get(name) != content
-    }
+        if not file.is_file() or file.read_bytes() != content:
+            changed[name] = content
+    return changed
 
 
 def emit_with_page(
@@ -187,10 +143,8 @@ def emit_with_page(
     """
     outputs = dict[str, str]()
     if options.out is not None:
-        title = (
-            f"mukca {type(options).__name__.strip('_').removesuffix('Options').lower()}"
-        )
-        values = {"title": title, "lines": lines, "result": result}
+        verb = type(options).__name__.strip("_").removesuffix("Options").lower()
+        values = {"title": f"mukca {verb}", "lines": lines, "result": result}
         html = report.render("found.html.j2", values, found=values)
         files = {PAGE: html.encode()}
         if save is None:
@@ -220,47 +174,32 @@ def open_page(file: Path, terminal: cli.Terminal) -> None:
 
 
 class _CompareOptions(cli.OutputOptions):
-    calibrations: Sequence[Path] = cli.argument(
-        "calibration.json, or its folder", "CALIBRATION"
-    )
-    data: Sequence[Path] = cli.option((), "placements to compare on", "DATA")
-    distance: float | None = cli.option(
-        None,
-        "distance of the sockets' centres in --data, in metres (default: the recording's)",
-        "M",
-        needs="data",
-    )
-    out: Path | None = cli.option(None, "write compare.html and .json here", "DIR")
-    open: bool = cli.option(
-        False, "show the page in the web browser", group="output", needs="out"
-    )
+    calibrations: Sequence[Path]
+    data: Sequence[Path] = ()
+    distance: float | None = None
+    out: Path | None = None
+    open: bool = False
 
 
 def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:
     """Compare, show the tables, and write the page."""
     options.check_out()
-    contenders = figures.contenders_of(
-        [cli.one_arm(file) for file in options.calibrations]
-    )
+    contenders = figures.contenders_of(list(map(cli.one_arm, options.calibrations)))
     if options.data:
         robot = next(iter(contenders.values())).robot
         placements = recorder.read_placements(*options.data)
-        data = [
-            measure(placement, robot, options.distance, sockets=1)
-            for placement in placements
-        ]
+        data = [measure(p, robot, options.distance, sockets=1) for p in placements]
         check_distinct(data)
     else:
         data = figures.shared_data(contenders.values())
     result = figures.compare(contenders, data)
     show_comparison(terminal, result)
     if options.out is not None:
-        written = write_files(options.out, report.build_comparison(result))[
-            "compare.html"
-        ]
-        terminal.say(f"Wrote {written}")
+        files = write_files(options.out, report.build_comparison(result))
+        page = files["compare.html"]
+        terminal.say(f"Wrote {page}")
         if options.open:
-            open_page(written, terminal)
+            open_page(page, terminal)
     terminal.emit(result)
     return 0
 
@@ -272,21 +211,12 @@ def show_comparison(
     names = short_names([row.name for row in result.placements])
     rows: list[list[str]] = []
     for name, row in zip(names, result.placements, strict=True):
-        errors = (
-            (millimetres(m.mean_absolute_error), m.trained_on) for m in row.models
-        )
-        rows.append(
-            [
-                name,
-                *(
-                    f"{error}{'*' if is_trained else ' '}"
-                    for error, is_trained in errors
-                ),
-            ]
-        )
-    means = [
-        model.summary and model.summary.mean_absolute_error for model in result.models
-    ]
+        cells = [name]
+        for model in row.models:
+            mark = "*" if model.trained_on else " "
+            cells.append(f"{millimetres(model.mean_absolute_error)}{mark}")
+        rows.append(cells)
+    means = [m.summary and m.summary.mean_absolute_error for m in result.models]
     head = f"= mean of {len(result.fair)} held out by all"
     rows.append([head, *(f"{millimetres(mean)} " for mean in means)])
     heads = ["placement", *(model.name for model in result.models)]

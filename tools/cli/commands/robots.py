@@ -1,15 +1,23 @@
-"""``mukca robots`` and ``drivers``: the models in the package, and the arms that can be read."""
+"""``mukca robots``, ``drivers`` and ``emulate``: models, arms that can be read, and stand-ins."""
 
 import json
+import math
 import re
+import signal
+import sys
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from ....drivers import DriverInfo, list_drivers, try_plugin
+from ....drivers.arms import Fault
+from ....errors import MukcaError
 from ....solver import assessment
 from ....solver.identification import robot as models
-from .. import JsonOption, Terminal, option
+from ... import emulators
+from ...emulators import KINDS, Emulator, FaultInjector, Journal, emulated_arm
+from .. import JsonOption, Options, Terminal, argument
 
 KNOWN: dict[str, dict[str, Any]] = json.loads(
     Path(__file__).with_name("robots.json").read_bytes()
@@ -18,7 +26,7 @@ KNOWN: dict[str, dict[str, Any]] = json.loads(
 
 
 class _RobotsListOptions(JsonOption):
-    licences: bool = option(False, "the sources of each model, and their licences")
+    licences: bool = False
 
 
 def run_robots(options: _RobotsListOptions, terminal: Terminal) -> int:
@@ -38,10 +46,8 @@ def run_robots(options: _RobotsListOptions, terminal: Terminal) -> int:
             licences = ", ".join(one["licences"])
             lines = [licences or "no licence noted; the figures and names are from:"]
             lines += [f"  {source}" for source in one["sources"]]
-        heads = [one["name"], *[""] * len(lines[1:])]
-        terminal.say(
-            *(f"{h:{width}}  {line}" for h, line in zip(heads, lines, strict=True))
-        )
+        for i, line in enumerate(lines):
+            terminal.say(f"{'' if i else one['name']:{width}}  {line}")
     return 0
 
 
@@ -98,12 +104,87 @@ def _state(info: DriverInfo) -> str:
 def _as_json(info: DriverInfo) -> dict[str, object]:
     keys = ("name", "arms", "needs", "missing", "source")
     optional = [
-        {
-            "module": module,
-            "address": address,
-            "installed": find_spec(module) is not None,
-        }
-        for module, address in info.optional
+        {"module": name, "address": address, "installed": find_spec(name) is not None}
+        for name, address in info.optional
     ]
     plain = {key: getattr(info, key) for key in keys}
     return {**plain, "optional": optional, "broken": info.broken or None}
+
+
+EMULATORS = {
+    name.removesuffix("Emulator").lower(): name
+    for name in dir(emulators)
+    if name.endswith("Emulator") and name != "Emulator"
+}
+"""Class of each controller, on the face of the emulators."""
+LIST = "\n".join(f"  {kind:<11} {what}" for kind, what in KINDS.items())
+
+
+class _EmulateOptions(Options):
+    controller: str = argument("the controller to play", choices=sorted(EMULATORS))
+    version: str | None = None
+    address: str = ""
+    recording: Path | None = None
+    hold: float = 1.0
+    move: float = 1.0
+    wait: bool = False
+    noise: float = 2e-5
+    rate: float | None = None
+    fault: Sequence[str] = ()
+    seed: int = 0
+    journal: Path | None = None
+    json: bool = False
+
+
+def run_emulate(options: _EmulateOptions, terminal: Terminal) -> int:
+    """Emulate until interrupted or terminated."""
+    emulator = open_emulator(options)
+    if options.wait:
+        emulator.wait_for_line(sys.stdin.fileno())
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        terminal.emit({"driver": emulator.driver_address, "version": emulator.version})
+        if not options.json:
+            terminal.say(
+                f"Emulating {options.controller}, version {emulator.version}.",
+                f"Read it with: mukca stream --driver '{emulator.driver_address}'",
+                *(["Press Enter to let the arm move."] if options.wait else []),
+                "End it with Ctrl-C.",
+            )
+        emulator.serve()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        emulator.close()
+        emulator.journal.close()
+    return 0
+
+
+def open_emulator(options: _EmulateOptions) -> Emulator:
+    """Return the emulator that was asked for, listening."""
+    kind: type[Emulator] = getattr(emulators, EMULATORS[options.controller])
+    version = options.version or next(iter(kind.VERSIONS))
+    if version not in kind.VERSIONS:
+        raise MukcaError(
+            f"{options.controller} has no version {version}; one of: {', '.join(kind.VERSIONS)}"
+        )
+    try:
+        faults = [Fault.parse(text, KINDS, math.inf) for text in options.fault]
+    except ValueError as error:
+        raise MukcaError(str(error)) from None
+    for fault in faults:
+        if fault.kind not in kind.FAULTS:
+            raise MukcaError(
+                f"no fault {fault.kind!r} at {options.controller}; "
+                f"there are: {', '.join(kind.FAULTS)}"
+            )
+    journal = Journal(options.journal)
+    injector = FaultInjector(faults, options.seed)
+    joints, usual_rate = kind.VERSIONS[version]
+    rate = usual_rate if options.rate is None else options.rate
+    motion = options.hold, options.move
+    arm = emulated_arm(joints, rate, motion, options.noise, options.recording)
+    try:
+        return kind(options.address, version, arm, injector, journal)
+    except OSError as error:
+        raise MukcaError(f"{options.controller}: cannot listen: {error}") from None

@@ -4,6 +4,7 @@ import importlib
 import os
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -12,10 +13,10 @@ from ....errors import MukcaError
 from ....solver.calibration import load_calibration
 from ....solver.results import OutputError, encode, refuse_existing, write_files
 from ... import experiments, simulation
-from .. import JsonOption, Terminal, option
-from .main import build_parser, run_verb
+from .. import JsonOption, Terminal
+from .main import run_verb
+from .verbs import build_parser
 
-SEEDS = (0, 2**63)
 REPORT, RESULT, PICTURE, ANIMATION = FILES = (
     "report.html",
     "simulation.json",
@@ -25,20 +26,11 @@ REPORT, RESULT, PICTURE, ANIMATION = FILES = (
 
 
 class _ExperimentOptions(JsonOption):
-    model: str = option("calibrated", "nominal, calibrated, true, or a URDF file")
-    arm: int | None = option(
-        None, "number of the simulated arm (default: the demo's)", "SEED", between=SEEDS
-    )
-    seed: int = option(
-        0, "seed of recordings, teaching and starts (default: 0)", between=SEEDS
-    )
-    out: Path | None = option(
-        None,
-        "try the nominal model too (with --model nominal, the calibrated one), and write a "
-        "report with both side by side",
-        "DIR",
-    )
-    force: bool = option(False, "overwrite results in DIR", needs="out")
+    model: str = "calibrated"
+    arm: int | None = None
+    seed: int = 0
+    out: Path | None = None
+    force: bool = False
 
 
 class InsertionOptions(_ExperimentOptions):
@@ -48,16 +40,9 @@ class InsertionOptions(_ExperimentOptions):
     line: ClassVar = (
         "put a peg into a hole from other postures than that in which it was taught"
     )
-    hole_mm: float = option(
-        10.4, "diameter of the hole; the peg has 10 mm", "MM", between=(10.1, 40)
-    )
-    cross: int = option(
-        0,
-        "then at N positions of an X of 25 mm steps, 24 at most (default: 0)",
-        "N",
-        between=(0, 24),
-    )
-    trials: int = option(20, "number of trials", "N", between=(1, 10_000))
+    hole_mm: float = 10.4
+    cross: int = 0
+    trials: int = 20
 
 
 class DrawingOptions(_ExperimentOptions):
@@ -69,9 +54,7 @@ class DrawingOptions(_ExperimentOptions):
     )
     hole_mm: ClassVar = None
     cross: ClassVar = 0
-    trials: int = option(
-        6, "number of lines that must hold together", "N", between=(2, 10_000)
-    )
+    trials: int = 6
 
 
 Experiment = InsertionOptions | DrawingOptions
@@ -90,18 +73,18 @@ def run_simulate(options: Experiment, terminal: Terminal) -> int:
     nominal, arm = simulation.demo_arm(seed, keep_size=False)
     settings = experiments.Settings(options.trials, options.seed, hole, options.cross)
     with terminal.progress(settings.count * len(words)) as progress:
-        urdfs = [
-            experiments.model_urdf(word, nominal, arm, options.seed) for word in words
-        ]
+        urdfs = {
+            word: experiments.model_urdf(word, nominal, arm, options.seed)
+            for word in words
+        }
         models = [
             experiments.run_experiment(settings, arm, word, urdf, progress)
-            for word, urdf in zip(words, urdfs, strict=True)
+            for word, urdf in urdfs.items()
         ]
     *other, asked = (model.results for model in models)
     for results in (*other, asked):
-        terminal.say(
-            *(f"{results.model}, {line}" for line in _lines(results, options.hole_mm))
-        )
+        lines = _lines(results, options.hole_mm)
+        terminal.say(*(f"{results.model}, {line}" for line in lines))
     result = experiments.SimulationDocument.filled(
         asked,
         experiment=options.experiment,
@@ -142,21 +125,19 @@ def _write(
     terminal: Terminal,
 ) -> "experiments.SimulationDocument":
     """Write the report, its figures, and pictures where this machine can make them."""
-    from msgspec.structs import replace
+    from msgspec import structs
 
     pictures: dict[str, bytes] = {}
     try:
-        pictures = dict(
-            zip((PICTURE, ANIMATION), experiments.film(models), strict=True)
-        )
+        films = experiments.film(models)
+        pictures = dict(zip((PICTURE, ANIMATION), films, strict=True))
     except ImportError as error:
         terminal.warn(f"no pictures: {_missing(error)}")
     except MukcaError as error:
         terminal.warn(str(error))
     names = [REPORT, RESULT, *pictures]
-    result = replace(
-        result, outputs={name.split(".")[0]: str(folder / name) for name in names}
-    )
+    outputs = {name.split(".")[0]: str(folder / name) for name in names}
+    result = structs.replace(result, outputs=outputs)
     html = experiments.simulation_page(result, pictures).encode()
     write_files(folder, {REPORT: html, RESULT: encode(result) + b"\n", **pictures})
     terminal.say(f"Report: {folder / REPORT}")
@@ -198,15 +179,8 @@ KEYS = "keys.txt"
 
 
 class _DemoOptions(JsonOption):
-    out: Path = option(Path("demo"), "folder to write to", "DIR")
-    force: bool = option(False, "overwrite results in DIR")
-
-
-class _TerminalOfPart(Terminal):
-    """Terminal of a verb that is part of the demo, which has JSON of its own."""
-
-    def emit(self, value: object) -> None:
-        """Write nothing."""
+    out: Path = Path("demo")
+    force: bool = False
 
 
 def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
@@ -221,9 +195,8 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
     for name in names:
         _remove_simulated(recordings / name)
     simulate_hand(out / "hand", out / KEYS, DISTANCE)
-    loudness = {"json": terminal.json, "quiet": terminal.quiet}
-    brief = _TerminalOfPart(**loudness, brief=True)
-    part = _TerminalOfPart(**loudness, verbose=terminal.verbose)
+    part = replace(terminal, kept=[])  # the demo has JSON of its own
+    brief = replace(part, brief=True, verbose=False)
     for name in names:
         driver = f"mock:{out / 'hand' / name}?follow&rate=100&speed={SPEED}&move=0.6"
         words = ["record", "--robot", "panda", "--driver", driver]
@@ -238,11 +211,16 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
     words = ["solve", str(recordings), "--robot", "panda", "--out", str(calibrated)]
     status = _typed([*words, "--force"] if options.force else words, part)
     if status == 0:
-        terminal.say(f"Recordings:      {recordings}")
-        terminal.say(f"Calibrated URDF: {calibrated / 'calibrated.urdf'}")
-        terminal.say(f"Report:          {calibrated / 'report.html'}")
-        terminal.say(NEXT.format(hand=out / "hand" / names[0]))
-        before, now = _mean_errors(calibrated)
+        terminal.say(
+            f"Recordings:      {recordings}",
+            f"Calibrated URDF: {calibrated / 'calibrated.urdf'}",
+            f"Report:          {calibrated / 'report.html'}",
+            NEXT.format(hand=out / "hand" / names[0]),
+        )
+        summary = load_calibration(calibrated).errors.summary.left_out
+        assert summary is not None  # there are three placements
+        before = summary.before.mean_absolute_error
+        now = summary.loaded.mean_absolute_error
         report = calibrated / "report.html"
         terminal.say(
             "",
@@ -254,23 +232,14 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
     return status
 
 
-def _mean_errors(folder: Path) -> tuple[float, float]:
-    """Return the mean error of the demo arm before and now [m]."""
-    summary = load_calibration(folder).errors.summary.left_out
-    assert summary is not None  # there are three placements
-    return summary.before.mean_absolute_error, summary.loaded.mean_absolute_error
-
-
 def _remove_simulated(folder: Path) -> None:
     """Remove an earlier demo's recording, which a recorder would else continue."""
     if (folder / recorder.SAMPLES).exists():
         file = folder / recorder.METADATA
         recorder.read_metadata(file)  # a damaged file is told by its name
         sessions = recorder.read_sessions(file)
-        simulated = [
-            str(session.get("driver")).startswith("mock:") for session in sessions
-        ]
-        if not simulated or not all(simulated):
+        drivers = [str(session.get("driver")) for session in sessions]
+        if not drivers or not all(name.startswith("mock:") for name in drivers):
             raise OutputError(
                 f"{folder}: holds a recording of a real arm; choose another --out"
             )

@@ -1,6 +1,7 @@
 """``mukca solve``: calibrate a robot from recordings."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -8,6 +9,8 @@ from typing import Any, TypeAlias
 from .... import recorder
 from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
+from ....solver.identification import data
+from ....solver.identification.robot import Robot
 from ... import report
 from ...report import figures
 from .. import (
@@ -15,14 +18,10 @@ from .. import (
     RobotsOptions,
     TableOptions,
     Terminal,
-    argument,
-    option,
     part,
     split_by_robot,
 )
-from .kept_tables import kept
-from .placement_errors import show_errors
-from .solve_details import show_details
+from .calibration_tables import show_details, show_errors
 
 Result: TypeAlias = "calibration.MultiRobotCalibration | calibration.Calibration"
 LEROBOT = (
@@ -35,11 +34,9 @@ MORE = "--details shows limits, joints and choices"
 
 
 class _CalibrateOptions(RobotsOptions, TableOptions, DetailsOptions):
-    train: Sequence[Path] = argument("placements to fit", "TRAIN")
-    test: Sequence[Path] = option((), "placements held out", "HELD_OUT")
-    exit_zero: bool = option(
-        False, "end with 0 where the model is to be used, though BETTER", group="output"
-    )
+    train: Sequence[Path]
+    test: Sequence[Path] = ()
+    exit_zero: bool = False
     settings: SolveOptions = part(SolveOptions)
 
 
@@ -99,7 +96,10 @@ def _show_answer(
     parts = document.error_parts
     if parts is not None:
         terminal.say(parts.text if details else parts.brief)
-    _warn(terminal, document)
+    terminal.warn(*document.warnings)
+    for check in document.checks or ():
+        if check.level != "note":  # the report has those
+            terminal.warn(str(check), level=check.level)
 
 
 def _show_steps(
@@ -129,7 +129,7 @@ def calibrated(
     for name, robot in robots.items():
         to_fit, held_out = _read(training[name], tested[name], how)
         if options.out is not None:
-            keep = partial(kept, robot=robot, out=options.out, terminal=terminal)
+            keep = partial(_kept, robot=robot, out=options.out, terminal=terminal)
             to_fit, held_out = list(map(keep, to_fit)), list(map(keep, held_out))
         train |= {name: to_fit} if to_fit else {}
         test |= {name: held_out} if held_out else {}
@@ -140,14 +140,6 @@ def calibrated(
         else:
             result = calibration.calibrate(robots, train, test, progress, **settings)
     return result, left_out
-
-
-def _warn(terminal: Terminal, document: "results.CalibrationDocument") -> None:
-    """Show what was set right, and what is wrong in the recordings."""
-    terminal.warn(*document.warnings)
-    for check in document.checks or ():
-        if check.level != "note":  # the report has those
-            terminal.warn(str(check), level=check.level)
 
 
 def _read(
@@ -162,20 +154,16 @@ def _read(
     for placement in recorder.read_placements(*training, *tested, **how):
         is_trained = placement.path is not None and placement.path.resolve() in folders
         (train if is_trained else test).append(placement)
-    return (
-        (train, test) if train else (recorder.read_placements(*training, **how), test)
-    )
+    return train or recorder.read_placements(*training, **how), test
 
 
 def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
     if not outputs:
         return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
     if "arms" in outputs:
-        summary = (
-            f"{outputs['urdf']}, all robots in one URDF"
-            if "urdf" in outputs
-            else outputs["arms"]
-        )
+        summary = outputs["arms"]
+        if "urdf" in outputs:
+            summary = f"{outputs['urdf']}, all robots in one URDF"
         return [f"Wrote {summary}, and a folder for each robot."]
     page = outputs["report"]
     files = f"Wrote {page} to read; beside it calibration.json, report.json for scripts"
@@ -186,3 +174,20 @@ def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
         "Redo camera extrinsics, and poses taught in Cartesian space: they hold the old model's "
         "errors.",
     ]
+
+
+def _kept(
+    placement: recorder.Placement,
+    robot: Robot,
+    out: Path,
+    terminal: Terminal,
+) -> recorder.Placement:
+    """Return a placement; of a table as the recording that is written beside the results."""
+    if not placement.is_table:
+        return placement
+    placement = placement.for_joints(robot.joint_names)
+    data.measure(placement, robot)  # what is refused is not written
+    folder = out / "recordings" / placement.name
+    files = results.write_files(folder, recorder.own_files(placement)).values()
+    terminal.say(*(f"Wrote {file}, what was read of the table" for file in files))
+    return replace(placement, files=tuple(files), is_table=False)

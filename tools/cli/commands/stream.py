@@ -21,7 +21,7 @@ from ....drivers import (
     open_driver,
 )
 from ....errors import fixed
-from .. import POSITIVE, FittingTable, Options, Terminal, option
+from .. import FittingTable, Options, Terminal
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -36,14 +36,10 @@ COUNTS = ("missed", "rejected", "drops", "status")
 
 
 class _StreamOptions(Options):
-    driver: str = option(
-        ...,
-        "the arm's driver and address, as in franka:172.16.0.2; mukca drivers lists them",
-        "NAME[:ADDRESS]",
-    )
-    count: int | None = option(None, "end after so many states", "N", between=POSITIVE)
-    seconds: float | None = option(None, "end after so long", "S", between=POSITIVE)
-    json: bool = option(False, "print one JSON object a state")
+    driver: str
+    count: int | None = None
+    seconds: float | None = None
+    json: bool = False
 
 
 def run_stream(options: _StreamOptions, terminal: Terminal) -> int:
@@ -155,12 +151,9 @@ class _Monitor:
             f"missed {self._driver.missed}, rejected {self._driver.rejected}, "
             f"drops {self._driver.drops}"
         )
-        trouble = self._driver.trouble or (f"silent for {age:.1f} s" if age > 1 else "")
-        return [
-            part
-            for part in (figures, self._driver.status, trouble or self._doubt)
-            if part
-        ]
+        trouble = self._driver.trouble or f"silent for {age:.1f} s" * (age > 1)
+        parts = (figures, self._driver.status, trouble or self._doubt)
+        return list(filter(None, parts))
 
     @property
     def _doubt(self) -> str | None:
@@ -179,11 +172,9 @@ class _Monitor:
                 effort = fixed(state.effort[index], 2) if state.effort else ""
                 cells = [fixed(math.degrees(angle), 3), fixed(angle, 5), effort]
             rows.append([name, *(f"{cell:>10}" for cell in cells)])
-        lines = list(
-            chain.from_iterable(textwrap.wrap(part, width) for part in self._figures())
-        )
+        lines = (textwrap.wrap(part, width) for part in self._figures())
         table = FittingTable("", ("joint", "deg", "rad", "N m"), rows)
-        return Group(table, *map(Text, lines))
+        return Group(table, *map(Text, chain.from_iterable(lines)))
 
 
 def _finite(value: float) -> float | None:

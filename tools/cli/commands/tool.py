@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -14,7 +13,7 @@ from ....solver.calibration import UsageError
 from ....solver.identification import robot
 from ....solver.results import refuse_existing, write_files
 from ... import cameras, export
-from .. import DetailsOptions, Terminal, argument, one_arm, option
+from .. import DetailsOptions, Terminal, one_arm
 from .report import emit_with_page
 
 _LIMIT = 2.0
@@ -23,31 +22,13 @@ BELOW = 5
 
 
 class _ToolOptions(DetailsOptions):
-    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    data: Sequence[Path] = argument(
-        "placements, or CSV files of joint positions", "DATA"
-    )
-    name: str = option("tool", "name of the tool's link", "LINK")
-    axis: Sequence[Path] = option(
-        (),
-        "touches by a second point up the tool's shaft: z of the link points from there to the tip",
-        "DATA",
-    )
-    face: tuple[Path, Path] | None = option(
-        None,
-        "touches by two more points of a flat tool: z is normal to the three",
-        ("DATA", "DATA"),
-    )
-    stood: str = option(
-        "",
-        "placement of the calibration that was touched; its sockets must stand where they stood",
-        "PLACEMENT",
-    )
-    limit_mm: float = option(
-        _LIMIT,
-        "standard deviation in any direction, above which the touches are not enough (default: 2)",
-        "MM",
-    )
+    calibration: Path
+    data: Sequence[Path]
+    name: str = "tool"
+    axis: Sequence[Path] = ()
+    face: tuple[Path, Path] | None = None
+    stood: str = ""
+    limit_mm: float = _LIMIT
 
 
 def run_tool(options: _ToolOptions, terminal: Terminal) -> int:
@@ -127,38 +108,15 @@ def touches(files: Sequence[Path], arm: "robot.Robot") -> "list[recorder.Placeme
 
 
 class _RezeroOptions(DetailsOptions):
-    calibration: Path = argument(
-        "calibration.json, or its folder; of one never calibrated its name or URDF",
-        "CALIBRATION",
-    )
-    data: Sequence[Path] = argument("placements recorded since", "DATA")
-    joint: Sequence[str] = option(
-        (), "joints whose zero changed (default: those that the evidence names)", "NAME"
-    )
-    stood: str = option(
-        "",
-        "placement of the calibration whose base still stands where it stood. One socket is "
-        "enough then, and the first joint is told, too",
-        "PLACEMENT",
-    )
-    ball_moved: bool = option(
-        False, "say that the ball was taken off since the calibration"
-    )
-    distance: float | None = option(
-        None, "distance of the sockets' centres in metres", "M"
-    )
-    stops: bool = option(
-        False,
-        "by the stops that mukca record --stops wrote into the calibration's folder, and now into "
-        "DATA; --out then names a new file of lerobot's, by --like and --servos",
-        unless="joint stood ball_moved distance",
-    )
-    like: Path | None = option(
-        None, "the arm's present calibration file of lerobot's", "FILE", needs="stops"
-    )
-    servos: Literal["feetech", "dynamixel"] | None = option(
-        None, "the make of the arm's servos", needs="stops"
-    )
+    calibration: Path
+    data: Sequence[Path]
+    joint: Sequence[str] = ()
+    stood: str = ""
+    ball_moved: bool = False
+    distance: float | None = None
+    stops: bool = False
+    like: Path | None = None
+    servos: Literal["feetech", "dynamixel"] | None = None
 
 
 def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
@@ -179,10 +137,8 @@ def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
         terminal.say(
             "Set the zeros in the robot instead, or load these: one of both, never both."
         )
-    identified = {joint.joint: joint.told for joint in zeros.joints}
-    complete = all(identified[joint] for joint in options.joint) and any(
-        identified.values()
-    )
+    identified = {joint.joint for joint in zeros.joints if joint.told}
+    complete = identified and identified.issuperset(options.joint)
     return 0 if complete and zeros.decided and not zeros.other else 3
 
 
@@ -194,7 +150,8 @@ def _zeros_by_stops(options: _RezeroOptions, terminal: Terminal) -> int:
             "rezero --stops: give one folder of mukca record --stops; --out needs --like FILE and "
             "--servos feetech or dynamixel"
         )
-    before = recorder.read_stops(_folder_of(options.calibration))
+    file = options.calibration
+    before = recorder.read_stops(file.parent if file.is_file() else file)
     after = recorder.read_stops(options.data[0])
     zeros = partial.zeros_by_stops(before.ranges, after.ranges, after.wrapped)
     terminal.say(*zeros.text)
@@ -218,11 +175,6 @@ def _zeros_by_stops(options: _RezeroOptions, terminal: Terminal) -> int:
     return 0 if zeros.joints else 3
 
 
-def _folder_of(file: Path) -> Path:
-    """Return the folder of a calibration."""
-    return file.parent if file.is_file() else file
-
-
 def arm_of(file: Path) -> "calibration.Calibration | robot.Robot":
     """Return a calibration by its file or folder, or a nominal robot by its name or URDF."""
     if str(file) in robot.shipped_robots() or file.suffix == ".urdf":
@@ -236,78 +188,43 @@ _MARKERS = "5X5_100"
 
 
 class _HandeyeOptions(DetailsOptions):
-    calibration: Path = argument("calibration.json, or its folder", "CALIBRATION")
-    data: Sequence[Path] = argument(
-        "CSV files of joints and poses, or folders of images with joints.csv",
-        "POSES.csv",
-    )
-    camera: "partial.Camera" = option(..., "the camera is on the arm, or beside it")
-    name: str = option("camera", "name of the camera's link", "LINK")
-    scale: "partial.Scale" = option(
-        "board",
-        "of the poses' places: exact for an instrument, or as large as a board was said to be",
-    )
-    near: str = option(
-        "",
-        "posture near which the views were taken [rad], with poses of the flange in place of "
-        "joints (flange_x,flange_y,flange_z,flange_qx,..,flange_qw); as in --near=-0.3,1.2,..",
-        "Q1,Q2,..",
-    )
-    board: tuple[float, float, float, float] = option(
-        _BOARD,
-        "of images: the ChArUco board's squares in a row and a column, and the sides of a "
-        "square and a marker (default: the board of the documentation, 9 6 30 21)",
-        ("COLUMNS", "ROWS", "MM", "MM"),
-    )
-    dictionary: str = option(
-        _MARKERS, "of images: the board's markers; none for a plain chessboard", "NAME"
-    )
-    intrinsics: str = option(
-        "",
-        "of images: the camera, in pixels (default: found from the images)",
-        "FX,FY,CX,CY[,K1,K2,P1,P2[,K3]]",
-    )
-    limit_mm: float = option(
-        _LIMIT,
-        "standard deviation in any direction, above which the views are not enough (default: 2)",
-        "MM",
-    )
+    calibration: Path
+    data: Sequence[Path]
+    camera: "partial.Camera"
+    name: str = "camera"
+    scale: "partial.Scale" = "board"
+    near: str = ""
+    board: tuple[float, float, float, float] = _BOARD
+    dictionary: str = _MARKERS
+    intrinsics: str = ""
+    limit_mm: float = _LIMIT
 
 
 def run_handeye(options: _HandeyeOptions, terminal: Terminal) -> int:
     """Print the camera's pose, and write the calibration with its link."""
     options.check_out()
-    of_images = (options.board, options.dictionary, options.intrinsics) != (
-        _BOARD,
-        _MARKERS,
-        "",
-    )
-    if of_images and not any(
-        (path / cameras.JOINTS).is_file() for path in options.data
-    ):
+    settings = (options.board, options.dictionary, options.intrinsics)
+    images = [path for path in options.data if (path / cameras.JOINTS).is_file()]
+    if settings != (_BOARD, _MARKERS, "") and not images:
         raise UsageError(
             "--board, --dictionary and --intrinsics are for folders of images"
         )
     calibrated = calibration.load_calibration(one_arm(options.calibration))
-    start = (
-        numbers(options.near, "--near", (len(calibrated.robot.joint_names),)) or None
-    )
+    joints = len(calibrated.robot.joint_names)
+    start = numbers(options.near, "--near", (joints,)) or None
     doubt = JOINT_POSITION.doubt(start or ())
     if doubt:
         raise UsageError(f"--near {options.near}: {doubt}")
-    views = list(
-        chain.from_iterable(_views(path, options, calibrated) for path in options.data)
-    )
-    views = [
-        cameras.joints_of(calibrated, view, start, options.camera) for view in views
-    ]
-    limit = _limit(options.limit_mm)
+    views: list[recorder.Placement] = []
+    for path in options.data:
+        for view in _views(path, options, calibrated):
+            views.append(cameras.joints_of(calibrated, view, start, options.camera))
     pose = partial.handeye(
         calibrated,
         views,
         options.camera,
         options.name,
-        limit=limit,
+        limit=_limit(options.limit_mm),
         scale=options.scale,
     )
     finish(pose, options, terminal)
@@ -325,15 +242,11 @@ def _views(
     if not (path / cameras.JOINTS).is_file():
         return recorder.read_placements(path)
     columns, rows, square, marker = options.board
-    board = cameras.Board(
-        int(columns), int(rows), square / 1e3, marker / 1e3, options.dictionary
-    )
+    sizes = int(columns), int(rows), square / 1e3, marker / 1e3
+    board = cameras.Board(*sizes, options.dictionary)
     camera = numbers(options.intrinsics, "--intrinsics", (4, 8, 9))
-    return [
-        cameras.turned_alike(
-            calibrated, cameras.read_images(path, board, camera), board
-        )
-    ]
+    views = cameras.read_images(path, board, camera)
+    return [cameras.turned_alike(calibrated, views, board)]
 
 
 def numbers(words: str, flag: str, counts: Sequence[int]) -> list[float]:

@@ -64,15 +64,12 @@ def _measured(
 ) -> dict[str, list[data.Measurement]]:
     """Return the placements of each arm, checked; an error says whether arms look swapped."""
     try:
-        measured = {
-            name: _of_arm(arms, name, by_robot[name], settings) for name in by_robot
-        }
+        measured = {n: _of_arm(arms, n, by_robot[n], settings) for n in by_robot}
     except MukcaError as error:
         for names in combinations(by_robot, 2):
             if _exchanged(arms, by_robot, names, settings):
-                raise UsageError(
-                    f"{error}. {_swapped_words(by_robot, names)}"
-                ) from None
+                words = f"{error}. {_swapped_words(by_robot, names)}"
+                raise UsageError(words) from None
         raise
     data.check_distinct(list(chain.from_iterable(measured.values())))
     return measured
@@ -85,13 +82,11 @@ def _of_arm(
     settings: SolveOptions,
 ) -> list[data.Measurement]:
     arm = arms[name]
-    placements = settings.payloads.carried_by(
-        cli.read_data(paths, settings), others=True
-    )
-    measured = [
-        data.measure(p, arm.robot, settings.distance, sockets=1) for p in placements
+    placements = cli.read_data(paths, settings)
+    return [
+        arm.as_read_now(data.measure(p, arm.robot, settings.distance, sockets=1))
+        for p in settings.payloads.carried_by(placements, others=True)
     ]
-    return [arm.as_read_now(m) for m in measured]
 
 
 def _exchanged(
@@ -101,12 +96,9 @@ def _exchanged(
     settings: SolveOptions,
 ) -> ToolToTool | None:
     """Return the errors with two arms' recordings exchanged; None where they cannot be so."""
-    first, second = names
     with suppress(MukcaError):
-        placements = {
-            first: _of_arm(arms, first, by_robot[second], settings),
-            second: _of_arm(arms, second, by_robot[first], settings),
-        }
+        pairs = zip(names, reversed(names), strict=True)
+        placements = {a: _of_arm(arms, a, by_robot[b], settings) for a, b in pairs}
         return calibration.tool_distances(arms, placements)
     return None
 
@@ -147,11 +139,9 @@ def lines_of(rows: Sequence[ToolToTool], limit: float | None) -> list[str]:
     worst = max(rows, key=lambda row: row.loaded.p95)
     between = f"95 % of the distances from tool to tool are right within {mm(worst.loaded.p95)}"
     status = status_of(rows, limit)
-    answer = (
-        f"{between}."
-        if limit is None
-        else f"{status.upper()}: {between} (limit {mm(limit)})."
-    )
+    answer = f"{between}."
+    if limit is not None:
+        answer = f"{status.upper()}: {between} (limit {mm(limit)})."
     heads = "mean error, 95 % below, largest [mm]"
     lines = [answer, f"{'tool to tool':24} {'model':18} {heads:>32}"]
     for row in rows:
@@ -169,9 +159,8 @@ def lines_of(rows: Sequence[ToolToTool], limit: float | None) -> list[str]:
 
 
 def _line(names: str, model: str, spread: Spread) -> str:
-    numbers = "".join(
-        f"{1e3 * error:11.3f}" for error in (spread.mean, spread.p95, spread.max)
-    )
+    errors = (spread.mean, spread.p95, spread.max)
+    numbers = "".join(f"{1e3 * error:11.3f}" for error in errors)
     return f"{names:24} {model:18}{numbers}"
 
 

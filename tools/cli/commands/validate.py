@@ -9,7 +9,7 @@ from ....solver import calibration, partial, results
 from ....solver.calibration import SolveOptions
 from ....solver.identification import data
 from ... import cli
-from .placement_errors import show_errors
+from .calibration_tables import show_errors
 from .report import emit_with_page, metres
 from .tool_to_tool import compare_tools, document_of, lines_of, status_of
 
@@ -20,28 +20,11 @@ MOST_PLACEMENTS = 3
 class ValidateOptions(cli.TableOptions, cli.OutputOptions):
     """Options of ``mukca validate``, which ``mukca check --calibration`` has, too."""
 
-    calibration: Path = cli.argument(
-        "calibration.json or arms.json, or its folder", "CALIBRATION"
-    )
-    data: Sequence[Path] = cli.argument("placements", "DATA")
-    stood: str = cli.option(
-        "",
-        "placement of the calibration whose base still stands where it stood",
-        "PLACEMENT",
-    )
-    tool_to_tool: bool = cli.option(
-        False,
-        "of arms calibrated together: compare distances between their tools, where both "
-        "touched the same sockets or points in one frame; DATA are placements held out",
-        unless="stood distance",
-    )
-    limit_mm: float | None = cli.option(
-        None,
-        "error that 95 % of these distances must keep",
-        "MM",
-        between=cli.MILLIMETRES,
-        needs="tool_to_tool",
-    )
+    calibration: Path
+    data: Sequence[Path]
+    stood: str = ""
+    tool_to_tool: bool = False
+    limit_mm: float | None = None
     settings: SolveOptions = cli.part(
         SolveOptions,
         "distance payload repeatability_mm flange_poses as_recorded leave_out",
@@ -68,29 +51,24 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     """Show errors on placements, those trained on marked; then what changed, and the next step."""
     options.check_out()
     calibrated = calibration.load_calibration(options.calibration)
-    document = calibrated.document
     robot = calibrated.robot
     settings = options.settings
-    placements = settings.payloads.carried_by(
-        cli.read_data(options.data, settings, options.table), others=True
-    )
+    placements = cli.read_data(options.data, settings, options.table)
+    placements = settings.payloads.carried_by(placements, others=True)
     load = calibrated.load
     settings = replace(settings, payload=load.payload, gravity=load.gravity)
     for placement in placements:
         m = data.measure(placement, robot, settings.distance, sockets=1)
-        beyond = results.beyond_words(
-            document.curves, robot.joint_names, m.positions, m.name
-        )
-        terminal.warn(*beyond)
+        where = robot.joint_names, m.positions, m.name
+        terminal.warn(*results.beyond_words(calibrated.document.curves, *where))
     allowed = metres(settings.validated().repeatability_mm)
     judge = partial_of(partial.what_changed, calibrated, repeatability=allowed)
     validity = judge(placements, options.stood, settings.distance)
     if validity.verdict.status != "pass" and not settings.as_recorded:
         mending, done = calibration.placements_set_right(robot, placements, settings)
         terminal.warn(*map(str, done))
-        validity = (
-            judge(mending, options.stood, settings.distance) if done else validity
-        )
+        if done:
+            validity = judge(mending, options.stood, settings.distance)
     terminal.warn(*validity.warnings)
     errors = validity.errors
     for finding in validity.findings:
@@ -113,7 +91,6 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
         "likeliest": validity.likeliest,
         "verdict": validity.as_dict(),
     }
-    emit_with_page(
-        options, terminal, (validity.text, *told, *lines, repr(errors)), result
-    )
+    lines = [validity.text, *told, *lines, repr(errors)]
+    emit_with_page(options, terminal, lines, result)
     return validity.verdict.exit_status

@@ -16,8 +16,8 @@ FAR = 3.0
 """A sample this many times its placement's mean error from its socket deserves a look."""
 UNSOUND = 10.0
 """A placement whose error when fitted alone is so many repeatabilities is recorded wrongly."""
-_TEXTS = "answers.txt.j2"
 _DRIFTS = ("fail", "not enough", "warning")
+"""Of the reasons of a verdict that tell of a drift, or leave one possible."""
 SIDE = 0.05
 """A place nearer than this to the robot's x axis is neither left nor right [m]."""
 _CANNOT_SEE = (
@@ -56,11 +56,14 @@ def _data_answer(
     repeatability = result.limits.repeatability
     limit = np.inf if repeatability is None else UNSOUND * repeatability
     words = text(
-        _TEXTS,
         "data",
         checked=checks is not None,
         levels=[check.level for check in checks or ()],
-        drifts=_drifts(result.verdict),
+        drifts=[
+            row.text
+            for row in result.verdict.reasons
+            if "drift" in row.name and row.status in _DRIFTS
+        ],
         trained=[names[i] for i in faulty if placements[i].role != "test"],
         floors=floors,
         repeatability=repeatability,
@@ -72,28 +75,16 @@ def _data_answer(
     return types.DataAnswer(text=words, worst=tuple(worst), floors=fits)
 
 
-def _drifts(verdict: assessment.Verdict) -> list[str]:
-    """Return the reasons of a verdict that tell of a drift, or leave one possible."""
-    texts: list[str] = []
-    for row in verdict.reasons:
-        if "drift" in row.name and row.status in _DRIFTS:
-            texts.append(row.text)
-    return texts
-
-
 def _lone_fits(result: assessment.Assessment) -> tuple[types.LoneFit, ...]:
     """Return the error of each placement with sockets when it is fitted alone."""
     predictions = result.predictions
     measured = [placement.measured for placement in predictions.placements]
     in_sockets = [m for m in measured if m.kind == "sockets"]
     floors = diagnostics.fitted_alone(predictions.robot, in_sockets)
-    floor_by_name: dict[str, float] = {}
-    for name, row in zip(predictions.names, result.placements, strict=True):
-        if row.name in floors:
-            floor_by_name[name] = floors[row.name]
     return tuple(
-        types.LoneFit(name=name, mean_absolute_error=floor)
-        for name, floor in floor_by_name.items()
+        types.LoneFit(name=name, mean_absolute_error=floors[row.name])
+        for name, row in zip(predictions.names, result.placements, strict=True)
+        if row.name in floors
     )
 
 
@@ -101,43 +92,49 @@ def _standing_out(fits: Sequence[types.LoneFit]) -> list[str]:
     """Return the names of the placements whose error stands out among those of all."""
     if len(fits) < 2:
         return []
-    typical = diagnostics.standing_out([fit.mean_absolute_error for fit in fits])
-    pairs = zip(fits, typical, strict=True)
-    return [fit.name for fit, others in pairs if others is not None]
+    medians = diagnostics.standing_out([fit.mean_absolute_error for fit in fits])
+    pairs = zip(fits, medians, strict=True)
+    return [fit.name for fit, median in pairs if median is not None]
 
 
 def _worst(
     sample: assessment.SampleErrors, placement: assessment.PlacementReport
 ) -> types.WorstSample:
-    error = sample.error()
     mean = placement.calibrated.mean_absolute_error
     return types.WorstSample.filled(
         sample,
         where=sample.where or f"{placement.name}, sample {sample.number}",
         name=placement.name,
-        error=error,
-        ratio=error / mean if mean > 0 else 0.0,
+        error=sample.error(),
+        ratio=sample.error() / mean if mean > 0 else 0.0,
     )
 
 
 def _use_answer(result: assessment.Assessment) -> types.UseAnswer:
-    """Return the answer whether the task may be done, placement by placement."""
-    uncertainty = result.predictions.document.uncertainty
+    """Return the answer whether the task may be done, placement by placement.
+
+    Where nobody said what the task allows, it is the least that does.
+    """
+    document = result.predictions.document
     rows = _uses(result)
+    status = result.verdict.stamp
+    if result.task is None:
+        least = {row.called: row.least for row in rows if row.least is not None}
+        words = text("ask", least=least, status=status)
+    else:
+        called = [row.called for row in rows]
+        answers: list[Answer] = [row.answer for row in rows]
+        words = use_text(called, answers, f"{1e3 * result.tolerance:g}", status)
     limits = {row.name: row.found for row in result.verdict.limits}
-    between = text(
-        _TEXTS,
-        "between",
-        found=limits.get("between_placements"),
-        better=result.predictions.document.better,
-    )
+    between = limits.get("between_placements")
+    unseen = document.uncertainty and document.uncertainty.cannot_see
     return types.UseAnswer(
         rows=tuple(rows),
-        text=_use_words(result, rows),
-        meaning=text(_TEXTS, "meaning", repeatability=result.limits.repeatability),
-        alone=text(_TEXTS, "alone", judged=result.summary.judged[1]) or None,
-        between=between,
-        cannot_see=(uncertainty.cannot_see if uncertainty else ()) or _CANNOT_SEE,
+        text=words,
+        meaning=text("meaning", repeatability=result.limits.repeatability),
+        alone=text("alone", judged=result.summary.judged[1]) or None,
+        between=text("between", found=between, better=document.better),
+        cannot_see=unseen or _CANNOT_SEE,
     )
 
 
@@ -159,20 +156,6 @@ def _uses(result: assessment.Assessment) -> list[types.UseAtPlacement]:
         )
         rows.append(use)
     return rows
-
-
-def _use_words(
-    result: assessment.Assessment,
-    rows: Sequence[types.UseAtPlacement],
-) -> str:
-    """Return the answer in words; where nobody said what the task allows, the least that does."""
-    status = result.verdict.stamp
-    if result.task is None:
-        least = {row.called: row.least for row in rows if row.least is not None}
-        return text(_TEXTS, "ask", least=least, status=status)
-    called = [row.called for row in rows]
-    answers: list[Answer] = [row.answer for row in rows]
-    return use_text(called, answers, f"{1e3 * result.tolerance:g}", status)
 
 
 def answer_at(row: assessment.PlacementReport, tolerance: float) -> Answer:
@@ -201,12 +184,10 @@ def use_text(
     called: Sequence[str], answers: Sequence[Answer], allowed: str, status: str
 ) -> str:
     """Return the answer in words, from the placements' names and the answer at each."""
-    pairs = list(zip(called, answers, strict=True))
-    words: tuple[Answer, ...] = ("yes", "mostly", "no")
-    names_by_word = {
-        word: [name for name, answer in pairs if answer == word] for word in words
-    }
-    return text(_TEXTS, "use", at=names_by_word, allowed=allowed, status=status)
+    names: dict[str, list[str]] = {"yes": [], "mostly": [], "no": []}
+    for name, answer in zip(called, answers, strict=True):
+        names.setdefault(answer, []).append(name)
+    return text("use", at=names, allowed=allowed, status=status)
 
 
 def _next_answer(result: assessment.Assessment) -> types.NextAnswer:
@@ -227,7 +208,6 @@ def _next_answer(result: assessment.Assessment) -> types.NextAnswer:
     farthest = None if advised else farthest_held_out(result)
     train_on = names[farthest[0]] if farthest else None
     words = text(
-        _TEXTS,
         "next",
         wrong=[names[i] for i in placements_with_errors(result)],
         advice=advised,

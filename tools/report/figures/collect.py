@@ -48,10 +48,8 @@ def link_meshes(model: Model, robot: Robot) -> tuple[types.LinkMesh, ...]:
 
     for name in ("yourdfpy", "trimesh"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    frames = {
-        robot.base: 0,
-        **{joint.child: i + 1 for i, joint in enumerate(robot.joints)},
-    }
+    links = [robot.base, *(joint.child for joint in robot.joints)]
+    frames = {link: frame for frame, link in enumerate(links)}
     shapes: dict[int, list[Any]] = {}
     try:
         with (
@@ -132,11 +130,10 @@ def _link_mesh(frame: int, mesh: Any) -> types.LinkMesh:
     while len(thin.faces) > FACES and cells >= 2:
         grid = np.floor((mesh.vertices - mesh.bounds[0]) * (cells / mesh.extents.max()))
         _, cell = np.unique(grid, axis=0, return_inverse=True)
-        means = np.stack(
-            [np.bincount(cell.ravel(), v) for v in mesh.vertices.T], axis=1
-        )
-        means /= np.bincount(cell.ravel())[:, None]
-        thin = trimesh.Trimesh(means, cell.ravel()[mesh.faces], process=False)
+        cell = cell.ravel()
+        sums = [np.bincount(cell, coordinate) for coordinate in mesh.vertices.T]
+        means = np.transpose(sums / np.bincount(cell))
+        thin = trimesh.Trimesh(means, cell[mesh.faces], process=False)
         thin.update_faces(thin.nondegenerate_faces() & thin.unique_faces())
         cells = cells * 3 // 4
     vertices = np.round(thin.vertices, 4).tolist()
@@ -157,21 +154,17 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
     calibration = predictions.calibration
     placements = predictions.placements
     measured = [placement.measured for placement in placements]
-    owners = np.repeat(
-        np.arange(len(placements)), [len(placement.samples) for placement in placements]
-    )
+    counts = [len(placement.samples) for placement in placements]
+    owners = np.repeat(np.arange(len(placements)), counts)
     q = np.concatenate([m.positions for m in measured])
-    true = np.concatenate(
-        [calibration.true_positions(m.positions, m.efforts) for m in measured]
-    )
+    true = [calibration.true_positions(m.positions, m.efforts) for m in measured]
     points = [placement.points for placement in placements]
-    distances = np.linalg.norm(
-        np.concatenate([p.nominal - p.calibrated for p in points]), axis=1
-    )
+    changes = np.concatenate([p.nominal - p.calibrated for p in points])
+    distances = np.linalg.norm(changes, axis=1)
     rows = np.arange(0, len(q), -(-len(q) // CONFIGURATIONS))
     nominal = link_poses(robot.joints, q[rows])
     origins = calibration.model.origins(calibration.values)
-    calibrated = link_poses(robot.joints, true[rows], origins)
+    calibrated = link_poses(robot.joints, np.concatenate(true)[rows], origins)
     places = calibrated[..., 3]
     reach = float(np.abs(places).max())
     mean = float(distances.mean())
@@ -197,13 +190,9 @@ def arm_drawing(predictions: assessment.Predictions) -> types.ArmDrawing:
 
 def report_figures(assessment_of_fit: assessment.Assessment) -> types.ReportDocument:
     """Return the figures of a report, without plots."""
-    predictions = assessment_of_fit.predictions
-    document = assessment_of_fit.predictions.document
-    assessed = {
-        name: value
-        for name, value in vars(assessment_of_fit).items()
-        if name != "predictions"
-    }
+    assessed = dict(vars(assessment_of_fit))
+    predictions: assessment.Predictions = assessed.pop("predictions")
+    document = predictions.document
     samples = assessment.sample_errors(predictions)
     return types.ReportDocument.filled(
         document,
@@ -255,7 +244,7 @@ def _row(problem: Problem, trained_on: Measurement) -> tuple[float, ...] | None:
         x = solve(replace(problem, training=(trained_on,))).x
     except MukcaError:
         return None
-    metrics = [
-        evaluate(problem.model.points(x, m.positions), m) for m in problem.training
-    ]
-    return tuple(errors.mean_absolute_error for errors in metrics)
+    return tuple(
+        evaluate(problem.model.points(x, m.positions), m).mean_absolute_error
+        for m in problem.training
+    )

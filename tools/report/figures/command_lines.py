@@ -1,9 +1,10 @@
-"""Command lines that make a calibration again, and that record another placement for it."""
+"""Command lines that make a calibration again, or record for it, and notes of its recordings."""
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, cast
 
@@ -27,34 +28,25 @@ _CHAIN = (*_LINKS, "ball")
 def record_command(document: CalibrationDocument) -> str:
     """Return the command that records another placement, as the last one was recorded."""
     driver, distance = _recorded(Path(document.data[0].folder) / METADATA)
-    words = [
-        "mukca",
-        "record",
-        *one_robot(document),
-        "--driver",
-        driver or "NAME:ADDRESS",
-    ]
-    words += as_options({"distance": _distance(document) or distance})
-    if document.arms is not None:
-        words += ["--robot-name", document.arm_name]
-    return shlex.join([*words, "--out", str(_folder_beside(document))])
+    readings = readings_of(document.settings.get("distance"))
+    options = {
+        "driver": driver or "NAME:ADDRESS",
+        "distance": agreed_length(readings) if readings else distance,
+        "robot_name": document.arm_name if document.arms else None,
+        "out": _folder_beside(document),
+    }
+    return shlex.join(["mukca", "record", *one_robot(document), *as_options(options)])
 
 
 def _folder_beside(document: CalibrationDocument) -> Path:
     """Return a folder for another placement, beside the recordings and of another name."""
     folders = [Path(row.folder) for row in document.data if row.files]
-    first = folders[0] if folders else Path("recordings", "first")
+    first, *_ = folders or [Path("recordings", "first")]
     # The parent of "." is "." itself.
     parent = first.parent if first.name else Path("..")
     names = {folder.resolve().name for folder in folders}
     tries = ("another", *(f"another-{number}" for number in range(2, len(names) + 3)))
     return parent / next(name for name in tries if name not in names)
-
-
-def _distance(document: CalibrationDocument) -> float | None:
-    """Return the distance that was given, by however many readings [m]."""
-    readings = readings_of(document.settings.get("distance"))
-    return agreed_length(readings) if readings else None
 
 
 def _recorded(file: Path) -> tuple[str, float | None]:
@@ -89,15 +81,14 @@ def solve_command(
     def folders(role: Role) -> list[str]:
         rows = [(row.folder, roles.get(row.name, row.role)) for row in document.data]
         rows += (added or {}).items()
-        own = list(dict.fromkeys(folder for folder, now in rows if now == role))
+        of_robot = list(dict.fromkeys(folder for folder, now in rows if now == role))
         if not arms:
-            return _shortest(own)
-        folders_by_arm = {arm.name: getattr(arm, role) for arm in arms} | {
-            document.arm_name: own
-        }
-        return [
-            f"{name}:{path}" for name, paths in folders_by_arm.items() for path in paths
-        ]
+            return _shortest(of_robot)
+        words: list[str] = []
+        for arm in arms:
+            paths = of_robot if arm.name == document.arm_name else getattr(arm, role)
+            words += [f"{arm.name}:{path}" for path in paths]
+        return words
 
     robots = ["--robot", document.robot]
     if arms:
@@ -143,12 +134,8 @@ def _unlike_defaults(method: str, settings: Mapping[str, Any]) -> dict[str, Any]
     """Return the settings that differ from the defaults of a method, and the method itself."""
     default = SolveOptions()
     defaults = replace(default, method=cast("Any", method)).validated().as_dict()
-    differences = {
-        key: value for key, value in settings.items() if value != defaults.get(key)
-    }
-    return (
-        differences if method == default.method else {"method": method, **differences}
-    )
+    named = {} if method == default.method else {"method": method}
+    return named | {k: v for k, v in settings.items() if v != defaults.get(k)}
 
 
 def as_options(settings: Mapping[str, Any]) -> list[str]:
@@ -173,5 +160,25 @@ def as_options(settings: Mapping[str, Any]) -> list[str]:
 
 def one_robot(document: CalibrationDocument) -> list[str]:
     """Return the options of a single robot, and of the links of its chain."""
-    chain = {key: document.settings.get(key) for key in _CHAIN}
-    return ["--robot", document.robot, *as_options(chain)]
+    links = {key: document.settings.get(key) for key in _CHAIN}
+    return ["--robot", document.robot, *as_options(links)]
+
+
+NOTED = {
+    "serial_number": "Serial number",
+    "operator": "Operator",
+    "temperature": "Temperature",
+}
+"""Titles of the notes by their keys in ``placement.json``."""
+
+
+def session_notes(files: Iterable[str]) -> Mapping[str, str]:
+    """Return notes by their titles, from where the recordings of some files still lie."""
+    folders = dict.fromkeys(Path(file).parent / METADATA for file in files)
+    sessions = list(chain.from_iterable(map(read_sessions, folders)))
+    notes: dict[str, str] = {}
+    for key, title in NOTED.items():
+        values = dict.fromkeys(str(row[key]) for row in sessions if key in row)
+        if values:
+            notes[title] = ", ".join(values)
+    return notes

@@ -1,13 +1,19 @@
-"""Steps where recordings contradict each other: leave a placement out, record it again, or look."""
+"""Steps by what is recorded: leave a placement out, record it again, look, or use another."""
 
 import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 from ....errors import MukcaError
-from ....solver.assessment import MOVEMENTS, Assessment, joined, mm
-from ....solver.identification.data import Measurement, evaluate
+from ....recorder import RecordingError, find_placements, read_placement
+from ....solver.assessment import LEAST_HELD_OUT, MOVEMENTS, Assessment, joined, mm
+from ....solver.identification.data import NEAREST, Measurement, evaluate, measure
 from ....solver.identification.paper import build_problem, solve
+from ....solver.tables import parse_left_out
 from .answers import placements_named, placements_with_errors
 from .command_lines import as_options, one_robot, record_command, solve_command
 from .types import Step
@@ -28,7 +34,7 @@ def mending_steps(result: Assessment) -> Iterator[Step]:
     errors = [check for check in document.checks or () if check.level == "error"]
     text = "See what is wrong in the recordings"
     text += f": {errors[0].advice}" if errors and errors[0].advice else ""
-    folders = list(dict.fromkeys(row.folder for row in document.data))
+    folders = dict.fromkeys(row.folder for row in document.data)
     keys = ("distance", "known", "zeros")
     same = as_options({key: document.settings.get(key) for key in keys})
     command = shlex.join(["mukca", "check", *folders, *one_robot(document), *same])
@@ -81,3 +87,65 @@ def _leave_out(result: Assessment) -> Iterator[Step]:
             f"the held-out error by Eq. (5) goes from {mm(before, 3)} to {mm(after, 3)}"
         )
         yield Step(text, command, words, before, after)
+
+
+class UnusedPlacement(NamedTuple):
+    """A placement that a calibration did not use, though it lies beside its recordings."""
+
+    folder: str
+    gap: float
+    """Distance from the nearest place that was trained on [m]."""
+
+    @property
+    def name(self) -> str:
+        """Name of its folder."""
+        return Path(self.folder).name
+
+
+def unused_placements(result: Assessment) -> list[UnusedPlacement]:
+    """Return the unused placements, that farthest from those trained on first.
+
+    Several arms share their recordings' folders, so nothing is looked for there.
+    """
+    if result.predictions.document.arms is not None:
+        return []
+    return sorted(_unused(result), key=lambda placement: -placement.gap)
+
+
+def _unused(result: Assessment) -> Iterator[UnusedPlacement]:
+    """Yield the placements of this robot's joints beside the recordings that were not used."""
+    predictions = result.predictions
+    rows = [row for row in predictions.document.data if row.files]
+    used = {Path(row.folder).resolve() for row in rows}
+    places = np.array([p.position for p in predictions.of_role("train")])
+    for parent in dict.fromkeys(Path(row.folder).parent for row in rows):
+        folders: list[Path] = []
+        with suppress(RecordingError):  # on another computer, they are not there
+            folders = find_placements([parent])
+        for folder in folders:
+            place = None if folder.resolve() in used else _place_of(folder, result)
+            if place is None:
+                continue
+            gap = float(np.linalg.norm(places - place, axis=1).min())
+            if gap >= NEAREST:
+                yield UnusedPlacement(str(folder), gap)
+
+
+def _place_of(folder: Path, result: Assessment) -> np.ndarray | None:
+    """Return the middle of the sockets of a placement [m]; None where it is of no use.
+
+    That is one of another arm, one that the calibration was to leave out, or with few samples.
+    """
+    calibration = result.predictions.calibration
+    document = result.predictions.document
+    try:
+        placement = read_placement(folder)
+        measured = measure(placement, calibration.robot)
+    except MukcaError:
+        return None
+    left_out = map(parse_left_out, document.settings.get("leave_out") or ())
+    faulty = any(check.where.startswith(str(folder)) for check in document.checks or ())
+    few = not measured.has_distance or min(measured.counts) < LEAST_HELD_OUT
+    if faulty or few or any(item.names(placement) for item in left_out):
+        return None
+    return calibration.ball(measured.positions, measured.efforts).mean(axis=0)

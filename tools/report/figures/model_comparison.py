@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from ....solver.identification.data import (
     targets,
 )
 from ....solver.results import Apart, CalibratedRobot, agreement
-from .comparison_types import (
+from .comparison import (
     COMPARISON,
     NOMINAL,
     ComparedModel,
@@ -98,27 +99,24 @@ class _Contest:
     @cached_property
     def placements(self) -> list[ComparedPlacement]:
         """The errors of all models at each placement."""
-        return [self._placement(i) for i in range(len(self.data))]
+        rows = zip(self.data, self.points, self.errors, strict=True)
+        return [self._placement(*row) for row in rows]
 
-    def _placement(self, i: int) -> ComparedPlacement:
-        measured = self.data[i]
-        trained_on = [
-            contestant.was_trained_on(measured) for contestant in self.contestants
-        ]
-        models: list[ErrorsAtPlacement] = []
-        for k, is_trained in enumerate((False, *trained_on)):
-            metrics = evaluate(self.points[i][k], measured)
-            errors = ErrorsAtPlacement(
-                **asdict(metrics),
-                quantiles=quantiles(self.errors[i][k]),
+    def _placement(
+        self, m: Measurement, points: list[np.ndarray], errors: list[np.ndarray]
+    ) -> ComparedPlacement:
+        trained_on = [False, *(one.was_trained_on(m) for one in self.contestants)]
+        models = tuple(
+            ErrorsAtPlacement(
+                **asdict(evaluate(balls, m)),
+                quantiles=quantiles(lengths),
                 trained_on=is_trained,
             )
-            models.append(errors)
-        return ComparedPlacement(
-            name=measured.name,
-            samples=tuple(measured.counts),
-            models=tuple(models),
+            for balls, lengths, is_trained in zip(
+                points, errors, trained_on, strict=True
+            )
         )
+        return ComparedPlacement(name=m.name, samples=tuple(m.counts), models=models)
 
     @cached_property
     def fair(self) -> tuple[int, ...]:
@@ -146,16 +144,17 @@ class _Contest:
     def pair(self, a: int, b: int) -> ComparedPair:
         """Return how model b differs from model a, the nominal model being model 0."""
         rows = [_beyond_noise(lengths[b] - lengths[a]) for lengths in self.errors]
-        first = self._calibration(a)
-        second = self._calibration(b)
+        calibrations = (None, *self.contestants)
+        first, second = calibrations[a], calibrations[b]
         workspace: Apart | None = None
         by_chance: tuple[Apart | None, ...] = (None,) * len(self.data)
         if first is not None and second is not None:
             workspace, by_chance = differences(first, second, self.data)
-        curves_of_first = first and first.document.curves
-        curves_of_second = second and second.document.curves
-        balls_of_first = np.concatenate([points[a] for points in self.points])
-        balls_of_second = np.concatenate([points[b] for points in self.points])
+        curves = (one and one.document.curves for one in (first, second))
+        A = np.concatenate([points[a] for points in self.points])
+        B = np.concatenate([points[b] for points in self.points])
+        # A ball in a socket does not show the base frame: its motion means nothing.
+        gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
         fair_rows = [rows[i] for i in self.fair]
         return ComparedPair(
             a=a,
@@ -164,13 +163,9 @@ class _Contest:
             summary=_overall(fair_rows) if fair_rows else None,
             workspace=workspace,
             by_chance=by_chance,
-            apart=_displacement(balls_of_first, balls_of_second),
-            curves=agreement(curves_of_first, curves_of_second),
+            apart=Displacement(mean=float(gaps.mean()), max=float(gaps.max())),
+            curves=agreement(*curves),
         )
-
-    def _calibration(self, k: int) -> Calibration | None:
-        """Return the calibration of a model; the nominal one has none."""
-        return self.contestants[k - 1] if k else None
 
 
 def compare(
@@ -181,20 +176,19 @@ def compare(
 
     The ball of the nominal model is the refitted one, where that calibration keeps it.
     """
-    contestants = list(contenders.values())
-    first = contestants[0]
+    first, *_ = contestants = list(contenders.values())
     nominal = first.ball_refitted or first.calibrated.nominal
     calibrated = [contestant.calibrated for contestant in contestants]
     contest = _Contest(contestants, [nominal, *calibrated], data)
     names = (NOMINAL, *contenders)
-    later_and_earlier = [(b, a) for b in range(len(names)) for a in range(b)]
+    pairs = sorted(combinations(range(len(names)), 2), key=lambda pair: pair[::-1])
     return ComparisonDocument(
         format=COMPARISON,
         robot_name=first.robot.name,
         models=tuple(contest.model(k, name) for k, name in enumerate(names)),
         placements=tuple(contest.placements),
         fair=contest.fair,
-        pairs=tuple(contest.pair(a, b) for b, a in later_and_earlier),
+        pairs=tuple(contest.pair(*pair) for pair in pairs),
         ball_refitted=first.ball_refitted is not None,
     )
 
@@ -202,15 +196,6 @@ def compare(
 def _beyond_noise(changes: np.ndarray) -> Difference:
     """Return a placement's mean difference beside the noise that its samples leave in it."""
     return _beyond(changes.mean(), 2 * changes.std(ddof=1) / len(changes) ** 0.5)
-
-
-def _displacement(A: np.ndarray, B: np.ndarray) -> Displacement:
-    """Return how far balls are apart, shape (N, 3) [m], but for a rigid motion.
-
-    A ball in a socket does not show the base frame, so that motion means nothing.
-    """
-    gaps = np.linalg.norm(kabsch(B, A).apply(B) - A, axis=1)
-    return Displacement(mean=float(gaps.mean()), max=float(gaps.max()))
 
 
 def _overall(rows: Sequence[Difference]) -> Difference:
@@ -225,6 +210,5 @@ def _overall(rows: Sequence[Difference]) -> Difference:
 
 
 def _beyond(mean: float, noise: float) -> Difference:
-    mean = float(mean)
-    noise = float(noise)
-    return Difference(mean=mean, noise=noise, beyond_noise=abs(mean) > noise)
+    beyond_noise = bool(abs(mean) > noise)
+    return Difference(mean=float(mean), noise=float(noise), beyond_noise=beyond_noise)

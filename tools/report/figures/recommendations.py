@@ -2,7 +2,6 @@
 
 import shlex
 from collections.abc import Iterator, Sequence
-from itertools import islice
 from pathlib import Path
 from typing import cast
 
@@ -11,7 +10,6 @@ import numpy as np
 from ....solver.assessment import (
     Assessment,
     PlacementReport,
-    Verdict,
     area,
     joined,
     joints_wrong,
@@ -30,8 +28,12 @@ from ....solver.identification.data import (
 from ....solver.results import CalibrationDocument, Role
 from .answers import farthest_held_out
 from .command_lines import record_command, solve_command
-from .mending import mending_steps, steps_where_something_moved
-from .recorded_already import UnusedPlacement, unused_placements
+from .mending import (
+    UnusedPlacement,
+    mending_steps,
+    steps_where_something_moved,
+    unused_placements,
+)
 from .types import Step
 
 DOUBTED_SIZE = 3e-3
@@ -48,11 +50,10 @@ def steps(result: Assessment) -> list[Step]:
 
     A step that is expected to make the error larger is none.
     """
-    return list(islice(filter(_leads_on, _steps(result)), 1))
-
-
-def _leads_on(step: Step) -> bool:
-    return step.before is None or step.after is None or step.after < step.before
+    for step in _steps(result):
+        if step.before is None or step.after is None or step.after < step.before:
+            return [step]
+    return []
 
 
 def _steps(result: Assessment) -> Iterator[Step]:
@@ -72,9 +73,12 @@ def _steps(result: Assessment) -> Iterator[Step]:
         return
     if not verdict.use:
         yield from steps_where_something_moved(result)
-    is_proved = _is_proved(verdict)
     unused = unused_placements(result)
     rows = (*verdict.limits, *verdict.reasons)
+    # Something that was not trained on has an error.
+    is_proved = any(
+        r.name == "mean_absolute_error" and r.found is not None for r in rows
+    )
     missed = any(row.status in ("fail", "not enough") for row in rows)
     is_lacking = is_proved and (missed or not verdict.use)
     if not is_proved:
@@ -100,12 +104,6 @@ def _steps(result: Assessment) -> Iterator[Step]:
     if not is_proved:
         text += ": each place is then left out once, which proves the fit"
     yield _forecast(document, None, text, record_command(document))
-
-
-def _is_proved(verdict: Verdict) -> bool:
-    """Tell whether something that was not trained on has an error."""
-    rows = (*verdict.limits, *verdict.reasons)
-    return any(r.name == "mean_absolute_error" and r.found is not None for r in rows)
 
 
 def _is_to_be_read_again(result: Assessment) -> bool:
@@ -174,32 +172,26 @@ def _corrected_joints(result: Assessment) -> Iterator[Step]:
     """Yield the step to correct joint positions, where the full model keeps all limits."""
     verdict = result.verdict
     missed = [row for row in verdict.limits if row.status in ("fail", "not enough")]
-    if (
-        not verdict.use
-        or not missed
-        or any(row.full_status != "pass" for row in missed)
-    ):
+    if not (verdict.use and missed) or any(r.full_status != "pass" for r in missed):
         return
-    first = missed[0]
+    first, *_ = missed
     before = cast("float", first.found)
     after = cast("float", first.full)
     text = "Command corrected joint positions where the limits matter; no rigid URDF keeps them"
     words = f"{first.title}: {mm(after, 3)} in place of {mm(before, 3)}"
-    file = result.predictions.document.outputs.get("calibration")
-    folder = "DIR" if file is None else str(Path(file).parent)
-    command = shlex.join(
-        ["mukca", "command", folder, "poses.csv", "--out", "joints.csv"]
+    file = result.predictions.document.outputs.get(
+        "calibration", "DIR/calibration.json"
     )
+    folder = shlex.quote(str(Path(file).parent))
+    command = f"mukca command {folder} poses.csv --out joints.csv"
     yield Step(text, command, words, before, after)
 
 
 def _repeatability(document: CalibrationDocument) -> Step:
     """Return the step that says how well the arm repeats, without which there are no limits."""
     text = "Say how well the arm repeats, from its data sheet"
-    command_line = solve_command(document, settings_given={"repeatability_mm": "MM"})
-    return Step(
-        text, command_line, "limits to hold the errors against, not a smaller error"
-    )
+    command = solve_command(document, settings_given={"repeatability_mm": "MM"})
+    return Step(text, command, "limits to hold the errors against, not a smaller error")
 
 
 def _measure(
@@ -237,7 +229,7 @@ def _recorded_once(placements: Sequence[PlacementReport]) -> tuple[float, ...]:
     """Return the distance that placement.json has, if it is one of all placements [m]."""
     rows = [row for row in placements if row.distance_source == "recording"]
     distances = {row.distance for row in rows if row.distance is not None}
-    return tuple(distances) if len(distances) == 1 else ()
+    return tuple(distances) * (len(distances) == 1)
 
 
 def _forecast(
@@ -251,13 +243,12 @@ def _forecast(
         if document.method == "auto":
             why = "none of the places that were tried for it is within the arm's reach"
         return Step(text, command, f"no forecast: {why}")
-    share = forecasts[name]
     before = document.better.workspace.now.value
-    after = before * share
+    after = before * forecasts[name]
     # several arms have a workspace each
-    workspace = f"{document.arm_name}'s own workspace" if document.arm_name else ""
+    owner = f"{document.arm_name}'s own" if document.arm_name else "the"
     words = (
-        f"a distance in {workspace or 'the workspace'} is wrong by about {short_mm(after)} mm in "
-        f"place of {short_mm(before)}"
+        f"a distance in {owner} workspace is wrong by about {short_mm(after)} mm in place of "
+        f"{short_mm(before)}"
     )
     return Step(text, command, words, before, after)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ....errors import fixed
 from ....solver.assessment import (
+    apart_words,
     area,
     intervals_in_words,
     joined,
@@ -27,19 +28,6 @@ def each(rows: Iterable[object], form: str) -> list[str]:
     return [form.format(row) for row in rows]
 
 
-_FILTERS = (
-    area,
-    each,
-    fixed,
-    intervals_in_words,
-    joined,
-    mm,
-    percent,
-    plural,
-    short_where,
-)
-
-
 @cache
 def environment() -> "Environment":
     """Return the templates; what they insert is escaped in pages, and left as it is in texts."""
@@ -53,18 +41,22 @@ def environment() -> "Environment":
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    filters: dict[str, Any] = {function.__name__: function for function in _FILTERS}
+    functions = (
+        *(apart_words, area, each, fixed, intervals_in_words),
+        *(joined, mm, percent, plural, short_where),
+    )
+    filters: dict[str, Any] = {function.__name__: function for function in functions}
     templates.filters.update(filters, short="{:g}".format)
     return templates
 
 
-def lines(template: str, block: str, /, **values: object) -> list[str]:
-    """Return the lines of a block of a template."""
-    source = environment().get_template(template)
+def lines(block: str, /, **values: object) -> list[str]:
+    """Return the lines of a block of the template of texts."""
+    source = environment().get_template("texts.txt.j2")
     written = "".join(source.blocks[block](source.new_context(values)))
     return [words for line in written.splitlines() if (words := " ".join(line.split()))]
 
 
-def text(template: str, block: str, /, **values: object) -> str:
-    """Return a block of a template as one line of text."""
-    return " ".join(lines(template, block, **values))
+def text(block: str, /, **values: object) -> str:
+    """Return a block of the template of texts as one line."""
+    return " ".join(lines(block, **values))

@@ -10,6 +10,6 @@ from .figure import plot as plot
 from .figure import to_scale as to_scale
 from .model import display_of as display_of
 from .panel import Panel as Panel
-from .places import map_sentence as map_sentence
 from .sections import FOLDED as FOLDED
+from .sections import map_sentence as map_sentence
 from .sections import plots_of as plots_of

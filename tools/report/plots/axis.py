@@ -57,10 +57,15 @@ class Axis:
         room: float = 1.5,
     ) -> "Axis":
         """Return an axis with room beside the values above zero; round 1 where there are none."""
-        positive = [value for value in values if value and value > 1e-9] or [
-            1.0 / factor
-        ]
-        return cls(min(positive) / room, max(positive) * room, label, factor, log=True)
+        positive = [value for value in values if value and value > 1e-9]
+        low, high = min(positive, default=1 / factor), max(positive, default=1 / factor)
+        return cls(
+            low / room,
+            high * room,
+            label,
+            factor,
+            log=True,
+        )
 
     def holds(self, value: float) -> bool:
         """Tell whether a value is within the range."""
@@ -87,18 +92,12 @@ class Axis:
         low = self.factor * self.low
         high = self.factor * self.high
         if self.log:
-            decades = range(
-                math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1
-            )
+            first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
             digits = (1,) if high > 100 * low else (1, 2, 5)
-            round_numbers = [
-                digit * 10.0**decade for decade, digit in product(decades, digits)
-            ]
-            numbers = [
-                n
-                for n in round_numbers
-                if low <= n * (1 + 1e-9) and n <= high * (1 + 1e-9)
-            ]
+            pairs = product(range(first, last + 1), digits)
+            round_numbers = [digit * 10.0**decade for decade, digit in pairs]
+            more = 1 + 1e-9
+            numbers = [n for n in round_numbers if low <= n * more and n <= high * more]
         else:
             step = nice_above((high - low) / 5)
             first = math.ceil(low / step - 1e-9)

@@ -17,12 +17,8 @@ PITCH = 28
 
 def comparison_plots(result: ComparisonDocument) -> list[Plot]:
     """Return the plots of a comparison."""
-    made = (
-        _errors(result),
-        _differences(result),
-        _distances(result),
-    )
-    return [picture for picture in made if picture is not None]
+    made = (_errors(result), _differences(result), _distances(result))
+    return list(filter(None, made))
 
 
 def mark_of(model: int, *, hollow: bool) -> str:
@@ -45,8 +41,7 @@ def _by_model(
     for k, model in enumerate(result.models):
         errors = [row.models[k] for row in result.placements]
         marks = [mark_of(k, hollow=row.trained_on) for row in errors]
-        lengths = map(figure, errors)
-        panel.dots(lengths, marks, model.name, form)
+        panel.dots(map(figure, errors), marks, model.name, form)
     return panel
 
 
@@ -65,28 +60,22 @@ def _errors(result: ComparisonDocument) -> Plot:
         lambda model: model.mean_absolute_error,
         ".3f",
     )
-    ranked: list[tuple[float, str]] = []
-    for model in result.models:
-        if model.summary is not None:
-            ranked.append((model.summary.mean_absolute_error, model.name))
+    ranked = sorted(
+        (model.summary.mean_absolute_error, model.name)
+        for model in result.models
+        if model.summary is not None
+    )
+    models = result.models
     return plot(
-        "errors",
-        panel,
-        layout="half",
-        ranked=sorted(ranked),
-        models=result.models,
-        colours=COLOURS,
+        "errors", panel, layout="half", ranked=ranked, models=models, colours=COLOURS
     )
 
 
 def _differences(result: ComparisonDocument) -> Plot:
     pair = result.pairs[-1]
-    a = result.models[pair.a].name
-    b = result.models[pair.b].name
-    means = np.array([row.mean for row in pair.placements])
-    noises = np.array([row.noise for row in pair.placements])
-    lengths = abs(means) + noises
-    axis = Axis.around_zero(lengths, "mm, with 95 % noise", MM)
+    a, b = result.models[pair.a].name, result.models[pair.b].name
+    means, noises = np.array([(row.mean, row.noise) for row in pair.placements]).T
+    axis = Axis.around_zero(abs(means) + noises, "mm, with 95 % noise", MM)
     panel = _placement_rows(result, f"{b} less {a}", axis)
     panel.threshold(f"{b} better < 0 < worse", x=0)
     panel.bars(means - noises, means + noises, "link", thick=5)
@@ -95,20 +84,15 @@ def _differences(result: ComparisonDocument) -> Plot:
         hollow = row.models[pair.a].trained_on or row.models[pair.b].trained_on
         marks.append(mark_of(pair.b, hollow=hollow))
     panel.dots(means, marks, "difference", "+.3f")
-    return plot(
-        "differences",
-        panel,
-        layout="half",
-        sentence=comparison_sentence(result, pair),
-    )
+    sentence = comparison_sentence(result, pair)
+    return plot("differences", panel, layout="half", sentence=sentence)
 
 
 def _distances(result: ComparisonDocument) -> Plot | None:
     worst: list[tuple[float, str]] = []
     for k, model in enumerate(result.models):
-        errors = [row.models[k].distance_error for row in result.placements]
-        sizes = [abs(error or 0.0) for error in errors]
-        worst.append((MM * max(sizes), model.name))
+        errors = [row.models[k].distance_error or 0.0 for row in result.placements]
+        worst.append((MM * max(map(abs, errors)), model.name))
     largest, _ = max(worst)
     if not largest:
         return None

@@ -59,24 +59,26 @@ def named_rows(
 ) -> Panel:
     """Return a panel with named rows from the top, row i at y = i."""
     count = len(names)
-    longest = max(map(len, names), default=0)
-    letters = min(longest, LONGEST)
+    letters = min(max(map(len, names), default=0), LONGEST)
+    rows = Axis(count - 0.5, -0.5)
+    height = TOP + BOTTOM + pitch * count
+    margin = min(24 + 6.6 * letters, 150)
     panel = Panel(
         title,
         x,
-        Axis(count - 0.5, -0.5),
+        rows,
         width=width,
-        height=TOP + BOTTOM + pitch * count,
-        margin=min(24 + 6.6 * letters, 150),
+        height=height,
+        margin=margin,
     )
     panel.names = names
     if not without_axis:
         panel.grid(horizontal=False)
-    step = math.ceil(LINE / pitch)
-    for i in range(0, count, step):
+    for i in range(0, count, math.ceil(LINE / pitch)):
         _name_row(panel, i)
-    if not without_axis:
-        _divide_rows(panel, count)
+    for i in range(1, 0 if without_axis else count):  # below the names, too
+        y = panel.y(i - 0.5)
+        panel.add("line", x1=4, x2=panel.right, y1=y, y2=y, class_="grid")
     return panel
 
 
@@ -86,21 +88,15 @@ def _name_row(panel: Panel, i: int) -> None:
     words = name
     if len(name) > LONGEST:
         words = f"{name[:8]}\N{HORIZONTAL ELLIPSIS}{name[-9:]}"
+    y = panel.y(i) + 4
     panel.add(
         "text",
         name,
         words,
         x=panel.left - 8,
-        y=panel.y(i) + 4,
+        y=y,
         class_="tick end",
     )
-
-
-def _divide_rows(panel: Panel, count: int) -> None:
-    """Draw a line between any two rows, below their names too."""
-    for i in range(1, count):
-        y = panel.y(i - 0.5)
-        panel.add("line", x1=4, x2=panel.right, y1=y, y2=y, class_="grid")
 
 
 LOADED: tuple[tuple[ModelName, str], ...] = (
@@ -144,8 +140,7 @@ def plot(
 
     A caption is a title; lines of the legend, ``- mark: words; mark: words``; and short sentences.
     """
-    block = name.replace("-", "_")
-    title, *details = lines("captions.txt.j2", block, **values)
+    title, *details = lines(name.replace("-", "_"), **values)
     legend: list[tuple[str, str]] = []
     sentences: list[str] = []
     for line in details:
@@ -155,11 +150,7 @@ def plot(
         for entry in line[2:].split("; "):
             mark, _, words = entry.partition(": ")
             legend.append((mark, words))
-    caption = PlotCaption(
-        id=name,
-        title=title,
-        sentence=" ".join(sentences),
-    )
+    caption = PlotCaption(id=name, title=title, sentence=" ".join(sentences))
     return Plot(
         caption,
         tuple(legend),

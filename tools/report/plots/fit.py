@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -37,9 +38,7 @@ def history(report: ReportDocument) -> Plot | None:
         curves = {role: _curve(report, term, role) for role in roles}
         panels.append(_curves_panel(term, curves, repeatability))
         judged = curves[roles[-1]]
-        _, first = judged[0]
-        _, last = judged[-1]
-        ends.append((term, MM * first, MM * last))
+        ends.append((term, MM * judged[0][1], MM * judged[-1][1]))
     return plot(
         "history",
         *panels,
@@ -51,13 +50,12 @@ def history(report: ReportDocument) -> Plot | None:
 
 def _curve(report: ReportDocument, term: str, role: str) -> Curve:
     """Return the root of a term over the iterations, on the placements of a role."""
-    curve: Curve = []
-    for row in report.history:
-        part = getattr(row, role)
-        if part is not None:
-            length = getattr(part, term) ** 0.5
-            curve.append((row.iteration, max(length, _SMALLEST)))
-    return curve
+    parts = [(row.iteration, getattr(row, role)) for row in report.history]
+    return [
+        (iteration, max(getattr(part, term) ** 0.5, _SMALLEST))
+        for iteration, part in parts
+        if part is not None
+    ]
 
 
 def _curves_panel(
@@ -66,20 +64,24 @@ def _curves_panel(
     repeatability: float | None,
 ) -> Panel:
     """Return the curves of a term, and the arm's repeatability [m] where it is known."""
-    values = [value for curve in curves.values() for _, value in curve]
-    last, _ = curves["train"][-1]
-    last = max(last, 1)
-    ticks = range(0, last + 1, max(1, last // 6))
-    iterations = Axis(0, last, "iteration", ticks=tuple(ticks))
+    values = [value for _, value in chain(*curves.values())]
+    last = max(curves["train"][-1][0], 1)
+    ticks = tuple(range(0, last + 1, max(1, last // 6)))
+    iterations = Axis(0, last, "iteration", ticks=ticks)
     lengths = Axis.logarithmic([*values, repeatability], "mm", MM)
-    title = f"{term}, root mean square"
-    panel = Panel(title, iterations, lengths).grid()
+    panel = Panel(f"{term}, root mean square", iterations, lengths).grid()
     for role, curve in curves.items():
         panel.line(curve, f"curve {role}")
         size = 3.0 if len(curve) < 12 else 1.5
         for iteration, value in curve:
-            hint = f"{MM * value:.4f} mm"
-            panel.dot(iteration, value, f"curve-dot {role}", hint, size)
+            mark = f"curve-dot {role}"
+            panel.dot(
+                iteration,
+                value,
+                mark,
+                f"{MM * value:.4f} mm",
+                size,
+            )
     if repeatability:
         ratios = [curve[-1][1] / repeatability for curve in curves.values()]
         nearest = min(ratios, key=lambda ratio: abs(math.log(ratio)))
@@ -94,11 +96,11 @@ def cross_placement(report: ReportDocument) -> Plot | None:
     if matrix is None or not any(matrix.matrix):
         return None
     names = short_names(matrix.names)
-    means: list[tuple[float, str]] = []
-    for i, (name, row) in enumerate(zip(names, matrix.matrix, strict=True)):
-        if row is not None:
-            errors_elsewhere = np.delete(row, i)
-            means.append((float(np.mean(errors_elsewhere)), name))
+    means = [
+        (float(np.mean(np.delete(row, i))), names[i])
+        for i, row in enumerate(matrix.matrix)
+        if row is not None
+    ]
     limit = report.limits.mean_absolute_error.value
     return plot(
         "cross-placement",
@@ -115,7 +117,13 @@ def _matrix_panel(matrix: CrossPlacement, limit: float) -> Panel:
     names = short_names(matrix.names)
     size = min(_LARGEST_CELL, _WIDEST / len(names))
     title = "rows: trained on; columns: error there, mm"
-    panel = named_rows(title, names, Axis(0, 1), pitch=size, without_axis=True)
+    panel = named_rows(
+        title,
+        names,
+        Axis(0, 1),
+        pitch=size,
+        without_axis=True,
+    )
     errors = {i: row for i, row in enumerate(matrix.matrix) if row is not None}
     logs = np.log(np.maximum(list(errors.values()), 1e-9))
     shades = (logs - logs.min()) / max(np.ptp(logs), 1e-9)
@@ -125,7 +133,14 @@ def _matrix_panel(matrix: CrossPlacement, limit: float) -> Panel:
             x = panel.left + (j + 0.5) * size
             y = panel.y(i)
             opacity = 0.06 + 0.8 * shade
-            panel.square(x, y, size, hint, class_="cell", fill_opacity=opacity)
+            panel.square(
+                x,
+                y,
+                size,
+                hint,
+                class_="cell",
+                fill_opacity=opacity,
+            )
             if i == j:
                 panel.square(x, y, size, fill="url(#hatch)")
             if error > limit:
@@ -139,8 +154,7 @@ def _matrix_panel(matrix: CrossPlacement, limit: float) -> Panel:
 
 def _name_columns(panel: Panel, names: Sequence[str], size: float) -> None:
     """Write the names of columns of a width below them, tilted, as many as there is room for."""
-    between = size * math.sin(math.radians(_TILT))
-    step = math.ceil(LINE / between)
+    step = math.ceil(LINE / (size * math.sin(math.radians(_TILT))))
     y = panel.bottom + 12
     for j in range(0, len(names), step):
         x = panel.left + (j + 0.5) * size - 6
@@ -153,7 +167,7 @@ def known_distances(report: ReportDocument) -> Plot | None:
     rows = report.between
     if not rows:
         return None
-    ends = short_names([end for row in rows for end in (row.a, row.b)])
+    ends = short_names(list(chain.from_iterable((row.a, row.b) for row in rows)))
     pairs = zip(ends[::2], ends[1::2], strict=True)
     names = [f"{a} to {b}" for a, b in pairs]
     errors = {mark: [row.errors.of(model) for row in rows] for model, mark in LOADED}
@@ -163,7 +177,13 @@ def known_distances(report: ReportDocument) -> Plot | None:
     panel = named_rows("predicted less known distance", names, axis, pitch=22)
     panel.rule("zero", x=0)
     for mark, lengths in errors.items():
-        panel.dots(lengths, f"{mark} test", mark, "+.3f", size=4)
+        panel.dots(
+            lengths,
+            f"{mark} test",
+            mark,
+            "+.3f",
+            size=4,
+        )
     panel.thresholds("limit {} mm", limit)
     calibrated = zip(errors["calibrated"], names, strict=True)
     means = [float(np.mean(np.abs(lengths))) for lengths in errors.values()]
@@ -179,32 +199,28 @@ def known_distances(report: ReportDocument) -> Plot | None:
 
 def predicted_and_found(report: ReportDocument) -> Plot | None:
     """The spread predicted at each placement beside the one found there."""
-    roles: list[str] = []
-    places: list[str] = []
-    predicted: list[float] = []
-    observed: list[float] = []
-    for row in report.placements:
-        if row.predicted_deviation and row.found_deviation:
-            roles.append(row.role)
-            places.append(row.name)
-            predicted.append(row.predicted_deviation)
-            observed.append(row.found_deviation)
-    if not places:
+    rows = [
+        (row, row.predicted_deviation, row.found_deviation)
+        for row in report.placements
+        if row.predicted_deviation and row.found_deviation
+    ]
+    if not rows:
         return None
-    names = short_names(places)
+    placements, predicted, observed = zip(*rows, strict=True)
+    names = short_names([row.name for row in placements])
     repeatability = report.limits.repeatability
     lengths = [*predicted, *observed, repeatability]
     axis = Axis.from_zero(lengths, "mm, 1 sigma", MM, 1.15)
     panel = named_rows("spread of the ball's positions", names, axis, pitch=28)
     panel.bars(predicted, observed, "link")
     panel.dots(predicted, "predicted", "predicted")
-    panel.dots(observed, [f"calibrated {role}" for role in roles], "found")
+    panel.dots(observed, [f"calibrated {row.role}" for row in placements], "found")
     panel.threshold("the arm repeats to {} mm", x=repeatability)
-    ratios = np.divide(observed, predicted).tolist()
+    ratios = list(zip(np.divide(observed, predicted).tolist(), names, strict=True))
     return plot(
         "predicted-found",
         panel,
         layout="half",
         report=report,
-        ratios=list(zip(ratios, names, strict=True)),
+        ratios=ratios,
     )

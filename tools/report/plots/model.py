@@ -10,7 +10,7 @@ import numpy as np
 
 from ....solver.assessment import Coverage
 from ....solver.identification.effects import ANGLES, EFFECTS, Display, effect_named
-from ....solver.results import Coefficient, JointCurve, ParameterValue
+from ....solver.results import JointCurve, ParameterValue
 from ..figures import ReportDocument
 from .axis import MM, Axis
 from .figure import Plot, named_rows, plot
@@ -58,16 +58,13 @@ def parameters(report: ReportDocument) -> Plot:
     determined = [bar for bar in chain(*bars) if bar.standard_deviation]
     clear = [bar for bar in determined if abs(bar.value) > 2 * bar.standard_deviation]
     repeatability = MM * (report.limits.repeatability or 0.0)
-    panels = [_bars_panel(group, repeatability) for group in bars]
-    displays = [effect.display for effect in EFFECTS.values()]
-    usual = dict.fromkeys(display.usual_words for display in displays)
-    largest = [max(group, key=lambda bar: abs(bar.value)) for group in bars]
+    usual = dict.fromkeys(effect.display.usual_words for effect in EFFECTS.values())
     return plot(
         "parameters",
-        *panels,
+        *(_bars_panel(group, repeatability) for group in bars),
         report=report,
         usual=list(filter(None, usual)),
-        largest=largest,
+        largest=[max(group, key=lambda bar: abs(bar.value)) for group in bars],
         known=len(determined),
         clear=len(clear),
     )
@@ -75,24 +72,17 @@ def parameters(report: ReportDocument) -> Plot:
 
 def _bars(report: ReportDocument) -> list[list[_Bar]]:
     """Return the changes of all parameters, those in each list on one axis."""
-    changes: list[tuple[ParameterValue | Coefficient, float]] = []
-    for row in report.parameters:
-        changes.append((row, row.change))
-    for row in report.coefficients or ():
-        # the coefficients of effects that are switched off are zero for certain
-        if row.value or row.standard_deviation:
-            changes.append((row, row.value))
     by_axis: dict[tuple[str, str, float], list[_Bar]] = {}
-    for row, change in changes:
-        display = display_of(row.name, row.unit)
+    for row in (*report.parameters, *(report.coefficients or ())):
+        change = row.change if isinstance(row, ParameterValue) else row.value
         deviation = row.standard_deviation or 0.0
-        bar = _Bar(
-            row.name,
-            display,
-            display.factor * change,
-            display.factor * deviation,
-        )
+        # the coefficients of effects that are switched off are zero for certain
+        if not (isinstance(row, ParameterValue) or change or deviation):
+            continue
+        display = display_of(row.name, row.unit)
+        scale = display.factor
         axis = (display.heading, display.unit, display.per_mm)
+        bar = _Bar(row.name, display, scale * change, scale * deviation)
         by_axis.setdefault(axis, []).append(bar)
     return list(by_axis.values())
 
@@ -118,8 +108,7 @@ def _bars_panel(bars: Sequence[_Bar], repeatability: float) -> Panel:
 
 def groups(report: ReportDocument) -> Plot | None:
     """Effective parameters of each group: those that the data determine, of all there are."""
-    groups_of_fit = report.groups or ()
-    rows = [row for row in groups_of_fit if row.name not in _NOT_COUNTED]
+    rows = [row for row in report.groups or () if row.name not in _NOT_COUNTED]
     if not rows:
         return None
     names = [row.name.replace("_", " ") for row in rows]
@@ -132,16 +121,18 @@ def groups(report: ReportDocument) -> Plot | None:
         words = f"{row.effective:.1f} of {row.count}" if row.active else "off"
         x = panel.x(min(share, 62)) + 6
         panel.text(x, panel.y(i) + 4, words, "tick")
-    active = dict(zip(names, (row.active for row in rows), strict=True))
-    not_counted = [row.count for row in groups_of_fit if row.name in _NOT_COUNTED]
+    by_state: dict[bool | None, list[str]] = {True: [], False: []}
+    for name, row in zip(names, rows, strict=True):
+        by_state.setdefault(row.active, []).append(name)
+    every_count = sum(row.count for row in report.groups or ())
     return plot(
         "groups",
         panel,
         layout="half",
         rows=rows,
-        on=[name for name in names if active[name] is True],
-        off=[name for name in names if active[name] is False],
-        others=sum(not_counted),
+        on=by_state[True],
+        off=by_state[False],
+        others=every_count - sum(row.count for row in rows),
     )
 
 
@@ -159,8 +150,7 @@ def joints(report: ReportDocument) -> Plot | None:
     panel.bars(0, anywhere, "link", thick=14)
     panel.bars(0, recorded, "change", thick=7)
     panel.threshold("the arm repeats to {} mm", x=repeatability)
-    lengths = [(MM * row.recorded, row.joint) for row in rows]
-    ranked = sorted(lengths, reverse=True)
+    ranked = sorted(((MM * r.recorded, r.joint) for r in rows), reverse=True)
     return plot(
         "joints",
         panel,
@@ -177,33 +167,26 @@ def error_curves(report: ReportDocument) -> Plot | None:
     curves = report.curves.joints
     ends = [np.abs(curve.values) + curve.deviations for curve in curves]
     y = Axis.around_zero([float(np.max(ends))], "mrad", ANGLES.factor)
-    repeatability = report.limits.repeatability
     panels: list[Panel] = []
     blank: list[str] = []
     largest: list[tuple[float, str]] = []
     for curve in curves:
         angles = _angles(report.coverage, curve.joint)
-        panels.append(_curve_panel(curve, y, angles, repeatability))
-        errors = np.abs(curve.values)
-        largest.append((ANGLES.factor * float(errors.max()), curve.joint))
-        sampled = [math.degrees(high - low) for low, high in curve.sampled]
-        gap = 360 - sum(sampled)
+        panels.append(_curve_panel(curve, y, angles, report.limits.repeatability))
+        error = ANGLES.factor * float(np.abs(curve.values).max())
+        largest.append((error, curve.joint))
+        gap = 360 - sum(math.degrees(high - low) for low, high in curve.sampled)
         if gap >= LEAST_BLANK:
             blank.append(f"{gap:.0f} degrees of {curve.joint}")
+    most = max(largest)
     return plot(
-        "curves",
-        *panels,
-        layout="half",
-        report=report,
-        largest=max(largest),
-        blank=blank,
+        "curves", *panels, layout="half", report=report, largest=most, blank=blank
     )
 
 
 def _angles(covered: Coverage, joint: str) -> np.ndarray:
     """Return the angles of the samples that were trained on, from -180 to 180 degrees."""
-    names = [row.name for row in covered.joints]
-    k = names.index(joint)
+    k = [row.name for row in covered.joints].index(joint)
     training = [s.positions for s in covered.sockets if s.role == "train"]
     angles = np.degrees([q[k] for q in chain(*training)])
     return (angles + 180) % 360 - 180
@@ -221,15 +204,13 @@ def _curve_panel(
     count = len(curve.values)
     half = count // 2
     grid = 360 / count * (np.arange(count) - half)
-    values = np.roll(curve.values, half)
-    band = np.roll(curve.deviations, half)
+    values, band = np.roll([curve.values, curve.deviations], half, axis=1)
     panel.area(grid, values - band, values + band, "deviation-area")
     panel.rule("zero", y=0)
     if repeatability:  # an angle that moves a ball 1 m away by so much
         panel.threshold("", y=-repeatability)
         panel.threshold("", y=repeatability)
-    points = np.column_stack([grid, values])
-    panel.line(points.tolist(), "change")
+    panel.line(np.column_stack([grid, values]).tolist(), "change")
     marks = ""
     for angle in angles:
         marks += f"M{panel.x(angle):.1f} {panel.bottom - 5:.1f}v5"

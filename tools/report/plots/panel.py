@@ -56,23 +56,16 @@ class Panel:
         self.right = width - RIGHT
         self.top = TOP + (12.0 if y.label else 0.0)
         self.bottom = height - BOTTOM
-        heading = element("text", title, class_="title", x=4, y=14)
-        self.parts = [heading]
+        self.parts = [element("text", title, class_="title", x=4, y=14)]
 
     def __html__(self) -> str:
         """Return the panel as SVG."""
-        return self._svg(
-            role="img",
-            aria_label=self.title,
-            class_="panel",
-        )
+        return self._svg(role="img", aria_label=self.title, class_="panel")
 
     def file(self, style: str) -> bytes:
         """Return the panel as a file of its own, with a style sheet."""
-        style_sheet = element("style", style)
-        self.parts.append(style_sheet)
-        svg = self._svg(xmlns="http://www.w3.org/2000/svg")
-        return svg.encode()
+        self.parts.append(element("style", style))
+        return self._svg(xmlns="http://www.w3.org/2000/svg").encode()
 
     def _svg(self, **attributes: object) -> Markup:
         box = f"0 0 {self.width:g} {self.height:g}"
@@ -80,13 +73,11 @@ class Panel:
 
     def x(self, value: float) -> float:
         """Return the horizontal place of a value."""
-        fraction = self.x_axis.fraction(value)
-        return self.left + (self.right - self.left) * fraction
+        return self.left + (self.right - self.left) * self.x_axis.fraction(value)
 
     def y(self, value: float) -> float:
         """Return the vertical place of a value."""
-        fraction = self.y_axis.fraction(value)
-        return self.bottom - (self.bottom - self.top) * fraction
+        return self.bottom - (self.bottom - self.top) * self.y_axis.fraction(value)
 
     def add(
         self,
@@ -98,8 +89,7 @@ class Panel:
     ) -> None:
         """Add an SVG element in the panel's own units; the hint shows under the mouse."""
         title = element("title", hint) if hint else ""
-        shape = element(name, title, words, **attributes)
-        self.parts.append(shape)
+        self.parts.append(element(name, title, words, **attributes))
 
     def grid(self, *, horizontal: bool = True) -> "Panel":
         """Draw lines at round values, their numbers, and the axes' labels."""
@@ -127,7 +117,14 @@ class Panel:
         x2 = self.right if x is None else x1
         y1 = self.top if y is None else self.y(y)
         y2 = self.bottom if y is None else y1
-        self.add("line", x1=x1, x2=x2, y1=y1, y2=y2, class_=class_)
+        self.add(
+            "line",
+            x1=x1,
+            x2=x2,
+            y1=y1,
+            y2=y2,
+            class_=class_,
+        )
 
     def threshold(
         self,
@@ -151,11 +148,7 @@ class Panel:
     def _words_above(self, x: float, words: str) -> None:
         """Write the words of a limit above its line, on the side that has room."""
         place = self.x(x)
-        side = ""
-        shift = 4
-        if place > 0.6 * self.right:
-            side = "end"
-            shift = -4
+        side, shift = ("end", -4) if place > 0.6 * self.right else ("", 4)
         label = words.replace("{}", self.x_axis.number(x))
         self.text(place + shift, self.top - 4, label, f"threshold-words {side}")
 
@@ -183,26 +176,26 @@ class Panel:
     ) -> None:
         """Write words at a place in the panel's own units."""
         if words:
-            self.add("text", "", words, x=x, y=y, class_=class_, **attributes)
+            self.add(
+                "text",
+                "",
+                words,
+                x=x,
+                y=y,
+                class_=class_,
+                **attributes,
+            )
 
     def line(self, points: Iterable[Sequence[float]], class_: str) -> None:
         """Draw a line through values."""
-        self.add(
-            "polyline",
-            points=self._path(points),
-            class_=class_,
-        )
+        self.add("polyline", points=self._path(points), class_=class_)
 
     def area(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, class_: str) -> None:
         """Fill what lies between two curves over the same values, shape (N,)."""
         above = np.column_stack([x, high])
         below = np.column_stack([x, low])
-        edges = np.concatenate([above, below[::-1]])
-        self.add(
-            "polygon",
-            points=self._path(edges.tolist()),
-            class_=class_,
-        )
+        edges = np.concatenate([above, below[::-1]]).tolist()
+        self.add("polygon", points=self._path(edges), class_=class_)
 
     def _path(self, points: Iterable[Sequence[float]]) -> str:
         return " ".join(f"{self.x(a):.1f},{self.y(b):.1f}" for a, b in points)
@@ -256,12 +249,14 @@ class Panel:
         for i, (low, high) in enumerate(np.broadcast(lows, highs)):
             if not abs(high - low) > 0:  # true for NaN
                 continue
-            x1, x2 = sorted((self.x(low), self.x(high)))
+            x, end = sorted((self.x(low), self.x(high)))
+            width = max(end - x, 0.5)
+            y = self.y(i) - thick / 2
             self.add(
                 "rect",
-                x=x1,
-                y=self.y(i) - thick / 2,
-                width=max(x2 - x1, 0.5),
+                x=x,
+                y=y,
+                width=width,
                 height=thick,
                 class_=class_,
             )

@@ -1,7 +1,7 @@
 """Plots of the samples: each round its socket, in their order, and the shares within an error."""
 
-from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,27 +33,27 @@ def _lengths(
 
 def errors_in_3d(report: ReportDocument) -> Plot:
     """Every sample round its socket, nominal and calibrated side by side, to one scale."""
-    largest: list[float] = []
-    for model, _ in LOADED:
-        lengths = _lengths(report, model)
-        largest.append(float(lengths.max(initial=0.0)))
+    largest = _largest(report)
     names = [row.name for row in report.placements]
-    controls = {
-        "placements": list(enumerate(names)),
-        "half": nice_above(max(*largest, 1e-6), FINE),
-    }
     return plot(
         "errors-3d",
         layout="scenes",
         scene="errors",
-        controls=controls,
+        controls={
+            "placements": list(enumerate(names)),
+            "half": nice_above(max(*largest, 1e-6), FINE),
+        },
         report=report,
         largest=largest,
     )
 
 
-@dataclass(frozen=True)
-class _View:
+def _largest(report: ReportDocument) -> list[float]:
+    """Return the largest error of a sample, by the nominal model and as loaded [m]."""
+    return [float(_lengths(report, m).max(initial=0.0)) for m, _ in LOADED]
+
+
+class _View(NamedTuple):
     """Errors of a model as far as they are within half the panel's width [m], under a title."""
 
     model: ModelName
@@ -63,10 +63,7 @@ class _View:
 
 def errors_in_2d(report: ReportDocument) -> Plot:
     """Every sample round its socket, seen along two axes."""
-    halves: list[float] = []
-    for model, _ in LOADED:
-        lengths = _lengths(report, model)
-        halves.append(nice_above(float(lengths.max(initial=1e-9)), FINE))
+    halves = [nice_above(max(error, 1e-9), FINE) for error in _largest(report)]
     large, small = halves
     limit = report.limits.mean_absolute_error.value
     if limit and limit < 1.4 * small:  # it is drawn, all of it
@@ -79,17 +76,13 @@ def errors_in_2d(report: ReportDocument) -> Plot:
         _View("geometric", small, f"calibrated x {times:g}"),
     )
     sides = (("xy", "from above"), ("xz", "from the side"))
-    panels: list[Panel] = []
-    for (axes, side), view in product(sides, views):
-        title = f"{side}: {view.title}"
-        panels.append(_plane(report, view, axes, title))
+    panels = [
+        _plane(report, view, axes, f"{side}: {view.title}")
+        for (axes, side), view in product(sides, views)
+    ]
+    half = MM * small
     return plot(
-        "errors-2d",
-        *panels,
-        layout="thirds",
-        report=report,
-        times=times,
-        half=MM * small,
+        "errors-2d", *panels, layout="thirds", report=report, times=times, half=half
     )
 
 
@@ -107,8 +100,7 @@ def _plane(report: ReportDocument, view: _View, axes: str, title: str) -> Panel:
         panel.dot(deviation[i], deviation[j], f"{mark} {role}", size=2)
     limit = report.limits.mean_absolute_error.value
     if limit and limit <= half:
-        radius = panel.x(limit) - panel.x(0)
-        panel.dot(0, 0, "threshold", size=radius)
+        panel.dot(0, 0, "threshold", size=panel.x(limit) - panel.x(0))
     return panel
 
 
@@ -118,9 +110,8 @@ def order(report: ReportDocument) -> Plot:
     errors = _lengths(report, "calibrated")
     largest = float(errors.max(initial=1e-6))
     top = 1.08 * max(largest, FAR * max(means))
-    panels: list[Panel] = []
-    for i, use in enumerate(report.answers.use.rows):
-        panels.append(_order_panel(report, i, use.name, top))
+    uses = enumerate(report.answers.use.rows)
+    panels = [_order_panel(report, i, use.name, top) for i, use in uses]
     mean_at_sample = np.array([means[row.placement] for row in report.samples])
     ratios = errors / np.maximum(mean_at_sample, 1e-12)
     return plot(
@@ -143,11 +134,10 @@ def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel
     """Return a placement's errors, socket by socket, each with its running centre."""
     place = report.placements[i]
     rows = [row for row in report.samples if row.placement == i]
-    order_axis = Axis(0, len(rows) + 1, ticks=())
-    errors_axis = Axis(0, top, "mm", MM)
-    panel = Panel(name, order_axis, errors_axis, height=170).grid()
-    mean = place.calibrated.mean_absolute_error
-    panel.threshold(f"{FAR:g} x mean", y=FAR * mean)
+    numbers = Axis(0, len(rows) + 1, ticks=())
+    panel = Panel(name, numbers, Axis(0, top, "mm", MM), height=170).grid()
+    limit = FAR * place.calibrated.mean_absolute_error
+    panel.threshold(f"{FAR:g} x mean", y=limit)
     first = 0
     for socket in dict.fromkeys(row.socket for row in rows):
         deviations = np.array([row.calibrated for row in rows if row.socket == socket])
@@ -155,26 +145,20 @@ def _order_panel(report: ReportDocument, i: int, name: str, top: float) -> Panel
             panel.rule("divide", x=first + 0.5)
         x = panel.x(first + 0.5) + 6
         panel.text(x, panel.bottom + 15, f"socket {socket}", "tick")
-        centres = enumerate(_running_centre(deviations), first + 1)
-        panel.line(centres, "running")
+        panel.line(enumerate(_running_centre(deviations), first + 1), "running")
         first += len(deviations)
     for k, row in enumerate(rows, 1):
-        error = row.error()
         mark = "flagged" if _is_doubted(row) else f"calibrated {place.role}"
-        hint = f"{row.where}: {MM * error:.3f} mm"
-        panel.dot(k, error, mark, hint)
+        panel.dot(k, row.error(), mark, f"{row.where}: {MM * row.error():.3f} mm")
     return panel
 
 
 def _running_centre(deviations: np.ndarray) -> list[float]:
     """Return the length of the mean deviation of the samples round each one."""
     half = WINDOW // 2
-    lengths: list[float] = []
-    for k in range(len(deviations)):
-        window = deviations[max(0, k - half) : k + half + 1]
-        mean = window.mean(axis=0)
-        lengths.append(float(np.linalg.norm(mean)))
-    return lengths
+    samples = range(len(deviations))
+    windows = [deviations[max(0, k - half) : k + half + 1] for k in samples]
+    return [float(np.linalg.norm(window.mean(axis=0))) for window in windows]
 
 
 def shares(report: ReportDocument) -> Plot:

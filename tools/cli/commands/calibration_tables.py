@@ -1,11 +1,13 @@
-"""Errors of placements, as several verbs show them: a short table, or all figures."""
+"""Tables of a calibration: errors of placements, in short or all, and what else its details are."""
 
+import math
 from collections.abc import Sequence
 
 from ....errors import fixed
-from ....solver import calibration, results
+from ....solver import assessment, calibration, results
 from ....solver.assessment import millimetres, plural, short_names
 from ... import cli
+from ...report.figures import cross_placement
 
 MOST_ROWS = 6
 """Placements in the short table, the worst ones."""
@@ -61,10 +63,8 @@ def left_out_rows(errors: "calibration.Errors") -> list[list[str]]:
     heads = ["mean error, mm", "samples", "before", "left out", "trained on"]
     rows = [[*heads, "corrected joints"] if two else heads]
     left_out = [errors.left_out(row.name) for row in trained]
-    largest = sorted(
-        (row.loaded.mean_absolute_error for row in left_out if row), reverse=True
-    )
-    least = largest[:MOST_ROWS][-1]
+    sizes = sorted(row.loaded.mean_absolute_error for row in left_out if row)
+    least = sizes[-MOST_ROWS:][0]
     names = short_names([row.name for row in trained])
     for name, row, proof in zip(names, trained, left_out, strict=True):
         if proof is None or proof.loaded.mean_absolute_error >= least:
@@ -105,8 +105,6 @@ def _removed(summary: "results.Summary") -> str:
 
 def aligned(row: Sequence[str]) -> str:
     """Return a row of the short table as a line."""
-    if len(row) == 1:
-        return row[0]
     name, role, samples, *figures = row
     columns = "  ".join(f"{figure:>6}" for figure in figures)
     return f"{name:{LONGEST}} {role:10} {samples:>8}  {columns}"
@@ -114,8 +112,6 @@ def aligned(row: Sequence[str]) -> str:
 
 def _aligned_left_out(row: Sequence[str]) -> str:
     """Return a row of the table of what was left out as a line."""
-    if len(row) == 1:
-        return row[0]
     name, samples, before, left_out, trained, *corrected = row
     cells = [f"{before:>6}", f"{left_out:>8}", f"{trained:>10}"]
     cells += [f"{figure:>6}" for figure in corrected]
@@ -125,3 +121,85 @@ def _aligned_left_out(row: Sequence[str]) -> str:
 def _figures(row: "results.MetricsByModel", *, two: bool) -> list[str]:
     models = (row.before, row.loaded, row.calibrated)
     return [millimetres(model.mean_absolute_error) for model in models[: 2 + two]]
+
+
+def show_details(terminal: cli.Terminal, calibrated: "calibration.Calibration") -> None:
+    """Print the figures of one robot."""
+    terminal.say(assessment.distance_text(calibrated.document.placements))
+    if calibrated.document.scale is not None:
+        terminal.say(f"Size: {assessment.scale_text(calibrated.document.scale)}.")
+    show_errors(calibrated.errors, terminal)
+    _show_matrix(calibrated, terminal)
+    if calibrated.document.error_patterns is not None:
+        terminal.say(calibrated.document.error_patterns.text)
+    _show_parameters(calibrated.result.parameters, terminal)
+    terminal.say(*_remarks(calibrated.document))
+
+
+def _show_matrix(calibrated: "calibration.Calibration", terminal: cli.Terminal) -> None:
+    """Show the errors everywhere by fits to each placement alone: the paper's Fig. 6."""
+    matrix = cross_placement(calibrated.assessment.predictions)
+    if matrix is None:
+        return
+    names = short_names(matrix.names)
+    nothing = [None] * len(names)
+    rows: list[list[str]] = []
+    for i, (name, errors) in enumerate(zip(names, matrix.matrix, strict=True)):
+        cells = [f"{i + 1} {name}", *map(millimetres, errors or nothing)]
+        cells[i + 1] = f"({cells[i + 1]})"
+        rows.append(cells)
+    title = f"MAE in mm by {matrix.method}: trained on the row's placement alone, at the column's"
+    terminal.tabulate(title, ["", *map(str, range(1, len(names) + 1))], rows)
+
+
+def _show_parameters(
+    rows: "Sequence[results.ParameterValue]", terminal: cli.Terminal
+) -> None:
+    """Show the changes of the joint origins in mm and mrad, one line a joint."""
+    from ....solver.identification.robot import COMPONENTS
+
+    changes: dict[str, dict[str, str]] = {}
+    for row in rows:
+        of_joint = changes.setdefault(row.joint, dict.fromkeys(COMPONENTS, "fixed"))
+        of_joint[row.component] = fixed(1e3 * row.change, 3, "+")
+    cells = [[joint, *words.values()] for joint, words in changes.items()]
+    title = "change of the joint origins, in mm and mrad"
+    terminal.tabulate(title, ("joint", *COMPONENTS), cells, no_wrap=True)
+
+
+def _remarks(result: "results.CalibrationDocument") -> list[str]:
+    """Return lines on the fit that the tables do not have."""
+    time = f"{1e3 * result.solve_seconds:.0f} ms"
+    lines = [f"{result.optimizer}: {result.iterations} iterations in {time}."]
+    lines += result.choices or ()
+    lines += _frame_lines(result.frames or ())
+    lines += assessment.intervals_in_words(result.better)
+    if result.uncertainty is not None:
+        lines += [f"Not observable: {text}." for text in result.uncertainty.cannot_see]
+    return lines
+
+
+def _frame_lines(frames: "Sequence[results.FramePose]") -> list[str]:
+    """Pose of each frame and its deviation, a line each."""
+    lines: list[str] = []
+    for frame in frames:
+        error = ""
+        if frame.socket_error is not None:
+            sockets = f"{frame.sockets} socket{'s are' if frame.sockets > 1 else ' is'}"
+            error = f"; its {sockets} {millimetres(frame.socket_error)} mm off (rms)"
+        if frame.name == "base":
+            lines.append(f"Frame base: the robot's own{error}.")
+        elif not frame.turn_known:
+            lines.append(
+                f"Frame {frame.name}: direction unknown{error}; it needs three places or more that "
+                "are not on one line."
+            )
+        else:
+            position = " ".join(fixed(1e3 * v, 2, "+") for v in frame.xyz)
+            rotation = " ".join(fixed(math.degrees(v), 3, "+") for v in frame.rpy)
+            lines.append(
+                f"Frame {frame.name} stands at {position} mm "
+                f"(+- {millimetres(max(frame.xyz_deviation))}), turned {rotation} deg "
+                f"(+- {math.degrees(max(frame.turn_deviation)):.3f}) in the base{error}."
+            )
+    return lines

@@ -1,86 +1,64 @@
-"""``mukca print-parts``: the socket base and the ball as files for a 3D printer."""
+"""``mukca print-parts`` and ``plan``: parts to print, and what to record, before there is data."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from functools import partial
 from importlib.util import find_spec
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
+from ....errors import fixed
+from ....solver import assessment, design
+from ....solver.calibration import UsageError
 from ....solver.results import refuse_existing, write_files
 from ... import printables
-from .. import Options, OutputOptions, Terminal, option
+from ...report.plots import from_above, to_scale
+from .. import Options, OutputOptions, RobotOptions, Terminal, WorkerOptions, option
 
 
 class _BaseOptions(Options, group="socket base"):
-    sockets: int = option(2, "number of sockets: 2, or 3 in a triangle", "N")
-    distance: float = option(0.1, "distance of the sockets' centres, in metres", "M")
-    height_mm: float = option(
-        30.0, "height of the sockets' centres above the table", "MM"
-    )
-    clearance_mm: float = option(
-        0.5, "gap between ball and seat, beside the pads", "MM"
-    )
+    sockets: int = 2
+    distance: float = 0.1
+    height_mm: float = 30.0
+    clearance_mm: float = 0.5
     anchor: str | None = option(
         None,
         "add a clip for the base plate of this arm",
         choices=printables.ARMS,
         needs="plate_mm",
     )
-    plate_mm: tuple[float, float] | None = option(
-        None,
-        "two measures of the arm's plate: its width at the front edge, and the distance from "
-        "that edge to the first joint's axis",
-        ("WIDTH", "FRONT"),
-        needs="anchor",
-    )
+    plate_mm: tuple[float, float] | None = None
 
 
 class _BallOptions(Options, group="ball"):
-    ball_diameter_mm: float = option(20.0, "diameter of the ball, in all parts", "MM")
-    bought_ball: bool = option(False, "make a cup, into which you glue a bearing ball")
-    neck_mm: float | None = option(
-        None, "diameter of the neck at the ball (default: 0.45 of the ball's)", "MM"
-    )
-    reach_mm: float | None = option(
-        None, "distance from the flange to the ball's centre, for one mount", "MM"
-    )
+    ball_diameter_mm: float = 20.0
+    bought_ball: bool = False
+    neck_mm: float | None = None
+    reach_mm: float | None = None
 
 
 class _MountOptions(Options, group="a mount of your own"):
-    bolt_circle_mm: float | None = option(
-        None, "a plate with holes on a circle of this diameter", "MM"
-    )
-    bolts: int | None = option(
-        None, "number of holes in it (default: 4)", "N", needs="bolt_circle_mm"
-    )
+    bolt_circle_mm: float | None = None
+    bolts: int | None = None
     screw: str | None = option(
         None,
         "screws for the holes (default: M6)",
         choices=printables.SCREWS,
         needs="bolt_circle_mm",
     )
-    grip_mm: tuple[float, float, float] | None = option(
-        None,
-        "a block for a gripper: between its fingers, along their width, along their length; "
-        "the ball's place then counts from the fingertips",
-        ("WIDTH", "DEPTH", "LENGTH"),
-    )
+    grip_mm: tuple[float, float, float] | None = None
 
 
 class _PrintPartsOptions(_BaseOptions, _BallOptions, _MountOptions, OutputOptions):
     out: Path = option(..., "folder to write to", "DIR")
-    mount: Sequence[str] | None = option(
-        None,
-        "what holds the ball at the arm: a robot's name, a code of ISO 9409-1 as iso-63-4-m6, "
-        "or one of the list below (default: all of that)",
-        "NAME",
-    )
+    mount: Sequence[str] | None = None
     format: Sequence[str] = option(
         ("stl", "3mf", "svg"),
         "formats of the files (default: stl 3mf svg, a drawing); step needs mukca[step]",
         choices=printables.FORMATS,
     )
-    author: str = option("mukca", "the author's name in 3MF files", "NAME")
+    author: str = "mukca"
 
 
 def run_print_parts(options: _PrintPartsOptions, terminal: Terminal) -> int:
@@ -173,3 +151,93 @@ def _balls(options: _PrintPartsOptions) -> Mapping[str, printables.BallPart]:
         except printables.PrintableError as error:
             raise printables.PrintableError(f"ball-{name}: {error}") from None
     return balls
+
+
+class _PlanOptions(RobotOptions, WorkerOptions, OutputOptions):
+    placements: int = 3
+    samples: int = 12
+    distance: Sequence[float] = (0.1, 0.15, 0.05)
+    turn: float | None = None
+    out: Path | None = None
+    force: bool = False
+
+
+def run_plan(options: _PlanOptions, terminal: Terminal) -> int:
+    """Show the table, and write the picture."""
+    out = options.out
+    if out:
+        if out.suffix.lower() != ".svg":
+            raise UsageError(
+                f"--out {out}: the picture is an SVG; end its name in .svg"
+            )
+        refuse_existing(out.parent, [out.name], force=options.force)
+    robot = options.load_robot()
+    work = partial(
+        design.plan, robot, placements=options.placements, samples=options.samples
+    )
+    plans: list[design.Plan] = []
+    for turn in [None] if options.turn is None else [None, options.turn]:
+        with terminal.progress(len(options.distance)) as progress:
+            plans += options.workers.map(
+                partial(work, turn=turn),
+                options.distance,
+                lambda i: progress(f"sockets {1e3 * options.distance[i]:g} mm apart"),
+            )
+    _show(plans, options, terminal)
+    if out:
+        write_files(out.parent, {out.name: _picture(robot.name, plans[0])})
+        terminal.say(f"Picture: {out}")
+    advice = design.curve_advice(robot)
+    if advice:
+        terminal.say(advice)
+    rows = [asdict(row) for row in plans]
+    document = {"robot": options.robot, "samples": options.samples, "plans": rows}
+    terminal.emit({**document, "advice": advice})
+    return 0
+
+
+_STYLE = """
+svg { background: white; font: 12px sans-serif; }
+.end { text-anchor: end; }
+.middle { text-anchor: middle; }
+.grid { stroke: #ddd; }
+.robot { fill: #444; }
+.base { fill: #1f5fbf; }
+.number { fill: white; }
+"""
+
+
+def _picture(robot: str, planned: "design.Plan") -> bytes:
+    """Return the placements seen from above, as SVG, in their order."""
+    seen = from_above([(0, 0, 0), *planned.places])
+    labels = "to the right of the robot, m", "before it, m"
+    panel = to_scale(f"{robot}, from above", seen, labels, room=0.15)
+    panel.dot(0, 0, "robot", size=14)
+    for number, (sideways, before) in enumerate(seen[1:].tolist(), 1):
+        panel.dot(sideways, before, "base", size=10)
+        x, y = panel.x(sideways), panel.y(before)
+        panel.text(x, y + 4, str(number), "middle number")
+        panel.text(x, y + 24, f"{1e3 * planned.predicted[number - 1]:.2f} mm", "middle")
+    return panel.file(_STYLE)
+
+
+def _show(
+    plans: "list[design.Plan]", options: _PlanOptions, terminal: Terminal
+) -> None:
+    counts = range(1, options.placements + 1)
+    columns = (assessment.plural(count, "placement") for count in counts)
+    heads = ["sockets apart", *columns]
+    rows: list[list[str]] = []
+    for row in plans:
+        cells = [f"{1e3 * error:.2f}" for error in row.predicted]
+        cells += ["-"] * (options.placements - len(cells))
+        within = "" if row.turn is None else f", within {row.turn:g} deg"
+        rows.append([f"{1e3 * row.distance:g} mm{within}", *cells])
+    title = f"Predicted error of distances [mm], {options.samples} samples a socket"
+    terminal.tabulate(title, heads, rows)
+    first, *_ = places = plans[0].places
+    moves = [design.in_words(*pair) for pair in pairwise(places)]
+    axes = zip("xyz", first, strict=True)
+    place = " ".join(f"{axis} {fixed(value, 2, '+')}" for axis, value in axes)
+    place += " m in the frame of the robot's base"
+    terminal.say(f"Placements, in this order: {', then '.join([place, *moves])}.")

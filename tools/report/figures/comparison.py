@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 
-from ....solver.assessment import Quantiles
+from ....solver.assessment import Quantiles, joined
 from ....solver.identification.data import Metrics
-from ....solver.results import Apart, CurveAgreement, Document
+from ....solver.results import Apart, CurveAgreement, Document, agreement_words
+from .templates import text
 from .types import Displacement, PlotCaption
 
 COMPARISON = "mukca-comparison-1"
@@ -68,7 +69,7 @@ class ComparedPair(Document):
     apart: Displacement
     """Of the ball between the two, after a rigid motion of the base frame is taken out."""
     workspace: Apart | None = None
-    """How far they are apart at random poses, and by chance; None, here and below, where one has no
+    """Distance of the two at random poses, and by chance; None, here and below, where one has no
     covariance, as the nominal model and one by the paper's method."""
     by_chance: tuple[Apart | None, ...] = ()
     """The same at each placement."""
@@ -92,3 +93,39 @@ class ComparisonDocument(Document):
     """True where the nominal model's ball was fitted to what the first calibration was."""
     plots: tuple[PlotCaption, ...] | None = None
     """Only where a page was written."""
+
+
+def comparison_title(result: ComparisonDocument) -> str:
+    """Return the title of the errors by placement."""
+    return "; ".join(["MAE in mm", *model_remarks(result), "* trained on"])
+
+
+def model_remarks(result: ComparisonDocument) -> list[str]:
+    """Return what the models are, where their names do not say it."""
+    remarks: list[str] = []
+    if result.ball_refitted:
+        first = result.models[1].name
+        remarks.append(f"{NOMINAL}: its ball refitted to what {first} was trained on")
+    corrected = [model.name for model in result.models if model.corrected_joints]
+    if corrected:
+        remarks.append(f"{joined(corrected)}: with corrected joint positions")
+    return remarks
+
+
+def comparison_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
+    """Return in words which of two models is better, where, and by how much beyond the noise.
+
+    Of two calibrations the words say how far they are apart, and whether chance alone explains it.
+    """
+    rows = [pair.placements[i] for i in result.fair]
+    change = 0.0 if pair.summary is None else pair.summary.mean
+    return text(
+        "comparison",
+        a=result.models[pair.a].name,
+        b=result.models[pair.b].name,
+        pair=pair,
+        rows=rows,
+        wins=sum(row.beyond_noise and row.mean * change > 0 for row in rows),
+        chances=[chance for chance in pair.by_chance if chance is not None],
+        agreement=agreement_words(pair.curves),
+    )
