@@ -1,10 +1,13 @@
 """What becomes of accuracy where something differs between places, as weighed and as recorded.
 
     python benchmarks/differences.py [--draws 10] [--arm panda] [--recordings ../shared/recordings]
+                                     [--rigid MM]
 
 Each figure is the median error of distances in the workspace by ``calibrated.urdf`` [mm]. A
 placement of a real arm is trained on alone, against the full model of its others. A simulated arm
-is against the truth, and its figure is the geometric mean over the draws.
+is against the truth, and its figure is the geometric mean over the draws; it bends and turns
+unevenly as real arms do, or is ``--rigid`` with so much noise of the seat. Beside them stands what
+the calibration states.
 """
 
 import argparse
@@ -22,6 +25,7 @@ import mukca
 from mukca.recorder import Placement
 from mukca.solver.identification.robot import Robot, workspace
 from mukca.tools.simulation import (
+    Imperfection,
     Session,
     SessionFault,
     perturb,
@@ -66,12 +70,10 @@ def error(robot: Robot, ball: Ball, truth: Ball) -> float:
 
 
 def errors(robot: Robot, train: Sequence[Placement], truth: Ball) -> list[float]:
-    """Return the errors as weighed and as recorded [mm]."""
-    found: list[float] = []
-    for as_recorded in (False, True):
-        fit = mukca.calibrate(robot, train, as_recorded=as_recorded)
-        found.append(error(robot, fit.calibrated.geometric_ball, truth))
-    return found
+    """Return the errors as weighed and as recorded, and the stated one as weighed [mm]."""
+    fits = [mukca.calibrate(robot, train, as_recorded=no) for no in (False, True)]
+    found = [error(robot, fit.calibrated.geometric_ball, truth) for fit in fits]
+    return [*found, 1e3 * fits[0].document.better.workspace.now.value]
 
 
 def real(folder: Path, name: str) -> list[float]:
@@ -85,11 +87,11 @@ def real(folder: Path, name: str) -> list[float]:
     return errors(robot, alone, reference.calibrated.ball)
 
 
-def simulated(robot: Robot, fault: str, seed: int) -> list[float]:
+def simulated(robot: Robot, fault: str, noise: float | None, seed: int) -> list[float]:
     """Return the errors of an arm with a fault amid its one placement [mm]."""
     generator = np.random.default_rng([seed, 74])
     arm = perturb(robot, generator, 2e-3, 5e-3)
-    how = realistic_flaws(robot, generator)
+    how = Imperfection(noise) if noise else realistic_flaws(robot, generator)
     base = reachable_bases(arm, generator, 1)[0]
     placement = record(arm, base, generator, samples=EACH, imperfection=how)
     start = int(generator.integers(8, 2 * EACH - 8)) if FAULTS[fault] == "base" else 1
@@ -134,8 +136,10 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=10)
     parser.add_argument("--arm", default="panda")
     parser.add_argument("--recordings", type=Path)
+    parser.add_argument("--rigid", type=float, metavar="MM", help="noise of the seat")
     arguments = parser.parse_args()
-    print("| case | weighed | as recorded |\n|---|---|---|")
+    noise = arguments.rigid and 1e-3 * arguments.rigid
+    print("| case | weighed | as recorded | stated |\n|---|---|---|---|")
     if arguments.recordings:
         for folder, names in REAL.items():
             for name in names:
@@ -144,7 +148,7 @@ def main() -> None:
     robot = mukca.load_robot(arguments.arm)
     draws = range(arguments.draws)
     for fault in FAULTS:
-        show(fault, [simulated(robot, fault, seed) for seed in draws])
+        show(fault, [simulated(robot, fault, noise, seed) for seed in draws])
     for trained in (5, 1):
         rows = [creeping(robot, trained, seed) for seed in draws]
         show(f"ball creeps by 0.3 mm, trained on {trained}", rows)

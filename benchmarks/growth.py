@@ -3,10 +3,10 @@
     python benchmarks/growth.py
 
 A Panda is simulated. Placements have 12 + 12 samples; a placement alone has more and more.
+``page.py --measure growth`` keeps the table in docs/benchmarks.md.
 """
 
 import argparse
-import os
 import subprocess
 import sys
 import tempfile
@@ -20,42 +20,39 @@ from mukca.recorder import write_holes
 from mukca.solver.identification.robot import load_robot
 from mukca.tools.simulation import Base, perturb, reachable_bases, record
 
-PLACEMENTS = (2, 8, 40, 80, 200)
+PLACEMENTS = (2, 8, 40, 200)
 SAMPLES = (60, 600, 6000, 30000)
+STARTER = """
+import resource, subprocess, sys
+done = subprocess.run(sys.argv[1:], capture_output=True)
+usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(done.returncode, usage.ru_utime + usage.ru_stime, usage.ru_maxrss)
+"""
 AT_ONCE = 10
 """Bases that are drawn far from each other."""
 
 
 def cost(words: Sequence[str]) -> tuple[float, float]:
-    """Return what a command computes [s], and how much memory it takes at most [MB]."""
-    program = subprocess.Popen(
-        words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
-    _, status, usage = os.wait4(program.pid, 0)
-    program.returncode = os.waitstatus_to_exitcode(status)
-    assert program.returncode in (0, 1, 3), words
-    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024 / 1e6
+    """Return what a command computes [s], and how much memory it takes at most [MB].
+
+    A small process starts it: until then a process is as large as the one that starts it.
+    """
+    starter = [sys.executable, "-c", STARTER, *words]
+    done = subprocess.run(starter, capture_output=True, check=True, text=True)
+    status, seconds, kilobytes = map(float, done.stdout.split())
+    assert status in (0, 1, 3), words
+    return seconds, kilobytes * 1024 / 1e6
 
 
-def table(title: str, folders: dict[int, Path]) -> None:
-    """Print the cost of each folder of placements, and its growth from the one before."""
-    print(f"{title:>10s}   CPU, s   growth   memory, MB")
-    before = None
+def show(what: str, folders: dict[int, Path]) -> None:
+    """Print a row for each folder: its cost, and the growth from the one before."""
+    before = 0.0
     for count, folder in folders.items():
-        words = [
-            "-m",
-            "mukca",
-            "solve",
-            str(folder),
-            "--robot",
-            "panda",
-            "--distance",
-            "0.05",
-            "--no-proof",
-        ]
-        seconds, memory = cost([sys.executable, *words])
+        words = ("solve", str(folder), "--robot", "panda", "--distance", "0.05")
+        seconds, memory = cost([sys.executable, "-m", "mukca", *words, "--no-proof"])
         growth = f"{seconds / before:.1f} x" if before else ""
-        print(f"{count:10d} {seconds:8.1f} {growth:>8s} {memory:12.0f}")
+        row = f"{count:,} {what}", f"{seconds:.1f}", growth, f"{memory:.0f}"
+        print(f"| {' | '.join(row)} |", flush=True)
         before = seconds
 
 
@@ -80,8 +77,9 @@ def main() -> None:
         for count, folder in by_samples.items():
             placement = record(arm, bases[0], hands, samples=count // 2, noise=5e-5)
             write_holes(placement, folder / "placement")
-        table("placements", by_placements)
-        table("samples", by_samples)
+        print("| | CPU, s | growth | memory, MB |\n|---|---|---|---|")
+        show("placements", by_placements)
+        show("samples", by_samples)
 
 
 if __name__ == "__main__":

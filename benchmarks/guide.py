@@ -1,26 +1,15 @@
-"""What guiding is worth: sessions that stop by themselves against 30 + 30 poses.
+"""What guiding is worth, on simulated arms.
 
-    python benchmarks/guide.py                      24 simulated arms
-    python benchmarks/guide.py --arms 6             fewer
-    python benchmarks/guide.py --goal-mm 1          sessions that go on to, or stop at, this goal
-    python benchmarks/guide.py --recordings DIR     choosing among the poses of real recordings
     python benchmarks/guide.py --enough --arms 4    ENOUGH of two placements, and what solve says
     python benchmarks/guide.py --travel --arms 5    how far a hand leads the arm from pose to pose
     python benchmarks/guide.py --curves --arms 3    error curves: errors by poses for these
 
-With these three ``--arms`` are those of each robot, from the seed of ``--first`` on. From 300 on
+``--arms`` are those of each robot, from the seed of ``--first`` on. From 300 on
 ENOUGH was said of three seeds each of all 24 arms that are shipped, and of three more of koch,
 panda, so101, ur5e and wxai (of so100 two of three); after it none was NOT ENOUGH.
 
-A simulated arm differs from its model by 2 mm and 5 mrad a joint; each sample has 0.1 mm of noise.
-The operator's travel from pose to pose, and so the spread of the poses, match real recordings:
-about 0.8 rad root mean square a joint between consecutive poses. A guided operator hits the
-proposed pose within 0.15 rad a joint. Both fit the same rigid model.
-
-Errors of distances are root mean squares over pairs of poses in the workspace. Most of such an
-error is one number, the arm's scale, which all distances share: it comes out anywhere within its
-bell curve. So one arm says little about the gauge, and many are needed: each distance's error
-over its predicted deviation is squared and averaged over all arms, and should come to 1.
+A simulated arm differs from its model by 2 mm and 5 mrad a joint. A guided operator hits the
+proposed pose within 0.15 rad a joint.
 """
 
 import argparse
@@ -28,46 +17,37 @@ import itertools
 import os
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 from worlds import realistic_flaws
 
-from mukca.recorder import Placement, Sample, read_placements
+from mukca.recorder import Placement, Sample
 from mukca.solver.assessment import repeatability_of
 from mukca.solver.calibration import calibrate
 from mukca.solver.design import (
     ParameterCovariance,
-    from_fit,
     from_prior,
     workspace_of,
 )
 from mukca.solver.diagnostics import is_coarse
 from mukca.solver.identification.data import (
     CALIPER_DEVIATION,
-    RobotRecordings,
-    measure,
-    observe,
 )
 from mukca.solver.identification.effects import COMPLIANCE, CURVE, random_curves
-from mukca.solver.identification.inference import Posterior, estimate
-from mukca.solver.identification.model import Deflection, ExtendedModel, Noise, extend
+from mukca.solver.identification.model import Deflection, Noise, extend
 from mukca.solver.identification.robot import (
-    BallModel,
     Robot,
     choose_parameters,
     load_robot,
     shipped_robots,
-    workspace,
 )
 from mukca.solver.poses import InverseKinematics
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.parallel import Workers
 from mukca.tools.recording import PoseSelector
 from mukca.tools.simulation import (
-    Base,
     Imperfection,
     lead,
     perturb,
@@ -117,61 +97,6 @@ class Hand:
                 return found[good][0]
         seat = socket[None] + self.generator.normal(0, self.noise, 3)
         return self.guide.reach(seat, self.generator)[0]
-
-
-def guided(
-    hand: Hand, base: Base, coach: PoseSelector, most: int = 60
-) -> tuple[list[Sample], float]:
-    """Record until the coach has enough; return the samples and the gauge."""
-    samples: list[Sample] = []
-    socket, q, advice = 0, None, None
-    while len(samples) < most:
-        aim = q if advice is None or advice.target is None else np.array(advice.target)
-        q = hand.lead(aim, base.sockets[socket], AIM if samples else STEP)
-        samples.append(Sample(tuple(q.tolist()), socket, number=len(samples) + 1))
-        advice = coach.advise(samples, socket, q)
-        if advice.enough:
-            return samples, advice.predicted
-        if advice.leave:
-            socket = 1 - socket
-            advice = coach.advise(samples, socket, q)
-    return samples, advice.predicted if advice else np.nan
-
-
-def unguided(hand: Hand, base: Base, each: int = 30) -> list[Sample]:
-    """Record as many as the paper did, walking from pose to pose."""
-    samples: list[Sample] = []
-    for socket in (0, 1):
-        q = None
-        for _ in range(each):
-            q = hand.lead(q, base.sockets[socket], STEP)
-            samples.append(Sample(tuple(q.tolist()), socket, number=len(samples) + 1))
-    return samples
-
-
-def fitted(robot: Robot, samples: list[Sample]) -> Posterior:
-    placement = Placement("train", tuple(samples), robot.joint_names, 0.05)
-    data = observe(RobotRecordings(robot, [measure(placement, robot)]))
-    return estimate(extend(robot, choose_parameters(robot)), data).arm
-
-
-def truth(arm: Robot, found: Posterior, test: Placement) -> tuple[float, float, float]:
-    """Return the error held out, that of distances [m], and that over the predicted one."""
-    q = test.positions
-    balls = found.model.ball.points(found.values, q)
-    errors = []
-    for k in (0, 1):
-        here = balls[test.sockets == k]
-        errors += np.linalg.norm(here - here.mean(axis=0), axis=1).tolist()
-    q = workspace(found.model.robot, 400)  # those of workspace_of
-    true, said = (
-        BallModel(arm, []).points(np.zeros(0), q),
-        found.model.ball.points(found.values, q),
-    )
-    lengths = [np.linalg.norm(p[1::2] - p[::2], axis=1) for p in (true, said)]
-    off = lengths[1] - lengths[0]
-    predicted = from_fit(found).deviations(workspace_of(found.model, found.x))
-    return float(np.mean(errors)), _rms(off), _rms(off / predicted)
 
 
 SIXES = (*([0] * 6 + [1] * 6) * 2, *[0] * 3, *[1] * 3)
@@ -403,154 +328,25 @@ def compare_curved(
     print(f"{each} + {each} at two placements, mm:", means.format(*found.mean(axis=0)))
 
 
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def one_arm(
-    names: list[str], goal_mm: float | None, i: int
-) -> tuple[str, tuple[float, ...]]:
-    """Return a line of the table on one simulated arm, and its figures."""
-    name = names[i % len(names)]
-    robot = load_robot(name)
-    generator = np.random.default_rng([i, 3])
-    arm = perturb(robot, generator, 2e-3, 5e-3)
-    first, second = reachable_bases(arm, generator, 2)
-    hand = Hand(arm, generator)
-    coach = PoseSelector(robot, 0.05, goal_mm and 1e-3 * goal_mm)
-    samples, gauge = guided(hand, first, coach)
-    test = record(arm, second, generator, samples=30)
-    a = truth(arm, fitted(robot, samples), test)
-    b = truth(arm, fitted(robot, unguided(hand, first)), test)
-    counts = [sum(s.socket == k for s in samples) for k in (0, 1)]
-    text = (
-        f"{name:<14} {counts[0]:>2}+{counts[1]:<3}  {1e3 * a[0]:7.2f} {1e3 * b[0]:7.2f}    "
-        f"{1e3 * a[1]:7.2f} {1e3 * b[1]:7.2f}    {1e3 * gauge:7.2f} {a[2]:7.2f} {b[2]:7.2f}"
-    )
-    return text, (*a, *b, gauge, sum(counts))
-
-
-def simulate(
-    count: int, names: list[str], goal_mm: float | None, workers: Workers
-) -> None:
-    arms = workers.map(partial(one_arm, names, goal_mm), range(count))
-    print(
-        "arm            poses    held-out [mm]      distances [mm]     gauge   true/predicted"
-    )
-    print(
-        "               guided   guided  30+30      guided  30+30      guided  guided  30+30"
-    )
-    print("\n".join(text for text, _ in arms))
-    table = np.array([figures for _, figures in arms])
-    for label, f in (("median", np.median), ("worst", np.max)):
-        m = 1e3 * f(table, axis=0)
-        print(f"{label:<14} {f(table[:, 7]) / 2:4.0f} x2  {m[0]:7.2f} {m[3]:7.2f}    "
-              f"{m[1]:7.2f} {m[4]:7.2f}    {m[6]:7.2f}")  # fmt: skip
-    print("true error of distances over the predicted one, all arms together: "
-          f"guided {_rms(table[:, 2]):.2f}, 30+30 {_rms(table[:, 5]):.2f}")  # fmt: skip
-
-
-def choose(model: ExtendedModel, train: Placement, each: int) -> Placement:
-    """Return so many samples of each socket, chosen by predicted error before any is fitted."""
-    known = from_prior(model, Noise(NOISE, 0.0), 2)
-    where = workspace_of(model, np.zeros(model.size))
-    left = {k: [s for s in train.samples if s.socket == k] for k in (0, 1)}
-    chosen: list[Sample] = []
-    for i in range(2 * each):
-        socket = i % 2
-        q = np.array([s.position for s in left[socket]])
-        best = int(np.argmax(known.variance_reduction(q, socket, where)[1]))
-        chosen.append(left[socket].pop(best))
-        known = known.with_samples(q[best : best + 1], socket)
-    chosen.sort(key=lambda s: s.socket)
-    return Placement("chosen", tuple(chosen), train.joint_names, train.distance)
-
-
-def recorded(folder: Path, each: int, draws: int) -> None:
-    print(f"{each} + {each} chosen against {draws} random draws, held-out error [mm]")
-    for arm, front in (
-        ("panda_3", "frontcenter"),
-        ("kuka_14", "front"),
-        ("dinova_2", "front"),
-    ):
-        robot = load_robot(str(folder / arm / "nominal.urdf"))
-        every = [p.for_joints(robot.joint_names) for p in read_placements(folder / arm)]
-        train = next(p for p in every if p.name.endswith("/" + front))
-        test = [p for p in every if p is not train]
-        generator = np.random.default_rng(0)
-        model = extend(robot, choose_parameters(robot))  # takes longer than many a fit
-        best = held_out(model, choose(model, train, each), test)
-        whole = held_out(model, train, test)
-        random = []
-        for _ in range(draws):
-            rows = [s for k in (0, 1) for s in _draw(train, k, each, generator)]
-            drawn = Placement("drawn", tuple(rows), train.joint_names, train.distance)
-            random.append(held_out(model, drawn, test))
-        below = float(np.mean(np.array(random) < best))
-        low, middle = np.quantile(random, [0.25, 0.5])
-        print(f"{arm:<10} chosen {1e3 * best:.3f}  all {1e3 * whole:.3f}  random: best quartile "
-              f"{1e3 * low:.3f}, median {1e3 * middle:.3f}; {below:.0%} of them below",
-              flush=True)  # fmt: skip
-
-
-def _draw(
-    train: Placement, socket: int, each: int, generator: np.random.Generator
-) -> list[Sample]:
-    here = [s for s in train.samples if s.socket == socket]
-    return [here[i] for i in generator.permutation(len(here))[:each]]
-
-
-def held_out(model: ExtendedModel, train: Placement, test: list[Placement]) -> float:
-    """Return the mean held-out error by a rigid fit [m]."""
-    data = observe(RobotRecordings(model.robot, [measure(train, model.robot)]))
-    found = estimate(model, data).arm
-    errors = []
-    for placement in test:
-        balls = found.model.ball.points(found.values, placement.positions)
-        for k in (0, 1):
-            here = balls[placement.sockets == k]
-            errors.append(np.linalg.norm(here - here.mean(axis=0), axis=1).mean())
-    return float(np.mean(errors))
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--arms", type=int, default=24)
-    parser.add_argument(
-        "--first", type=int, default=0, help="seed of --enough, --travel, --curves"
-    )
-    parser.add_argument("--robots", nargs="+", help="instead of all that are shipped")
-    parser.add_argument("--goal-mm", type=float, help="instead of the coach's own")
-    parser.add_argument("--enough", action="store_true", help="--arms of each robot")
-    parser.add_argument("--travel", action="store_true", help="--arms of each robot")
-    parser.add_argument(
-        "--curves", action="store_true", help="--arms of each, --each in a socket"
-    )
-    parser.add_argument("--recordings", type=Path)
-    parser.add_argument("--each", type=int, default=15)
-    parser.add_argument("--draws", type=int, default=200)
+    parser.add_argument("--arms", type=int, default=1, help="of each robot")
+    parser.add_argument("--first", type=int, default=0, help="the seed of its first")
+    parser.add_argument("--robots", nargs="+")
+    what = parser.add_mutually_exclusive_group(required=True)
+    for name in ("--enough", "--travel", "--curves"):
+        what.add_argument(name, action="store_true")
+    parser.add_argument("--each", type=int, default=15, help="samples in a socket")
     add_options(parser, WorkerOptions)
-    arguments = parser.parse_args()
-    if arguments.recordings:
-        recorded(arguments.recordings, arguments.each, arguments.draws)
-    elif arguments.enough:
-        names = arguments.robots or list(shipped_robots())
-        compare_enough(
-            arguments.first, arguments.arms, names, read_options(arguments).workers
-        )
-    elif arguments.travel:
-        names = arguments.robots or list(TRAVELLED)
-        compare_travel(
-            arguments.first, arguments.arms, names, read_options(arguments).workers
-        )
-    elif arguments.curves:
-        names, workers = arguments.robots or ["ur10"], read_options(arguments).workers
-        compare_curved(arguments.first, arguments.arms, arguments.each, names, workers)
+    a = parser.parse_args()
+    workers = read_options(a).workers
+    if a.enough:
+        names = a.robots or list(shipped_robots())
+        compare_enough(a.first, a.arms, names, workers)
+    elif a.travel:
+        compare_travel(a.first, a.arms, a.robots or list(TRAVELLED), workers)
     else:
-        names = arguments.robots or list(shipped_robots())
-        simulate(
-            arguments.arms, names, arguments.goal_mm, read_options(arguments).workers
-        )
+        compare_curved(a.first, a.arms, a.each, a.robots or ["ur10"], workers)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@
                                       [--most 40] [--keep FILE] [--processes 1]
 
 A session goes by the recorder's own values: guidance, prompt, keys and files, all but the stream
-and the drawn screen; its arms are those of ``benchmarks/sessions.py``. A hand leads the arm near
+and the drawn screen; its arms are those of ``worlds/sessions.py``. A hand leads the arm near
 each proposed pose, captures, changes the socket where that is asked, presses the key that an alarm
 offers first, and finishes at ENOUGH, NEXT PLACE or SOLVE FAILS, else after ``--most`` samples.
 A fault is KIND[@SAMPLE[+COUNT]][:SIZE]; most are those of ``mock``, and
@@ -41,8 +41,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 from guide import Hand
-from sessions import PLAY, PLAYS, SERVOS, arm_of
 from worlds import realistic_flaws
+from worlds.sessions import PLAY, PLAYS, SERVOS, arm_of
 
 from mukca.errors import MukcaError
 from mukca.recorder import Metadata, Placement, Sample, read_placements

@@ -1,6 +1,6 @@
 """Write docs/benchmarks.md: accuracy, speed, trust and faults, dated, with the machine.
 
-    python benchmarks/page.py [--measure accuracy instrument arms speed trust costs]
+    python benchmarks/page.py [--measure accuracy instrument arms speed trust costs growth]
                               [--recordings DIR] [--tracker DIR]
 
 What is named by --measure is measured anew, and kept in docs/benchmarks.json with the date and the
@@ -45,6 +45,7 @@ COMMANDS = {
     "trust": "verdicts.py --cases 40 --processes 1",
     "faults": "bad_inputs.py",
     "costs": "export_c.py",
+    "growth": "growth.py",
 }
 """Other benchmarks, whose words are kept."""
 STYLE = """
@@ -199,6 +200,11 @@ Least of five runs in CPU time, beside Pinocchio's forward kinematics of the URD
 
 Recordings with something spoilt, and what `mukca solve` says; then bad files, and what other verbs
 say. None may pass, and none may end in a traceback.
+""",
+    "growth": """## Growth
+
+What `mukca solve` takes with more and more placements of 12 + 12 samples, and with more and more
+samples in one placement. More than 40 placements are inspected in groups.
 """,
 }
 

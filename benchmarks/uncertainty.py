@@ -50,10 +50,7 @@ from mukca.solver.identification.robot import (
 from mukca.solver.results import CalibratedRobot
 from mukca.solver.studies import pose_covariances
 from mukca.solver.studies.predicted_errors import NEAR, NEARBY, poses_near
-from mukca.solver.studies.uncertainty import (
-    deviations,
-    distance_deviations,
-)
+from mukca.solver.studies.uncertainty import distance_deviations
 from mukca.tools.cli import WorkerOptions, add_options, read_options
 from mukca.tools.simulation import Imperfection, perturb, reachable_bases, record
 
@@ -188,7 +185,7 @@ def draw(kind: str, trained: int, seed: int) -> dict[str, list[float]]:
     errors["deviations"] = _deviations(found, measured[2], truth)
     if kind != "servos":
         n = found.model.geometry
-        deviation = deviations(found)[:n]
+        deviation = np.sqrt(np.diag(found.of_unknowns))[:n]
         prior = np.sqrt(np.diag(found.prior_covariance))[:n]
         decided = (deviation > 0) & (deviation < 0.5 * prior)
         true = found.model.ball.parameters_at(truth.arm.origins)

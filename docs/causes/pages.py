@@ -6,6 +6,7 @@ Line, step and prior probability are those of the program's own table, with numb
 the words on how a cause looks are written here.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 from mukca.solver.diagnostics import CAUSES
@@ -98,7 +99,7 @@ def main() -> None:
         lines = [line for line in dict.fromkeys(lines) if line]
         prior = 100 * sum(cause.prior for cause in own) / total
         title = TITLES.get(name, name.replace("_", " ").capitalize())
-        of_points = [c.for_points().text(POINT) for c in own if c.of_points]
+        of_points = [replace(c, **c.of_points).text(POINT) for c in own if c.of_points]
         told = "\n".join(f"- `{line}`" for line in lines)
         if of_points:
             told += "\n\nOf points that an instrument measured:\n\n"

@@ -4,6 +4,7 @@ from .chance import Comparison as Comparison
 from .chance import differences as differences
 from .checks import InspectedProblem as InspectedProblem
 from .checks import placements_set_right as placements_set_right
+from .deviation import POSES_AROUND as POSES_AROUND
 from .earlier import posterior_of as posterior_of
 from .earlier import prior_of as prior_of
 from .errors import HEADS as HEADS

@@ -1,6 +1,6 @@
 """Faults of a recording session while it goes on, compared with the hypothesis of sound samples.
 
-How often sound sessions may be called faulty sets the thresholds (``benchmarks/sessions.py``).
+How often sound sessions may be called faulty sets the thresholds.
 """
 
 import math

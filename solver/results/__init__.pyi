@@ -54,6 +54,7 @@ from .files import format_of as format_of
 from .files import missing_beside as missing_beside
 from .files import read as read
 from .files import refuse_existing as refuse_existing
+from .files import relocate_meshes as relocate_meshes
 from .files import require_beside as require_beside
 from .files import sha256 as sha256
 from .files import write_files as write_files
@@ -78,6 +79,8 @@ from .placements import Role as Role
 from .placements import Summaries as Summaries
 from .placements import Summary as Summary
 from .posed_robot import PosedRobot as PosedRobot
+from .posed_robot import moments_function as moments_function
+from .posed_robot import symbolic_positions as symbolic_positions
 from .predicted_targets import TargetPrediction as TargetPrediction
 from .predicted_targets import target_predictions as target_predictions
 from .worth import Apart as Apart

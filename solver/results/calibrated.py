@@ -19,11 +19,11 @@ from ..identification.robot import (
     Robot,
     RotationNumbers,
     choose_parameters,
-    relocate_meshes,
     scan,
     set_origins,
 )
 from .by_model import ModelName
+from .files import relocate_meshes
 from .joint_rows import effort_rows, position_rows, rows_for_poses
 
 Payload = tuple[float, Sequence[float]]

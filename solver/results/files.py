@@ -1,4 +1,4 @@
-"""Typed values to JSON files and back, and files written whole or not at all.
+"""Typed values to JSON files and back, and files written whole or not at all; paths of meshes.
 
 A key that this version does not know is passed over, so files of later versions that only add
 keys can still be read. A value that is left at its default is not written.
@@ -6,6 +6,8 @@ keys can still be read. A value that is left at its default is not written.
 
 import hashlib
 import json
+import os
+import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -16,6 +18,7 @@ import msgspec
 from ..._version import __version__
 from ...errors import MukcaError, read_bytes, read_json
 from ...recorder import make_folder, replace_files
+from ..identification.robot import UrdfText, with_edits
 
 if TYPE_CHECKING:
     from typing_extensions import dataclass_transform
@@ -24,6 +27,9 @@ else:  # Python 3.10 has none
     def dataclass_transform(**_):
         """Do nothing: the decorator is for type checkers."""
         return lambda cls: cls
+
+
+_FILENAME = re.compile(rb"(\sfilename\s*=\s*)([\"'])(.*?)\2", re.DOTALL)
 
 
 class DocumentError(MukcaError):
@@ -203,3 +209,24 @@ def missing_beside(file: Path, digests: Mapping[str, str] | None) -> list[str]:
         for name in digests or {}
         if not (file.parent / name).exists()
     ]
+
+
+def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
+    """Return the text with relative mesh paths from one folder rewritten to be from another."""
+
+    def moved(match: re.Match[bytes]) -> bytes:
+        attribute, quote, name = match.groups()
+        filename = name.decode()
+        if "://" in filename or Path(filename).is_absolute():
+            return match[0]
+        mesh = (source / filename).resolve()
+        path = os.path.relpath(mesh, target.resolve())
+        return attribute + quote + path.encode() + quote
+
+    edits: list[tuple[int, int, bytes]] = []
+    for element in text.root.descendants():
+        if element.tag in ("mesh", "texture"):
+            begin, end = element.span
+            tag = _FILENAME.sub(moved, text.data[begin:end], count=1)
+            edits.append((begin, end, tag))
+    return with_edits(text.data, edits)

@@ -1,6 +1,6 @@
 """A calibrated robot that poses are asked of: where its flange is, and how joints get there."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache, partial
 from typing import Any
@@ -11,9 +11,39 @@ from numpy.typing import ArrayLike
 
 from ..identification.data import Load, Samples
 from ..identification.model import Deflection
-from ..identification.robot import Robot, RowFunction, moments_function
+from ..identification.robot import (
+    Robot,
+    RowFunction,
+    frames_and_motions,
+    written_frames,
+)
 from ..poses import LAST, Goal, PoseModel, PoseSolver, Solutions
 from .calibrated import CalibratedRobot
+
+
+def moments_function(
+    robot: Robot,
+    gravity: Sequence[float],
+    payload: float,
+) -> Any:
+    """Return :func:`.gravity_moments` as a CasADi function of one configuration."""
+    m = len(robot.actuated)
+    q = ca.SX.sym("q", m)
+    tilts = ca.SX.sym("tilts", 2 * m)
+    numbers = ca.vertcat(q, tilts)
+    frames = written_frames(robot.joints)
+    links, _ = frames_and_motions(robot.joints, frames, numbers)
+    _, ball = links[-1]
+    down = ca.DM(list(gravity))
+    energy: Any = -payload * ca.dot(down, ball)
+    for body in robot.bodies:
+        R, p = links[body.joint]
+        centre = p + R @ ca.DM(body.centre)
+        energy -= body.mass * ca.dot(down, centre)
+    # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
+    slopes = ca.gradient(ca.SX(energy), numbers)
+    upright = ca.substitute(ca.densify(slopes), tilts, ca.DM.zeros(2 * m))
+    return ca.Function("moments", [q], [upright], {"cse": True})
 
 
 def symbolic_positions(robot: Robot, deflection: Deflection, load: Load, q: Any) -> Any:

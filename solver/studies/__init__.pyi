@@ -11,6 +11,7 @@ from .placement_deviations import HeldOut as HeldOut
 from .placement_deviations import misfit as misfit
 from .placement_deviations import tail as tail
 from .placement_deviations import within as within
+from .pose_covariance import base_turn as base_turn
 from .pose_covariance import movement_covariances as movement_covariances
 from .pose_covariance import pose_covariances as pose_covariances
 from .predicted_errors import arm_length as arm_length
@@ -21,6 +22,7 @@ from .projections import variances_of as variances_of
 from .size import model_of as model_of
 from .table import STUDIES as STUDIES
 from .uncertainty import correlations as correlations
+from .uncertainty import covariance_of as covariance_of
 from .uncertainty import distance_slopes as distance_slopes
 from .uncertainty import observability_index as observability_index
 from .uncertainty import predicted_deviation as predicted_deviation

@@ -90,7 +90,7 @@ def movement_covariances(
     H = np.zeros((9, len(Sigma)))
     H[:6, :scalars] = start.by_unknowns[0]
     H[:6, start.knots[0]] = start.by_knots[0]
-    H[6:] = _base_turn(posterior, around)
+    H[6:] = base_turn(posterior, around)
     across = Sigma @ H.T
     of_first = H @ across
     of_first[:6, :6] = C[0]
@@ -114,15 +114,14 @@ def _leaving(offsets: np.ndarray) -> np.ndarray:
     return L
 
 
-def _base_turn(
+def base_turn(
     posterior: Posterior,
     around: Samples,
 ) -> np.ndarray:
     """Return how the unknowns turn the whole arm: by a rigid motion that fits best, (3, size)."""
     points, J, _ = posterior.linearise(around)
     motions = rows_of(IDENTITY.slopes(points))
-    by_unknowns, *_ = np.linalg.lstsq(motions, rows_of(J), rcond=None)
-    return by_unknowns[:3]
+    return np.linalg.pinv(motions)[:3] @ rows_of(J)
 
 
 class PoseSlopes(NamedTuple):

@@ -11,9 +11,9 @@ from typing import Any
 import casadi as ca
 
 from ...solver import poses
-from ...solver.identification.robot import Robot, moments_function
+from ...solver.identification.robot import Robot
 from ...solver.poses import PoseModel, limited_step, newton_step
-from ...solver.results import PosedRobot
+from ...solver.results import PosedRobot, moments_function
 from .request import Exported, ExportError, Request, filled, plain
 
 _BODY = re.compile(
@@ -67,7 +67,7 @@ def _source(request: Request, calibrated: PosedRobot) -> bytes:
     robot, load = calibrated.robot, calibrated.load
     model, d, dd = _with_curves(calibrated)
     moments = moments_function(robot, load.gravity, load.payload)(model.q)
-    place = _flange(request)
+    place = flange_joint(request)
     rigid = PoseModel.of(robot, calibrated.origins)
     values = {
         "ball": model.ball,
@@ -79,16 +79,16 @@ def _source(request: Request, calibrated: PosedRobot) -> bytes:
     joints = f"{request.file.stem.upper()}_JOINTS"
     sizes = {"ball": "3", "flange": "16", "jacobian": f"6 * {joints}"}
     q = {"q": model.q, "d": d, "dd": dd}
-    bodies = {word: _body(q, value) for word, value in values.items()}
+    bodies = {word: statements(q, value) for word, value in values.items()}
     arguments, value = _step(model, place, robot)
-    step = _body({**arguments, "d": d}, value)
+    step = statements({**arguments, "d": d}, value)
     curves = calibrated.deflection.curves
     limits = [", ".join(map("{:.17g}".format, side)) for side in _limits(robot)]
     return _filled(
         "controller.c.j2",
         request,
         ["The header says what each function does."],
-        urdf_flange=_body({"q": rigid.q}, ca.vec(rigid.pose(place).T)),
+        urdf_flange=statements({"q": rigid.q}, ca.vec(rigid.pose(place).T)),
         number=len(robot.actuated),
         curves=None if curves is None else curves.T.tolist(),
         curved=[word for word, value in values.items() if ca.depends_on(value, d)],
@@ -146,7 +146,7 @@ def _jacobian(model: PoseModel, joint: int, d: Any, dd: Any) -> Any:
     return ca.densify(model.by_corrected(joint, model.frames[joint][1]) @ by_reading)
 
 
-def _flange(request: Request) -> int:
+def flange_joint(request: Request) -> int:
     """Return the chain's joint whose child link is the flange."""
     robot = request.calibration.robot
     links = [joint.child for joint in robot.joints]
@@ -184,7 +184,7 @@ def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], A
     return {**arguments, "away": margin}, value
 
 
-def _body(arguments: dict[str, Any], value: Any) -> str:
+def statements(arguments: dict[str, Any], value: Any) -> str:
     """Return the statements of C that compute an expression of named arguments into ``out``."""
     outputs = [ca.densify(value)]
     function = ca.Function("model", [*arguments.values()], outputs, {"cse": True})

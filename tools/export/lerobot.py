@@ -9,23 +9,16 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from itertools import chain
 from pathlib import Path
-
-import numpy as np
 
 from ...drivers.arms.servos import MotorCalibration, read_lerobot
 from ...errors import fixed, read_bytes
-from ...solver.identification.effects import JOINT_OFFSET
-from ...solver.identification.inference import offsets_in_origins
-from ...solver.identification.selection import DECIDED
 from .request import Exported, ExportError, Request, losses_without
+from .zeros import UNDECIDED, JointZero, estimated_zeros, urdf_without
 
 TICK = 2 * math.pi / 4096
 SIGNS = {"feetech": -1, "dynamixel": 1}
 """Sign of a homing offset in the position, by the make of the servos."""
-TELLING = 2.0
-"""A zero of so many deviations is written, too: less is left of it than there was."""
 MOST_TICKS = 100
 """A larger shift would bring the servo's own limits too far off the joint's [ticks]."""
 LARGEST_OFFSET = {"feetech": 2047, "dynamixel": 1 << 20}
@@ -46,8 +39,7 @@ class Zero:
     """The reason that nothing is written."""
 
     def __str__(self) -> str:
-        zero = fixed(math.degrees(self.zero), 2, "+")
-        angle = f"{zero} +- {math.degrees(self.deviation):.2f} deg"
+        angle = JointZero(self.joint, self.zero, self.deviation)
         return f"{self.motor:14} {angle}, {self.why or fixed(self.ticks, 0, '+') + ' ticks'}"
 
 
@@ -66,7 +58,6 @@ def write(request: Request) -> Exported:
         raise ExportError(
             f"--out {request.file}: name another .json file than the present one"
         )
-    _check_signs(request)
     motors = read_lerobot(request.like)
     zeros = _zeros(request, motors)
     made_from = {
@@ -79,7 +70,7 @@ def write(request: Request) -> Exported:
     files = {
         request.file.name: _as_json(_shifted(motors, zeros, make)),
         f"{request.file.name}.mukca.json": f"{json.dumps(made_from, indent=2)}\n".encode(),
-        urdf: _urdf(request, zeros),
+        urdf: urdf_without(request, [zero.ticks * TICK for zero in zeros]),
     }
     most = max(abs(zero.ticks) for zero in zeros)
     lines = [*map(str, zeros)]
@@ -115,38 +106,18 @@ def _as_json(motors: Mapping[str, MotorCalibration]) -> bytes:
     return (json.dumps(written, indent=4) + "\n").encode()
 
 
-def _check_signs(request: Request) -> None:
-    """Refuse zeros of joints that were read with another sign than lerobot's."""
-    rows = request.calibration.document.data
-    for file in set(chain.from_iterable(row.files for row in rows)):
-        try:
-            text = read_bytes(Path(file).parent / "placement.json").decode()
-        except OSError:
-            continue
-        if "signs=" in text:
-            raise ExportError(
-                f"{file}: recorded with signs=.., which lerobot does not know; its angles turn the "
-                "other way, so shift its zeros by hand"
-            )
-
-
 def _zeros(request: Request, motors: Mapping[str, MotorCalibration]) -> list[Zero]:
-    """Return the estimated zero of each joint, in chain order."""
-    document = request.calibration.document
-    joints = document.model.joint_names
-    names = JOINT_OFFSET.coefficient_names(joints)
-    coefficients = {c.name: c for c in document.coefficients or () if c.name in names}
-    if not coefficients:
-        raise ExportError("--to lerobot: no zeros were looked for; solve with --zeros")
+    """Return the estimated zero of each joint, in chain order, and its ticks."""
+    estimates = estimated_zeros(request)
+    joints = [estimate.joint for estimate in estimates]
     by_motor = _motors_of(request.like or Path(), joints, motors)
     zeros: list[Zero] = []
-    for joint, name in zip(joints, names, strict=True):
-        zero = coefficients[name].value
-        deviation = coefficients[name].standard_deviation
+    for estimate in estimates:
+        joint, zero, deviation = estimate
         ticks = round(zero / TICK)
         why = ""
-        if deviation > max(DECIDED, abs(zero) / TELLING):
-            why = "not decided by the data, left as it is"
+        if not estimate.decided:
+            why = UNDECIDED
         elif abs(ticks) > MOST_TICKS:
             why = f"{fixed(ticks, 0, '+')} ticks are too many: calibrate by lerobot anew first"
         ticks *= not why
@@ -192,13 +163,3 @@ def _shifted(
             )
         shifted[zero.motor] = replace(motor, homing_offset=offset)
     return shifted
-
-
-def _urdf(request: Request, zeros: list[Zero]) -> bytes:
-    """Return the calibrated URDF, less the zeros that the servos hold from now on."""
-    calibrated = request.calibration.calibrated
-    shifts = np.array([-zero.ticks * TICK for zero in zeros])
-    values = offsets_in_origins(
-        calibrated.model, calibrated.parameters, calibrated.geometry, shifts
-    )
-    return replace(calibrated, exported=values).urdf(request.file.parent)

@@ -20,7 +20,7 @@ from ...errors import LARGEST_DOCUMENT, read_bytes
 from ...solver.calibration import pose_of_numbers
 from ...solver.identification.data import kabsch_rotation
 from ...solver.identification.robot import end_of_tag, turn, with_attributes, with_edits
-from .mjcf_joints import MjcfJoints, read_joints
+from .mjcf_joints import read_joints
 from .request import (
     Exported,
     ExportError,
@@ -51,15 +51,17 @@ def write(request: Request) -> Exported:
         )
     joints = read_joints(request)
     robot = request.calibration.robot
-    nominal = _links(robot.origins, request)
-    base, aligned, lines = _align(request, joints, nominal)
+    nominal = links_at_zero(robot.origins, request)
+    base, aligned, lines = align(
+        request, joints.names, joints.poses[:, :3, 3], joints.axes, nominal
+    )
     # the motion of each body, and of the one before, from its place in the nominal model
-    calibrated = _links(request.origins, request)
+    calibrated = links_at_zero(request.origins, request)
     motions = base @ calibrated @ np.linalg.inv(aligned)
     before = np.concatenate([np.eye(4)[None], motions[:-1]])
     poses = np.linalg.inv(before @ joints.parents) @ motions @ joints.poses
     last = motions[-1] @ joints.poses[-1]
-    sites = _sites(request, cast("np.ndarray", np.linalg.inv(last)) @ base)
+    sites = sites_on(request, cast("np.ndarray", np.linalg.inv(last)) @ base)
     places = dict(zip(joints.bodies, poses, strict=True))
     holder, text = _with_places(request.like, places, joints.bodies[-1], sites)
     provenance = "; ".join(request.identity.lines())
@@ -78,7 +80,7 @@ def write(request: Request) -> Exported:
     return Exported({request.file.name: text}, losses, tuple(lines))
 
 
-def _sites(request: Request, to_body: np.ndarray) -> dict[str, np.ndarray]:
+def sites_on(request: Request, to_body: np.ndarray) -> dict[str, np.ndarray]:
     """Return the poses of the ball and of tools that were found, (4, 4), by names of sites.
 
     ``to_body`` takes the base at zero to the last joint's body.
@@ -93,19 +95,24 @@ def _sites(request: Request, to_body: np.ndarray) -> dict[str, np.ndarray]:
     return sites
 
 
-def _links(origins: Any, request: Request) -> np.ndarray:
+def links_at_zero(origins: Any, request: Request) -> np.ndarray:
     """Return the pose of each moving joint's child link in the base frame, at zero, (N, 4, 4)."""
     poses = np.array(list(accumulate(pose_of_numbers(origins), np.matmul)))
     return poses[[joint.actuated for joint in request.calibration.robot.joints]]
 
 
-def _align(
-    request: Request, joints: MjcfJoints, nominal: np.ndarray
+def align(
+    request: Request,
+    names: list[str],
+    places: np.ndarray,
+    axes: np.ndarray,
+    nominal: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Return poses of the URDF's base and links that fit the model's axes, and what differs."""
+    """Return poses of the URDF's base and links that fit the model's axes, and what differs.
+
+    Places on the axes of the model's joints, and the axes, have shape (N, 3).
+    """
     actuated = request.calibration.robot.actuated
-    axes = joints.axes
-    places = joints.poses[:, :3, 3]
     turning = np.array([joint.type != "prismatic" for joint in actuated])
     # a turning joint may be anywhere along its axis, a sliding one anywhere at all
     along = axes[:, :, None] * axes[:, None, :]
@@ -125,7 +132,7 @@ def _align(
     distances = np.linalg.norm(offsets, axis=1)
     worst = int(np.argmax(distances / SAME_AXIS + angles / SAME_DIRECTION))
     text = (
-        f"{request.like}: the axis of {joints.names[worst]!r} is not that of "
+        f"{request.like}: the axis of {names[worst]!r} is not that of "
         f"{actuated[worst].name!r}: {1e3 * distances[worst]:.2f} mm and "
         f"{np.degrees(angles[worst]):.2f} degrees off"
     )

@@ -1,5 +1,6 @@
 """Joints of a MuJoCo model that are the arm's."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -27,7 +28,10 @@ def read_joints(request: Request) -> MjcfJoints:
         ExportError: MuJoCo is not installed or cannot read the model, or its joints are others.
     """
     model, data = _at_zero(request)
-    indices = _matched(model, request)
+    # Types 2 and 3 are slide and hinge.
+    single = [j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)]
+    matches = match_joints([model.joint(j).name for j in single], request)
+    indices = [single[i] for i in matches]
     names = [model.joint(j).name for j in indices]
     bodies: list[int] = model.jnt_bodyid[indices].tolist()
     parents: list[int] = model.body_parentid[bodies].tolist()
@@ -98,12 +102,14 @@ def _check_joint(model: Any, request: Request, index: int) -> None:
         )
 
 
-def _matched(model: Any, request: Request) -> list[int]:
-    """Return the model's joints by the arm's names, or by order where it names none of them."""
+def match_joints(names: Sequence[str], request: Request) -> list[int]:
+    """Return which of a model's joints are the arm's, by name, or by order if no name is.
+
+    Raises:
+        ExportError: A joint is absent, or there are several.
+    """
     model_joints = request.calibration.robot.joint_names
-    # Types 2 and 3 are slide and hinge.
-    single = [j for j in range(model.njnt) if model.jnt_type[j] in (2, 3)]
-    names = {j: model.joint(j).name for j in single}
+    single = range(len(names))
     joints_given = request.options.get("joints")
     if joints_given is not None:
         model_joints = joints_named(joints_given, model_joints)
@@ -114,7 +120,7 @@ def _matched(model: Any, request: Request) -> list[int]:
             for joint in model_joints
         ]
         if not any(candidates) and len(single) == len(model_joints):
-            return single
+            return [*single]
     if all(len(matches) == 1 for matches in candidates):
         return [matches[0] for matches in candidates]
     pairs = zip(model_joints, candidates, strict=True)
@@ -127,7 +133,7 @@ def _matched(model: Any, request: Request) -> list[int]:
         )
     raise ExportError(
         f"{request.like}: its joints do not match; of {request.calibration.robot.name} it lacks "
-        f"{', '.join(absent)}; its own: {', '.join(names.values()) or 'none'}; --joints names them"
+        f"{', '.join(absent)}; its own: {', '.join(names) or 'none'}; --joints names them"
     )
 
 

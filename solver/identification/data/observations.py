@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Literal
 
 import numpy as np
@@ -144,13 +144,14 @@ class Observations(Samples, Places):
 
     def rows_of(self, *placements: str) -> np.ndarray:
         """Return a mask of the places that were recorded at some placements, shape (N,)."""
-        names, numbers = self._by_name
-        return np.isin(names, placements)[numbers] & ~self.turned
+        masks = [self._rows[name] for name in placements if name in self._rows]
+        return reduce(np.logical_or, masks, np.zeros_like(self.turned))
 
     @cached_property
-    def _by_name(self) -> tuple[np.ndarray, np.ndarray]:
-        """Names of the placements with samples, and the index of each sample's, shape (N,)."""
-        return np.unique(self.recorded_at, return_inverse=True)
+    def _rows(self) -> dict[str, np.ndarray]:
+        """Masks of the places of each placement with samples."""
+        names = np.unique(self.recorded_at).tolist()
+        return {name: (self.recorded_at == name) & ~self.turned for name in names}
 
     def without(self, placements: Collection[str]) -> "Observations":
         """Return the observations without some placements and the distances to their sockets."""

@@ -3,7 +3,6 @@
 import math
 from typing import TYPE_CHECKING
 
-from ..data import Samples
 from .effect import OWN, Array, Effect
 
 if TYPE_CHECKING:
@@ -19,12 +18,9 @@ def _side(torque: Array) -> Array:
     return torque / (torque**2 + UNLOADED_TORQUE**2) ** 0.5
 
 
-def _derivatives(samples: Samples) -> Array:
-    return -_side(samples.torques)
-
-
 def _joint_noise(torque: Array) -> Array:
-    return (1 - _side(torque) ** 2).clip(min=LOADED_VARIANCE) ** 0.5
+    excess = 1 - _side(torque) ** 2 - LOADED_VARIANCE
+    return (LOADED_VARIANCE + (excess + abs(excess)) / 2) ** 0.5
 
 
 def _random(joints: int, generator: "np.random.Generator") -> Array:
@@ -37,7 +33,7 @@ BACKLASH = Effect(
     extension="play",
     unit="rad",
     axes={"play": OWN},
-    derivatives=_derivatives,
+    derivatives=lambda samples: -_side(samples.torques),
     # of a servo, until the noise of its joints shows it
     typical_shift=math.radians(0.3),
     learned=False,

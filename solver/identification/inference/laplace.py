@@ -64,7 +64,7 @@ def posterior(state: State, iterates: Sequence[np.ndarray]) -> FitPosterior:
     )  # which is large, and here once
     weights = mean.weights * mean.degrees / (mean.degrees + 3)
     return FitPosterior(
-        state=mean,
+        state=mean.without_slopes,
         around=around,
         weights=weights,
         log_evidence=evidence,

@@ -78,17 +78,13 @@ def estimate(
     state = start(objective, start_from, joint_noise=joint_noise)
     try:
         result = _iterated(state)
-        if result is not None and average_widths:
-            result = result.over_widths
+        return result.over_widths if average_widths else result
     except np.linalg.LinAlgError:
         raise NotConverged(DIVERGED) from None
-    if result is None:
-        raise NotConverged(UNSETTLED)
-    return result
 
 
-def _iterated(state: State) -> FitPosterior | None:
-    """Return the posterior where unknowns, widths and noise settle; None where they do not."""
+def _iterated(state: State) -> FitPosterior:
+    """Return the posterior where unknowns, widths and noise settle."""
     iterates = [state.x]
     departures = np.zeros(len(state.x), dtype=int)
     for count in range(MAX_ITERATIONS):
@@ -106,7 +102,7 @@ def _iterated(state: State) -> FitPosterior | None:
         if pruned is state:
             return posterior(state, iterates)
         state = pruned
-    return None
+    raise NotConverged(UNSETTLED)
 
 
 def refit(
@@ -142,8 +138,7 @@ def stepped(result: FitPosterior, data: Observations) -> State:
     """
     objective = _objective(result.model, data, result.objective.differences)
     state = start(objective, result)
-    none = np.zeros(len(state.x), dtype=bool)
-    step = gauss_newton(state, may_leave=none)
+    step = gauss_newton(state, may_leave=np.zeros_like(state.at_zero))
     return moved(state, step.change)
 
 

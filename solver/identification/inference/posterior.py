@@ -198,8 +198,6 @@ class FitPosterior:
 
         Of a frame there is a turn about the base's axes [rad], then a shift [m].
         """
-        if not self.objective.differences:
-            return self.whole
         size, x_size = self.model.size, self.objective.x_size
         indices = np.r_[:size, x_size : len(self.whole)]
         return submatrix(self.whole, indices)

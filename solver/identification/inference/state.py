@@ -98,6 +98,12 @@ class State:
         linear = linearise(self.objective, self.x, self.frames)
         return replace(self, linear=linear)
 
+    @property
+    def without_slopes(self) -> "State":
+        """The state without the samples' derivatives, which are large."""
+        linear = replace(self.linear, by_unknowns=np.zeros((0, 3, 0)))
+        return replace(self, linear=linear)
+
     @cached_property
     def errors(self) -> np.ndarray:
         """e_i, shape (N, 3) [m]."""
@@ -235,8 +241,7 @@ class State:
     @property
     def padded(self) -> np.ndarray:
         """The unknowns x, followed by a zero for each of frames and sockets, shape (n,)."""
-        beyond_x = self.objective.size - len(self.x)
-        return np.pad(self.x, (0, beyond_x))
+        return np.pad(self.x, (0, self.objective.size - len(self.x)))
 
     @cached_property
     def offset(self) -> np.ndarray:

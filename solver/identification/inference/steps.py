@@ -195,4 +195,4 @@ def prune_groups(state: State) -> State:
         groups=tuple(groups),
         noises=noises,
     )
-    return moved(state, change) if change.any() else state
+    return moved(state, change)

@@ -12,6 +12,7 @@ from .difference import BALL as BALL
 from .difference import BASE as BASE
 from .difference import PLACES as PLACES
 from .difference import Difference as Difference
+from .difference import courses_of_steps as courses_of_steps
 from .difference import directions as directions
 from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import Prediction as Prediction

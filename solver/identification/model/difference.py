@@ -7,6 +7,7 @@ It is an unknown like all others. With u its unknowns, a difference shifts the p
 where c_ik is its course over the samples, and D_i says by how much a unit of it shifts the place.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -67,17 +68,11 @@ class Difference:
         """Return c_k of each sample of a robot, shape (N, K); zero for samples elsewhere."""
         if self.course == "each":
             return 1.0 * (data.recorded_at[:, None] == self.placements)
-        first = data.rows_of(self.placements[0])
-        t = data.clock(self.clock)[:, 0]
         if self.course == "step":
-            as_before = first & ((t < self.at) | (t >= self.until))
-            course = 1.0 * (data.rows_of(*self.placements) & ~as_before)
-            # The model has what is in most placements; of two, in the last.
-            if self.part != BASE and 2 * len(self.placements) >= len(data.placements):
-                course[~data.turned] -= 1
-            return course[:, None]
+            return courses_of_steps([self], data)
+        first = data.rows_of(self.placements[0])
         courses = np.zeros((len(data.q), self.waves))
-        t = t[first]
+        t = data.clock(self.clock)[first, 0]
         s = (t - t.min()) / (np.ptp(t) or 1.0)
         if self.course == "drift":
             courses[first, 0] = s - 0.5
@@ -110,6 +105,22 @@ class Difference:
             typical=self.width,
             shape=np.diag(variances),
         )
+
+
+def courses_of_steps(steps: Sequence[Difference], data: Observations) -> np.ndarray:
+    """Return the courses of K steps over the samples of a robot, shape (N, K)."""
+    t = np.hstack([data.clock(step.clock) for step in steps])
+    at, until = np.array([(step.at, step.until) for step in steps]).T
+    of_first = [data.rows_of(step.placements[0]) for step in steps]
+    as_before = np.column_stack(of_first) & ((t < at) | (t >= until))
+    of_all = [data.rows_of(*step.placements) for step in steps]
+    # The model has what is in most placements; of two, in the last.
+    in_most = [
+        step.part != BASE and 2 * len(step.placements) >= len(data.placements)
+        for step in steps
+    ]
+    courses = 1.0 * (np.column_stack(of_all) & ~as_before)
+    return courses - np.outer(~data.turned, in_most)
 
 
 def directions(

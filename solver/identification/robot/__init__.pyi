@@ -11,7 +11,6 @@ from .factory import check_controller as check_controller
 from .factory import ur_controller as ur_controller
 from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .gravity import gravity_moments as gravity_moments
-from .gravity import moments_function as moments_function
 from .joint_ranges import one_turn as one_turn
 from .joint_ranges import workspace as workspace
 from .kinematics import Motion as Motion
@@ -43,11 +42,11 @@ from .urdf import parse_robot as parse_robot
 from .urdf import shipped_robots as shipped_robots
 from .urdf_edits import add_comment as add_comment
 from .urdf_edits import add_link as add_link
-from .urdf_edits import relocate_meshes as relocate_meshes
 from .urdf_edits import set_origins as set_origins
 from .urdf_edits import with_attributes as with_attributes
 from .urdf_edits import with_edits as with_edits
 from .urdf_text import ModelError as ModelError
 from .urdf_text import Origin as Origin
+from .urdf_text import UrdfText as UrdfText
 from .urdf_text import end_of_tag as end_of_tag
 from .urdf_text import scan as scan

@@ -73,7 +73,6 @@ class BallModel:
         self._layout = cache(partial(SegmentLayout, robot.joints, free=self.free))
         # several values are computed of the same segments in turn
         self._chain = lru_cache(maxsize=2)(self._chain_of)
-        self._segments = lru_cache(maxsize=2)(self._segments_at)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Go to other processes without what was compiled here."""
@@ -245,20 +244,19 @@ class BallModel:
         """Return the chain, and its segments at joint positions."""
         rows = np.ascontiguousarray(positions, dtype=float)
         numbers = parameters.astype(float)
-        return self._segments(numbers.tobytes(), rows.shape, rows.tobytes())
-
-    def _segments_at(
-        self,
-        parameters: bytes,
-        shape: tuple[int, int],
-        positions: bytes,
-    ) -> tuple[SegmentChain, Segments]:
-        """Return the same of numbers as bytes."""
-        chain = self._chain(parameters, shape[1])
-        q = np.frombuffer(positions).reshape(shape)
-        return chain, chain.at(q)
+        chain = self._chain(numbers.tobytes(), rows.shape[1])
+        return chain, _segments_at(chain, rows.shape, rows.tobytes())
 
     def _chain_of(self, parameters: bytes, columns: int) -> SegmentChain:
         """Return the chain for values of the free numbers."""
         frames = self.frames(np.frombuffer(parameters))
         return self._layout(columns).chain(frames)
+
+
+@lru_cache(maxsize=2)  # of all models: those of many samples are large
+def _segments_at(
+    chain: SegmentChain, shape: tuple[int, int], positions: bytes
+) -> Segments:
+    """Return the segments of a chain at joint positions as bytes."""
+    q = np.frombuffer(positions).reshape(shape)
+    return chain.at(q)

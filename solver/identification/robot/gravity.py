@@ -3,14 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from .bodies import Body
 from .chain import Joint
-from .kinematics import frames_and_motions, frames_of, written_frames
+from .kinematics import frames_of
 from .segments import SegmentChain, SegmentLayout, Segments, cross
 from .urdf import Robot
 
@@ -89,28 +87,3 @@ def _felt(
     moments = about_base - cross(segments.p, forces)
     forces = np.broadcast_to(forces, moments.shape)
     return segments.turned_back(forces), segments.turned_back(moments)
-
-
-def moments_function(
-    robot: Robot,
-    gravity: Sequence[float],
-    payload: float,
-) -> Any:
-    """Return :func:`gravity_moments` as a CasADi function of one configuration."""
-    m = len(robot.actuated)
-    q = ca.SX.sym("q", m)
-    tilts = ca.SX.sym("tilts", 2 * m)
-    numbers = ca.vertcat(q, tilts)
-    frames = written_frames(robot.joints)
-    links, _ = frames_and_motions(robot.joints, frames, numbers)
-    _, ball = links[-1]
-    down = ca.DM(list(gravity))
-    energy: Any = -payload * ca.dot(down, ball)
-    for body in robot.bodies:
-        R, p = links[body.joint]
-        centre = p + R @ ca.DM(body.centre)
-        energy -= body.mass * ca.dot(down, centre)
-    # Virtual work: a moment is the slope of the energy, here of an arm that does not tilt.
-    slopes = ca.gradient(ca.SX(energy), numbers)
-    upright = ca.substitute(ca.densify(slopes), tilts, ca.DM.zeros(2 * m))
-    return ca.Function("moments", [q], [upright], {"cse": True})

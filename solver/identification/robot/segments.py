@@ -81,7 +81,7 @@ class Segments(NamedTuple):
         return np.einsum("mijn,mjn->nim", self.R[motions.segments], vectors)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SegmentChain:
     """A chain's frames in its S segments, for some frames of its joints."""
 

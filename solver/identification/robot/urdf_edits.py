@@ -1,15 +1,11 @@
 """Edits of a URDF's text at the places of its tags, and nowhere else."""
 
-import os
 import re
 from collections.abc import Mapping, Sequence
 from html import escape
-from pathlib import Path
 from typing import NamedTuple
 
 from .urdf_text import ModelError, Origin, UrdfText
-
-_FILENAME = re.compile(rb"(\sfilename\s*=\s*)([\"'])(.*?)\2", re.DOTALL)
 
 
 class Edit(NamedTuple):
@@ -83,27 +79,6 @@ def with_attributes(tag: bytes, values: Mapping[str, str]) -> bytes:
         place = close.start()
         tag = tag[:place] + f" {key}=".encode() + new + tag[place:]
     return tag
-
-
-def relocate_meshes(text: UrdfText, source: Path, target: Path) -> bytes:
-    """Return the text with relative mesh paths from one folder rewritten to be from another."""
-
-    def moved(match: re.Match[bytes]) -> bytes:
-        attribute, quote, name = match.groups()
-        filename = name.decode()
-        if "://" in filename or Path(filename).is_absolute():
-            return match[0]
-        mesh = (source / filename).resolve()
-        path = os.path.relpath(mesh, target.resolve())
-        return attribute + quote + path.encode() + quote
-
-    edits: list[Edit] = []
-    for element in text.root.descendants():
-        if element.tag in ("mesh", "texture"):
-            begin, end = element.span
-            tag = _FILENAME.sub(moved, text.data[begin:end], count=1)
-            edits.append(Edit(begin, end, tag))
-    return with_edits(text.data, edits)
 
 
 def add_link(

@@ -1,10 +1,9 @@
 """What may differ between places, and the rise of the evidence by it, to first order."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import cached_property
 from itertools import combinations, product
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,10 +12,18 @@ from ..inference import (
     Arrow,
     FitPosterior,
     NormalEquations,
+    State,
     data_equations,
     prior_equations,
 )
-from ..model import BALL, BASE, TYPICAL_SPREAD, Difference, directions
+from ..model import (
+    BALL,
+    BASE,
+    TYPICAL_SPREAD,
+    Difference,
+    courses_of_steps,
+    directions,
+)
 
 WAVES = 8
 """Waves of a slow process at most: the k-th goes to and fro k / 2 times, and is k^2 times smaller
@@ -51,15 +58,26 @@ def steps_of_base(
     """
     rows = data.rows_of(placement)
     in_socket = data.sockets[rows] == np.unique(data.sockets[rows])[:, None]
+    every_step = [
+        Difference("step", (placement,), BASE, clock, at, at + length)
+        for clock in orders(data, placement)
+        for at, length in product(_starts(data, placement, clock), lengths)
+    ]
     steps: dict[bytes, Difference] = {}
-    for clock in orders(data, placement):
-        for at, length in product(_starts(data, placement, clock), lengths):
-            step = Difference("step", (placement,), BASE, clock, at, at + length)
-            course = step.courses(data)[rows, 0]
-            counts = in_socket @ course
-            if np.minimum(counts, in_socket.sum(1) - counts).max() >= SIDE:
-                steps.setdefault(course.tobytes(), step)
+    for batch in _batches(every_step):
+        courses = courses_of_steps(batch, data)[rows]
+        counts = in_socket @ courses
+        fewer = np.minimum(counts, in_socket.sum(1, keepdims=True) - counts)
+        for k in np.flatnonzero(fewer.max(axis=0) >= SIDE).tolist():
+            course = np.packbits(courses[:, k] > 0)
+            steps.setdefault(course.tobytes(), batch[k])
     return [*steps.values()]
+
+
+def _batches(differences: Sequence[Difference]) -> Iterator[Sequence[Difference]]:
+    """Return differences in batches, whose courses fit into memory."""
+    for begin in range(0, len(differences), BATCH):
+        yield differences[begin : begin + BATCH]
 
 
 def steps_of(data: Observations, part: str) -> list[Difference]:
@@ -159,18 +177,6 @@ def set_ups(data: Observations) -> list[Difference]:
     return [Difference("each", tuple(measured), BALL)]
 
 
-class Sums(NamedTuple):
-    """Sums over samples, see :class:`Rises`."""
-
-    A: np.ndarray
-    B: np.ndarray
-    g: np.ndarray
-
-    def plus(self, sums: "Sums") -> "Sums":
-        """Return them with those over further samples."""
-        return Sums(self.A + sums.A, self.B + sums.B, self.g + sums.g)
-
-
 @dataclass(frozen=True)
 class Rises:
     """The rise of the evidence by further differences, to first order about a fit.
@@ -190,22 +196,27 @@ class Rises:
     fit: FitPosterior
 
     @cached_property
+    def state(self) -> State:
+        """The fit's state with its samples' derivatives."""
+        return self.fit.state.linearised()
+
+    @cached_property
     def information(self) -> np.ndarray:
         """V, shape (N, 3, 3)."""
-        state = self.fit.state
+        state = self.state
         return state.information[:, None, None] * state.inverse_scales
 
     @cached_property
     def equations(self) -> NormalEquations:
         """L to second order about the fit."""
-        state = self.fit.state
+        state = self.state
         equations = data_equations(state) + prior_equations(state)
         return equations.tilted(state.linear.volume.slope)
 
     @cached_property
     def precision(self) -> Arrow:
         """Sigma^-1, of all unknowns of the fit."""
-        return self.equations.arrow(self.fit.state.free)
+        return self.equations.arrow(self.state.free)
 
     @cached_property
     def change(self) -> np.ndarray:
@@ -215,7 +226,7 @@ class Rises:
     @cached_property
     def pulls(self) -> np.ndarray:
         """W C^-1 e, shape (N, 3, 1)."""
-        state = self.fit.state
+        state = self.state
         errors = state.errors[:, :, None]
         return state.weights[:, None, None] * state.inverse_scales @ errors
 
@@ -230,12 +241,13 @@ class Rises:
         slopes = directions(
             first.part, fit.model, fit.data, fit.model.values(fit.state.x)
         )
-        rises: list[np.ndarray] = []
-        for begin in range(0, len(differences), BATCH):
-            batch = differences[begin : begin + BATCH]
-            courses = np.concatenate([d.courses(fit.data) for d in batch], axis=1)
-            rises.append(self._of(slopes, courses, first.width))
-        return np.concatenate(rises)
+        courses = (
+            courses_of_steps(batch, fit.data)
+            if first.course == "step"
+            else np.hstack([difference.courses(fit.data) for difference in batch])
+            for batch in _batches(differences)
+        )
+        return np.concatenate([self._of(slopes, c, first.width) for c in courses])
 
     def _of(self, slopes: np.ndarray, courses: np.ndarray, usual: float) -> np.ndarray:
         """Return the rise by courses, shape (N, K), of directions whose usual width is given."""
@@ -243,8 +255,11 @@ class Rises:
         if not len(rows):  # a ball on the last axis, say, which its joint does not move
             return -np.inf * np.ones(courses.shape[1])
         parts = np.array_split(rows, 1 + len(rows) // ROWS)
-        sums = (self._sums(slopes[part], courses[part], part) for part in parts)
-        A, B, g = reduce(Sums.plus, sums)
+        sums = [np.zeros(())] * 3
+        for part in parts:
+            terms = self._sums(slopes[part], courses[part], part)
+            sums = [a + b for a, b in zip(sums, terms, strict=True)]
+        A, B, g = sums
         information = A - _spread(self.precision, B)
         towards: np.ndarray = B @ self.change
         g = g + towards
@@ -259,12 +274,14 @@ class Rises:
             rises.append(0.5 * (terms.sum(axis=1) - spreads**2))
         return np.max(rises, axis=0)
 
-    def _sums(self, D: np.ndarray, c: np.ndarray, rows: np.ndarray) -> Sums:
+    def _sums(
+        self, D: np.ndarray, c: np.ndarray, rows: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return A, B and g of some rows."""
         objective = self.fit.objective
         VD = self.information[rows] @ D
         B = np.zeros((c.shape[1], D.shape[2], objective.size))
-        by_others = self.fit.state.linear.by_unknowns[rows]
+        by_others = self.state.linear.by_unknowns[rows]
         B[:, :, : objective.dense] = _summed(c, VD, by_others)
         sockets = objective.data.sockets[rows]
         for k in np.unique(sockets[sockets >= 0]).tolist():
@@ -272,7 +289,7 @@ class Rises:
             of_centre = np.broadcast_to(-np.eye(3), (len(seated), 3, 3))
             B[:, :, objective.of_socket(k)] = _summed(c[seated], VD[seated], of_centre)
         g = _summed(c, D, self.pulls[rows])[:, :, 0]
-        return Sums(_summed(c**2, D, VD), B, g)
+        return _summed(c**2, D, VD), B, g
 
 
 def _spread(precision: Arrow, B: np.ndarray) -> np.ndarray:

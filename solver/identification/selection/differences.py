@@ -30,6 +30,8 @@ KEPT = 3.0
 """Rise of the logarithm of the evidence from which a difference is in the model."""
 CLOSELY = 3
 """How many families are looked at closely, the best of each by a fit of its own."""
+LARGEST = 20.0
+"""Factor of the usual size from which on a difference stands for something else."""
 SECANTS = 2
 """Fits by which a zero comes to its size, since large turns are not linear."""
 
@@ -121,7 +123,8 @@ def _best_of(
             candidate = refit(posterior, differences=differences, average_widths=False)
             rise = candidate.log_evidence - posterior.log_evidence
             worth = _worths(rise, families[number])[k]
-            if worth > gain:
+            width = candidate.state.groups[-1].width
+            if worth > gain and width < LARGEST * differences[-1].width:
                 best, gain = candidate, worth
     return best, gain
 

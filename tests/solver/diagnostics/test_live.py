@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sessions import Setting
+from worlds.sessions import Setting
 
 from mukca.recorder import Sample
 from mukca.solver.diagnostics import LiveCheck, RigidModel

@@ -7,10 +7,20 @@ import pytest
 from altered import seats, write_rows
 from cases import by_table
 from recorded import RIGID
+from worlds import realistic_flaws
 
 import mukca
 from mukca.recorder import Sample
-from mukca.tools.simulation import Session, SessionFault, with_faults
+from mukca.solver.identification.robot import workspace
+from mukca.tools.simulation import (
+    Session,
+    SessionFault,
+    perturb,
+    reachable_bases,
+    record,
+    truth_of,
+    with_faults,
+)
 
 pytestmark = pytest.mark.slow
 
@@ -111,6 +121,23 @@ def test_an_encoder_replaced_between_two_placements_is_told(panda):
     q = last.positions + np.deg2rad(0.3) * np.eye(7)[3]
     (text,) = told(mukca.calibrate(panda, [first, last.with_positions(q)], **RIGID))
     assert "panda_joint4 reads +0.3" in text and f"from {last.name} on" in text
+
+
+def test_an_encoder_replaced_on_an_arm_of_servos_is_no_ball_a_metre_away():
+    robot = mukca.load_robot("so101")
+    generator = np.random.default_rng([0, 77])
+    arm = perturb(robot, generator, 2e-3, 5e-3)
+    flaws = realistic_flaws(robot, generator)
+    first, last = (
+        record(arm, base, generator, samples=20, imperfection=flaws)
+        for base in reachable_bases(arm, generator, 2)
+    )
+    q = first.positions + np.deg2rad(3) * np.eye(5)[2]
+    found = mukca.calibrate(robot, [first.with_positions(q), last], no_proof=True)
+    (text,) = told(found)
+    assert "elbow_flex reads -2.98" in text and f"from {last.name} on" in text
+    truth = truth_of(robot, arm, flaws.deflection)
+    assert error(truth, found, workspace(robot, 100)) < 2e-3
 
 
 def test_a_saved_calibration_knows_how_its_places_moved(panda, tmp_path):

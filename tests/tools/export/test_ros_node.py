@@ -32,8 +32,8 @@ class Node:
         self.warned = []
 
     def declare_parameter(self, name, default):
-        assert name == "calibration"
-        value = SimpleNamespace(string_value=os.environ["CALIBRATION"])
+        assert name in ("calibration", "relative_to")
+        value = SimpleNamespace(string_value=os.environ.get(name.upper(), default))
         return SimpleNamespace(get_parameter_value=lambda: value)
 
     def get_logger(self):
@@ -93,3 +93,18 @@ def test_it_says_how_well_the_flange_is_known(module, monkeypatch):
     place = pose.pose.pose.position
     assert [place.x, place.y, place.z] == arm.flange(read)[:3, 3].tolist()
     assert pose.pose.covariance == arm.deviation(read).ravel().tolist()
+
+
+def test_with_a_start_it_says_how_well_the_movement_is_known(module, monkeypatch):
+    file = STORED / "calibration.json"
+    arm = mukca.load_calibration(file)
+    read = arm.calibrated.middle
+    start = (read + 0.1).tolist()
+    monkeypatch.setenv("CALIBRATION", str(file))
+    monkeypatch.setenv("RELATIVE_TO", ",".join(map(str, start)))
+    node = module["TrueJointStates"]()
+    pose = node.pose(read.tolist(), 7)
+    expected = arm.deviation(read, relative_to=start)
+    assert pose.pose.pose.position.x == arm.flange(read)[0, 3]
+    assert pose.pose.covariance == expected.ravel().tolist()
+    assert np.trace(expected[:3, :3]) < 0.1 * np.trace(arm.deviation(read)[:3, :3])

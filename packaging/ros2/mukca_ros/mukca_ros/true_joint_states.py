@@ -9,6 +9,8 @@ Near a singular posture there may be none, either: a warning says so, and nothin
 
 On `flange_pose` stands where the flange truly is, and how well that is known: a covariance of its
 place and turn in the base. A calibration by the paper's method has none, and publishes no pose.
+Places in the base are known to millimetres, movements far better: with `-p relative_to:=Q1,Q2,..`
+[rad] the covariance is that of the movement from there.
 """
 
 import rclpy
@@ -25,15 +27,18 @@ class TrueJointStates(Node):
 
     def __init__(self) -> None:
         super().__init__("true_joint_states")
-        file = (
-            self.declare_parameter("calibration", "").get_parameter_value().string_value
-        )
-        self.arm = mukca.load_calibration(file)
+        self.arm = mukca.load_calibration(self._text("calibration"))
+        start = self._text("relative_to")
+        self.start = [float(word) for word in start.split(",")] if start else None
         self.publisher = self.create_publisher(JointState, "joint_states_true", 10)
         self.flange_poses = self.create_publisher(
             PoseWithCovarianceStamped, "flange_pose", 10
         )
         self.create_subscription(JointState, "joint_states", self.correct, 10)
+
+    def _text(self, name: str) -> str:
+        """Return a parameter, empty where it is not given."""
+        return self.declare_parameter(name, "").get_parameter_value().string_value
 
     def correct(self, message: JointState) -> None:
         """Publish the virtual positions of a message's joints."""
@@ -66,7 +71,8 @@ class TrueJointStates(Node):
         place, turn = pose.pose.pose.position, pose.pose.pose.orientation
         place.x, place.y, place.z = T[:3, 3].tolist()
         turn.x, turn.y, turn.z, turn.w = quaternion_of(T[None, :3, :3])[0].tolist()
-        pose.pose.covariance = self.arm.deviation(read).ravel().tolist()
+        covariance = self.arm.deviation(read, relative_to=self.start)
+        pose.pose.covariance = covariance.ravel().tolist()
         return pose
 
 

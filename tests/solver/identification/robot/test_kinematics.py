@@ -19,7 +19,6 @@ from mukca.solver.identification.robot import (
     gravity_moments,
     link_poses,
     load_robot,
-    moments_function,
     parse_robot,
     rotation_vectors,
     scan,
@@ -27,6 +26,7 @@ from mukca.solver.identification.robot import (
     turn,
     workspace,
 )
+from mukca.solver.results import moments_function
 
 
 def crane():

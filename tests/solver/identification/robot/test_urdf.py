@@ -12,11 +12,11 @@ from mukca.solver.identification.robot import (
     ModelError,
     Origin,
     load_robot,
-    relocate_meshes,
     scan,
     set_origins,
     shipped_robots,
 )
+from mukca.solver.results import relocate_meshes
 
 ODD_ARM = Path(__file__).with_name("odd_arm.urdf").read_text()
 """Every kind of joint, axes of any direction and length, origins whole, half and missing."""

@@ -1,0 +1,96 @@
+"""PAL's geometric_calibration: added to the nominal URDF, it gives the calibrated arm."""
+
+import json
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from imagined import configurations, imagine, poses
+
+import mukca
+from mukca import load_calibration
+
+yaml = pytest.importorskip("yaml", reason="PyYAML comes with xacro")
+pytest.importorskip("pinocchio", reason="the extra simulation is not installed")
+AXES = {"xyz": ("dx", "dy", "dz"), "rpy": ("droll", "dpitch", "dyaw")}
+PRESENT = """# the robot's own
+robot_state_publisher:
+  other: 1
+  geometric_calibration:
+      arm_left_1_dx: 0.25   # the other arm
+      arm_right_2_dx: 9.0
+      arm_right_2_dyaw: 9.0
+      head_1_dyaw: 0.5
+camera:
+  arm_right_2_d: 3
+"""
+
+
+@pytest.fixture
+def calibration(calibrations, tmp_path):
+    """A robot whose joints are called as PAL calls them, one of them upright in pitch."""
+    text = mukca.load_robot("panda").text.data.decode()
+    text = re.sub(r"panda_joint([1-7])\b", r"arm_right_\1_joint", text)
+    turned = text.replace('rpy="1.5707963267948966 0 0"', 'rpy="0.3 1.5707963267948966 0.1"', 1)
+    (tmp_path / "robot.urdf").write_text(turned)
+    robot = mukca.load_robot(tmp_path / "robot.urdf")
+    template = json.loads((calibrations / "fitted.json").read_text())
+    file = tmp_path / "calibration.json"
+    file.write_text(json.dumps(imagine(robot, template)))
+    return file
+
+
+def applied(urdf, file):
+    """What robot_state_publisher makes of a URDF and the file."""
+    entries = yaml.safe_load(file.read_text())["robot_state_publisher"]["geometric_calibration"]
+    root = ET.fromstring(urdf)
+    for joint in root.iter("joint"):
+        key, origin = joint.get("name").removesuffix("_joint"), joint.find("origin")
+        for attribute, suffixes in AXES.items():
+            numbers = map(float, origin.get(attribute).split())
+            changes = (entries.pop(f"{key}_{suffix}", 0.0) for suffix in suffixes)
+            new = (repr(n + change) for n, change in zip(numbers, changes, strict=True))
+            origin.set(attribute, " ".join(new))
+    return ET.tostring(root, encoding="unicode"), entries
+
+
+def test_added_to_the_nominal_urdf_it_gives_the_calibrated_one(export, calibration, tmp_path):
+    out = tmp_path / "master_calibration.yaml"
+    status, shown, error = export(calibration, "--to", "pal", "--out", out)
+    assert status == 0, error
+    assert "Copy it to /etc/calibration" in shown
+    loaded = load_calibration(calibration)
+    robot, nominal = loaded.robot, loaded.document.model.nominal_urdf
+    urdf, left = applied(nominal, out)
+    assert not left
+    q, flange = configurations(robot, 20), robot.ball_joint.parent
+    expected = poses(loaded.calibrated.urdf().decode(), flange, q)
+    assert np.abs(poses(urdf, flange, q) - expected).max() < 1e-12
+    assert np.abs(poses(nominal, flange, q) - expected).max() > 1e-3
+
+
+def test_what_is_of_other_joints_stays(export, calibration, tmp_path):
+    alone, both, like = (tmp_path / f"{name}.yaml" for name in ("alone", "both", "like"))
+    like.write_text(PRESENT)
+    words = (calibration, "--to", "pal", "--out")
+    assert export(*words, alone)[0] == 0
+    status, _, error = export(*words, both, "--like", like)
+    assert status == 0, error
+    old, new, own = (yaml.safe_load(file.read_text()) for file in (like, both, alone))
+    entries, others, expected = (
+        document["robot_state_publisher"].pop("geometric_calibration")
+        for document in (new, old, own)
+    )
+    kept = {key: others[key] for key in ("arm_left_1_dx", "head_1_dyaw")}
+    assert entries == kept | expected and new == old
+
+
+def test_what_cannot_be_gets_one_line(refused, calibrations, calibration, tmp_path):
+    words = ("--to", "pal", "--out", tmp_path / "new.yaml")
+    ur5e = calibrations / "ur5e.json"
+    refused("not named like the joints of a robot of PAL", "export", ur5e, *words)
+    like = tmp_path / "like.yaml"
+    refused("No such file", "export", calibration, *words, "--like", like)
+    like.write_text("robot_state_publisher: {}\n")
+    refused("no geometric_calibration", "export", calibration, *words, "--like", like)

@@ -1,0 +1,83 @@
+"""The ``geometric_calibration`` of PAL Robotics' robots, which their robot_state_publisher adds.
+
+Each entry, as ``arm_1_dx`` of ``arm_1_joint``, is added to a number of the joint's URDF origin:
+dx, dy, dz [m] to ``xyz``, and droll, dpitch, dyaw [rad] to ``rpy`` as it is written there.
+"""
+
+import re
+from collections.abc import Sequence
+
+from ...errors import LARGEST_DOCUMENT, read_bytes, reason_of
+from ...solver.identification.robot import COMPONENTS
+from .request import (
+    Exported,
+    ExportError,
+    Request,
+    after_last_exported,
+    losses_without,
+    redistributed_origins,
+)
+
+_JOINT = re.compile(r"(?:arm|head|leg|torso)_(?:\w+_)?(?:\d|lift)_joint$")
+_BLOCK = re.compile(r"^([ \t]*)geometric_calibration:[ \t]*(?:\{\}[ \t]*)?$\n?", re.M)
+_EMPTY = "robot_state_publisher:\n  geometric_calibration:\n"
+ON_ROBOT = "/etc/calibration/master_calibration.yaml"
+
+
+def write(request: Request) -> Exported:
+    """Return the file; of the one that ``--like`` names, what is of other joints stays."""
+    request.require_ending(".yaml", ".yml")
+    joints = {joint.name: joint for joint in request.calibration.robot.actuated}
+    strangers = [name for name in joints if not _JOINT.match(name)]
+    if strangers:
+        raise ExportError(
+            f"--to pal: {', '.join(strangers)}: not named like the joints of a robot of PAL "
+            "Robotics, arm_1_joint, ..; --to xacro works for any arm"
+        )
+    entries: list[str] = []
+    for name, origin in redistributed_origins(request, joints).items():
+        key = name.removesuffix("_joint")
+        changes = (origin - joints[name].origin.numbers).tolist()
+        entries += [
+            f"{key}_d{component}: {change:.17f}"
+            for component, change in zip(COMPONENTS, changes, strict=True)
+            if change
+        ]
+    text = _merged(request, _kept(request), list(joints), entries)
+    about = "".join(f"# {line}\n" for line in request.identity.lines())
+    lines = (
+        f"Copy it to {ON_ROBOT}, and start robot_state_publisher again.",
+        "Its entries are added to the URDF that was calibrated: let that be the one without any "
+        "geometric_calibration.",
+    )
+    losses = losses_without(request, after_last_exported(request, joints))
+    return Exported({request.file.name: (about + text).encode()}, losses, lines)
+
+
+def _kept(request: Request) -> str:
+    """Return the text of the robot's present file, or one without entries."""
+    if request.like is None:
+        return _EMPTY
+    try:
+        return read_bytes(request.like, LARGEST_DOCUMENT).decode()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ExportError(f"--like {request.like}: {reason_of(error)}") from None
+
+
+def _merged(
+    request: Request, text: str, joints: Sequence[str], entries: Sequence[str]
+) -> str:
+    """Return a file's text with other entries of some joints."""
+    block = _BLOCK.search(text)
+    if block is None:
+        raise ExportError(
+            f"--like {request.like}: no geometric_calibration with an entry a line; give the "
+            f"robot's {ON_ROBOT}"
+        )
+    keys = "|".join(re.escape(joint.removesuffix("_joint")) for joint in joints)
+    entry = rf"^[ \t]+(?:{keys})_d(?:{'|'.join(COMPONENTS)})[ \t]*:.*\n?"
+    after = re.sub(entry, "", text[block.end() :], flags=re.M)
+    others = re.match(rf"{block[1]}[ \t]+(?=\w)", after)
+    margin = others[0] if others else f"{block[1]}  "
+    new = "".join(f"{margin}{line}\n" for line in entries)
+    return f"{text[: block.start()]}{block[1]}geometric_calibration:\n{new}{after}"
