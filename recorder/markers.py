@@ -32,10 +32,11 @@ def marker_columns(table: Table) -> list[Column]:
 def body_of(markers: np.ndarray) -> tuple[dict[str, np.ndarray], float]:
     """Return the place of a body of K markers, shape (N, K, 3) [m], its turn, and their misfit [m].
 
-    A row that lacks a marker has none. The shape of the body is the mean of all rows, each turned back by the rotation that brings the
-    shape closest to it (Kabsch, 1976). The misfit is a root mean square.
+    A row that lacks a marker has none. The shape of the body is the mean of all rows, each turned
+    back by the rotation that brings the shape closest to it (Kabsch, 1976). The misfit is a root
+    mean square.
     """
-    whole = ~np.isnan(markers).any(axis=(1, 2))
+    whole: np.ndarray = ~np.isnan(markers).any(axis=(1, 2))
     middles = np.where(whole[:, None], markers.mean(axis=1), np.nan)
     numbers = {axis: middles[:, [i]] for i, axis in enumerate(AXES)}
     if not whole.any():
