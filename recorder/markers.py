@@ -36,7 +36,7 @@ def body_of(markers: np.ndarray) -> tuple[dict[str, np.ndarray], float]:
     back by the rotation that brings the shape closest to it (Kabsch, 1976). The misfit is a root
     mean square.
     """
-    whole: np.ndarray = ~np.isnan(markers).any(axis=(1, 2))
+    whole = np.all(np.isfinite(markers), axis=(1, 2))
     middles = np.where(whole[:, None], markers.mean(axis=1), np.nan)
     numbers = {axis: middles[:, [i]] for i, axis in enumerate(AXES)}
     if not whole.any():

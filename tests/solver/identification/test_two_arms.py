@@ -153,6 +153,39 @@ def test_tools_meet_as_stated_where_only_an_instrument_saw_both(noisy):
         assert np.linalg.norm(FACING.apply(b) - a) < 3 * told.tool_deviation
 
 
+def test_few_postures_tell_what_they_tell_about_themselves(noisy):
+    """An instrument saw each arm in a narrow range of postures, and nothing is known of others."""
+    generator = np.random.default_rng(3)
+    seen, later = {}, {}
+    for name, arm, stand in zip("AB", noisy.truth, (HOME, FACING), strict=True):
+        q = workspace(arm, 4000, 0)
+        balls = stand.apply(BallModel(arm, []).points(np.empty(0), q))
+        middle = q[np.argmin(np.linalg.norm(balls - [0.6, 0.0, 0.35], axis=1))]
+        q = middle + generator.uniform(-0.15, 0.15, (80, len(middle)))
+        balls = stand.apply(BallModel(arm, []).points(np.empty(0), q))
+        points = balls[:40] + generator.normal(0, 1e-4, (40, 3))
+        rows = zip(q[:40].tolist(), points.tolist(), strict=True)
+        samples = tuple(Sample(tuple(row), 0, point=tuple(point)) for row, point in rows)
+        seen[name] = [Placement("points", samples, arm.joint_names, frame="cell")]
+        later[name] = q[40:], balls[40:]
+    found = mukca.calibrate(noisy.robots, seen, without=WITHOUT)
+    pose, told = relative(found)
+    predicted = {name: found[name].ball(q) for name, (q, _) in later.items()}
+    predicted["B"] = pose.apply(predicted["B"])
+    errors = [
+        np.linalg.norm(balls[:20] - balls[20:], axis=1)
+        - np.linalg.norm(later[name][1][:20] - later[name][1][20:], axis=1)
+        for name, balls in predicted.items()
+    ]
+    for name, error in zip("AB", errors, strict=True):
+        near = found[name].document.better.recorded_places.now.value
+        assert near < 3 * np.median(np.abs(error))
+    apart = np.linalg.norm(predicted["A"] - predicted["B"], axis=1)
+    error = apart - np.linalg.norm(later["A"][1] - later["B"][1], axis=1)
+    assert told.tool_deviation is not None
+    assert 0.3 < told.tool_deviation / np.sqrt(3 * np.mean(error**2)) < 3
+
+
 def test_arms_that_share_nothing_are_refused(exact):
     train = {"A": exact.placements["A"][0], "B": exact.placements["B"][1]}
     with pytest.raises(mukca.MukcaError, match="nothing ties it to the robot"):
