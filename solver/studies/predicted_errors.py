@@ -104,8 +104,8 @@ WITHIN_ONE, LARGE_GAP = 0.6827, 4.0
 """Share within a deviation; and deviations from which on a gap counts from one side only."""
 NEAR, NEARBY = 0.06, 60
 """Standard deviation per axis of a place near a recorded one [m], and how many are thought of."""
-PAIRS, LIKE = 200, 4
-"""Random distances in the workspace, and recorded postures that are like another."""
+PAIRS, LIKE = 200, 5
+"""Random distances in the workspace, and recorded postures that are like one of them."""
 
 
 def likely_errors(
@@ -188,9 +188,8 @@ def neighbourhoods(
     """
     nearby: list[np.ndarray] = []
     for m in recorded:
-        if m.kind == "points":
-            q = _about(m.positions)
-        else:
+        q = _about(m.positions)
+        if m.kind != "points":
             q, _ = poses_near(robot, m.positions, (NEARBY, 1), NEAR)
         if len(q) > 1:
             nearby.append(q[: len(q) // 2 * 2])
@@ -205,7 +204,7 @@ def _about(recorded: np.ndarray) -> np.ndarray:
     generator = np.random.default_rng(0)
     i = generator.integers(len(recorded), size=NEARBY)
     gaps = np.linalg.norm(recorded[i, None] - recorded, axis=2)
-    likeness = np.argsort(gaps, axis=1)[:, 1 : 1 + LIKE]
-    j = generator.permuted(likeness, axis=1)[:, 0] if len(recorded) > 1 else i
+    alike = np.argsort(gaps, axis=1)[:, :LIKE]
+    j = generator.permuted(alike, axis=1)[:, 0]
     u = generator.uniform(-1, 1, size=(NEARBY, 1))
     return recorded[i] + u * (recorded[j] - recorded[i])

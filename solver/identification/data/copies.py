@@ -79,6 +79,6 @@ def is_copy(
     """Tell whether more than a share of a placement's configurations are those of another."""
     rows = measured.positions
     rows = rows[:: -(-len(rows) // COMPARED)]
-    gaps = np.max(abs(rows[:, None] - original.positions), axis=2)
-    is_same: np.ndarray = np.min(gaps, axis=1) < SAME_CONFIGURATION
-    return float(is_same.mean()) > share
+    # the sine, as each placement may count whole turns of its own
+    gaps = abs(np.sin((rows[:, None] - original.positions) / 2)).max(2).min(1)
+    return 2 * float(np.quantile(gaps, share)) < SAME_CONFIGURATION
