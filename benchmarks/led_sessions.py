@@ -162,14 +162,17 @@ class World:
         seat = self._seat(number, socket)
         (q,) = lead(arm, seat[None], self.generator, self.flaws, hand)
         self._first = q if self._first is None else self._first
-        joint = len(q) // 2
-        q[joint] += since * (
-            self._size if self.kind == "zero" else READS * (self.kind == "reads")
-        )
+        return self.as_read(q, number)
+
+    def as_read(self, q: np.ndarray, number: int) -> np.ndarray:
+        """Return what a sound arm would read, shape (.., m), as it is read at a sample."""
+        q, joint, since = q.copy(), q.shape[-1] // 2, number >= self.begin
+        q[..., joint] += since * self._size * (self.kind == "zero")
+        q[..., joint] += since * READS * (self.kind == "reads")
         if self.kind == "slips" and since:
             turns = np.random.default_rng((number - self.begin) // AGAIN)
-            q[joint] += self._size * turns.uniform(-1, 1)
-        q[joint] *= -1 if self.kind == "sign" else 1
+            q[..., joint] += self._size * turns.uniform(-1, 1)
+        q[..., joint] *= -1 if self.kind == "sign" else 1
         return q
 
     def _seat(self, number: int, socket: int) -> np.ndarray:
@@ -333,16 +336,20 @@ def led(most: int, keeps: bool, job: tuple[str, int, str]) -> dict[str, Any]:
             "end": operator.words,
             "counts": counts,
         }
-        return {**row, **_solved(world, parts)}
+        return {**row, **_solved(world, parts, operator.captured)}
 
 
-def _solved(world: World, parts: Sequence[Placement]) -> dict[str, Any]:
-    """Return the verdict of a solving, and the errors of its calibration and of the model [mm]."""
+def _solved(world: World, parts: Sequence[Placement], last: int) -> dict[str, Any]:
+    """Return the verdict of a solving, and the errors of its calibration and of the model [mm].
+
+    They are those of the arm as it reads at the last sample.
+    """
     generator = np.random.default_rng(7)
     arm = world.arm
     if world.kind == "bent":  # the ball that is on it in the end
         arm = _bent(arm, world.aside)
     test = record(arm, world.elsewhere, generator, samples=15, imperfection=world.flaws)
+    test = test.with_positions(world.as_read(test.positions, last))
     zeros = is_coarse(repeatability_of(world.robot, None)) or None
     try:
         verdict = calibrate(world.robot, parts, zeros=zeros).verdict

@@ -188,9 +188,12 @@ class DriverContract:
 
     def test_opens_again(self, address: str) -> None:
         """A robot whose connection was closed can be connected to again at once."""
+        identities = set[str]()
         for _ in range(2):
             with self.driver(address) as driver:
                 assert driver.read(READ_SECONDS).position
+                identities.add(driver.identity)
+        assert len(identities) == 1
 
     def test_refuses_another_robots_model(self, address: str) -> None:
         """A model with another number of joints is refused."""

@@ -108,6 +108,10 @@ class Driver(ABC):
     status: str = ""
     """Mode and errors of the robot, in words; empty if it tells none."""
 
+    identity: str = ""
+    """What this robot has and others of its kind may not have, such as a serial number, in words;
+    empty if its protocol does not tell. It is the same at each connection."""
+
     @abstractmethod
     def __init__(
         self, address: str, joint_names: Sequence[str] | None = None

@@ -48,6 +48,7 @@ class Reconnecting(Driver):
         self.remark = ""
         """Remark to the operator on the joints' names; empty where they are the model's."""
         self.resolution = self._driver.resolution
+        self.identity = self._driver.identity
         self._earlier_missed = self._earlier_rejected = 0
         self._last_state = clock.now()
         self._wait = first_wait
@@ -158,12 +159,14 @@ class Reconnecting(Driver):
             self._next_attempt = clock.now() + self._wait
             self.trouble = str(error)
             raise Reason.SILENT(f"{self.trouble}; connecting again") from error
-        if driver.joint_names != self._names:
-            driver.close()
-            raise Reason.WRONG_ROBOT(
-                f"another robot answers: its joints are {', '.join(driver.joint_names)}, "
-                f"not {', '.join(self._names)}"
-            )
+        names = [", ".join(joints) for joints in (driver.joint_names, self._names)]
+        identities = [driver.identity, self.identity]
+        for kind, (now, before) in ("joints", names), ("marks", identities):
+            if now != before and now and before:
+                driver.close()
+                raise Reason.WRONG_ROBOT(
+                    f"another robot answers: its {kind} are {now}, not {before}"
+                )
         logger.warning("connected again")
         self._driver = driver
         self._last_state = clock.now()

@@ -44,7 +44,8 @@ def write_holes(placement: Placement, folder: Path) -> None:
 def sample_files(placement: Placement) -> Files:
     """Return a placement as ``samples.csv``, and ``placement.json`` with a known distance, by name.
 
-    Samples are numbered anew, from 1. Joints without a name are called joint1, joint2, ...
+    Samples are numbered anew, from 1. Times that are not known stay empty, and then nobody relies
+    on the order of sockets. Joints without a name are called joint1, joint2, ...
     """
     names = _names(placement)
     numbered = [

@@ -101,7 +101,9 @@ class Ur(ValidatingDriver):
             raise Reason.PROTOCOL(
                 f"{self._where} sends no version that can be read: {TRIED}"
             )
-        return FAST if struct.unpack(">4I", version)[0] >= E_SERIES else SLOW
+        numbers = struct.unpack(">4I", version)
+        self.identity = f"version {'.'.join(map(str, numbers))}"
+        return FAST if numbers[0] >= E_SERIES else SLOW
 
     def _ask(self, kind: int, payload: bytes = b"") -> bytes:
         """Send a request and return the payload of its reply."""

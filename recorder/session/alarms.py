@@ -15,6 +15,7 @@ from .actions import SessionActions
 
 Cause = Literal[
     "base",
+    "again",
     "passing",
     "ball",
     "flange",
@@ -27,7 +28,7 @@ Cause = Literal[
 NEAR = 2
 """Samples by which the begin of one fault may be told differently as more are recorded."""
 SLIPS = "JOINT SLIPS"
-"""Words for a joint whose readings changed again after the first change was kept."""
+"""Words for a joint whose readings change again and again."""
 CURES: dict[Cause, list[str]] = read_json(Path(__file__).with_name("cures.json"))
 """Keys that cure each kind of cause, the likeliest cure first."""
 
@@ -45,8 +46,6 @@ class Alarm:
     """Numbers of the samples that it concerns; none where it concerns all."""
     socket: int = 0
     """The one in which the ball truly was."""
-    joint: str = ""
-    """The one that reads otherwise; empty where it is none."""
     stays: bool = True
     """True if samples stay where they are when those of the alarm go into a new placement."""
 
@@ -64,15 +63,15 @@ class Alarm:
     def is_like(self, alarm: "Alarm") -> bool:
         """Return whether two alarms tell of one fault, which further samples locate better."""
         first, second = (*self.samples, 0)[0], (*alarm.samples, 0)[0]
-        is_same = self.words == SLIPS and self.joint == alarm.joint
-        return is_same or (self.cause == alarm.cause and abs(first - second) <= NEAR)
+        return self.cause == alarm.cause and abs(first - second) <= NEAR
 
-    def after(self, kept: Iterable["Alarm"]) -> "Alarm":
-        """Return it as it is told after some that were kept: a joint that slipped before slips."""
-        if not self.joint or all(alarm.joint != self.joint for alarm in kept):
-            return self
-        text = f"{self.joint} reads otherwise again and again: mend it"
-        return replace(self, words=SLIPS, text=text)
+    def after_reconnection(self) -> "Alarm":
+        """Return it as it is told where no sound sample came since the connection was lost."""
+        text = f"{self.text}, as the connection came back"
+        if self.cause not in ("base", "flange", "joints", "other"):
+            return replace(self, text=text)
+        text = f"another arm, or its zeros: {text}"
+        return replace(self, cause="joints", words="ANOTHER ARM?", text=text)
 
 
 Alarms = tuple[Alarm, ...]
@@ -94,11 +93,13 @@ class Answers:
     """True once several proposals in a row were not followed: the arm may not get farther."""
 
     def open_alarms(self, alarms: Iterable[Alarm]) -> Alarms:
-        """Return the alarms that are not answered."""
+        """Return the alarms that are not answered; whatever moves beside a joint that slips is."""
+        slips = any(kept.words == SLIPS for kept in self.kept)
         return tuple(
-            alarm.after(self.kept)
+            alarm
             for alarm in alarms
-            if not any(kept.is_like(alarm) for kept in self.kept)
+            if not (slips and alarm.cause not in ("socket", "distance"))
+            and not any(kept.is_like(alarm) for kept in self.kept)
         )
 
 

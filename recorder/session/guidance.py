@@ -180,10 +180,13 @@ class GuidanceClient:
     def alarm(self) -> Alarm | None:
         """The most probable fault that the operator has not answered yet."""
         alarm = next(iter(self.answers.open_alarms(self._alarms)), None)
-        if alarm and set(alarm.samples[:1]) & set(self._actions.session.reconnected):
-            text = f"{alarm.text}, as the connection came back"
-            return replace(alarm, text=text)
-        return alarm
+        if alarm is None or not alarm.samples:
+            return alarm
+        session, first = self._actions.session, alarm.samples[0]
+        before = [sample.number for sample in session.live if sample.number < first]
+        since = range(before[-1] + 1, first + 1) if before else ()
+        lost = not set(session.reconnected).isdisjoint(since)
+        return alarm.after_reconnection() if lost else alarm
 
     def answered(self, alarm: Alarm, *, keep: bool = False) -> None:
         """Tell no more of a fault: its samples are kept as they are, or were put right."""

@@ -43,6 +43,8 @@ CERTAIN = 0.99
 """Probability from which the change of a joint's zero is none that small errors excuse."""
 SURE_OF_CHANGE = 0.95
 """Probability from which one of many arms is called changed: beside it stands no other evidence."""
+FEW = "few"
+"""Code of a warning on samples that calibrate nothing, though they may suffice here."""
 LEAST_SHOWN = 0.01
 """Probability below which an explanation is not shown."""
 
@@ -185,7 +187,7 @@ def what_changed(
         said=(reason.text, reason.advice),
         measured=measured,
         as_made=reason.as_made,
-        findings=[f for f in seen.diagnostics if f.level != "note"],
+        findings=[f for f in seen.diagnostics if f.level != "note" and f.code != FEW],
     )
 
 

@@ -113,6 +113,24 @@ def test_another_robot_at_the_address_is_refused():
     assert other.closed == 1
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "goes_on"), [("A1", "A1", 1), ("A1", "B2", 0), ("", "B2", 1), ("A1", "", 1)]
+)
+def test_another_arm_of_the_kind_is_not_gone_on_with(first, second, goes_on):
+    """It is told by what the driver says of it; of one that says nothing nothing is known."""
+    lost, again = Scripted([Reason.UNREACHABLE]), Scripted([True])
+    lost.identity, again.identity = first, second
+    driver = Reconnecting(Robot(lost, again), first_wait=0.0)
+    with pytest.raises(DriverError):
+        driver.read(0.1)
+    if goes_on:
+        assert driver.read(0.1).position == (1.0,) and driver.identity == first
+        return
+    with refused("WRONG_ROBOT", match=f"another robot answers: its marks are {second}, not"):
+        driver.read(0.1)
+    assert again.closed == 1
+
+
 def test_joints_in_another_order_are_put_into_the_model_s():
     class Arm(Scripted):
         def read(self, timeout):

@@ -60,6 +60,14 @@ def test_a_servo_that_was_homed_anew_is_refused(tmp_path):
         open_driver("feetech", f"{emulation.address}?calibration={path}")
 
 
+def test_servos_are_known_by_their_homing_offsets(tmp_path):
+    with (
+        emulated("feetech", tmp_path) as emulation,
+        open_driver("feetech", emulation.address) as driver,
+    ):
+        assert driver.identity == "homing offsets 0, 0, 0, 0, 0"
+
+
 def test_a_model_that_is_told_once_is_not_believed(tmp_path):
     """A late position looks like a model number."""
 

@@ -597,26 +597,27 @@ def test_a_kept_fault_stands_on_the_screen_and_the_session_still_ends(arm, by_ha
                for line in render(last, 80, 24))  # fmt: skip
 
 
-def test_a_joint_that_slips_again_is_told_so_once(arm, by_hand):
-    slips = [
-        replace(Alarm("other", "LOST A ZERO", f"b since {first}", (first,)), joint="b")
-        for first in (1, 4, 7)
-    ]
-    said = [{"alarms": tuple(slips[: count // 3 + 1])} for count in range(9)]
-    places = [(0.1 * k - 0.4, 0.3 - 0.1 * k) for k in range(8)]
-    captures = [(0.5 + 1.6 * k, "a") for k in range(8)]
-    typed = sorted([*captures, (1.4, "k"), (6.2, "k"), (13.5, "q")])
-    _, seen = by_hand(arm(speed=1.0, places=places), *typed, guidance=Guidance(*said))
-    alarms = [view.alarm.words for view in seen.views if view.alarm]
-    assert list(dict.fromkeys(alarms)) == ["LOST A ZERO", "JOINT SLIPS"]
-    assert len(seen.views[-1].session.live) == 8 and not seen.views[-1].alarm
+def test_a_joint_that_slips_is_told_once_and_nothing_that_moves_after_it(arm, by_hand):
+    slips = Alarm("model", "JOINT SLIPS", "b reads otherwise again and again", (1, 2))
+    zero = Alarm("other", "LOST A ZERO", "b reads otherwise since sample 3", (3,))
+    adviser = Guidance({}, {}, {"alarms": (slips,)}, {"alarms": (slips, BASE, zero)})
+    typed = (0.5, "a"), (2.2, "a"), (3.4, "k"), (3.8, "a"), (5.6, "q")
+    _, seen = by_hand(arm(speed=1.0), *typed, guidance=adviser)
+    alarms = [view.alarm for view in seen.views if view.alarm]
+    assert {alarm.words for alarm in alarms} == {"JOINT SLIPS"}
+    assert alarms[0].answers == ("q finish, and mend it", "k keep")
+    assert seen.views[-1].session.counts == (3, 0) and not seen.views[-1].alarm
 
 
 def test_a_fault_that_began_as_the_connection_came_back_says_so(arm, by_hand):
+    """It is told as another arm, whose samples go into a placement of their own."""
     adviser = Guidance({}, {}, {"alarms": (replace(BASE, samples=(2,)),)})
-    typed = (0.5, "a"), (3.8, "a"), (5.0, "q")
-    _, seen = by_hand(arm("drop@1.2+1.0", speed=1.0), *typed, guidance=adviser)
-    assert "since sample 2, as the connection came back: n new" in seen.views[-1].prompt.reason
+    typed = (0.5, "a"), (3.8, "a"), (5.0, "n")
+    outcome, seen = by_hand(arm("drop@1.2+1.0", speed=1.0), *typed, guidance=adviser)
+    prompt = [view.prompt for view in seen.views if view.alarm][-1]
+    assert prompt.words == "ANOTHER ARM?" and "n new" in prompt.reason
+    assert prompt.reason.startswith("another arm, or its zeros: ")
+    assert outcome.successor and outcome.successor.metadata.readings_changed
 
 
 def test_poses_that_are_all_alike_are_told(arm, by_hand):

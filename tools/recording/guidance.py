@@ -14,13 +14,16 @@ from ...solver.identification.inference import Posterior
 from ...solver.identification.robot import Robot
 from .checks import goal_for
 from .pose_pool import SEAT, Captures, PosePool, positions_in
-from .session_alarms import SessionAlarms
+from .session_alarms import SessionAlarms, is_short
 from .sufficiency import StoppingRule, rigid_fit, sufficiency_of, with_fit
 
 MIN_FITTED = 6
 """Samples in each of two sockets from which on a fit is tried."""
 SHARE = 12
 """Samples in a socket from which on a placement can be exhausted."""
+MOST = 18
+"""Samples in a socket after which another placement teaches more, unless a goal was given. Those
+of placements that ended early count as well."""
 CURVES = 3
 """Placements before this one, with which joint error curves are known as well as they may be."""
 MORE = 12
@@ -102,7 +105,10 @@ class PoseSelector:
         goal = self._given or (solved and solved.asked) or self._goal
         fewest = 0 if posterior is None else min(self._counts(samples)[:2])
         reserve = goal * rigid / predicted
-        exhausted = fewest >= SHARE and self._exhausted(
+        lost = sum(len(part.samples) for part in self._earlier if is_short(part))
+        most = max(MOST - lost // 2, LEAST_SAMPLES)
+        exhausted = fewest >= most and self._given is None
+        exhausted |= fewest >= SHARE and self._exhausted(
             state, where, samples, gain, reserve
         )
         # more samples mend no fault that is kept

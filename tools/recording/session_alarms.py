@@ -36,6 +36,8 @@ FORMS = {name: _Form(**entry) for name, entry in _TABLE.items()}
 AROUND = "by {size} mm around {joint} since sample {first}, or that reads otherwise"
 """No sample tells a base that turned around the first joint from that joint's zero."""
 BEYOND_WORDS = "{metres} m off since sample {first}"
+AGAIN = 2
+"""Short placements before this one, each of which ended as the base moved: it is loose."""
 TOOL = 0.01
 """A ball that moved farther on its flange is that of another tool [m]."""
 
@@ -67,6 +69,7 @@ class SessionAlarms:
         )
         joined = replace(placement, samples=tuple(samples))
         oldest = min((s.number for s in placement.samples), default=math.inf)
+        moves = sum(is_short(earlier) for earlier in before)
         alarms: list[Alarm] = []
         for fault in self._check.faults([*before, joined]):
             # A solving has an unknown for a ball that was put on anew before a placement, so no
@@ -79,6 +82,9 @@ class SessionAlarms:
             is_new = not set(fault.samples) <= numbers
             if fault.placement == len(before) and is_new and not is_another_ball:
                 alarm = self._alarm(fault, doubted)
+                if alarm.cause == "base" and moves >= AGAIN:
+                    text = f"it moved {moves + 1} times, now {alarm.text}"
+                    alarm = replace(alarm, cause="again", words="LOOSE BASE", text=text)
                 stays = oldest < min(alarm.samples, default=0)
                 alarms.append(replace(alarm, stays=stays))
         return tuple(alarms)
@@ -120,7 +126,8 @@ class SessionAlarms:
         if hypothesis.name == "ball_bent" and size > TOOL:
             words = "TOOL CHANGED?"
             cause = "joints"  # earlier placements have another tool than the one to calibrate
-        if hypothesis.parameters.get("joint") == self._robot.joint_names[0]:
+        of_first = hypothesis.parameters.get("joint") == self._robot.joint_names[0]
+        if of_first and hypothesis.name == "zero_lost":
             cause = "base"
             words = "BASE MOVED"
             form = AROUND
@@ -132,9 +139,7 @@ class SessionAlarms:
             r for r in fault.rivals if (f := FORMS.get(r.hypothesis.name)) and f.also
         ]
         if not rivals or not FORMS[hypothesis.name].also or form == AROUND:
-            joint = str(hypothesis.parameters.get("joint", ""))
-            socket = fault.socket or 0
-            return Alarm(cause, words, text, fault.samples, socket, joint)
+            return Alarm(cause, words, text, fault.samples, fault.socket or 0)
         rival = rivals[0]
         rival_hypothesis = rival.hypothesis
         statement = text.partition(";")[0]  # without the question that follows
@@ -144,6 +149,11 @@ class SessionAlarms:
             return Alarm(cause, words, text, fault.samples)
         # its cure moves the samples since then: a drift concerns all
         return Alarm("base", words, text, rival.samples)
+
+
+def is_short(placement: Placement) -> bool:
+    """Return True for a placement with too few samples, as where it ended by an alarm."""
+    return len(placement.samples) < 2 * assessment.LEAST_SAMPLES
 
 
 def _size(hypothesis: Hypothesis) -> float:

@@ -1,7 +1,7 @@
 """An arm made of servos on one line, which a hand can lead while its torque is off.
 
 Each state is one *sync read* of all joints; nothing else is ever sent. Before the first one model,
-torque and, where a file gives the zeros, homing offsets are read. Efforts are None: with the torque
+torque and homing offsets are read. Efforts are None: with the torque
 off, a servo's load and current are zero.
 """
 
@@ -197,9 +197,10 @@ class ServoArm(PolledDriver):
                 "power off and on, and hold the arm, which falls without torque"
             )
         homing = self._map.homing
+        offsets = self._find(self.make.homing, lambda offsets: tuple(offsets) == homing)
+        self.identity = f"homing offsets {', '.join(map(str, offsets))}"
         if homing is None:
             return
-        offsets = self._find(self.make.homing, lambda offsets: tuple(offsets) == homing)
         if changes := self._named(offsets, homing):
             raise Reason.WRONG_ROBOT(
                 f"the servos at {changes} have another homing offset than the calibration file: it "

@@ -26,6 +26,8 @@ ZEROS = (0.03, 0.2)
 """Typical offsets of a joint [rad, m]."""
 LOST = (3e-3, 0.05)
 """Typical offsets of a joint that slipped [rad, m]."""
+MOST_SLIPS = 60
+"""Samples of a session in which a joint is sought that slips; more take long."""
 GAINS = (0.02,)
 """Typical shares by which a joint reads too much."""
 LAGS = (3e-3, 0.05)
@@ -198,6 +200,21 @@ def of_lost_zero(scene: Scene) -> Iterable[Block]:
     for block in changes(scene, -scene.by_joints[..., None], LOST):
         names = [{"joint": next(joints), **first} for first in block.parameters]
         yield replace(block, parameters=names)
+
+
+def of_slips(scene: Scene) -> Iterable[Block]:
+    """Return the block of joints that slip again and again: off by an unknown at each sample."""
+    count = len(scene.q)
+    if count <= MOST_SLIPS:
+        slopes = -scene.by_joints.transpose(2, 0, 1)
+        columns = slopes[..., None] * np.eye(count)[:, None]
+        joints = [{"joint": name} for name in scene.robot.joint_names]
+        yield of_samples(scene.every, columns, joints, LOST)
+
+
+def slipped(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+    """Return how far a joint is off where it slips, root mean square [rad, m]."""
+    return {"offset": float(np.sqrt(np.mean(values**2)))}
 
 
 def of_lag(scene: Scene) -> Iterable[Block]:

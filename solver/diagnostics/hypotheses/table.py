@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from . import arm, ball, base, mounting, recording
-from .kinds import NoisePrior, kind_of
+from .kinds import Kind, NoisePrior, kind_of
 
 of_zero = partial(arm.of_joints, turns=np.ones_like, widths=arm.ZEROS)
 """The block of joints that are off throughout."""
@@ -66,7 +66,17 @@ SIZE_BY_MODEL = frozenset(kind.code for kind in KINDS if kind.of_size == "model"
 """Codes of those by which the model's numbers explain the size of the arm."""
 SIZE_BY_DISTANCE = frozenset(kind.name for kind in KINDS if kind.of_size == "distance")
 """Names of those by which a distance does."""
-CURABLE = tuple(kind for kind in KINDS if kind.curable)
+SLIPS = Kind(
+    "slips",
+    0.01,
+    "{joint} reads otherwise again and again",
+    "mend the joint",
+    "move the joint to its zero mark twice, and read what it says",
+    "slips",
+    arm.of_slips,
+    arm.slipped,
+)
+CURABLE = (*(kind for kind in KINDS if kind.curable), SLIPS)
 """Those that a hand can cure while it records."""
 _SIMULATED = (
     *(kind for kind in KINDS if kind.unit is not None),

@@ -142,15 +142,18 @@ class Measurement:
     def clock(self, name: str) -> np.ndarray:
         """Return the time [s] or temperature of each row of :attr:`positions`, shape (N,).
 
-        Numbered samples that have no time are told apart by their order; NaN where neither is
-        known, as of sockets in files of their own.
+        It is NaN where it was not recorded; a number alone may come from a conversion. Without
+        the host's times those of the robot count.
         """
-        samples = self.placement.samples
-        t = np.array([getattr(sample, name) for sample in samples], dtype=float)
-        numbered = all(sample.number for sample in samples)
-        if name == "time" and numbered and np.isnan(t).any():
-            t = np.arange(len(samples), dtype=float)
+        t = self._column(name)
+        if name == "time" and np.isnan(t).any():
+            t = self._column("stamp")
         return t[self.order]
+
+    def _column(self, name: str) -> np.ndarray:
+        """Return numbers of the samples as recorded, NaN for what is not known, shape (N,)."""
+        samples = self.placement.samples
+        return np.array([getattr(sample, name) for sample in samples], dtype=float)
 
     @cached_property
     def clocks(self) -> np.ndarray:

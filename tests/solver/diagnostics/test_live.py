@@ -28,6 +28,19 @@ def test_evidence_is_that_over_all_that_an_arm_may_be_like(heavy):
     assert heavy.told(heavy.samples("ball@9:5mm")) == ["ball_sample"]
 
 
+@pytest.mark.parametrize(("slips", "cause"), [([0.6, -0.7, 0.2, -0.3, 0.8], "slips"),
+                                              ([0.6] * 5, "zero_lost")])  # fmt: skip
+def test_a_joint_that_slips_again_and_again_is_one_fault(slips, cause):
+    here = Setting("ur5e", 1)
+    samples = here.samples("none")
+    q = np.array([sample.position for sample in samples])
+    q[6:, 3] += np.deg2rad(np.repeat(slips, 4)[:18])
+    samples = tuple(replace(s, position=tuple(row)) for s, row in zip(samples, q, strict=True))
+    (fault,) = here.check.faults([here.placement(samples)])
+    told = fault.hypothesis
+    assert (told.name, told.parameters["joint"]) == (cause, "wrist_1_joint")
+
+
 def test_each_ball_of_scattered_samples_is_more_probable_than_none():
     """Many that are improbable, each by itself, make none of them probable."""
     here = Setting("panda", 2)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from altered import seats, write_rows
+from altered import seats, write_rows, write_samples
 from cases import by_table
 from recorded import RIGID
 from worlds import realistic_flaws
@@ -98,6 +98,24 @@ def test_files_of_sockets_say_which_was_taken_to_be_first(panda):
     assert told(found)
     (timed,) = told(mukca.calibrate(panda, placement, **RIGID))
     assert "recorded first" not in timed
+
+
+def test_a_conversion_makes_no_order_up_and_keeps_one_that_is_known(panda, tmp_path, command):
+    """The base moved while socket 1, which was first, was recorded: both orders are weighed."""
+    _, placement = recorded(panda, "base@6:3mm", [*range(12, 24), *range(12)])
+    folders = [tmp_path / name for name in ("timed", "holes", "samples", "again", "copy")]
+    write_samples(folders[0], placement)
+    steps = (0, 1, "holes"), (1, 2, "samples"), (2, 3, "holes"), (0, 4, "samples")
+    for i, j, form in steps:
+        assert command("convert", folders[i], "--to", form, "--out", folders[j])[0] == 0
+    timed, holes, samples, again, copy = (
+        mukca.calibrate(panda, mukca.read_placements(folder), **RIGID) for folder in folders
+    )
+    for found in (samples, again):
+        assert np.array_equal(found.calibrated.values, holes.calibrated.values)
+        assert ["recorded first" in text for text in told(found)] == [True]
+    assert np.array_equal(copy.calibrated.values, timed.calibrated.values)
+    assert not any("recorded first" in text for text in told(copy))
 
 
 @pytest.mark.parametrize("moved", [2e-3, 25e-3])

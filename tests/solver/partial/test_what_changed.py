@@ -139,6 +139,15 @@ def test_a_few_samples_say_nothing_of_an_old_calibration(simulated, cal, tmp_pat
         assert status == 3 and "too little" in out
 
 
+def test_samples_that_suffice_to_check_are_not_called_few(simulated, cal, tmp_path, command):
+    since = simulated.read({})
+    rows = [*np.flatnonzero(since.sockets == 0)[:6], *np.flatnonzero(since.sockets == 1)[:6]]
+    samples = tuple(since.samples[row] for row in rows)
+    write_samples(tmp_path / "later", replace(since, samples=samples))
+    status, out, err = command("validate", cal, tmp_path / "later")
+    assert status != 3 and "are the least" not in out + err
+
+
 def test_samples_that_were_trained_on_are_known_in_any_form(simulated, tmp_path, command):
     cal = simulated.calibration
     first = cal.document.data[0].placement(cal.robot.joint_names)

@@ -4,7 +4,9 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from altered import seats
 from cases import by_table
 from kept import compare
 from record_commands import fast, read
@@ -15,6 +17,8 @@ from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.terminal import render
 from mukca.solver.identification.robot import gravity_moments, load_robot
 from mukca.tools.recording import SessionAlarms, joints_of
+from mukca.tools.simulation import Session as FaultySession
+from mukca.tools.simulation import SessionFault, with_faults
 from mukca.tools.simulation.session_faults import session_faults
 
 
@@ -83,6 +87,30 @@ def test_a_wrong_sign_and_a_wrong_unit_are_told_before_any_fault(name):
     metres = replace(sound, distance=10 * sound.distance)
     alarm, *_ = alarms([replace(metres, samples=sound.samples[:7])])
     assert alarm.words == "DISTANCE?" and alarm.answers[0].startswith("m ")
+
+
+@pytest.mark.slow
+def test_a_base_that_moved_twice_before_is_loose(panda):
+    """Whether it moved as well or not, a session that is cut again and again has an end."""
+    truth, (*before, here) = mukca.simulate_recordings(panda, 3, samples=12, seed=2)
+    session = (panda, here.positions, here.sockets, seats(truth, here), np.random.default_rng(1))
+    fault = SessionFault("base", 7, size=5e-3)
+    here = here.with_positions(with_faults(FaultySession(*session), [fault]))
+    short = [replace(p, samples=(*p.samples[:4], *p.samples[-4:])) for p in before]
+    alarms = SessionAlarms(panda)
+    for placements, words, key in ((before, "BASE MOVED", "n"), (short, "LOOSE BASE", "q")):
+        (alarm,) = alarms([*placements, here])
+        assert (alarm.words, alarm.answers[0][0]) == (words, key)
+    assert alarm.answers[1].startswith("n ")
+
+
+@pytest.mark.slow
+def test_a_first_joint_that_slips_is_no_base_that_moved(panda):
+    _, (here,) = mukca.simulate_recordings(panda, 1, samples=12, seed=2)
+    q = here.positions.copy()
+    q[:, 0] += np.deg2rad(np.repeat([0, 0, 0.6, -0.7, 0.2, -0.3], 4))
+    (alarm,) = SessionAlarms(panda)([here.with_positions(q)])
+    assert alarm.words == "JOINT SLIPS" and "panda_joint1" in alarm.text
 
 
 def test_a_fault_that_is_named_twice_is_one():

@@ -29,3 +29,20 @@ def test_a_command_names_the_folder_that_holds_its_placements_and_no_other(tmp_p
     assert command_lines._shortest(both) == [str(tmp_path / "recordings")]
     assert command_lines._shortest(both[:1]) == both[:1]
     assert command_lines._shortest([]) == []
+
+
+def test_two_distances_of_one_base_are_named_where_they_explain_an_error():
+    def steps(error):
+        names = ["left", "front"]
+        document = SimpleNamespace(data=[SimpleNamespace(folder=f"data/{name}") for name in names])
+        errors = [SimpleNamespace(distance_error=e) for e in (error, 1e-4)]
+        pairs = zip((0.1, 0.097), errors, strict=True)
+        rows = [SimpleNamespace(distance=length, calibrated=e) for length, e in pairs]
+        predictions = SimpleNamespace(names=names, document=document)
+        single = SimpleNamespace(predictions=predictions, placements=rows)
+        return list(recommendations._measure_one_base(single))
+
+    (step,) = steps(-2.9e-3)
+    assert "left says 100.0 mm and front says 97.0 mm" in step.text
+    assert step.command == "mukca info data/left data/front --set-distance MEASURED"
+    assert not steps(-1e-3)

@@ -105,7 +105,9 @@ def _losses(placement: Placement) -> list[str]:
     losses: list[str] = []
     if placement.efforts is not None:
         losses.append("this form has no place for efforts; they are left out")
-    if any(next_socket < socket for socket, next_socket in pairwise(placement.sockets)):
+    if any(sample.time is not None for sample in placement.samples) or any(
+        next_socket < socket for socket, next_socket in pairwise(placement.sockets)
+    ):
         losses.append(
             "this form loses the order of recording, by which a base that moved is seen"
         )

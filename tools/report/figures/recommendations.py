@@ -19,6 +19,7 @@ from ....solver.assessment import (
 )
 from ....solver.diagnostics import farthest_place
 from ....solver.identification.data import (
+    AGREEING,
     CALIPER_DEVIATION,
     DEFAULT_DISTANCE,
     SAMPLES_ADVISED,
@@ -39,6 +40,8 @@ from .types import Step
 DOUBTED_SIZE = 3e-3
 """Share from which an arm that came out longer or shorter asks for another reading of its base:
 that of eight real arms in ten is smaller."""
+EXPLAINED = 0.5
+"""Share of the difference of two distances from which an error of distances is explained by it."""
 _SPAN = 0.5
 """A distance in the workspace [m]."""
 BESIDE = 0.2
@@ -63,6 +66,8 @@ def _steps(result: Assessment) -> Iterator[Step]:
     document = result.predictions.document
     status = verdict.status_of
     passes = verdict.status == "pass"
+    if not passes:
+        yield from _measure_one_base(result)
     if status("data_checks") not in ("pass", "warning") and not passes:
         yield from mending_steps(result)
         return
@@ -223,6 +228,25 @@ def _measure(
         f"{mm(after)}; if you read the same, a length of the model is wrong"
     )
     yield Step(text, command, words, before, after)
+
+
+def _measure_one_base(result: Assessment) -> Iterator[Step]:
+    """Yield the step to measure a base where its placements differ as errors of distances do."""
+    document = result.predictions.document
+    pairs = zip(result.predictions.names, result.placements, strict=True)
+    stated = [(row.distance, name) for name, row in pairs if row.distance]
+    shortest, longest = min(stated, default=(0.0, "")), max(stated, default=(0.0, ""))
+    difference = longest[0] - shortest[0]
+    errors = [abs(row.calibrated.distance_error or 0.0) for row in result.placements]
+    if difference <= AGREEING or max(errors) < EXPLAINED * difference:
+        return
+    words = " and ".join(
+        f"{name} says {mm(length, 1)}" for length, name in (longest, shortest)
+    )
+    text = f"Measure the sockets' distance, for all placements of one base: {words}"
+    folders = dict.fromkeys(row.folder for row in document.data)
+    command = shlex.join(["mukca", "info", *folders, "--set-distance", "MEASURED"])
+    yield Step(text, command, "the same command again, without that error")
 
 
 def _recorded_once(placements: Sequence[PlacementReport]) -> tuple[float, ...]:
