@@ -62,7 +62,7 @@ RECORDS = {
         "Universal Robots UR10, 6-D probe",
         "christianlandgraf/ipa-robot-accuracy",
         "ur10/points.csv --robot ur10",
-        "-",
+        "none in its README",
         0.089,
     ),
     "irb120": Record(
@@ -70,14 +70,14 @@ RECORDS = {
         "icelinker/Robot-Calibration-LaserTracker",
         "irb120/train --test irb120/test --robot irb120/irb120.urdf --flange tool0 "
         "--ball 0 0 0.1",
-        "-",
+        "none in its README",
         0.340,
     ),
     "iiwa7": Record(
         "KUKA LBR iiwa 7, not named",
         "Zhangzhongqiu/robot-calibration",
         "iiwa7/train --test iiwa7/test --robot iiwa7",
-        "-",
+        "none in its README",
         0.242,
     ),
     "ctu": Record(
@@ -85,7 +85,7 @@ RECORDS = {
         "ctu-vras/multirobot-calibration",
         "ctu/cube_right/train --test ctu/cube_right/test --robot ctu/right.urdf --flange tool0 "
         "--ball 0.045 0 0.245",
-        "-",
+        "none in its README",
         0.058,
     ),
     "tiago_pro": Record(
@@ -93,7 +93,7 @@ RECORDS = {
         "thanhndv212/figaroh-examples",
         "tiago_pro/poses.csv --robot tiago_pro/tiago_pro_right.urdf "
         "--flange pal_atc_base_link --ball 0 0 0.142 --flange-poses",
-        "21.2 at 12 poses",
+        "21.2 rms at 12 poses",
         3.5,
     ),
 }

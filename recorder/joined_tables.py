@@ -8,6 +8,7 @@ from pathlib import Path
 
 from .cells import number_of
 from .foreign_tables import read_table
+from .placement_names import placement_name
 from .recording_error import RecordingError
 from .tables import Table
 
@@ -121,3 +122,9 @@ def _keys(table: Table, column: int) -> Sequence[str | float]:
             f"{table.where(i)}: {cells[i]!r} is twice in the column by which rows are joined"
         )
     return keys
+
+
+def joined_name(path: Path, table: Table) -> str:
+    """Return the name of the placement of a table, by the files that are joined in it."""
+    stems = "+".join(file.stem for file in tables_at(path))
+    return placement_name(table.file.with_name(stems))

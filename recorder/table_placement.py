@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from .columns import Column
-from .coordinates import AXES, TURNS
-from .joined_tables import read_joined, tables_at
+from .coordinates import AXES, MATRIX, TURNS
+from .joined_tables import joined_name, read_joined
+from .markers import body_of, marker_columns
 from .named_columns import NamedColumns, named_columns
 from .placement import Placement
-from .placement_names import placement_name
 from .points import coordinates, placement_of_points, unit_quaternion
 from .recording_error import RecordingError
 from .sample import LAST_SOCKET, Sample
@@ -34,8 +34,7 @@ def read_table_placement(
         RecordingError: A file is no table, or its columns are not told; the message says how.
     """
     table = read_joined(path, on)
-    stems = "+".join(file.stem for file in tables_at(path))
-    name = placement_name(table.file.with_name(stems))
+    name = joined_name(path, table)
     if columns:
         placement = _placement(table, named_columns(table, columns), name)
     else:
@@ -46,6 +45,8 @@ def read_table_placement(
 
 def _by_names(table: Table, name: str) -> Placement:
     """Return the placement of a table whose columns tell themselves."""
+    if markers := marker_columns(table):
+        return _of_markers(table, markers, name)
     try:
         return placement_of_points(table, name)
     except RecordingError as error:
@@ -62,6 +63,21 @@ def _by_names(table: Table, name: str) -> Placement:
             f"{table.file}: no header tells its joints and x, y, z; say which columns they are, "
             f"here or by mukca convert, as in {suggestion(table)}"
         ) from error
+
+
+def _of_markers(table: Table, columns: Sequence[Column], name: str) -> Placement:
+    """Return the placement of a table with several markers on one flange."""
+    markers = np.array(table.numbers(columns, gaps=True))
+    numbers, misfit = body_of(markers.reshape(len(markers), -1, 3))
+    named = NamedColumns(numbers, (), tuple(columns))
+    placement = _placement(table, named, name)
+    count = len(columns) // len(AXES)
+    what = "its middle and its turn" if MATRIX[0] in numbers else "its middle"
+    remark = (
+        f"{table.file}: {count} markers are taken as one rigid body, by {what}; they keep its "
+        f"shape to {1e3 * misfit:.2f} mm"
+    )
+    return replace(placement, remarks=(*placement.remarks, remark))
 
 
 def _placement(table: Table, named: NamedColumns, name: str) -> Placement:

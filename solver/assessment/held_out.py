@@ -12,7 +12,13 @@ import numpy as np
 from msgspec import structs
 
 from ..diagnostics import SEVERE, predicted_limit
-from ..identification.data import NEAREST, Metrics, is_copy, mean_metrics
+from ..identification.data import (
+    NEAREST,
+    REPEATED_SHARE,
+    Metrics,
+    is_copy,
+    mean_metrics,
+)
 from ..results import PlacementErrors, Role
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
@@ -59,10 +65,13 @@ def _trained_already(
     prediction: PlacementPrediction, training: PlacementPrediction
 ) -> str:
     """Return why a held-out placement is not independent of one trained on; empty if it is."""
-    if is_copy(prediction.measured, training.measured):
+    pair = (prediction.measured, training.measured)
+    if "points" in (pair[0].kind, pair[1].kind):
+        is_repeated = is_copy(*pair, REPEATED_SHARE)
+        words = f"{prediction.name} repeats the postures of {training.name}"
+        return words if is_repeated else ""
+    if is_copy(*pair):
         return f"{prediction.name} is a copy of {training.name}"
-    if prediction.measured.kind == "points" or training.measured.kind == "points":
-        return ""
     distance = float(np.linalg.norm(prediction.position - training.position))
     if distance >= NEAREST:
         return ""

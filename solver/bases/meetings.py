@@ -11,6 +11,7 @@ from ..identification.inference import Posterior
 from ..identification.robot import workspace
 from ..poses import PoseModel, PoseSolver, Solutions
 from ..results import UNSEEN, BaseToBase
+from ..studies import unit
 from .ties import TiedRobots
 
 MARGIN = 0.02
@@ -52,12 +53,14 @@ def base_to_base(world: TiedRobots, robot: int) -> BaseToBase:
 
 
 class Meetings(NamedTuple):
-    """N places that both robots reach with their balls, and their configurations there."""
+    """Configurations of two robots, N each, with their balls at one place or near each other."""
 
     first: np.ndarray
     """Of the first robot, shape (N, m) [rad]."""
     second: np.ndarray
     """Of the other one, likewise."""
+    at_one_place: bool = True
+    """False where the balls are only near each other."""
 
 
 def _tool_deviation(
@@ -69,7 +72,9 @@ def _tool_deviation(
 
     It is the root mean square of tr A Sigma A^T over places that both reach. A = [-J_1, R J_2, T]
     are the derivatives of the vector by the unknowns of both robots and by the pose R, t of the
-    second, and Sigma is their covariance.
+    second, and Sigma is their covariance. Of tools that are only near each other, three times the
+    variance of their distance counts: a turn of all that both reach changes the vector, and nothing
+    else.
     """
     meetings = _meetings(world, robot, shared)
     if not len(meetings.first):
@@ -80,12 +85,14 @@ def _tool_deviation(
     second = Samples.unloaded(meetings.second)
     _, J1, _ = world.arms[0].linearise(first)
     points, J2, _ = world.arms[robot].linearise(second)
+    offsets = pose.apply(points) - _balls(world, 0, meetings.first)
     A = np.zeros((len(points), 3, len(world.around.mean)))
     for k, slopes in ((0, -J1), (robot, pose.rotation @ J2)):
         begin = world.columns[k].start
         A[:, :, begin : begin + slopes.shape[2]] = slopes
     A[:, :, world.columns_of(frame)] = pose.slopes(points)
-    deviations = A @ world.around.root
+    along = np.eye(3) if meetings.at_one_place else 3**0.5 * unit(offsets)[:, None]
+    deviations = along @ A @ world.around.root
     return (float(np.sum(deviations**2)) / len(points)) ** 0.5
 
 
@@ -94,17 +101,24 @@ def _meetings(
     robot: int,
     shared: list[int],
 ) -> Meetings:
-    """Return meetings in the region of the shared sockets, or else where both recorded."""
+    """Return meetings in the region of the shared sockets, or else as recorded where both did."""
     region = world.centres[shared] if shared else _recorded_by_both(world, robot)
-    first = _inside(world, 0, region)
-    second = _inside(world, robot, region)
+    if not shared:
+        # an instrument may have seen few postures, which others tell nothing of
+        first, second = [
+            _inside(world, k, region, world.arms[k].data.q) for k in (0, robot)
+        ]
+        if len(first.q) and len(second.q):
+            return Meetings(first.q, _nearest(first, second), at_one_place=False)
+    first, second = [
+        _inside(world, k, region, workspace(world.arms[k].model.robot, TRIES, k))
+        for k in (0, robot)
+    ]
     if not len(first.q) or not len(second.q):
         return Meetings(first.q[:0], second.q[:0])
-    gaps = np.linalg.norm(first.places[:, None] - second.places, axis=2)
-    starts = second.q[np.argmin(gaps, axis=1)]
     pose = world.poses[world.robots[robot].frame]
     targets = pose.inverse().apply(first.places)
-    met = _led_to(world.arms[robot], targets, starts)
+    met = _led_to(world.arms[robot], targets, _nearest(first, second))
     return Meetings(
         first=first.q[met.reached],
         second=met.positions[met.reached],
@@ -158,15 +172,23 @@ def _inside(
     world: TiedRobots,
     robot: int,
     region: np.ndarray,
+    q: np.ndarray,
 ) -> Configurations:
-    """Return random configurations whose ball is in the region."""
-    arm = world.arms[robot].model.robot
-    q = workspace(arm, TRIES, robot)
+    """Return those of configurations q, shape (N, m), whose ball is in the region."""
     places = _balls(world, robot, q)
     low, high = region.min(axis=0) - MARGIN, region.max(axis=0) + MARGIN
     is_inside = np.all((places > low) & (places < high), axis=1)
     some = np.flatnonzero(is_inside)[:MEETINGS]
     return Configurations(q[some], places[some])
+
+
+def _nearest(
+    first: Configurations,
+    second: Configurations,
+) -> np.ndarray:
+    """Return the second's configuration that is nearest to each of the first, (N, m) [rad]."""
+    gaps = np.linalg.norm(first.places[:, None] - second.places, axis=2)
+    return second.q[np.argmin(gaps, axis=1)]
 
 
 def _words(names: tuple[str, str], base: BaseToBase) -> str:

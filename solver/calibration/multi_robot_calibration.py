@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import results
-from ..bases import TiedRobots, base_to_base
-from ..identification.data import IDENTITY, Pose, as_point
-from ..identification.robot import Origin, link_poses
+from ..bases import TiedRobots
+from ..identification.data import Measurement, Pose
+from ..identification.robot import Origin
+from .arms_document import common_document, known_poses, with_urdf_poses
 from .calibration import Calibration, DistortedError
 from .errors import Errors
 from .multi_robot_urdf import Placed, joined_urdf
@@ -34,12 +35,7 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         document: results.ArmsDocument,
     ) -> None:
         self.document = document
-        self._poses = {document.robots[0]: IDENTITY}
-        """Of the bases in the first one's; those that are not known are missing."""
-        for name in document.robots[1:]:
-            relative = document.between[f"{document.robots[0]}_to_{name}"]
-            if relative.xyz and relative.rpy:
-                self._poses[name] = Pose.of(Origin(relative.xyz, relative.rpy))
+        self._poses = known_poses(document)
         self._calibrations: dict[str, Calibration] = {}
         for name, calibration in calibrations.items():
             shared = msgspec.structs.replace(document, output_sha256=None)
@@ -49,6 +45,19 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
             arm = Calibration(file, calibration.calibrated, calibration.source)
             arm.base_in = partial(self.base_in, name)
             self._calibrations[name] = arm
+
+    @staticmethod
+    def of(
+        calibrations: Mapping[str, Calibration],
+        world: TiedRobots,
+        data: Mapping[str, Sequence[Measurement]],
+    ) -> "MultiRobotCalibration":
+        """Return robots that were tied in one world, by the placements trained on."""
+        document = common_document(calibrations, world)
+        arms = {name: arm.calibrated for name, arm in calibrations.items()}
+        return MultiRobotCalibration(
+            calibrations, with_urdf_poses(document, arms, data)
+        )
 
     def __getitem__(self, name: str) -> Calibration:
         return self._calibrations[name]
@@ -75,6 +84,17 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
                 relative.text if relative else f"no robot is called {name!r}"
             )
         return self._poses[name]
+
+    def urdf_pose(self, name: str) -> Pose:
+        """Return where ``arms.urdf`` has a robot's base in the first one's; see :meth:`pose`.
+
+        It is fitted for both ``calibrated.urdf``: the full models' pose has another error there.
+        """
+        pose = self.pose(name)
+        if name == self.document.robots[0]:
+            return pose
+        urdf = self.document.between[f"{self.document.robots[0]}_to_{name}"].urdf
+        return Pose.of(Origin(urdf.xyz, urdf.rpy)) if urdf else pose
 
     def base_in(self, name: str, frame: str, at: ArrayLike | None = None) -> np.ndarray:
         """Return the pose of a robot's base in a frame, shape (4, 4) [m].
@@ -108,7 +128,8 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
     def urdf(self, folder: Path | None = None) -> bytes:
         """Return one URDF with all robots, each in its place; see :meth:`.CalibratedRobot.urdf`."""
         placed = [
-            Placed(name, arm.calibrated, self.pose(name)) for name, arm in self.items()
+            Placed(name, arm.calibrated, self.urdf_pose(name))
+            for name, arm in self.items()
         ]
         return joined_urdf(placed, folder)
 
@@ -176,63 +197,3 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
         parts = [f"{name}: {calibration!r}" for name, calibration in self.items()]
         parts += [relative.text for relative in self.document.between.values()]
         return "\n\n".join(parts)
-
-
-def common_document(
-    calibrations: Mapping[str, Calibration], world: TiedRobots
-) -> results.ArmsDocument:
-    """Return everything that robots have in common."""
-    first, *names = calibrations
-    relative = {
-        f"{first}_to_{n}": base_to_base(world, i) for i, n in enumerate(names, 1)
-    }
-    standing = [0, *(i for i, pose in enumerate(relative.values(), 1) if pose.xyz)]
-    arms: list[results.GivenArm] = []
-    for i, (name, calibration) in enumerate(calibrations.items()):
-        document = calibration.document
-        folders: dict[str, list[str]] = {"train": [], "test": []}
-        for row in document.data:
-            folders[row.role].append(row.folder)
-        arm = results.GivenArm(
-            name=name,
-            robot=document.robot,
-            options=dict(calibration.robot.loaded_with),
-            train=tuple(folders["train"]),
-            test=tuple(folders["test"]),
-            postures=_postures(world, i) if i in standing else [],
-        )
-        arms.append(arm)
-    return results.ArmsDocument(
-        robots=tuple(calibrations),
-        between=relative,
-        frames=world.frames,
-        arms=tuple(arms),
-        sockets=tuple(_visited_sockets(world, standing)),
-    )
-
-
-def _visited_sockets(
-    world: TiedRobots, standing: Sequence[int]
-) -> Iterator[results.VisitedSocket]:
-    """Yield the sockets of robots whose bases are known, in the first one's base."""
-    known = {world.robots[i].name for i in standing}
-    for k, (placement, socket) in enumerate(world.places.labels):
-        names = tuple(robot.name for robot in world.robots if k in robot.sockets)
-        if not known.isdisjoint(names):
-            xyz = as_point(world.centres[k])
-            name = f"{placement}:{socket}"
-            yield results.VisitedSocket(name=name, xyz=xyz, robots=names)
-
-
-def _postures(world: TiedRobots, robot: int) -> list[list[list[float]]]:
-    """Return how a robot stood at each base that it shares; see :attr:`GivenArm.postures`."""
-    arm = world.arms[robot]
-    visitor = world.robots[robot]
-    others = chain(*(other.sockets for other in world.robots if other is not visitor))
-    shared = np.flatnonzero(np.isin(visitor.sockets, list(others)))
-    rows = np.flatnonzero(np.isin(arm.data.sockets, shared))
-    _, first = np.unique(arm.data.recorded_at[rows], return_index=True)
-    q = arm.data.q[rows[first]]
-    origins = arm.model.ball.origins(arm.values)
-    places = link_poses(arm.model.robot.joints, q, origins)[..., 3]
-    return world.poses[visitor.frame].apply(places).round(5).tolist()

@@ -7,7 +7,7 @@ from ..identification import Progress
 from ..identification.robot import Robot
 from .calibration import Calibration
 from .document import document_of
-from .multi_robot_calibration import MultiRobotCalibration, common_document
+from .multi_robot_calibration import MultiRobotCalibration
 from .options import SolveOptions
 from .preparation import Recordings
 from .several_problems import located_in_training, problems_of_robots
@@ -32,4 +32,5 @@ def calibrate_robots(
         proven = PROOF(problem, fit, progress=progress)
         document = document_of(proven, fit, STUDIES)
         calibrations[name] = Calibration(document, fit.calibrated)
-    return MultiRobotCalibration(calibrations, common_document(calibrations, world))
+    data = {name: problem.measurements for name, problem in problems.items()}
+    return MultiRobotCalibration.of(calibrations, world, data)

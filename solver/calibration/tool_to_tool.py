@@ -4,10 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..identification.data import Measurement, Pose
-from ..results import CalibratedRobot, Document
+from ..identification.data import Measurement
+from ..results import Document
 from .multi_robot_calibration import MultiRobotCalibration
 from .option import UsageError
+from .shared_places import AtPlaces, at_places
 
 
 class Spread(Document):
@@ -28,7 +29,7 @@ class ToolToTool(Document):
     pairs: int
     """Distances that were compared."""
     loaded: Spread
-    """By ``calibrated.urdf`` of both arms."""
+    """By ``calibrated.urdf`` of both arms, each where ``arms.urdf`` has it."""
     calibrated: Spread
     """With corrected joint positions."""
 
@@ -53,7 +54,7 @@ def tool_distances(
     first, second = data
     robots = {name: arms[name].calibrated for name in data}
     both = [
-        _at_places(robot, arms.pose(name), data[name]) for name, robot in robots.items()
+        at_places(robot, arms.pose(name), data[name]) for name, robot in robots.items()
     ]
     places = [place for place in both[0] if place in both[1]]
     if not places:
@@ -62,7 +63,7 @@ def tool_distances(
             "sockets (folders of one name), or by one instrument (one frame)"
         )
     urdfs = [
-        _at_places(robot.geometric, arms.pose(name), data[name])
+        at_places(robot.geometric, arms.urdf_pose(name), data[name])
         for name, robot in robots.items()
     ]
     errors = _errors(both, places)
@@ -76,31 +77,8 @@ def tool_distances(
     )
 
 
-_AtPlaces = dict[tuple[str, int], np.ndarray]
-"""By frame, or base and socket: predicted ball and measured point of each sample, (N, 2, 3) [m]."""
-
-
-def _at_places(
-    robot: CalibratedRobot, pose: Pose, data: Sequence[Measurement]
-) -> _AtPlaces:
-    """Return predicted balls in the first robot's base beside what was measured."""
-    samples: _AtPlaces = {}
-    for measured in data:
-        balls = pose.apply(robot.predict(measured))
-        points = np.zeros_like(balls)  # a socket is its own origin
-        places = [(measured.placement.place, socket) for socket in measured.sockets]
-        if measured.kind == "points":
-            points = measured.points
-            places = [(measured.frame, -1)]
-        pairs = np.stack([balls, points], axis=1)
-        for place, rows in zip(places, measured.slices, strict=True):
-            before = samples.get(place, pairs[:0])
-            samples[place] = np.concatenate([before, pairs[rows]])
-    return samples
-
-
 def _errors(
-    robots: Sequence[_AtPlaces], places: Sequence[tuple[str, int]]
+    robots: Sequence[AtPlaces], places: Sequence[tuple[str, int]]
 ) -> np.ndarray:
     """Return the error of each pair of samples at the same place [m]."""
     errors: list[np.ndarray] = []

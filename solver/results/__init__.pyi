@@ -21,6 +21,7 @@ from .calibration import GivenArm as GivenArm
 from .calibration import Model as Model
 from .calibration import Provenance as Provenance
 from .calibration import Result as Result
+from .calibration import UrdfPose as UrdfPose
 from .calibration import VisitedSocket as VisitedSocket
 from .calibration import calibrated_robot as calibrated_robot
 from .calibration import misfit as misfit

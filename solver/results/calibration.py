@@ -52,6 +52,18 @@ class FramePose(Document):
         return max(self.turn_deviation) < UNSEEN
 
 
+class UrdfPose(Document):
+    """Pose of a robot's base in the first one's, in a file with both: fitted for their URDFs."""
+
+    xyz: tuple[float, float, float]
+    """Origin of the second base in the first [m]."""
+    rpy: tuple[float, float, float]
+    """Its turn [rad]."""
+    tool_error: float
+    """Error of the vector from tool to tool against the full models, at the places that both
+    share, a root mean square [m]."""
+
+
 class BaseToBase(Document):
     """Pose of a robot's base in the first one's, and the error between their tools."""
 
@@ -71,6 +83,8 @@ class BaseToBase(Document):
     """Number of sockets that both visited."""
     text: str
     """All that in words."""
+    urdf: UrdfPose | None = None
+    """The pose in ``arms.urdf``; None where it is the same, and in older files."""
 
 
 class GivenArm(Document):

@@ -31,8 +31,6 @@ def poses_near(
     recorded: np.ndarray,
     counts: tuple[int, int],
     margin: float,
-    *,
-    sway: float = SWAY,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return configurations like those recorded, with the ball at places near theirs.
 
@@ -41,7 +39,6 @@ def poses_near(
         recorded: Joint positions, shape (N, m) [rad].
         counts: Number of places, and of postures at each; those out of limits or reach are left.
         margin: Standard deviation of a place from a recorded one, per axis [m].
-        sway: Of a posture from the one that it begins at [rad]; 0 for that of its own place.
 
     Returns:
         Joint positions, shape (M, m) [rad], and the index of each one's place, shape (M,).
@@ -58,8 +55,8 @@ def poses_near(
     centres = centres + generator.normal(0, margin, centres.shape)
     places = np.repeat(np.arange(place_count), posture_count)
     targets = centres[places]
-    q = any_of_recorded(len(places)) if sway else q[places]
-    q = q + generator.normal(0, sway, q.shape)
+    q = any_of_recorded(len(places))
+    q = q + generator.normal(0, SWAY, q.shape)
     for _ in range(ROUNDS):
         linear = ball.linearise(ball.nominal, q)
         steps = _steps(linear.by_joints, targets - linear.points)
@@ -107,8 +104,8 @@ WITHIN_ONE, LARGE_GAP = 0.6827, 4.0
 """Share within a deviation; and deviations from which on a gap counts from one side only."""
 NEAR, NEARBY = 0.06, 60
 """Standard deviation per axis of a place near a recorded one [m], and how many are thought of."""
-PAIRS = 200
-"""Random distances in the workspace."""
+PAIRS, LIKE = 200, 5
+"""Random distances in the workspace, and recorded postures that are like one of them."""
 
 
 def likely_errors(
@@ -186,13 +183,28 @@ def neighbourhoods(
 ) -> list[np.ndarray]:
     """Return an even number of poses near each recorded place that has two in reach.
 
-    Near is some 0.1 m from a place, in configurations like those recorded there; of measured points
-    each is a neighbour of one recorded posture.
+    Near is some 0.1 m from a place, in configurations like those recorded there; of measured
+    points, as near to one recorded posture as others that are like it.
     """
     nearby: list[np.ndarray] = []
     for m in recorded:
-        sway = SWAY if m.kind == "sockets" else 0.0
-        q, _ = poses_near(robot, m.positions, (NEARBY, 1), NEAR, sway=sway)
+        q = _about(m.positions)
+        if m.kind != "points":
+            q, _ = poses_near(robot, m.positions, (NEARBY, 1), NEAR)
         if len(q) > 1:
             nearby.append(q[: len(q) // 2 * 2])
     return nearby
+
+
+def _about(recorded: np.ndarray) -> np.ndarray:
+    """Return configurations about those recorded, of shape (N, m), as near as others are [rad].
+
+    With q_j one of the nearest to q_i, they are q_i + u (q_j - q_i), with u between -1 and 1.
+    """
+    generator = np.random.default_rng(0)
+    i = generator.integers(len(recorded), size=NEARBY)
+    gaps = np.linalg.norm(recorded[i, None] - recorded, axis=2)
+    alike = np.argsort(gaps, axis=1)[:, :LIKE]
+    j = generator.permuted(alike, axis=1)[:, 0]
+    u = generator.uniform(-1, 1, size=(NEARBY, 1))
+    return recorded[i] + u * (recorded[j] - recorded[i])

@@ -4,6 +4,7 @@ from .checks import as_flange_poses as as_flange_poses
 from .checks import measure as measure
 from .checks import order_said as order_said
 from .copies import NEAREST as NEAREST
+from .copies import REPEATED_SHARE as REPEATED_SHARE
 from .copies import check_distinct as check_distinct
 from .copies import copied_sockets as copied_sockets
 from .copies import is_copy as is_copy

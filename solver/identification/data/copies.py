@@ -31,9 +31,12 @@ def check_distinct(measurements: Sequence[Measurement]) -> None:
 
 NEAREST = 0.1
 """A held-out placement nearer than this to one that was trained on proves nothing [m]."""
-SAME_CONFIGURATION, COPIED_SHARE, COMPARED = 1e-3, 0.5, 200
-"""Configurations that differ by less on every joint are the same [rad], [m]; a larger share of them
-is a copy; and so many configurations of a placement are looked at."""
+SAME_CONFIGURATION, COMPARED = 1e-3, 200
+"""Configurations that differ by less on every joint are the same [rad], [m]; and so many
+configurations of a placement are looked at."""
+COPIED_SHARE, REPEATED_SHARE = 0.5, 0.9
+"""A larger share of the same configurations is a copy; of points, where a plan is measured anew, a
+larger share tells nothing of other postures."""
 
 
 def copied_sockets(placements: Iterable[Placement]) -> Iterator[tuple[str, str]]:
@@ -70,10 +73,12 @@ def _samples_of(placement: Placement, socket: int) -> str:
     return f"{placement.where} socket {socket}"
 
 
-def is_copy(measured: Measurement, original: Measurement) -> bool:
-    """Tell whether most configurations of a placement are those of another."""
+def is_copy(
+    measured: Measurement, original: Measurement, share: float = COPIED_SHARE
+) -> bool:
+    """Tell whether more than a share of a placement's configurations are those of another."""
     rows = measured.positions
     rows = rows[:: -(-len(rows) // COMPARED)]
-    gaps = np.max(abs(rows[:, None] - original.positions), axis=2)
-    is_same: np.ndarray = np.min(gaps, axis=1) < SAME_CONFIGURATION
-    return float(is_same.mean()) > COPIED_SHARE
+    # the sine, as each placement may count whole turns of its own
+    gaps = abs(np.sin((rows[:, None] - original.positions) / 2)).max(2).min(1)
+    return 2 * float(np.quantile(gaps, share)) < SAME_CONFIGURATION

@@ -9,19 +9,26 @@ from calibrated_arm import FACING, HOME, recorded_face_to_face
 from worlds import measured_points
 
 import mukca
+from mukca.recorder import Placement, Sample
 from mukca.solver.bases import Visitor, common_places, places_alone, tie
-from mukca.solver.calibration import posterior_of
+from mukca.solver.calibration import posterior_of, tool_distances
 from mukca.solver.design import predicted_posterior
 from mukca.solver.identification.data import (
     STANDARD_LOAD,
     Pose,
+    fit_pose,
     measure,
     observations_at,
 )
 from mukca.solver.identification.effects import JOINT_OFFSET
 from mukca.solver.identification.inference import estimate
 from mukca.solver.identification.model import extend
-from mukca.solver.identification.robot import BallModel, choose_parameters, rotation_rpy
+from mukca.solver.identification.robot import (
+    BallModel,
+    choose_parameters,
+    rotation_rpy,
+    workspace,
+)
 from mukca.solver.results import Measurements
 from mukca.solver.studies import workspace_errors
 from mukca.tools.simulation import perturb
@@ -146,6 +153,39 @@ def test_tools_meet_as_stated_where_only_an_instrument_saw_both(noisy):
         assert np.linalg.norm(FACING.apply(b) - a) < 3 * told.tool_deviation
 
 
+def test_few_postures_tell_what_they_tell_about_themselves(noisy):
+    """An instrument saw each arm in a narrow range of postures, and nothing is known of others."""
+    generator = np.random.default_rng(3)
+    seen, later = {}, {}
+    for name, arm, stand in zip("AB", noisy.truth, (HOME, FACING), strict=True):
+        q = workspace(arm, 4000, 0)
+        balls = stand.apply(BallModel(arm, []).points(np.empty(0), q))
+        middle = q[np.argmin(np.linalg.norm(balls - [0.6, 0.0, 0.35], axis=1))]
+        q = middle + generator.uniform(-0.15, 0.15, (80, len(middle)))
+        balls = stand.apply(BallModel(arm, []).points(np.empty(0), q))
+        points = balls[:40] + generator.normal(0, 1e-4, (40, 3))
+        rows = zip(q[:40].tolist(), points.tolist(), strict=True)
+        samples = tuple(Sample(tuple(row), 0, point=tuple(point)) for row, point in rows)
+        seen[name] = [Placement("points", samples, arm.joint_names, frame="cell")]
+        later[name] = q[40:], balls[40:]
+    found = mukca.calibrate(noisy.robots, seen, without=WITHOUT)
+    pose, told = relative(found)
+    predicted = {name: found[name].ball(q) for name, (q, _) in later.items()}
+    predicted["B"] = pose.apply(predicted["B"])
+    errors = [
+        np.linalg.norm(balls[:20] - balls[20:], axis=1)
+        - np.linalg.norm(later[name][1][:20] - later[name][1][20:], axis=1)
+        for name, balls in predicted.items()
+    ]
+    for name, error in zip("AB", errors, strict=True):
+        near = found[name].document.better.recorded_places.now.value
+        assert near < 3 * np.median(np.abs(error))
+    apart = np.linalg.norm(predicted["A"] - predicted["B"], axis=1)
+    error = apart - np.linalg.norm(later["A"][1] - later["B"][1], axis=1)
+    assert told.tool_deviation is not None
+    assert 0.3 < told.tool_deviation / np.sqrt(3 * np.mean(error**2)) < 3
+
+
 def test_arms_that_share_nothing_are_refused(exact):
     train = {"A": exact.placements["A"][0], "B": exact.placements["B"][1]}
     with pytest.raises(mukca.MukcaError, match="nothing ties it to the robot"):
@@ -163,6 +203,52 @@ def test_one_urdf_has_both_arms_where_they_stand(found, tmp_path):
         q = np.linspace(-1, -0.5, len(chain.actuated))[None]
         expected = stands.apply(own.geometric_ball(q))
         assert BallModel(chain, []).points(np.empty(0), q) == pytest.approx(expected, abs=1e-9)
+
+
+def test_one_urdf_of_bending_arms_has_tools_where_no_other_pose_has_them_better(tmp_path):
+    """The full models' pose would have them wrong by millimetres, as both geometries differ."""
+    robots = {"A": mukca.load_robot("panda"), "B": mukca.load_robot("ur5e")}
+    tracker, generator = (
+        Pose(rotation_rpy((0.3, -0.2, 1.0)).full(), np.ones(3)),
+        np.random.default_rng(1),
+    )
+    train, proof = {}, {}
+    for k, (name, stand) in enumerate(zip(robots, (HOME, FACING), strict=True)):
+        truth, _ = mukca.simulate_recordings(
+            robots[name], 1, seed=1 + k, samples=4, compliance=4e-5
+        )
+        q = workspace(truth.robot, 4000, k)
+        balls = stand.apply(truth.ball(q))
+        rows = np.flatnonzero(np.all(np.abs(balls - [0.6, 0.0, 0.35]) < 0.25, axis=1))[:80]
+        points = tracker.inverse().apply(balls[rows]) + generator.normal(0, 5e-5, (80, 3))
+        names = truth.robot.joint_names
+        for part, some in ((train, slice(0, 40)), (proof, slice(40, 80))):
+            pairs = zip(q[rows[some]].tolist(), points[some].tolist(), strict=True)
+            samples = tuple(Sample(tuple(row), 0, point=tuple(point)) for row, point in pairs)
+            part[name] = [Placement("points", samples, names, frame="tracker")]
+    without = ["tilt", "play", "transmission", "curves", "joint-noise"]
+    mukca.calibrate(robots, train, without=without).save(tmp_path / "out")
+    arms = mukca.load_cell(tmp_path / "out")
+    data = {name: [measure(p, robots[name]) for p in proof[name]] for name in robots}
+    loaded = tool_distances(arms, data).loaded.mean
+    balls, points, in_frame = [], [], []
+    for name in robots:
+        chain = mukca.load_robot(tmp_path / "out" / "arms.urdf", tip=f"{name}_ball_link")
+        (measured,) = data[name]
+        balls.append(BallModel(chain, []).points(np.empty(0), measured.positions))
+        points.append(measured.points)
+        in_frame.append(fit_pose(balls[-1], measured.points).apply(balls[-1]))
+
+    def error(first, second):
+        apart = [np.linalg.norm(a[:, None] - b, axis=2) for a, b in ((first, second), points)]
+        return np.abs(apart[0] - apart[1]).mean()
+
+    assert error(*balls) == pytest.approx(loaded)
+    assert error(*balls) < 1.1 * error(*in_frame)
+    full = arms.pose("B") @ arms.urdf_pose("B").inverse()
+    assert error(balls[0], full.apply(balls[1])) > 2 * error(*in_frame)
+    told = arms.document.between["A_to_B"]
+    assert told.urdf is not None and f"off by {1e3 * told.urdf.tool_error:.2f} mm" in told.text
 
 
 def test_each_arm_is_a_prior_of_its_own(noisy, found, tmp_path):

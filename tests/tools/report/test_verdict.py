@@ -11,10 +11,15 @@ import pytest
 from altered import moved, row_of, statuses
 from cases import by_table
 from recorded import RIGID, write_sockets
+from worlds import measured_points
 
 import mukca
+from mukca.recorder import Sample
+from mukca.solver.identification.data import IDENTITY
+from mukca.solver.identification.robot import BallModel
 from mukca.tools.cli import build_parser, main
 from mukca.tools.report.figures import mending
+from mukca.tools.simulation import perturb
 
 pytestmark = pytest.mark.slow
 
@@ -118,6 +123,34 @@ def test_what_was_trained_on_validates_nothing(panda, session, parts, words):
     assert row_of(both.verdict, "mean_absolute_error").found == pytest.approx(
         both.errors[2].calibrated.mean_absolute_error
     )
+
+
+@pytest.mark.parametrize("repeated", [0.6, 1.0])
+def test_a_plan_measured_anew_is_proof_where_it_has_postures_of_its_own(repeated):
+    """A robot repeats its postures to 0.01 mrad, and an instrument measures each of them anew."""
+    robot, generator = mukca.load_robot("ur5e"), np.random.default_rng(3)
+    truth = perturb(robot, generator, 1e-3, 3e-3)
+    train, other = (measured_points(truth, IDENTITY, generator, noise=3e-5) for _ in range(2))
+    again = measured_again(truth, train, generator)
+    count = int(repeated * len(train.samples))
+    test = replace(again, name="again", samples=again.samples[:count] + other.samples[count:])
+    without = ["compliance", "tilt", "play", "transmission", "curves", "joint-noise"]
+    verdict = mukca.calibrate(robot, train, test=test, without=without).verdict
+    error = row_of(verdict, "mean_absolute_error")
+    if repeated == 1.0:
+        assert "again repeats the postures of points" in error.text
+    else:
+        assert error.found is not None and "repeats" not in error.text
+
+
+def measured_again(arm, placement, generator):
+    """Return what an instrument measures of the same postures at another time."""
+    q = placement.positions + generator.normal(0, 1e-5, placement.positions.shape)
+    points = BallModel(arm, []).points(np.empty(0), q)
+    points = points + generator.normal(0, 3e-5, points.shape)
+    rows = zip(q.tolist(), points.tolist(), strict=True)
+    samples = tuple(Sample(tuple(row), 0, point=tuple(point)) for row, point in rows)
+    return replace(placement, samples=samples, files=())
 
 
 def test_the_error_alone_never_passes(document, report, rows):
