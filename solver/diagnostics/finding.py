@@ -37,6 +37,8 @@ fit has as well, or of samples that tell nothing."""
 FITTED = ("length", "angle", "version", "zero")
 """Causes whose numbers are unknowns of the fit: how well it has them, the errors say, unless the
 samples scatter like those of gears with play, which hides zeros."""
+LEAST_SAG = 5e-3
+"""Less sags an arm of gears, which the fit knows as elasticity [rad]."""
 MOST_DRIFT = 3e-3
 """Drifts over a placement below this are no error [m], since the fit holds them."""
 PLAY = 0.015
@@ -189,6 +191,7 @@ class Finding:
         smallest = {
             "base_moved": SMALLEST_MOVE,
             "base_tipped": SMALLEST_MOVE,
+            "commands": LEAST_SAG,
             "drift": PLAY if self.zeros else MOST_DRIFT,
         }
         return name == "distance" or p.get("size", 0.0) < smallest.get(name, 0.0)
