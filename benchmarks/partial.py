@@ -13,9 +13,7 @@ What these decide and state of changed zeros, boards and outliers: doubts.py bes
 
 Simulated arms bend and wind, their ball sits to 0.05 to 0.1 mm an axis, and 30 + 30 samples at each
 of two bases calibrate them, 50 mm between the sockets. --first and --draws split a run: figures are
-root mean squares, so those of equal portions are pooled by their squares. Beside them stand those
-expected of who knows how simulated arms differ, the sizes of effects and the noise, and of an exact
-chain. Of all zeros by planned poses, seats of 0.05 mm: 0.072 mrad by 10 + 10, 0.069 at best.
+root mean squares, so those of equal portions are pooled by their squares.
 """
 
 import os
@@ -31,7 +29,6 @@ from pathlib import Path
 
 import numpy as np
 from worlds import TRANSLATION, TURN, realistic_flaws
-from worlds.at_best import AtBest
 
 import mukca
 from mukca.recorder import Sample, read_points
@@ -169,8 +166,6 @@ class Drawn:
     arm: mukca.Robot
     how: Imperfection
     calibration: mukca.Calibration
-    at_best: AtBest
-    """Of who knows how such arms differ."""
 
     @property
     def truth(self) -> CalibratedRobot:
@@ -197,8 +192,7 @@ def drawn(name: str, draws: range, seat: float | None) -> Arms:
         how = how if seat is None else replace(how, noise=seat)
         bases = reachable_bases(arm, generator, 2)
         train = [record(arm, base, generator, imperfection=how) for base in bases]
-        at_best = AtBest(robot, arm, how, train)
-        yield Drawn(arm, how, mukca.calibrate(robot, train), at_best), generator
+        yield Drawn(arm, how, mukca.calibrate(robot, train)), generator
 
 
 def simulated(arms: Arms, *, plan: bool) -> Iterator[Fresh]:
@@ -256,7 +250,7 @@ def planned(
 
 def together(arms: Arms, *, plan: bool) -> Iterator[str]:
     """Zeros of all joints but the first and last, 10 mrad put into each at once."""
-    rows: dict[int, list[tuple[float, float, bool, float, float]]] = {6: [], 10: []}
+    rows: dict[int, list[tuple[float, float, bool]]] = {6: [], 10: []}
     for one, generator in arms:
         joints = one.arm.joint_names
         size = 1e-2 * generator.choice([-1, 1], len(joints))
@@ -276,21 +270,15 @@ def together(arms: Arms, *, plan: bool) -> Iterator[str]:
             named = mukca.rezero(one.calibration, moved, joints[1:-1]).joints[1:-1]
             told = [zero.joint for zero in mukca.rezero(one.calibration, moved).changed]
             right = told == list(joints[1:-1])
-            best = (
-                one.at_best.off_zeros(some, exact=exact).tolist()
-                for exact in (False, True)
-            )
             found += [
-                (zero.offset - put, zero.standard_deviation, right, *bounds)
-                for zero, put, *bounds in zip(
-                    named, size[1:-1].tolist(), *best, strict=True
-                )
+                (zero.offset - put, zero.standard_deviation, right)
+                for zero, put in zip(named, size[1:-1].tolist(), strict=True)
             ]
     for count, found in rows.items():
-        off, stated, told, best, exact = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
+        off, stated, told = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
         yield (
-            f"{count} + {count} samples: rms {off:.3f} mrad, stated {stated:.3f}, at best "
-            f"{best:.3f}, by an exact chain {exact:.3f}, all named in {told**2 / 1e4:.0f} %"
+            f"{count} + {count} samples: rms {off:.3f} mrad, stated {stated:.3f}, all named in "
+            f"{told**2 / 1e4:.0f} %"
         )
 
 
@@ -300,7 +288,6 @@ def tool(arms: Arms) -> Iterator[str]:
     beyond = np.array([0.02, -0.03, 0.12])
     for one, generator in arms:
         tip = beyond + one.arm.ball_joint.origin.xyz
-        one.at_best.with_ball(beyond)
         arm = one.carrying(tip)
         first, *others = reachable_bases(arm, generator, 4)
         still, seated = (replace(one.how, noise=noise) for noise in (0.0, 1e-4))
@@ -319,17 +306,12 @@ def tool(arms: Arms) -> Iterator[str]:
                 scatter(by_urdf(robot, touched[:count], q))
                 for robot in (exported(one.calibration), one.calibration.robot)
             )
-            best, exact = (
-                one.at_best.scatter(touches, 1e-4, q, exact=e) for e in (False, True)
-            )
-            found.append((full, result.elsewhere or 0.0, best, exact, alone, nominal))
+            found.append((full, result.elsewhere or 0.0, alone, nominal))
     for count, found in rows.items():
-        full, stated, best, exact, *rest = (
-            1e3 * np.mean(np.square(found), axis=0) ** 0.5
-        )
+        full, stated, *others = 1e3 * np.mean(np.square(found), axis=0) ** 0.5
         yield (
-            f"{count} touches: {full:.3f} mm (stated {stated:.3f}, at best {best:.3f}, by an exact "
-            f"chain {exact:.3f}), calibrated.urdf {rest[0]:.2f}, nominal {rest[1]:.2f}"
+            f"{count} touches: {full:.3f} mm (stated {stated:.3f}), calibrated.urdf "
+            f"{others[0]:.2f}, nominal {others[1]:.2f}"
         )
 
 
