@@ -17,11 +17,10 @@ from ...solver.identification.inference import Posterior
 from ...solver.identification.model import Deflection
 from ...solver.identification.robot import (
     COMPONENTS,
-    moments_function,
     workspace,
 )
 from ...solver.poses import PoseModel
-from ...solver.results import PosedRobot, symbolic_positions
+from ...solver.results import PosedRobot, moments_function, symbolic_positions
 from ...solver.studies import base_turn, covariance_of
 from .c_code import flange_joint, name_of_functions, statements
 from .request import Exported, ExportError, Request, filled, plain
