@@ -556,10 +556,9 @@ def test_a_held_out_distance_is_held_to_what_is_known_of_it(panda, session):
 
 def test_a_drift_that_the_fit_has_weighed_is_not_weighed_again(panda, session, monkeypatch):
     (unordered,) = mukca.read_placements(session / "front")
-    unordered = replace(unordered, samples=tuple(replace(s, number=0) for s in unordered.samples))
-    numbered = tuple(replace(s, number=i) for i, s in enumerate(unordered.samples, 1))
+    timed = tuple(replace(s, time=float(i)) for i, s in enumerate(unordered.samples))
     drift = "mukca.solver.assessment.held_out.steady_drift"
-    ordered = replace(unordered, samples=numbered)
+    ordered = replace(unordered, samples=timed)
     for placement, length, said in (
         (unordered, 1e-2, "not enough"),
         (unordered, 1e-3, "warning"),  # the calibration gains more
