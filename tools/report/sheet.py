@@ -123,17 +123,11 @@ def sheet_of(
         rows=_rows(report.summary),
         paragraphs=[] if report.error_parts is None else [report.error_parts.text],
     )
-    verdict = report.verdict
-    doubts: list[str] = []
-    if verdict.status != "pass":
-        doubts = [
-            f"Not shown to be kept: {r.doubt}." for r in verdict.limits if r.doubt
-        ]
     limits = Section(
         title="Limits",
         heads=("on", "measured, k = 1.96", "predicted, 68 % interval", "at most", ""),
-        rows=list(map(_limit_row, verdict.limits)),
-        paragraphs=[*doubts, *_origin_of_limits(report), RULE],
+        rows=list(map(_limit_row, report.verdict.limits)),
+        paragraphs=[*_doubts(report), *_origin_of_limits(report), RULE],
     )
     sections = (
         Section(rows=_facts(document, report, notes or {})),
@@ -148,6 +142,14 @@ def sheet_of(
         created=report.provenance.created,
         sections=sections,
     )
+
+
+def _doubts(report: ReportDocument) -> list[str]:
+    """Return which limits are not shown to be kept; none where all are."""
+    verdict = report.verdict
+    if verdict.status == "pass":
+        return []
+    return [f"Not shown to be kept: {r.doubt}." for r in verdict.limits if r.doubt]
 
 
 def _answer(report: ReportDocument) -> Section:

@@ -178,12 +178,12 @@ def written(
     head = io.StringIO()
     csv.writer(head, lineterminator="").writerow(header)
     lines = [head.getvalue()]
-    numbers: list[list[float]] = []
+    values: list[list[float]] = []
 
     def write(*rows: "np.ndarray") -> None:
         lines.extend(",".join(map(repr, row.tolist())) for row in rows)
         if terminal.json:
-            numbers.extend(row.tolist() for row in rows)
+            values.extend(row.tolist() for row in rows)
         elif out is None:
             Terminal().say(*lines)  # what was asked for, however quiet the terminal is
             lines.clear()
@@ -195,7 +195,7 @@ def written(
         results.write_files(out.parent, {out.name: ("\n".join(lines) + "\n").encode()})
         terminal.say(f"Wrote {plural(len(lines) - 1, 'row')} to {out}")
     outputs = [] if out is None else [str(out)]
-    terminal.emit({"columns": [*header], "rows": numbers, "outputs": outputs})
+    terminal.emit({"columns": [*header], "rows": values, "outputs": outputs})
 
 
 class _PosesOptions(_PathOptions):
