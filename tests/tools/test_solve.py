@@ -345,7 +345,7 @@ def test_a_fit_that_breaks_down_is_one_line(run, monkeypatch):
 
 
 def test_an_uncertainty_that_is_no_number_fails_and_is_not_written(run, monkeypatch, tmp_path):
-    monkeypatch.setattr("mukca.solver.results.fit._is_covariance", lambda _: False)
+    monkeypatch.setattr("mukca.solver.results.Fit.posterior", None)
     out = ("--out", str(tmp_path / "c"))
     status, _, err = run("solve", "front", "--test", "left", "--robot", "panda", "--json", *out)
     assert status == 1 and "could not be computed" in err and "FAIL" in err
