@@ -164,7 +164,7 @@ def suggestion(table: Table) -> str:
     """Return what a user may say of a table's columns, as far as the table itself tells."""
     numeric = table.joints()
     place = place_of(table) or (numeric[-3:] if len(numeric) > len(AXES) else [])
-    joints = [column for column in numeric if column not in place]
+    joints = [c for c in numeric if c not in place and not _counts(table, c)]
     names = [_called(table, column) for column in joints]
     if not table.header and names:
         names = [f"{names[0]}..{names[-1]}"]
@@ -183,6 +183,12 @@ def place_of(table: Table) -> list[Column] | None:
         return coordinates(table, AXES)
     except RecordingError:
         return None
+
+
+def _counts(table: Table, column: Column) -> bool:
+    """Return True for a column that counts the rows, whatever its name."""
+    values = np.array(table.numbers([column], gaps=True))
+    return len(values) > 2 and bool((np.diff(values, axis=0) == 1).all())
 
 
 def _called(table: Table, column: Column) -> str:

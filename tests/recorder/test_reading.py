@@ -193,6 +193,14 @@ def test_paths_without_a_placement_are_told_in_one_line(tmp_path):
             mukca.read_placements(*paths)
 
 
+def test_a_column_that_counts_the_rows_is_suggested_as_no_joint(tmp_path):
+    rows = [f"{i};0.{i};-1.{i};51{i}.5;52{i}.5;53{i}.5" for i in range(1, 5)]
+    file = tmp_path / "t.csv"
+    file.write_text("\n".join(["Punkt;A1;A2;X;Y;Z", *rows]))
+    (placement,) = mukca.read_placements(file)
+    assert placement.suggestion.startswith("--columns 'q=A1,A2 [rad]' 'x=X")
+
+
 def test_sockets_are_numbered_0_to_999(tmp_path):
     (tmp_path / "hole_99999999999999999999.csv").write_text("1,2,3\n")
     with pytest.raises(mukca.MukcaError, match=r"hole_9+\.csv: sockets have numbers from 0 to 999"):

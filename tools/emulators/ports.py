@@ -144,17 +144,7 @@ class SerialPort:
         if address:
             kind = type(emulator).__name__.removesuffix("Emulator").lower()
             raise MukcaError(f"{kind} opens a terminal of its own; leave --address out")
-        if sys.platform == "win32":
-            raise MukcaError(
-                "Windows has no pseudo-terminals: emulate this controller elsewhere"
-            )
-        import tty
-
-        self._line, terminal = os.openpty()
-        tty.setraw(self._line)
-        tty.setraw(terminal)
-        os.set_blocking(self._line, False)
-        self.name = os.ttyname(terminal)
+        self._line, self.name = _open_terminal()
         emulator.opened.callback(os.close, self._line)
         self._journal = emulator.journal
         self._receiver, self._received, self._last = receiver, bytearray(), 0.0
@@ -175,6 +165,21 @@ class SerialPort:
             self._journal.received("line", message)
             self._received += message
         self._receiver(self._received)
+
+
+def _open_terminal() -> tuple[int, str]:
+    """Return the descriptor of a pseudo-terminal's one end, and the name of its other."""
+    if sys.platform == "win32":
+        raise MukcaError(
+            "Windows has no pseudo-terminals: emulate this controller elsewhere"
+        )
+    import tty
+
+    line, terminal = os.openpty()
+    tty.setraw(line)
+    tty.setraw(terminal)
+    os.set_blocking(line, False)
+    return line, os.ttyname(terminal)
 
 
 class CanPort:

@@ -114,11 +114,14 @@ def sheet_of(
     lead = "which the calibration did not see"
     if role == "left_out":
         lead = "each by a fit to all others; calibrated.urdf is by the fit to all"
-    placements = plural(held_out.placements, "placement")
+    parts = plural(held_out.placements, "placement")
+    trained = report.summary.train
+    if trained is not None and held_out.placements > trained.placements:
+        parts = f"{held_out.placements} regions of joint space"
     samples = plural(held_out.samples, "sample")
     errors = Section(
         title=f"Measured errors at {words} places",
-        lead=f"{placements}, {samples}, {lead}.",
+        lead=f"{parts}, {samples}, {lead}.",
         heads=("model", "mean", "95 % below", "largest"),
         rows=_rows(report.summary),
         paragraphs=[] if report.error_parts is None else [report.error_parts.text],
