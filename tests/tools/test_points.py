@@ -175,3 +175,12 @@ def test_validate_tells_every_error_that_it_counts(solved, measured, tmp_path, c
     page = html.unescape((tmp_path / "page" / "report.html").read_text())
     for finding in errors:
         assert finding["text"] in " ".join(told.split()) and finding["text"] in page
+
+
+@pytest.mark.parametrize("form", ["samples", "holes"])
+def test_a_conversion_that_would_lose_measured_points_is_refused(refused, tmp_path, form):
+    file = tmp_path / "t.csv"
+    file.write_text("A1,A2,x,y,z\n0.1,-1.2,0.5,0.1,0.3\n0.2,-1.1,0.4,0.1,0.3\n")
+    out = tmp_path / "out"
+    refused("would lose; give --to points", "convert", file, "--to", form, "--out", out)
+    assert not out.exists()

@@ -30,6 +30,8 @@ _FORMS = {
     "points": recorder.point_files,
     "poses": recorder.pose_files,
 }
+OF_SOCKETS = ("samples", "holes")
+"""Forms that hold no place of a point."""
 
 
 class _ConvertOptions(TableOptions, JsonOption):
@@ -77,6 +79,12 @@ def _files(
     folder: Path, placement: Placement, options: _ConvertOptions
 ) -> dict[str, bytes]:
     """Return the files of a placement in the form that is asked for, by their names."""
+    is_measured = any(sample.point for sample in placement.samples)
+    if is_measured and options.to in OF_SOCKETS:
+        raise OutputError(
+            f"{folder}: an instrument measured points, which --to {options.to} would lose; "
+            "give --to points"
+        )
     distance = placement.distance or options.distance
     files = _FORMS[options.to](replace(placement, distance=distance))
     metadata = recorder.read_metadata(folder / recorder.METADATA)
