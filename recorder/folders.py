@@ -43,7 +43,8 @@ def find_placements(paths: Iterable[Path]) -> list[Path]:
 def _placements_at(path: Path) -> list[Path]:
     """Return the folders of the placements that a path stands for."""
     if path.name in FILES and path.is_file():
-        return [path.parent]
+        forms = [name for name in FILES if (path.parent / name).exists()]
+        return [path.parent] if len(forms) == 1 else [path]  # the one that is named
     if not _HOLE.fullmatch(path.name) and tables_at(path):
         return [path]
     if not path.is_dir():

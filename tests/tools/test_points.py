@@ -184,3 +184,13 @@ def test_a_conversion_that_would_lose_measured_points_is_refused(refused, tmp_pa
     out = tmp_path / "out"
     refused("would lose; give --to points", "convert", file, "--to", form, "--out", out)
     assert not out.exists()
+
+
+def test_of_two_forms_in_a_folder_the_named_file_is_read(tmp_path):
+    rows = "A1,A2,x,y,z\n0.1,-1.2,0.5,0.1,0.3\n0.2,-1.1,0.4,0.1,0.3\n"
+    for name in ("points.csv", "samples.csv"):
+        (tmp_path / name).write_text(rows)
+    (placement,) = mukca.read_placements(tmp_path / "points.csv")
+    assert placement.samples[1].point == (0.4, 0.1, 0.3)
+    with pytest.raises(mukca.MukcaError, match="holds both"):
+        mukca.read_placements(tmp_path)
