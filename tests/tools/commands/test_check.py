@@ -48,6 +48,14 @@ def test_a_wrong_distance_is_told_before_the_fit(session, command):
     assert found["placements"][0]["distance_source"] == "given"
 
 
+def test_a_distance_by_which_no_fit_settles_is_an_error(session, command):
+    words = ["check", session / "front", "--robot", "panda", "--distance", "0.5", "--json"]
+    status, out, told = command(*words)
+    assert json.loads(out)["scale"] is None and "does not settle" not in told
+    assert status == 1 and "FAIL" in told
+    assert "error: " in told and "more likely the sockets are" in told
+
+
 def test_what_was_measured_and_how_well_is_heeded(session, copy, run):
     """Front's and left's sockets 0 are 427.2 mm apart in truth."""
     robot = ("--robot", "panda")

@@ -175,24 +175,20 @@ def _are_broken(findings: "Sequence[results.Diagnostic]") -> bool:
 def _checked(problem: "calibration.InspectedProblem") -> _Checked:
     """Return what was seen, and the accuracy by a fit; None where something bars it.
 
-    A distance is an error where the fit gave the arm's size up to meet it.
+    A distance is an error where no fit settles by it, or gave the arm's size up to meet it.
     """
-    settings = problem.options
-    accuracy = (
-        None
-        if _are_broken(problem.checks)
-        else design.accuracy_by(
-            problem.robot,
-            problem.measurements,
-            settings.load,
-            settings.distances,
-            settings.deviation,
-            zeros=bool(settings.zeros),
-        )
-    )
-    if accuracy is None:
+    if _are_broken(problem.checks):
         return _Checked(problem, problem.checks, None)
-    if not accuracy.distorted:
+    settings = problem.options
+    accuracy = design.accuracy_by(
+        problem.robot,
+        problem.measurements,
+        settings.load,
+        settings.distances,
+        settings.deviation,
+        zeros=bool(settings.zeros),
+    )
+    if accuracy is not None and not accuracy.distorted:
         problem = problem.sized(accuracy.scale)
         if (accuracy.scale.deviation or 0.0) <= SIZE_LOST:
             return _Checked(problem, problem.checks, accuracy)
