@@ -171,6 +171,23 @@ class _Neighbour(NamedTuple):
     """True if joints read otherwise than at the placements before."""
 
 
+def driver_elsewhere(driver: str) -> str | None:
+    """Return a driver with the base elsewhere; None for a simulated arm with no base left.
+
+    A simulated arm stays at the base of its folder, so the next folder beside it has another.
+    """
+    name, _, address = driver.partition(":")
+    if name != PRACTICE:
+        return driver
+    path, mark, options = address.partition("?")
+    here = Path(path)
+    folders = sorted(file.parent for file in here.parent.glob(f"*/{SAMPLES}"))
+    for folder in folders:
+        if folder > here and _origin(folder).get("driver") != PRACTICE:
+            return f"{PRACTICE}:{folder}{mark}{options}"
+    return None
+
+
 def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:
     """Return the earlier placements of this arm in neighbouring folders, oldest first.
 

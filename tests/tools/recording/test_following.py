@@ -13,7 +13,7 @@ from mukca.recorder import Sample, sample_files
 from mukca.recorder.session import Advice, Alarm, Session, View
 from mukca.solver.results import write_files
 from mukca.tools.cli import main
-from mukca.tools.recording import SessionAlarms, joints_of, recorded_beside
+from mukca.tools.recording import SessionAlarms, driver_elsewhere, joints_of, recorded_beside
 from mukca.tools.simulation import following_hand
 
 pytestmark = pytest.mark.slow
@@ -192,3 +192,14 @@ def test_without_a_guide_it_leads_through_the_recording(session, tmp_path, virtu
     rows = [recorded.positions[recorded.sockets == k] for k in (0, 1)]
     led = np.concatenate([rows[0][:3], rows[1][:2], rows[0][3:4]])
     assert np.abs(taken.positions - led).max() < 0.02
+
+
+def test_a_simulated_arm_finds_its_next_base_in_the_next_folder(tmp_path):
+    for name in ("front", "front-led", "left", "right"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "samples.csv").touch()
+    practised = json.dumps({"sessions": [{"driver": f"mock:{tmp_path}/front"}]})
+    (tmp_path / "front-led" / "placement.json").write_text(practised)
+    at = [f"mock:{tmp_path / name}?follow&rate=100" for name in ("front", "left", "right")]
+    assert [driver_elsewhere(driver) for driver in at] == [at[1], at[2], None]
+    assert driver_elsewhere("franka:10.0.0.1") == "franka:10.0.0.1"
