@@ -1,5 +1,6 @@
 """Reason of a verdict on later samples, and the step that follows from it."""
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -49,6 +50,8 @@ class LaterErrors:
     limits: Limits
     rows: Sequence[LimitResult]
     """Rows of the verdict: limits, and the checks of the data."""
+    rezero: str
+    """Command that finds zeros by the later samples."""
 
     @property
     def failed(self) -> list[LimitResult]:
@@ -121,7 +124,8 @@ def reason_of(changes: Changes, errors: LaterErrors) -> Reason:
         )
     if changes.cause is not None:
         text = f"{errors.drifted}; {changes.cause.text(changes.share)}."
-        return Reason(text, f"mukca rezero --joint {changes.likeliest} finds its zero.")
+        command = f"{errors.rezero} --joint {shlex.quote(changes.likeliest)}"
+        return Reason(text, f"This finds the joint's new zero: {command}")
     if not changes.changed and (corrected := _kept_when_corrected(errors)):
         return corrected
     if errors.missed_length:

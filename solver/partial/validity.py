@@ -4,9 +4,11 @@
 show it, each in its own detail, with the same exit status.
 """
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import chain
+from pathlib import Path
 from typing import Any
 
 from msgspec import structs
@@ -172,7 +174,8 @@ def what_changed(
         changes = replace(changes, untold=())
     else:
         then = document.summary.proof or document.summary.train
-        since = LaterErrors(new, then, limits, rows)
+        rezero = _rezero_command(calibration, data)
+        since = LaterErrors(new, then, limits, rows, rezero)
         reason = reason_of(changes, since).followed_by(tip_words(calibration, measured))
         rows += _change_rows(changes, since, document, reason.text, repeatability)
     length = _length_row(document, measured)
@@ -189,6 +192,16 @@ def what_changed(
         as_made=reason.as_made,
         findings=[f for f in seen.diagnostics if f.level != "note" and f.code != FEW],
     )
+
+
+def _rezero_command(
+    calibration: Calibration, data: Placement | Sequence[Placement]
+) -> str:
+    """Return the command that finds zeros by these samples, as it can be pasted."""
+    file = Path(calibration.source or "CALIBRATION")
+    folder = file.parent if file.name == "calibration.json" else file
+    folders = dict.fromkeys(str(placement.where) for placement in as_list(data))
+    return shlex.join(["mukca", "rezero", str(folder), *folders])
 
 
 def _change_rows(

@@ -108,7 +108,7 @@ def test_the_command_says_what_to_do_next(simulated, cal, tmp_path, command, ref
     write_samples(tmp_path / "since", simulated.read({3: 3e-3}))
     words = ("check", tmp_path / "since", "--calibration", cal)
     status, out, _ = command(*words)
-    assert status == 1 and "mukca rezero --joint panda_joint4" in out
+    assert status == 1 and f"mukca rezero {cal} {tmp_path / 'since'} --joint panda_joint4" in out
     status, out, _ = command(*words, "--json")
     assert status == 1 and json.loads(out)["likeliest"] == "panda_joint4"
     by_check = command(*words)
