@@ -99,7 +99,8 @@ def record_in_real_time(tmp_path):
                 stack.callback(os.close, reader)
                 more["script"] = Script(reader)
             arm = lambda: open_driver("mock", address, NAMES)  # noqa: E731
-            stream = Stream(Reconnecting(arm, first_wait=0.05, silence=0.1))
+            silence = more.pop("silence", 0.1)
+            stream = Stream(Reconnecting(arm, first_wait=0.05, silence=silence))
             stack.callback(stream.close)
             session, monitor = (
                 Session(JOINTS, target=target, block=more.pop("block", None)),
@@ -618,6 +619,16 @@ def test_a_fault_that_began_as_the_connection_came_back_says_so(arm, by_hand):
     assert prompt.words == "ANOTHER ARM?" and "n new" in prompt.reason
     assert prompt.reason.startswith("another arm, or its zeros: ")
     assert outcome.successor and outcome.successor.metadata.readings_changed
+
+
+def test_a_stream_that_only_paused_is_no_other_arm(arm, by_hand):
+    adviser = Guidance({}, {}, {"alarms": (replace(BASE, samples=(2,)),)})
+    typed = (0.5, "a"), (3.8, "a"), (5.0, "n")
+    source = arm("silent@1.2+1.0", speed=1.0)
+    outcome, seen = by_hand(source, *typed, guidance=adviser, silence=2.0)
+    assert any("the stream is back" in m.text for m in seen.views[-1].session.messages)
+    assert {view.alarm.words for view in seen.views if view.alarm} == {BASE.words}
+    assert outcome.successor and not outcome.successor.metadata.readings_changed
 
 
 def test_poses_that_are_all_alike_are_told(arm, by_hand):
