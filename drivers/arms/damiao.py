@@ -1,7 +1,7 @@
 """Damiao motors on a CAN bus, as in OpenArm: they are polled while they are switched off.
 
-Only *refresh* and the query for PMAX are sent, which enable no motor. A motor that is enabled, or
-of another PMAX than 12.5 rad, is refused.
+Only *refresh* and queries for PMAX and the serial number are sent, which enable no motor. A motor
+that is enabled, or of another PMAX than 12.5 rad, is refused.
 
 Address: ``[INTERFACE/]CHANNEL[?rate=HZ&ids=1,2,..&signs=1,-1,..]``, see :mod:`..transport.can_bus`.
 """
@@ -16,7 +16,7 @@ from ..transport import CanBus, FreshAnswers, parse_can_address
 JOINTS = 7
 EVERYBODY = 0x7FF
 ANSWERS = 0x10  # above a motor's number
-REFRESH, QUERY, PMAX_REGISTER = 0xCC, 0x33, 0x15
+REFRESH, QUERY, PMAX_REGISTER, SERIAL_REGISTER = 0xCC, 0x33, 0x15, 0x0F
 # Answers to one who reads, writes or saves a motor's registers.
 REGISTERS = (
     QUERY,
@@ -54,11 +54,21 @@ def decode_feedback(data: bytes, motor: int) -> tuple[float, int]:
     return int.from_bytes(data[1:3], "big") / COUNTS * 2 * PMAX - PMAX, status
 
 
-def decode_query(data: bytes, motor: int) -> float:
+def decode_pmax(data: bytes, motor: int) -> float:
     """Return a motor's PMAX [rad], the angle that a full count stands for."""
-    if len(data) != 8 or data[:4] != bytes([motor, 0, QUERY, PMAX_REGISTER]):
+    return float(_register("<f", data, motor, PMAX_REGISTER))
+
+
+def decode_serial(data: bytes, motor: int) -> int:
+    """Return a motor's serial number."""
+    return int(_register("<I", data, motor, SERIAL_REGISTER))
+
+
+def _register(form: str, data: bytes, motor: int, register: int) -> float:
+    if len(data) != 8 or data[:4] != bytes([motor, 0, QUERY, register]):
         raise ValueError(f"a frame that is no answer of motor {motor}")
-    return float(struct.unpack_from("<f", data, 4)[0])
+    (value,) = struct.unpack_from(form, data, 4)
+    return value
 
 
 class Damiao(PolledDriver):
@@ -82,9 +92,7 @@ class Damiao(PolledDriver):
             for motor in self._motors:
                 until = clock.now() + FIRST_ANSWER_SECONDS
                 try:
-                    largest = self._ask(
-                        motor, QUERY, PMAX_REGISTER, decode_query, until
-                    )
+                    largest = self._ask(motor, QUERY, PMAX_REGISTER, decode_pmax, until)
                 except ValueError as error:
                     raise Reason.UNREACHABLE(
                         f"{error} on {self._where}: is the arm's power on, and the bus at 1 Mbit/s?"
@@ -94,6 +102,7 @@ class Damiao(PolledDriver):
                         f"motor {motor} on {self._where} counts to {largest:g} rad, not {PMAX:g}: "
                         "its angles would be read wrong"
                     )
+            self.identity = self._serial_numbers()
 
     def _receive(self, deadline: float) -> JointState:
         start = self._await_turn(deadline, self._interval)
@@ -113,6 +122,17 @@ class Damiao(PolledDriver):
             )
         position = tuple(s * q for s, q in zip(self._signs, angles, strict=True))
         return JointState((start + clock.now()) / 2, position)
+
+    def _serial_numbers(self) -> str:
+        """Return the motors' serial numbers; nothing where one tells none."""
+        try:
+            numbers = [
+                self._ask(motor, QUERY, SERIAL_REGISTER, decode_serial)
+                for motor in self._motors
+            ]
+        except ValueError:
+            return ""
+        return f"serial numbers {', '.join(map(str, numbers))}"
 
     def _disconnect(self) -> None:
         self._bus.close()

@@ -53,6 +53,7 @@ class Kinova(PolledDriver):
             self._joint_names = match_joints(
                 joint_names, self._arm.joints, "the Kinova arm"
             )
+        self.identity = self._arm.identity
         self._last: JointValues = ()  # joint angles [degrees]
         self._fastest = math.inf
 
@@ -109,6 +110,7 @@ class Kortex(KinovaArm):
         self._session: Any = None
         self._open(endpoint)
         self.joints = len(self.measure(clock.now() + 2)[0])
+        self.identity = self._serial_number()
 
     def measure(self, deadline: float) -> Answers:
         """Ask for the arm's feedback, until its values are finite."""
@@ -137,6 +139,15 @@ class Kortex(KinovaArm):
         torques = [float(actuator.torque) for actuator in actuators]
         return angles, torques
 
+    def _serial_number(self) -> str:
+        """Return the base's serial number, in words; nothing where it tells none."""
+        self._options.timeout_ms = CONNECTION_MILLISECONDS
+        try:
+            number = self._config.GetSerialNumber(options=self._options).serial_number
+        except Exception:
+            return ""
+        return f"serial number {number}"
+
     def close(self) -> None:
         """End the session and the connection; safe to call twice."""
         session, self._session = self._session, None
@@ -159,6 +170,7 @@ class Kortex(KinovaArm):
             "SessionManager",
             "autogen.messages.Session_pb2",
             "autogen.client_stubs.BaseCyclicClientRpc",
+            "autogen.client_stubs.DeviceConfigClientRpc",
         )
         try:
             kortex: dict[str, Any] = {
@@ -187,6 +199,8 @@ class Kortex(KinovaArm):
             self._session.CreateSession(login)
             client = kortex["autogen.client_stubs.BaseCyclicClientRpc"].BaseCyclicClient
             self._cyclic = client(router)
+            client = kortex["autogen.client_stubs.DeviceConfigClientRpc"]
+            self._config = client.DeviceConfigClient(router)
         except Exception as error:
             self.close()
             raise self._failed(error) from error

@@ -54,6 +54,7 @@ REAL = Layout(status=4, angles=7)
 RICH = Layout(status=4, angles=7, joints=146)
 PORTS = {30000: FAST, 30003: REAL}
 RICH_PORT = 30002
+TYPE, SOFTWARE = 145, slice(151, 180)  # in a report of that port
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +111,8 @@ class XArm(ValidatingDriver):
         try:
             report = tcp.take(take_report, clock.now() + FIRST_SECONDS)
             count = decode_report(report, RICH).joints or MOST_JOINTS
+            version = report[SOFTWARE].partition(b"\0")[0].decode("ascii", "replace")
+            self.identity = f"type {report[TYPE]}, software {version}"
         except ValueError as error:
             raise Reason.PROTOCOL(f"{self._where} sends {error}") from None
         finally:
