@@ -156,12 +156,12 @@ def test_no_new_placement_is_offered_to_take_all_samples(panda, session, virtual
     placement = led_with(panda, session, "&fault=ball@1:500mm")
     (alarm,) = SessionAlarms(panda)([replace(placement, samples=placement.samples[:12])])
     assert alarm.words == "JOINTS?" and alarm.samples == (1,)
-    assert alarm.reason.endswith(": k keep")
-    samples = led_with(panda, session, "&fault=base@13:30mm").samples
-    remaining = mukca.Placement("here", samples[12:], panda.joint_names, 0.05)
-    (alarm,) = SessionAlarms(panda)([remaining], doubted=samples[:12])
-    assert (alarm.words, alarm.samples[0]) == ("BASE MOVED", 13)
-    assert alarm.reason.endswith(": k keep")
+    assert alarm.reason.endswith(": x take back, k keep")
+    for size, words, keys in ((30, "BASE MOVED", "k keep"), (320, "JOINTS?", "q finish, and mend it")):
+        samples = led_with(panda, session, f"&fault=base@13:{size}mm").samples
+        remaining = mukca.Placement("here", samples[12:], panda.joint_names, 0.05)
+        alarm, *_ = SessionAlarms(panda)([remaining], doubted=samples[:12])
+        assert (alarm.words, alarm.samples[0], alarm.answers[0]) == (words, 13, keys)
 
 
 @pytest.mark.parametrize(("size", "words"), [(3, "BALL MOVED"), (25, "TOOL CHANGED?")])
