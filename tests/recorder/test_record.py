@@ -514,12 +514,20 @@ def test_a_busy_computer_changes_sockets_and_what_is_left_of_older_advice_is_use
     assert not shown[2, 0].late and seen.views[-1].late
 
 
-@pytest.mark.parametrize(("aim", "confined"), [((0.8, -0.9), True), ((0.3, 0.3), False)])
+FAR, NEAR = (0.8, -0.9), (0.3, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("aims", "confined"), [((FAR,), True), ((NEAR,), False), ((FAR, NEAR), False)]
+)
 def test_proposals_that_are_not_followed_come_from_where_the_samples_went(
-    arm, by_hand, aim, confined
+    arm, by_hand, aims, confined
 ):
-    """An arm that takes none of three in a row may stand in a narrow cell."""
-    adviser = Guidance({"target": aim})
+    """An arm that takes none of three in a row may stand in a narrow cell.
+
+    The second aim is proposed until the adviser has thought anew.
+    """
+    adviser = Guidance({"target": aims[0], "route": tuple((0, aim) for aim in aims)})
     places = [(0.1 * k - 0.4, 0.3 - 0.05 * k) for k in range(4)]
     typed = [(0.5 + 1.6 * k, "a") for k in range(4)]
     _, seen = by_hand(arm(speed=1.0, places=places), *typed, (6.6, "q"), guidance=adviser)

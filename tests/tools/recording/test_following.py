@@ -157,7 +157,10 @@ def test_no_new_placement_is_offered_to_take_all_samples(panda, session, virtual
     (alarm,) = SessionAlarms(panda)([replace(placement, samples=placement.samples[:12])])
     assert alarm.words == "JOINTS?" and alarm.samples == (1,)
     assert alarm.reason.endswith(": x take back, k keep")
-    for size, words, keys in ((30, "BASE MOVED", "k keep"), (320, "JOINTS?", "q finish, and mend it")):
+    for size, words, keys in (
+        (30, "BASE MOVED", "k keep"),
+        (320, "JOINTS?", "q finish, and mend it"),
+    ):
         samples = led_with(panda, session, f"&fault=base@13:{size}mm").samples
         remaining = mukca.Placement("here", samples[12:], panda.joint_names, 0.05)
         alarm, *_ = SessionAlarms(panda)([remaining], doubted=samples[:12])
