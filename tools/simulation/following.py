@@ -4,6 +4,7 @@
 waits wherever the arm rests until that is captured, and then seats the ball at the proposed pose.
 """
 
+from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -39,13 +40,16 @@ class LedMotion(Motion):
 
     def phase(self, time: float) -> tuple[int, float]:
         """Return the number of the last rest, and how far the move after it has come, 0 to 1."""
-        count = len(self.begun)
+        count = bisect_right(self.begun, time)
         if not count:
             return 0, 0.0
-        progress = (time - self.begun[-1]) / self.move
-        if progress >= 1:
-            return count, 0.0
-        return count - 1, max(0.0, progress)
+        progress = (time - self.begun[count - 1]) / self.move
+        return (count, 0.0) if progress >= 1 else (count - 1, progress)
+
+    def begin(self, time: float) -> None:
+        """Begin a move, after the one that is under way [s]."""
+        ends = [begun + self.move for begun in self.begun[-1:]]
+        self.begun.append(max([time, *ends]))
 
 
 class FollowingHand:
@@ -154,7 +158,7 @@ class FollowingHand:
             q = self._session.positions[row]
         self._rest_at(q, socket, row)
         # After the pose: another thread reads both.
-        self._motion.begun.append(self._arm.now())
+        self._motion.begin(self._arm.now())
 
     def _rest_at(self, q: np.ndarray, socket: int, row: int | None) -> None:
         """Add a configuration, maybe of a row of the recording, with its torques."""
