@@ -8,6 +8,7 @@ Address: ``[INTERFACE/]CHANNEL[?rate=HZ&ids=1,2,..&signs=1,-1,..]``, see :mod:`.
 
 import struct
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TypeVar
 
 from .. import JointState, PolledDriver, Reason, clock, match_joints
@@ -16,7 +17,9 @@ from ..transport import CanBus, FreshAnswers, parse_can_address
 JOINTS = 7
 EVERYBODY = 0x7FF
 ANSWERS = 0x10  # above a motor's number
-REFRESH, QUERY, PMAX_REGISTER, SERIAL_REGISTER = 0xCC, 0x33, 0x15, 0x0F
+REFRESH, QUERY = 0xCC, 0x33
+PMAX_REGISTER, SERIAL = 0x15, 0x0F
+FORMS = {PMAX_REGISTER: "<f", SERIAL: "<I"}
 # Answers to one who reads, writes or saves a motor's registers.
 REGISTERS = (
     QUERY,
@@ -54,20 +57,11 @@ def decode_feedback(data: bytes, motor: int) -> tuple[float, int]:
     return int.from_bytes(data[1:3], "big") / COUNTS * 2 * PMAX - PMAX, status
 
 
-def decode_pmax(data: bytes, motor: int) -> float:
-    """Return a motor's PMAX [rad], the angle that a full count stands for."""
-    return float(_register("<f", data, motor, PMAX_REGISTER))
-
-
-def decode_serial(data: bytes, motor: int) -> int:
-    """Return a motor's serial number."""
-    return int(_register("<I", data, motor, SERIAL_REGISTER))
-
-
-def _register(form: str, data: bytes, motor: int, register: int) -> float:
+def decode_query(data: bytes, motor: int, register: int = PMAX_REGISTER) -> float:
+    """Return a motor's PMAX [rad], the angle that a full count stands for, or its serial number."""
     if len(data) != 8 or data[:4] != bytes([motor, 0, QUERY, register]):
         raise ValueError(f"a frame that is no answer of motor {motor}")
-    (value,) = struct.unpack_from(form, data, 4)
+    (value,) = struct.unpack_from(FORMS[register], data, 4)
     return value
 
 
@@ -92,7 +86,9 @@ class Damiao(PolledDriver):
             for motor in self._motors:
                 until = clock.now() + FIRST_ANSWER_SECONDS
                 try:
-                    largest = self._ask(motor, QUERY, PMAX_REGISTER, decode_pmax, until)
+                    largest = self._ask(
+                        motor, QUERY, PMAX_REGISTER, decode_query, until
+                    )
                 except ValueError as error:
                     raise Reason.UNREACHABLE(
                         f"{error} on {self._where}: is the arm's power on, and the bus at 1 Mbit/s?"
@@ -125,11 +121,9 @@ class Damiao(PolledDriver):
 
     def _serial_numbers(self) -> str:
         """Return the motors' serial numbers; nothing where one tells none."""
+        decode = partial(decode_query, register=SERIAL)
         try:
-            numbers = [
-                self._ask(motor, QUERY, SERIAL_REGISTER, decode_serial)
-                for motor in self._motors
-            ]
+            numbers = [self._ask(m, QUERY, SERIAL, decode) for m in self._motors]
         except ValueError:
             return ""
         return f"serial numbers {', '.join(map(str, numbers))}"

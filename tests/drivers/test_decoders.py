@@ -208,7 +208,7 @@ def test_worked_examples():
     """Of other packages and their documents, or by hand."""
     angle, status = damiao.decode_feedback(bytes.fromhex("01851e7ff825191b"), 1)  # a DM8009
     assert (angle, status) == (pytest.approx(0.49992, abs=1e-5), 0)
-    assert damiao.decode_pmax(bytes.fromhex("0100331500004841"), 1) == 12.5
+    assert damiao.decode_query(bytes.fromhex("0100331500004841"), 1) == 12.5
     rejected(damiao.decode_feedback, bytes.fromhex("71851e7ff825191b"), 1)  # no such status
     reply = bytes.fromhex("0200 13 00 0000003f 0000b4c2 00000000 000040c0")
     assert decode_reply(reply, 0x13) == (-90.0, -3.0)
