@@ -266,12 +266,7 @@ def _misfit(camera: Camera, starts: dict[str, HandEye], B: np.ndarray) -> str:
 
 def _held_out(system: System) -> tuple[float, float]:
     """Return the rms errors of each view predicted from all others, outliers left out."""
-    N, axes, _ = system.by_joints.shape
-    views = np.arange(N, dtype=np.int64)
-    inverse = np.linalg.inv(system.covariance(system.state.noise))
-    pulls = (inverse @ system.errors).reshape(N, axes)
-    blocks = inverse.reshape(N, axes, N, axes)[views, :, views]
-    errors = np.linalg.solve(blocks, pulls[..., None]).reshape(N, 2, 3)
+    errors = system.held_out().reshape(-1, 2, 3)
     is_inlier = system.state.weights > OUTLIER
     lengths = np.linalg.norm(errors[is_inlier], axis=2)
     place, turn = np.sqrt(np.mean(lengths**2, axis=0)).tolist()
