@@ -37,6 +37,7 @@ SIZE_UNTOLD = (
 FARTHEST = 50.0
 """Distance beyond which no camera sees a board [m]."""
 REMEDY = "turn the flange about two axes, by 0.5 rad and more, between views"
+SIZE_REMEDY = "vary the distance to the board, by a factor of two, between views"
 OPPOSITE: dict[str, Camera] = {"on-arm": "beside", "beside": "on-arm"}
 SIDES = {"on-arm": np.linalg.inv, "beside": np.asarray}
 """From a board's poses to those that :func:`.hand_eye` takes, by the camera."""
@@ -171,7 +172,8 @@ def handeye(
     doubts = scatter or wrong_size or inconsistent or zeros.rival(system)
     if not doubts:
         subject = f"views cannot tell {name} in {parent}"
-        doubts = not_enough(zeros.covariance, limit, subject, REMEDY)
+        remedy = REMEDY if size_told else SIZE_REMEDY
+        doubts = not_enough(zeros.covariance, limit, subject, remedy)
     return CameraPose(
         **vars(found(calibration, system, (name, parent), pose, zeros, doubts)),
         camera=camera,
