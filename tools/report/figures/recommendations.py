@@ -7,6 +7,7 @@ from typing import cast
 
 import numpy as np
 
+from ....recorder import DEFAULT_DISTANCE
 from ....solver.assessment import (
     Assessment,
     PlacementReport,
@@ -21,7 +22,6 @@ from ....solver.diagnostics import farthest_place
 from ....solver.identification.data import (
     AGREEING,
     CALIPER_DEVIATION,
-    DEFAULT_DISTANCE,
     SAMPLES_ADVISED,
     as_point,
     readings_of,
