@@ -23,6 +23,7 @@ from .folders import placements_in as placements_in
 from .folders import unread as unread
 from .foreign_tables import foreign_table as foreign_table
 from .foreign_tables import read_table as read_table
+from .joint_columns import COMMANDS as COMMANDS
 from .joint_columns import ColumnError as ColumnError
 from .joint_columns import match_joints as match_joints
 from .layout import POSE_FORMS as POSE_FORMS

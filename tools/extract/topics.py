@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ...recorder import COMMANDS
 from .log import ExtractError, Question
 
 _LEADING = 3
@@ -124,9 +125,7 @@ class JointMessages:
         ]
 
 
-COMMANDED = re.compile(
-    "command|commands|commanded|cmd|desired|goal|target|reference|ref|setpoint|planned|fake|gui"
-)
+COMMANDED = re.compile(COMMANDS.pattern + "|fake|gui")
 """Words of topics that say where the joints should be."""
 MEASURED = re.compile("measured|actual|feedback|encoders?")
 """Words of those that say where they are."""
