@@ -55,7 +55,7 @@ def test_all_views_together_tell_the_posture(ur5e):
 
 def test_a_single_view_is_refused(ur5e):
     placement = of_the_flange(ur5e, POSTURE[None])
-    with pytest.raises(MukcaError, match="8 postures .* views do not tell which"):
+    with pytest.raises(MukcaError, match=r"8 postures .* views do not tell which"):
         joints_of(ur5e, placement, None, "beside")
     with pytest.raises(MukcaError, match="1 views; 5 are needed"):
         mukca.handeye(ur5e, joints_of(ur5e, placement, POSTURE.tolist()), "beside")
