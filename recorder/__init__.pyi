@@ -5,6 +5,7 @@ from .cells import seconds_of as seconds_of
 from .columns import DEGREES as DEGREES
 from .columns import LENGTHS as LENGTHS
 from .columns import Column as Column
+from .columns import words_of as words_of
 from .coordinates import match_coordinates as match_coordinates
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements

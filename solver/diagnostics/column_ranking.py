@@ -149,7 +149,7 @@ class ColumnTrials:
     def several_offsets(
         self,
         starts: Sequence[ColumnHypothesis],
-    ) -> list[ColumnHypothesis]:
+    ) -> list[Ranked]:
         """Return the best hypothesis with offsets of some joints, each of them needed, if any."""
         needed = self.turning
         if not starts or not self.samples.is_overdetermined(3 + len(needed)):
@@ -167,7 +167,7 @@ class ColumnTrials:
         best = replace(best, offsets=np.where(is_usual, 0.0, best.offsets))
         mistakes = best.mistakes
         count = len(mistakes.pop("zero", ())) + len(mistakes)
-        return [best] if 0 < count <= MAX_MISTAKES else []
+        return self.ranked([best] if 0 < count <= MAX_MISTAKES else [])
 
 
 def _error(ranked: Ranked) -> float:
@@ -193,7 +193,7 @@ def promising(
     starts += [start for _, start in single]
     ranking += single
     if min(map(_error, ranking)) > TOLERANCE / 2:
-        ranking += trials.ranked(trials.several_offsets(starts))
+        ranking += trials.several_offsets(starts)
     if len(robot.actuated) <= MOST_SIGNS:
         ranking += _several(trials)
     yield _likely(ranking, now)
@@ -222,10 +222,10 @@ def _combined(
     """
     robot = trials.model.robot
     if len(robot.actuated) > MOST_COMBINED:
-        return trials.ranked(trials.several_offsets(starts))
+        return trials.several_offsets(starts)
     quarters = signs_and_quarter_turns(robot, trials.turning)
     turned = [start for _, start in trials.beside_signs(quarters)] if starts else []
-    ranking = trials.ranked(trials.several_offsets([*starts, *turned]))
+    ranking = trials.several_offsets([*starts, *turned])
     geared = trials.beside_signs(signs_swaps_and_ratios(robot))
     return ranking + [trials.near_ratio(ranked) for ranked in geared]
 
@@ -233,7 +233,9 @@ def _combined(
 def _apart(ranking: Sequence[Ranked]) -> list[Ranked]:
     """Return the hypothesis of fewest signs of those that leave the same, as mirrored arms do."""
     simplest: dict[float, Ranked] = {}
-    for ranked in sorted(ranking, key=lambda one: np.sum(one.hypothesis.factors < 0)):
+    for ranked in sorted(
+        ranking, key=lambda ranked: np.sum(ranked.hypothesis.factors < 0)
+    ):
         simplest.setdefault(round(ranked.error, 9), ranked)
     return sorted(simplest.values(), key=_error)
 

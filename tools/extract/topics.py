@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ...recorder import COMMANDS
+from ...recorder import COMMANDS, words_of
 from .log import ExtractError, Question
 
 _LEADING = 3
@@ -171,8 +171,7 @@ def chosen_topic(
 
 def _says(pattern: re.Pattern[str], topic: str) -> bool:
     """Return whether one of a topic's words is of a pattern."""
-    words = re.split(r"[\W_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", topic).lower())
-    return any(map(pattern.fullmatch, words))
+    return any(map(pattern.fullmatch, words_of(topic)))
 
 
 def _rank(topic: str, states: JointStates) -> tuple[bool, bool, bool]:

@@ -103,19 +103,6 @@ class Robot:
             joints.append(replace(joint, origin=Origin.of(row)))
         return replace(self, joints=tuple(joints))
 
-    def reaching(self, positions: np.ndarray) -> "Robot":
-        """Return the robot whose limits hold joint positions too, shape (N, m) [rad]."""
-        lower = np.minimum(self.lower, positions.min(axis=0)).tolist()
-        upper = np.maximum(self.upper, positions.max(axis=0)).tolist()
-        limits = dict(
-            zip(self.joint_names, zip(lower, upper, strict=True), strict=True)
-        )
-        joints: list[Joint] = []
-        for joint in self.joints:
-            low, high = limits.get(joint.name, (joint.lower, joint.upper))
-            joints.append(replace(joint, lower=low, upper=high))
-        return replace(self, joints=tuple(joints))
-
     def carrying(self, mass: float, centre: Sequence[float]) -> "Robot":
         """Return the robot with one more mass [kg] at a point of the flange, x y z [m].
 

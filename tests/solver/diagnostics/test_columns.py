@@ -10,7 +10,7 @@ from cases import by_table
 from mukca import MukcaError
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.identification.data import measure
-from mukca.solver.identification.robot import load_robot
+from mukca.solver.identification.robot import load_robot, reaching
 from mukca.tools.simulation import perturb, reachable_bases, record, simulate_recordings
 
 pytestmark = pytest.mark.slow
@@ -39,7 +39,7 @@ def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code
 
 def within(robot, placements):
     """Measurements by the robot whose limits hold all readings."""
-    wider = robot.reaching(np.concatenate([p.positions for p in placements]))
+    wider = reaching(robot, np.concatenate([p.positions for p in placements]))
     return [measure(placement, wider) for placement in placements]
 
 

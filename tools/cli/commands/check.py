@@ -13,7 +13,7 @@ from .... import recorder
 from ....solver import assessment, calibration, design, diagnostics, results
 from ....solver.calibration import SolveOptions, UsageError
 from ....solver.identification.data import LimitsError
-from ....solver.identification.robot import Robot
+from ....solver.identification.robot import Robot, reaching
 from ... import cli
 from .report import emit_with_page
 from .validate import ValidateOptions, run_validate
@@ -182,9 +182,9 @@ def _inspected(
     try:
         problem = calibration.problems_of(robot, placements, (), settings)[""]
     except LimitsError as error:
-        of_placements = [p.for_joints(robot.joint_names).positions for p in placements]
-        robot = robot.reaching(np.concatenate(of_placements))
-        problem = calibration.problems_of(robot, placements, (), settings)[""]
+        ordered = [p.for_joints(robot.joint_names).positions for p in placements]
+        wider = reaching(robot, np.concatenate(ordered))
+        problem = calibration.problems_of(wider, placements, (), settings)[""]
         codes = {finding.code for finding in problem.checks}
         if not codes.intersection(diagnostics.OF_JOINTS) or UNEXPLAINED in codes:
             raise error from None
