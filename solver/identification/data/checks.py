@@ -211,7 +211,8 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
         if slides and abs(positions[row, column]) > _LONGEST_SLIDE:
             guess = "are these millimetres? a header of JOINT [mm] is read as such"
         elif not slides and abs(positions).max() > 2 * np.pi:
-            guess = "are these degrees? a header of JOINT [deg] is read as such"
+            advice = placement.advice("a header of JOINT [deg] is read as such")
+            guess = f"are these degrees? {advice}"
         raise MeasurementError(
             f"{text}; {unit} ({guess}), in the order of the chain's joints"
         )
