@@ -80,7 +80,11 @@ def _first_row(records: Sequence[Line], row: Sequence[str], width: int) -> int:
         if not count_numbers(cells) or len(trimmed(cells, width)) != width:
             continue
         farthest = MOST_LINES if _words_above(cells, row) else i + 3
-        if not any(_names(c, row, width) for _, c in records[i:farthest]):
+        above = [cells for _, cells in records[:i]]
+        heads = [c for _, c in records[i:farthest] if _names(c, row, width)]
+        if all(
+            head in above for head in heads
+        ):  # repeated, as by programs started twice
             return i
     return 0
 

@@ -1,6 +1,7 @@
 """Columns of a table as a user may name them, as far as names and numbers tell."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from .coordinates import (
     place_of,
 )
 from .joint_columns import OTHER, ColumnError, series_of
+from .markers import marker_columns
 from .tables import Table
 from .words import PENDANTS, words_of
 
@@ -31,69 +33,65 @@ def suggestion(table: Table, count: int = 0) -> str:
         table: A table.
         count: Number of the robot's joints; 0 where no robot is known yet.
     """
-    columns = [c for c in table.columns if not table.is_text(c.index)]
-    place = place_of(columns)
-    columns = [c for c in columns if not _is_counter(table, c)]
-    joints = _joints_by_name(columns, count)
-    others = [c for c in columns if c not in (*joints, *place)]
-    others = [
-        c
-        for c in others
-        if not (c.name and c.aside) and not any(map(OTHER.fullmatch, c.words))
+    markers = marker_columns(table)
+    columns = [
+        c for c in table.columns if c not in markers and not table.is_text(c.index)
     ]
+    place = place_of(columns)
+    columns = [c for c in columns if c not in place and not _is_counter(table, c)]
+    joints = _joints_by_name(columns, count)
+    others = [c for c in columns if c not in joints and _tells(c)]
     if not joints:
         joints = others[: count or _without_pose(table, others, bool(place))]
-    others = [c for c in others if c not in joints]
-    place, turn, columns_of_turn = _pose(table, place, others)
-    words = [
-        f"'q={_names(table, joints)}{_unit(table, joints, _LARGEST_ANGLE, 'rad', 'deg')}'"
+        others = others[len(joints) :]
+    turn: dict[str, Column] = {}
+    if not markers:
+        place, turn = _pose(table, place, others)
+    lengths = _unit(table, place, _LARGEST_LENGTH, "m", "mm")
+    of_joints = _unit(table, joints, _LARGEST_ANGLE, "rad", "deg")
+    words = [f"'q={_names(table, joints)}{of_joints}'"]
+    words += [
+        f"'{a}={_called(table, c)}{lengths}'" for a, c in zip(AXES, place, strict=False)
     ]
-    for axis, column in zip(AXES, place, strict=False):
-        unit = _unit(table, place, _LARGEST_LENGTH, "m", "mm")
-        words.append(f"'{axis}={_called(table, column)}{unit}'")
-    for name, column in zip(turn, columns_of_turn, strict=True):
-        unit = (
-            _unit(table, columns_of_turn, _LARGEST_ANGLE, "rad", "deg")
-            if len(turn) == 3
-            else ""
-        )
-        words.append(f"'{name}={_called(table, column)}{unit}'")
+    angles = ""
+    if len(turn) == len(AXES):
+        angles = _unit(table, [*turn.values()], _LARGEST_ANGLE, "rad", "deg")
+    words += [f"'{name}={_called(table, c)}{angles}'" for name, c in turn.items()]
     return f"--columns {' '.join(words)}"
 
 
+def _tells(column: Column) -> bool:
+    """Return whether a column may be a joint's or a coordinate, by its name if it has one."""
+    is_aside = column.name and column.aside
+    return not is_aside and not any(map(OTHER.fullmatch, column.words))
+
+
 def _joints_by_name(columns: Sequence[Column], count: int) -> list[Column]:
-    """Return the columns called like numbered joints, or like a pendant's; none without them."""
-    names = [c.name for c in columns]
-    for pendant in PENDANTS:
-        words = [" ".join(words_of(name)) for name in names]
-        if all(words.count(joint) == 1 for joint in pendant):
-            return [columns[words.index(joint)] for joint in pendant]
-    sizes = (count,) if count else (7, 6, 8, 5, 4, 9, 10, 3)
-    series = list(series_of(names).values()) or list(
-        series_of(_without_others(names)).values()
-    )
-    for size in sizes:
-        for joints in series:
-            if len(joints) == size:
-                return [columns[joints[k][0]] for k in range(size)]
+    """Return the columns called like a pendant's joints, or numbered ones; none without them."""
+    words = [column.words for column in columns]
+    for pendant in map(list, sorted(PENDANTS, key=len, reverse=True)):
+        joints = list(map(words_of, pendant))
+        if all(words.count(joint) == 1 for joint in joints):
+            return [columns[words.index(joint)] for joint in joints]
+    names = [" ".join(name) for name in words]
+    without_commands = [" ".join(w for w in n if not OTHER.fullmatch(w)) for n in words]
+    for called in names, without_commands:
+        series = [s for s in series_of(called).values() if len(s) in (count or len(s),)]
+        if series:
+            joints = max(series, key=len)
+            return [columns[joints[k][0]] for k in range(len(joints))]
     return []
-
-
-def _without_others(names: Sequence[str]) -> list[str]:
-    """Return names without the words of commands, where nothing else tells of joints."""
-    words = [[w for w in words_of(name) if not OTHER.fullmatch(w)] for name in names]
-    return [" ".join(kept) for kept in words]
 
 
 def _without_pose(table: Table, columns: Sequence[Column], has_place: bool) -> int:
     """Return how many of some columns stand before the place and the turn, by their numbers."""
     if has_place:
         return len(columns)
-    ends = (12, 7, 3)
-    for end in ends:
-        if len(columns) > end and (end == 3 or _turn_within(table, columns[-end:])):
-            return len(columns) - end
-    return len(columns)
+    count = len(columns)
+    for end in (12, 7):
+        if count > end and _turn_within(table, columns[-end:]):
+            return count - end
+    return count - 3 if count > 3 else count
 
 
 def _turn_within(table: Table, columns: Sequence[Column]) -> tuple[str, ...]:
@@ -116,27 +114,24 @@ _BY_ROWS = tuple(n for i in range(3) for n in (*MATRIX[3 * i : 3 * i + 3], AXES[
 
 
 def _pose(
-    table: Table, place: Sequence[Column], others: Sequence[Column]
-) -> tuple[Sequence[Column], tuple[str, ...], list[Column]]:
-    """Return the columns of a place, and names and columns of its turn, where there is one."""
-    if place:
-        for form in TURNS:
-            try:
-                named = match_coordinates(others, form)
-            except ColumnError:
-                named = None
-            if named and (len(form) != 3 or named[0].unit or set(form) <= MAKERS):
-                return place, form, named
-        if len(others) == 4 and _turn_within(table, [*place, *others]):
-            return place, ("qw", "qx", "qy", "qz"), list(others)
-        return place, (), []
-    for size in (12, 7):
-        names = _turn_within(table, others[:size]) if len(others) >= size else ()
-        if names:
+    table: Table, place: list[Column], others: list[Column]
+) -> tuple[list[Column], dict[str, Column]]:
+    """Return the columns of a place, and those of its turn by name, where there is one."""
+    if not place:
+        for size in (12, 7):
+            names = _turn_within(table, others[:size]) if len(others) >= size else ()
             by_name = dict(zip(names, others, strict=False))
-            turn = tuple(n for n in names if n not in AXES)
-            return [by_name[a] for a in AXES], turn, [by_name[n] for n in turn]
-    return others[:3], (), []
+            if names:
+                return [by_name.pop(axis) for axis in AXES], by_name
+        return others[:3], {}
+    for form in TURNS:
+        with suppress(ColumnError):
+            named = match_coordinates(others, form) or []
+            if named and (len(form) != 3 or named[0].unit or set(form) <= MAKERS):
+                return place, dict(zip(form, named, strict=True))
+    if len(others) == 4 and _turn_within(table, [*place, *others]):
+        return place, dict(zip(("qw", "qx", "qy", "qz"), others, strict=True))
+    return place, {}
 
 
 def _is_counter(table: Table, column: Column) -> bool:

@@ -52,7 +52,7 @@ def read_table_placement(
 def _by_names(table: Table, name: str) -> Placement:
     """Return the placement of a table whose columns tell themselves."""
     if marker_columns(table):
-        return _of_markers(table, name)
+        return _placement(table, NamedColumns({}, (), ()), name)
     try:
         return placement_of_points(table, name)
     except UnitError:
@@ -74,12 +74,13 @@ def _by_names(table: Table, name: str) -> Placement:
         ) from error
 
 
-def _of_markers(table: Table, name: str) -> Placement:
+def _of_markers(table: Table, named: NamedColumns, name: str) -> Placement:
     """Return the placement of a table with several markers on one flange."""
     columns = marker_columns(table)
     markers = np.array(table.numbers(columns, gaps=True))
     numbers, misfit = body_of(markers.reshape(len(markers), -1, 3))
-    named = NamedColumns(numbers, (), tuple(columns))
+    used = (*named.used, *columns)
+    named = NamedColumns({**named.numbers, **numbers}, named.joints, used)
     placement = _placement(table, named, name)
     count = len(columns) // len(AXES)
     what = "its middle and its turn" if MATRIX[0] in numbers else "its middle"
@@ -95,6 +96,8 @@ def _placement(table: Table, named: NamedColumns, name: str) -> Placement:
     numbers = dict(named.numbers)
     names = named.joints
     is_placed = set(AXES) & set(numbers) or "socket" in numbers
+    if not is_placed and marker_columns(table):
+        return _of_markers(table, named, name)
     if not is_placed and (place := place_of(table.columns)):
         xyz = np.array(table.numbers(place, gaps=True))
         numbers |= {axis: xyz[:, i : i + 1] for i, axis in enumerate(AXES)}

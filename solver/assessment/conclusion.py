@@ -191,9 +191,16 @@ def interval_text(interval: Interval) -> str:
 def figures_in_words(better: Better) -> str:
     """Return the errors of distances before and now."""
     everywhere, recorded = better.workspace, better.recorded_places
+    now, before = [short_mm(e.value) for e in (everywhere.now, everywhere.before)]
+    if recorded is not None and now == before:
+        return (
+            f"Near the recorded places a distance is now wrong by about "
+            f"{short_mm(recorded.now.value)} mm (was {short_mm(recorded.before.value)}); "
+            f"elsewhere by {now}, as before."
+        )
     words = (
-        f"A distance anywhere in the workspace is now wrong by about "
-        f"{short_mm(everywhere.now.value)} mm (was {short_mm(everywhere.before.value)})"
+        f"A distance anywhere in the workspace is now wrong by about {now} mm "
+        f"(was {before})"
     )
     if recorded is not None:
         words += f"; near the recorded places by {short_mm(recorded.now.value)}"

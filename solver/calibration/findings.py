@@ -26,7 +26,10 @@ DISTANCE = "scale"
 DIFFERENCE = "movement"
 """Code of what differs between places, for which the fit has an unknown."""
 MENDED = "mend it, or calibrate by recordings from one side of it"
-STEADY = "screw the base down, let the arm warm up, and record it again"
+STEADY = {
+    "sockets": "screw the base down, let the arm warm up, and record it again",
+    "points": "let instrument and arm stand still and warm, and measure it again",
+}
 
 
 def findings(
@@ -101,7 +104,7 @@ def _told(
     if follows_order(difference) and len(orders(fit.data, name)) > 1:
         first = measured.sockets[-int(difference.clock == "reverse")]
         text += f"; socket {first} is taken to be recorded first, as no times say"
-    advice = STEADY if difference.part == BASE else MENDED
+    advice = STEADY[measured.kind] if difference.part == BASE else MENDED
     yield Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
 
 

@@ -188,6 +188,31 @@ def test_a_unit_that_is_none_is_told(tmp_path, unit):
         read(tmp_path / "t.csv")
 
 
+BODY_OF_MARKERS = np.array([[0, 0, 0], [0.05, 0, 0], [0, 0.08, 0], [0.02, 0.01, 0.06]])
+MARKERS = XYZ[:, None] + np.einsum("nij,kj->nki", R.reshape(-1, 3, 3), BODY_OF_MARKERS)
+
+
+def test_named_markers_of_a_body_are_one(tmp_path):
+    names = [f"hand:{name} {axis} [mm]" for name in "abcd" for axis in "XYZ"]
+    rows = np.c_[DEGREES, 1e3 * MARKERS.reshape(14, -1)]
+    (tmp_path / "t.csv").write_text(text_of([*(f"A{k} [deg]" for k in range(1, 7)), *names], rows))
+    placement = read(tmp_path / "t.csv")
+    assert "4 markers are taken as one rigid body" in " ".join(placement.remarks)
+    points = np.array([s.point for s in placement.samples])
+    assert np.abs(points - MARKERS.mean(axis=1)).max() < 1e-6
+
+
+def test_joints_that_a_user_names_stand_beside_markers(tmp_path):
+    names = [f"{axis}{k}" for k in range(1, 5) for axis in "xyz"]
+    joints = ["turret", *(f"arm{k}" for k in range(1, 6))]
+    rows = np.c_[MARKERS.reshape(14, -1), Q]
+    (tmp_path / "t.csv").write_text(text_of([*names, *joints], rows))
+    placement = read(tmp_path / "t.csv", ["q=turret,arm1..5 [rad]"])
+    points = np.array([s.point for s in placement.samples])
+    assert np.abs(points - MARKERS.mean(axis=1)).max() < 1e-6
+    assert np.abs(placement.positions - Q).max() < 1e-6
+
+
 def test_a_broken_row_is_no_title(tmp_path):
     """A line of numbers that lacks one is told, not left out."""
     lines = text_of([], [*NUMBERS]).splitlines()

@@ -172,6 +172,15 @@ def test_the_answer_says_where_corrected_joints_are_better(before, corrected, ne
     assert words in verdict.answer[-1]
 
 
+def test_where_the_workspace_is_as_before_the_recorded_places_lead():
+    """A figure that did not change says nothing for a model."""
+    verdict = conclude([], improved(4e-4, 3e-4, 8e-5), None)
+    assert verdict.answer[0] == (
+        "Near the recorded places a distance is now wrong by about 0.20 mm (was 0.40); "
+        "elsewhere by 0.40, as before."
+    )
+
+
 @pytest.mark.parametrize(("workspace", "status"), [(1e-4, "warning"), (2e-3, "fail")])
 def test_an_error_stops_nothing_whose_consequence_the_gain_dwarfs(workspace, status):
     cost = Consequence(1e-5, workspace, 1e-3, 1e-3)
