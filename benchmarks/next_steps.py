@@ -151,7 +151,7 @@ def _with_placement(words: Sequence[str], folder: str, text: str) -> list[str]:
     """Return the last solve with another placement, or with it in place of the one named."""
     again = text.removeprefix("Record ").partition(" again")[0]
     kept = [word for word in words if Path(word).name != again]
-    return [*kept[:2], folder, *kept[2:]]
+    return kept if PLACES in kept else [*kept[:2], folder, *kept[2:]]
 
 
 def _typed(word: str, one: World) -> str:

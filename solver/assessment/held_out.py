@@ -295,11 +295,12 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     """
     drifts: dict[Role, list[str]] = {"train": [], "test": []}
     limit, largest = limits.mean_absolute_error.value, 0.0
+    document = predictions.document
+    weighs = document.posterior is not None
+    weighs &= not document.settings.get("as_recorded")
     for placement in predictions.placements:
-        measured, trained = placement.measured, placement.role == "train"
-        is_timed = np.isfinite(measured.clock("time")).all()
-        in_model = trained and is_timed and predictions.document.posterior is not None
-        if measured.kind == "points" or in_model:
+        trained = placement.role == "train"
+        if placement.measured.kind == "points" or (trained and weighs):
             continue
         evidence, length = steady_drift(placement)
         if evidence > 0:
@@ -308,12 +309,10 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     start = "the ball drifts in its sockets from the first sample to the last, at"
     status: Status = "pass"
     text = "none beyond the scatter"
-    movements = [
-        str(d) for d in predictions.document.checks or () if d.code == "movement"
-    ]
+    movements = [str(d) for d in document.checks or () if d.code == "movement"]
     if drifts["train"]:
         is_severe = limit is None or largest > SEVERE * predicted_limit(limit)
-        is_severe &= not is_dwarfed(predictions.document.better, largest, largest)
+        is_severe &= not is_dwarfed(document.better, largest, largest)
         status = "not enough" if is_severe else "warning"
         text = (
             f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "
