@@ -29,8 +29,7 @@ def samples_in_sockets(posterior: Posterior) -> WhitenedSamples:
     samples = data.only(data.seated)
     _, J, by_joints = posterior.linearise(samples)
     in_socket = np.eye(len(posterior.centres))[samples.sockets]
-    by_centres = -np.kron(in_socket, np.eye(3))
-    by_centres = by_centres.reshape(len(J), 3, posterior.centres.size)
+    by_centres = np.kron(in_socket, -np.eye(3)).reshape(len(J), 3, -1)
     columns = np.dstack([posterior.residuals, J, by_centres])
     white = whitened(posterior, by_joints, columns)
     if posterior.by_differences is not None:
