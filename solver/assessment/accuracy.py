@@ -53,7 +53,7 @@ def allowance(limit: float, length: float | None) -> tuple[float, str]:
     if length is not None and LENGTH_TOLERANCE * length > allowed:
         reason = f"{100 * LENGTH_TOLERANCE:g} % of {mm(length)}, their median length"
         return LENGTH_TOLERANCE * length, reason
-    return allowed, f"{allowed / limit:.2g} times the limit on the held-out error"
+    return allowed, f"{allowed / limit:.2g} times the limit on the measured error"
 
 
 def predicted_in_words(
