@@ -81,7 +81,7 @@ class Terminal:
             now = time.monotonic()
             if not self.quiet and now - last >= silence:
                 last = now
-                write_error(f"{done}{f' of {total}' if total else ''}: {step}")
+                write_error(f"step {done}{f' of {total}' if total else ''}: {step}")
 
         return tell
 

@@ -20,7 +20,7 @@ from .socket_distance import stated_length
 
 LEAST_POINTS = 4
 """Three points determine the instrument's frame, and nothing else."""
-SAMPLES_ADVISED = "as many as ENOUGH takes, 24 to 40 in two sockets"
+SAMPLES_ADVISED = "24 to 40 samples in two sockets, until record says ENOUGH"
 """Samples of a placement, in the words that all advice on their number uses."""
 ENOUGH_POSES = 10
 """Fewest poses by which wrong columns of their orientations are recognised."""

@@ -189,7 +189,7 @@ def test_a_calibration_whose_distance_nobody_measured_is_not_valid_yet(
     write_samples(tmp_path / "untold", mukca.Placement.of_arrays("untold", *pairs))
     for words in (("validate", tmp_path / "cal"), ("check", "--calibration", tmp_path / "cal")):
         status, out, _ = command(*words, tmp_path / "untold")
-        assert status == 3 and "the distance was not given: 50 mm assumed" in out
+        assert status == 3 and "obody measured the distance of the sockets" in out
         assert command(*words, tmp_path / "told")[0] == 0
 
 

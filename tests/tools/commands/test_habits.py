@@ -52,10 +52,10 @@ def test_piped_work_that_takes_long_says_how_far_it_is(monkeypatch, capsys):
     with Terminal().progress(3) as done:
         for step in ("fit", "check", "page"):
             done(step)
-    assert capsys.readouterr().err == "2 of 3: check\n"
+    assert capsys.readouterr().err == "step 2 of 3: check\n"
     with Terminal(verbose=True).progress() as done:
         done("fit")
-    assert capsys.readouterr().err == "1: fit\n"
+    assert capsys.readouterr().err == "step 1: fit\n"
 
 
 def test_a_number_of_another_country_or_unit_is_met_with_the_right_one(refused, session):
