@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from .columns import SIZES, Column, Names
+from .columns import Column
 from .coordinates import AXES, MAKERS, MATRIX, QUATERNION, RPY, TURNS, VECTOR
 from .foreign_tables import read_table
 from .joint_columns import ColumnError, match_joints, require_samples
@@ -13,6 +13,7 @@ from .points import coordinates, require_unit, require_vectors, vector_note
 from .recording_error import RecordingError
 from .samples import read_samples
 from .tables import Table
+from .words import ANGLES, SIZES, Names
 
 POSE_FORMS = (*((*AXES, *turn) for turn in TURNS), AXES)
 """Columns of a pose; a place alone comes last, since it leaves the others out."""
@@ -97,8 +98,13 @@ class _Search:
             form_columns = coordinates(table, form) if form else []
             # Columns may belong to a richer form that is not complete.
             richer = set(chain.from_iterable(self.forms)).difference(form, MAKERS)
-            is_poorer = _TURNED.isdisjoint(form) and not richer.isdisjoint(last_words)
-            if form_columns is None or is_poorer:
+            if form_columns is None:
+                continue
+            unread = [c.unit for c in table.columns if c not in form_columns]
+            angles = ANGLES.keys() & unread if not self.joint_names else ()
+            if _TURNED.isdisjoint(form) and (
+                angles or not richer.isdisjoint(last_words)
+            ):
                 continue
             try:
                 joints = find_joints(table, self.joint_names, form_columns)

@@ -148,6 +148,7 @@ def test_a_size_that_no_view_tells_stays_as_it_was_said(simulated, found_by, sou
     assert not found.size_told and found.size == pytest.approx(1, abs=0.01)
     assert "do not show the size of the board: vary its distance" in " ".join(found.brief)
     assert np.linalg.norm(off) < 0.02
+    assert not found.untold or "vary the distance to the board" in found.untold[0]
     assert sound("beside").size_told
 
 

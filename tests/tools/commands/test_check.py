@@ -4,7 +4,9 @@ import json
 import re
 from shutil import copytree
 
+import numpy as np
 import pytest
+from altered import write_rows
 from cases import by_table
 
 pytestmark = pytest.mark.slow
@@ -103,6 +105,23 @@ def test_what_is_left_out_is_a_remark(copy, run):
     (copy / "left" / "hole_0.csv").write_text("no numbers\n")
     status, told = run("check", str(copy), "--robot", "panda")
     assert "; the placement is left out" in told and "No error was seen; 2 remarks" in told
+
+
+@pytest.mark.parametrize(
+    ("columns", "status", "words"),
+    [
+        (lambda q: q * [1, 1, 1, -1, 1, 1, 1], 1, "joint 4 (panda_joint4) looks sign-flipped"),
+        (lambda q: q + np.outer(q[:, 1], np.eye(7)[3]), 1, "with panda_joint4 - panda_joint2 for"),
+        (lambda q: 2.5 * np.sin(3 * q), 2, "(is it another robot?), in the order of the chain"),
+    ],
+)
+def test_readings_outside_the_limits_are_named_by_their_cause(copy, run, columns, status, words):
+    """Readings that no cause explains are refused."""
+    for file in copy.glob("*/hole_*.csv"):
+        rows = columns(np.loadtxt(file, delimiter=","))
+        write_rows(file, rows.tolist())
+    got, told = run("check", str(copy), "--robot", "panda")
+    assert (got, words in told, "outside its limits" in told) == (status, True, True), told
 
 
 def test_a_placement_of_few_samples_is_none_to_train_on(copy, run):

@@ -7,6 +7,7 @@ from typing import cast
 
 import numpy as np
 
+from ....recorder import DEFAULT_DISTANCE
 from ....solver.assessment import (
     Assessment,
     PlacementReport,
@@ -21,7 +22,6 @@ from ....solver.diagnostics import farthest_place
 from ....solver.identification.data import (
     AGREEING,
     CALIPER_DEVIATION,
-    DEFAULT_DISTANCE,
     SAMPLES_ADVISED,
     as_point,
     readings_of,
@@ -102,7 +102,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
     if by_instrument:
         text = "Measure more points, in poses as varied as can be"
         command = solve_command(document, added={"more_points": "train"})
-        yield Step(text, command, "")
+        yield Step(text, command, "a smaller error, as far as postures differ")
         return
     text = f"Record another placement {_place_in_words(result)}, all varied, {SAMPLES_ADVISED}"
     if document.arms is not None:
