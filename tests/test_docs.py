@@ -266,7 +266,7 @@ def test_figures_of_the_tutorials_arm_are_those_of_its_commands(
         r"^    With calibrated.*?\n\n", (ROOT / "README.md").read_text(), re.M | re.S
     )
     shown += re.findall(
-        r"^```text\nA distance .*?^```", (ROOT / "docs/report.md").read_text(), re.M | re.S
+        r"^```text\nWith calibrated.*?^```", (ROOT / "docs/report.md").read_text(), re.M | re.S
     )
     shown += re.findall(rf"^{export}(.*?)^```", (ROOT / "docs/use.md").read_text(), re.M | re.S)
     shown = [text for text in shown if re.search(r"\d\.\d", text)]
