@@ -100,11 +100,9 @@ class PoseSelector:
         fewest = min(self._counts(samples)[:2]) if self._sockets > 1 else 0
         solved = None
         if posterior is not None or fewest >= LEAST_SAMPLES:
-            solved = sufficiency_of(
-                self._model,
-                [*self._earlier, self._placement(samples, answers)],
-                zeros=self._alarms.coarse,
-            )
+            placements = [*self._earlier, self._placement(samples, answers)]
+            zeros = self._alarms.coarse
+            solved = sufficiency_of(self._model, placements, zeros=zeros)
         predicted = (solved and solved.predicted) or rigid
         goal = self._given or (solved and solved.asked) or self._goal
         reserve = goal * rigid / predicted
