@@ -262,7 +262,9 @@ def test_figures_of_the_tutorials_arm_are_those_of_its_commands(
         told += out + err
         assert words != solve or len((out + err).splitlines()) <= 24  # one screen
     shown = [block for block in blocks if block not in commands]
-    shown += re.findall(r"^    A distance.*?\n\n", (ROOT / "README.md").read_text(), re.M | re.S)
+    shown += re.findall(
+        r"^    With calibrated.*?\n\n", (ROOT / "README.md").read_text(), re.M | re.S
+    )
     shown += re.findall(
         r"^```text\nA distance .*?^```", (ROOT / "docs/report.md").read_text(), re.M | re.S
     )

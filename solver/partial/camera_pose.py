@@ -31,7 +31,7 @@ Scale = Literal["board", "exact"]
 DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
 """Noise of a detector before its poses are seen."""
 SIZE_UNTOLD = (
-    "These views do not tell the size of the board: vary its distance and turn it about two axes; "
+    "These views do not show the size of the board: vary its distance and turn it about two axes; "
     "the pose is by the size that was said."
 )
 FARTHEST = 50.0
@@ -171,7 +171,7 @@ def handeye(
     scatter = zeros.rival(system) if zeros.alike and not inconsistent else ()
     doubts = scatter or wrong_size or inconsistent or zeros.rival(system)
     if not doubts:
-        subject = f"views cannot tell {name} in {parent}"
+        subject = f"views cannot show {name} in {parent}"
         remedy = REMEDY if size_told else SIZE_REMEDY
         doubts = not_enough(zeros.covariance, limit, subject, remedy)
     return CameraPose(

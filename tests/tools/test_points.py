@@ -94,6 +94,16 @@ def test_check_and_info_name_the_points(measured, command):
     assert status == 0 and "Measured points need no socket" in out
 
 
+def test_a_scale_that_no_instrument_is_off_by_is_another_robots(measured, tmp_path, command):
+    header, *rows = (measured / "train" / "points.csv").read_text().splitlines()
+    words = np.array([row.split(",") for row in rows])
+    larger = (1.45 * words[:, -3:].astype(float)).astype(str)
+    lines = [",".join(row) for row in np.column_stack([words[:, :-3], larger])]
+    (tmp_path / "points.csv").write_text("\n".join([header, *lines]))
+    status, out, _ = command("check", tmp_path / "points.csv", "--robot", "panda")
+    assert status == 1 and "is it this robot's model?" in out.splitlines()[0]
+
+
 @by_table("header", "row", "words")
 def test_a_malformed_file_is_refused_by_line(tmp_path, header, row, words):
     (tmp_path / "points.csv").write_text(f"{header}\n{row}\n")

@@ -103,7 +103,7 @@ class Terminal:
         of_all = f" of {total}" if total else ""
 
         def tell(step: str) -> None:
-            line = f"{next(numbers)}{of_all}: {step}"
+            line = f"step {next(numbers)}{of_all}: {step}"
             self.step = f", at {line}"
             if self.verbose and not self.quiet:
                 write_error(line)

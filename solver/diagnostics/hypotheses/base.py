@@ -33,9 +33,11 @@ KNOWN = (1e-3, 0.1)
 """Typical errors of a known distance beside those of bases [m]."""
 SHARES = (0.01, 0.1, 1.0, 10.0)
 """Typical shares by which a distance is wrong."""
+OF_INSTRUMENTS = (3e-3, 0.03)
+"""The same of an instrument, which is never far off but for a unit, which the table shows."""
 SOURCES = {
     "default": "nothing but the default: measure it and pass the reading with --distance",
-    "given": "as given: measure it again and pass the reading with --distance",
+    "given": "as you gave it: measure it again and pass the reading with --distance",
     "located": "by the sockets' coordinates: measure those again",
     "recording": "as placement.json has it: measure it again, and mend it there",
 }
@@ -301,7 +303,7 @@ def of_distance(scene: Scene) -> Iterable[Block]:
             scene.all_samples,
             shifts.reshape(1, -1, 1),
             [names],
-            SHARES,
+            OF_INSTRUMENTS,
         )
 
 

@@ -44,6 +44,7 @@ from .lengths import metres as metres
 from .lengths import millimetres as millimetres
 from .lengths import readings_of as readings_of
 from .measurements import STANDARD_LOAD as STANDARD_LOAD
+from .measurements import LimitsError as LimitsError
 from .measurements import Load as Load
 from .measurements import Measurement as Measurement
 from .measurements import TooFewError as TooFewError

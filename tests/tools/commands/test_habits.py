@@ -56,12 +56,12 @@ def test_work_that_takes_long_says_how_far_it_is(monkeypatch, capsys):
         done("fit")
         done("check")
         time.sleep(0.5)
-    assert "mukca fleet: at work for 0 s, at 2 of 3: check\n" in capsys.readouterr().err
+    assert "mukca fleet: at work for 0 s, at step 2 of 3: check\n" in capsys.readouterr().err
     with Terminal(quiet=True).at_work("mukca fleet"):
         time.sleep(0.3)
     with Terminal(verbose=True).progress() as done:
         done("fit")
-    assert capsys.readouterr().err == "1: fit\n"
+    assert capsys.readouterr().err == "step 1: fit\n"
 
 
 def test_each_verb_that_computes_breaks_its_silence(monkeypatch, capsys):
