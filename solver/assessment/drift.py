@@ -52,11 +52,11 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
 def drifts_of(predictions: Predictions, role: Role) -> dict[str, float]:
     """Return the length of each drift that the fit does not model [m], by its placement's name."""
     drifts: dict[str, float] = {}
+    document = predictions.document
+    weighs = document.posterior is not None
+    weighs &= not document.settings.get("as_recorded")
     for placement in predictions.of_role(role):
-        measured = placement.measured
-        is_timed = np.isfinite(measured.clock("time")).all()
-        is_fitted = is_timed and predictions.document.posterior is not None
-        if measured.kind == "points" or (role == "train" and is_fitted):
+        if placement.measured.kind == "points" or (role == "train" and weighs):
             continue
         evidence, length = steady_drift(placement)
         if evidence > 0:
