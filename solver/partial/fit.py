@@ -1,7 +1,7 @@
 """Maximum a posteriori estimate of an arm's unknowns, tool and places, from a few samples.
 
 With y the unknowns, mu and S their prior mean and covariance, widened where something is free, and
-e(y) ~ e + G (y - mu) the errors, a step of Gauss-Newton in the space of the samples is
+e(y) ~ e + G (y - mu) the errors, a step of Gauss-Newton is
 
     y = mu - S G^T C^-1 e        C = G S G^T + diag(Sigma_i / w_i)
     Sigma_i = diag(s_t^2 I, s_r^2 I) + s_q^2 J_i J_i^T

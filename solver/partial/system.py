@@ -71,17 +71,23 @@ class System:
         of_joints = variances * J @ J.transpose(0, 2, 1)
         return np.diag(scales**2) + of_joints
 
-    def in_noise(
-        self, columns: np.ndarray, noise: NoiseBelief, *, gaussian: bool = False
-    ) -> tuple[np.ndarray, float]:
-        """Return columns (R, n) in units of the noise, and ln |Sigma| / 2.
+    def weighted_blocks(self, noise: NoiseBelief) -> np.ndarray:
+        """Return Sigma_i / w_i, shape (N, axes, axes)."""
+        return self.noise_blocks(noise) / self.state.weights[:, None, None]
 
-        ``gaussian``: of Gaussian noise that has the same information.
-        """
+    @property
+    def with_gaussian_noise(self) -> "System":
+        """The same with Gaussian noise that has the same information."""
+        factor = 1 + 2 / (self.state.noise.nu + self.by_joints.shape[1])
+        state = replace(self.state, weights=self.state.weights / factor)
+        return replace(self, state=state)
+
+    def in_noise(
+        self, columns: np.ndarray, noise: NoiseBelief
+    ) -> tuple[np.ndarray, float]:
+        """Return columns (R, n) in units of the noise, and ln |Sigma| / 2."""
         N, axes, _ = self.by_joints.shape
-        blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
-        if gaussian:
-            blocks = blocks * (1 + 2 / (noise.nu + axes))
+        blocks = self.weighted_blocks(noise)
         roots = np.linalg.cholesky(blocks)
         of_samples = columns[: N * axes].reshape(N, axes, -1)
         white = (np.linalg.inv(roots) @ of_samples).reshape(N * axes, -1)
@@ -91,24 +97,32 @@ class System:
         return np.concatenate([white, lengths]), float(log_volume)
 
     def whitened(
-        self, columns: np.ndarray, noise: NoiseBelief, *, gaussian: bool = False
+        self, columns: np.ndarray, noise: NoiseBelief
     ) -> tuple[np.ndarray, float]:
         """Return X, with X^T X = c^T C^-1 c of columns c, shape (R, n); and ln |C| / 2."""
         if self.has_more_unknowns:
-            half, _ = self.in_noise(self._spread, noise, gaussian=gaussian)
-            spread, _ = self.in_noise(half.T, noise, gaussian=gaussian)
-            root = np.linalg.cholesky(np.eye(len(spread)) + spread)
-            white, log_volume = self.in_noise(columns, noise, gaussian=gaussian)
-            white = np.linalg.solve(root, white)
+            A = self._relative_covariance(noise)
+            white, log_volume = self.in_noise(columns, noise)
+            # Below A, Cholesky's factor of A = R R^T has R^-1 c: NumPy solves no triangle.
+            below = (1 + np.sum(white**2)) * np.eye(white.shape[1])
+            root = np.linalg.cholesky(np.block([[A, white], [white.T, below]]))
+            count = len(A)
+            white, root = root[count:, :count].T, root[:count, :count]
         else:
             count = self.task.size
             both = np.column_stack([self._by_independent, columns])
-            white, log_volume = self.in_noise(both, noise, gaussian=gaussian)
+            white, log_volume = self.in_noise(both, noise)
             W, c = white[:, :count], white[:, count:]
             H = np.eye(count) + W.T @ W
             z, root = np.linalg.solve(H, W.T @ c), np.linalg.cholesky(H)
             white = np.concatenate([c - W @ z, z])
         return white, log_volume + float(np.log(np.diag(root)).sum())
+
+    def _relative_covariance(self, noise: NoiseBelief) -> np.ndarray:
+        """Return L^-1 C L^-T, shape (R, R)."""
+        half, _ = self.in_noise(self._spread, noise)
+        spread, _ = self.in_noise(half.T, noise)
+        return np.eye(len(spread)) + spread
 
     def log_evidence(self, noise: NoiseBelief | None = None) -> float:
         """Return the logarithm of the evidence and of the scales' prior, but for a constant.
@@ -129,21 +143,27 @@ class System:
 
     @cached_property
     def _spread(self) -> np.ndarray:
-        """G S G^T, shape (R, R)."""
-        return self.slopes @ self.task.covariance @ self.slopes.T
+        """G S G^T, shape (R, R); a sample has few of the unknowns of error curves."""
+        S, axes = self.task.covariance, self.by_joints.shape[1]
+        parts = np.split(self.slopes, range(axes, len(self.slopes), axes))
+        columns = [np.flatnonzero(part.any(axis=0)) for part in parts]
+        pairs = [*zip(parts, columns, strict=True)]
+        GS = np.concatenate([part[:, some] @ S[some] for part, some in pairs])
+        return np.hstack([GS[:, some] @ part[:, some].T for part, some in pairs])
 
     @cached_property
     def change(self) -> np.ndarray:
         """The most probable y less mu, shape (size,)."""
         columns = np.column_stack([self.errors, self.slopes])
-        if self.has_more_unknowns:
-            X, _ = self.whitened(columns, self.state.noise)
-            return -self.task.covariance @ (X[:, 1:].T @ X[:, 0])
         white, _ = self.in_noise(columns, self.state.noise)
-        return self.task.independent.conditioned(white[:, 1:], white[:, 0]).mean
+        e, G = white[:, 0], white[:, 1:]
+        if not self.has_more_unknowns:
+            return self.task.independent.conditioned(G, e).mean
+        A = self._relative_covariance(self.state.noise)
+        return -self.task.covariance @ (G.T @ np.linalg.solve(A, e))
 
     def _seen(
-        self, some: np.ndarray | slice, *, gaussian: bool
+        self, some: np.ndarray | slice
     ) -> tuple[Gaussian, np.ndarray, np.ndarray | slice]:
         """Return a Gaussian that the errors were seen of, its slopes to them, and where some are.
 
@@ -159,12 +179,12 @@ class System:
             slopes, rows = np.eye(count, len(of_both)), slice(count, None)
         else:
             prior, slopes, rows = self.task.independent, self.slopes, some
-        white, _ = self.in_noise(slopes, self.state.noise, gaussian=gaussian)
+        white, _ = self.in_noise(slopes, self.state.noise)
         return prior.conditioned(white, np.zeros(count)), slopes, rows
 
     def posterior_covariance(self, some: np.ndarray | slice) -> np.ndarray:
         """Return the posterior covariance of some unknowns."""
-        posterior, _, rows = self._seen(some, gaussian=True)
+        posterior, _, rows = self.with_gaussian_noise._seen(some)
         return posterior.marginal(rows).covariance
 
     def held_out(self) -> np.ndarray:
@@ -174,11 +194,11 @@ class System:
         (1 - Q_i Sigma_i^-1)^-1 r_i.
         """
         N, axes, _ = self.by_joints.shape
-        posterior, slopes, _ = self._seen(slice(0), gaussian=False)
+        posterior, slopes, _ = self._seen(slice(0))
         of_samples = slopes[: N * axes]
         root = (of_samples @ posterior.root).reshape(N, axes, -1)
         Q = root @ root.transpose(0, 2, 1)
-        blocks = self.noise_blocks(self.state.noise) / self.state.weights[:, None, None]
+        blocks = self.weighted_blocks(self.state.noise)
         shares = np.linalg.solve(blocks - Q, self.residuals[:, :, None])
         return (blocks @ shares)[:, :, 0]
 

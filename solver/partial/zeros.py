@@ -86,7 +86,7 @@ def fit_with_zeros(task: Task, joints: Sequence[int] | np.ndarray) -> System:
 def zero_deviations(system: System) -> np.ndarray:
     """Return the standard deviation of each joint's zero, if it alone may have changed."""
     A = system.slopes[:, system.task.prior.zeros]
-    white, _ = system.whitened(A, system.state.noise, gaussian=True)
+    white, _ = system.with_gaussian_noise.whitened(A, system.state.noise)
     information = np.sum(white**2, axis=0)
     return 1 / np.sqrt(information + ZERO**-2)
 

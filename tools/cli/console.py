@@ -9,7 +9,7 @@ import threading
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
+from itertools import chain, count
 from typing import TYPE_CHECKING, Any, TextIO
 
 from ...errors import cleaned
@@ -99,12 +99,11 @@ class Terminal:
 
     def _steps(self, total: int | None) -> "Callable[[str], None]":
         """Return a function that takes the name of each step."""
-        done = 0
+        numbers = count(1)
+        of_all = f" of {total}" if total else ""
 
         def tell(step: str) -> None:
-            nonlocal done
-            done += 1
-            line = f"step {done}{f' of {total}' if total else ''}: {step}"
+            line = f"step {next(numbers)}{of_all}: {step}"
             self.step = f", at {line}"
             if self.verbose and not self.quiet:
                 write_error(line)
