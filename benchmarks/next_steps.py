@@ -22,6 +22,7 @@ from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
+from shutil import rmtree
 from tempfile import TemporaryDirectory
 
 import numpy as np
@@ -103,7 +104,7 @@ def _follow(one: World, run: Run) -> None:
         expected = step.get("after")
         following = shlex.split(step["command"])
         verb = following[1]
-        if verb == "record" and shlex.join(words).count("another"):
+        if verb == "record" and Path(PLACES, "another").is_dir():
             run.end = "no placement is left to record"
             return
         if verb == "record":
@@ -150,8 +151,9 @@ def _written(placement: Placement, folder: str) -> str:
 def _with_placement(words: Sequence[str], folder: str, text: str) -> list[str]:
     """Return the last solve with another placement, or with it in place of the one named."""
     again = text.removeprefix("Record ").partition(" again")[0]
+    rmtree(Path(PLACES, again), ignore_errors=True)
     kept = [word for word in words if Path(word).name != again]
-    return [*kept[:2], folder, *kept[2:]]
+    return kept if PLACES in kept else [*kept[:2], folder, *kept[2:]]
 
 
 def _typed(word: str, one: World) -> str:

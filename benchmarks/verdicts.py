@@ -452,7 +452,7 @@ KINDS = {
     "whole turn": Kind(turn, (0.0,), ("sound",)),
     "zero": Kind(zero, (0.08, 0.5, 0.04), ZERO),
     "zero lost": Kind(zero_lost, (0.02, 0.005, 0.1), ("zero_lost",)),
-    "gain": Kind(gain, (1.02, 0.95), ("gain",)),
+    "gain": Kind(gain, (1.02, 0.95), ("gain", "ratio")),
     "base moved": Kind(base_moved, (2e-3, 6e-4, 0.02, 0.1), ("base_moved",)),
     "base between": Kind(
         base_moved_between, (2e-3, 7e-4), ("base_between", "distance")
@@ -600,8 +600,8 @@ def told_of(one: World, name: str, kind: Kind, size: float) -> Told:
         return Told(name, label, "refused", False, cause, judged(kind, cause), words)
     verdict, q = calibration.verdict, workspace(one.robot, 2 * PAIRS)
     error = workspace_error(one.truth, calibration.ball, q)
-    limits = {row.name: row.limit for row in verdict.limits}
-    allowed = limits.get("predicted_distance")
+    passed = {row.name: row.limit for row in verdict.limits if row.status == "pass"}
+    allowed = passed.get("predicted_distance")  # beyond the recorded places, too
     wrong = verdict.status == "pass" and allowed is not None and error > allowed
     cause = first_cause(calibration)
     status = (

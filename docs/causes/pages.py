@@ -21,7 +21,7 @@ EXAMPLE = {
     "likely": 0.05, "offset": 0.02, "error": 8e-3, "sense": "too large", "step": 0.01,
     "known": "front:0-left:0=0.4",
     "gravity": [0.0, 0.0, 9.81], "option": "0 0 9.81",
-    "source": "as given: measure it again and pass the reading with --distance",
+    "source": "as you gave it: measure it again and pass the reading with --distance",
 }  # fmt: skip
 POINT = {**EXAMPLE, "point": 18}
 LOOKS = {

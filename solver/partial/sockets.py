@@ -60,7 +60,8 @@ def socket_task(prior: ArmPrior, data: Sequence[Measurement], stood: str = "") -
     """Return the task of a fit to a ball in sockets, with the arm as it was calibrated."""
     if any(m.kind == "points" for m in data):
         raise UsageError(
-            "give placements with the ball in sockets, not measured points"
+            "give placements with the ball in sockets, not measured points: by points, mukca "
+            "solve --zeros finds the zeros anew"
         )
     pairs = [*chain.from_iterable(m.labels for m in data)]
     counts = [*chain.from_iterable(m.counts for m in data)]
@@ -115,7 +116,10 @@ def new_samples(
     if not all(used):
         new = [m for m, is_used in zip(data, used, strict=True) if not is_used]
         return new, True, [f"{names}: trained on, and left out"]
-    remark = f"{names}: trained on, so no change is told; record 6 samples in each of two sockets"
+    remark = (
+        f"{names}: the calibration was made from these samples, so they cannot show a change "
+        "since; record 6 new samples in each of two sockets"
+    )
     return data, False, [remark]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..identification.inference import Posterior
 from ..identification.model import Gaussian, probabilities
-from .projections import evenly
+from .projections import basis_of, evenly, outside, rows_of
 
 
 class WhitenedSamples(NamedTuple):
@@ -24,17 +24,18 @@ class WhitenedSamples(NamedTuple):
 
 
 def samples_in_sockets(posterior: Posterior) -> WhitenedSamples:
-    """Return the samples in sockets of a fit."""
+    """Return the samples in sockets of a fit, without what differs between places could explain."""
     data = posterior.data
     samples = data.only(data.seated)
-    points, J, by_joints = posterior.linearise(samples)
-    sockets = samples.sockets
-    residuals = points - posterior.centres[sockets]
-    in_socket = np.eye(len(posterior.centres))[sockets]
-    by_centres = -np.kron(in_socket, np.eye(3))
-    by_centres = by_centres.reshape(len(points), 3, posterior.centres.size)
-    columns = np.dstack([residuals, J, by_centres])
+    _, J, by_joints = posterior.linearise(samples)
+    in_socket = np.eye(len(posterior.centres))[samples.sockets]
+    by_centres = np.kron(in_socket, -np.eye(3)).reshape(len(J), 3, -1)
+    columns = np.dstack([posterior.residuals, J, by_centres])
     white = whitened(posterior, by_joints, columns)
+    if posterior.by_differences is not None:
+        D = posterior.by_differences[data.seated]
+        Q = basis_of(whitened(posterior, by_joints, D))
+        white = outside(rows_of(white), Q).reshape(white.shape)
     return WhitenedSamples(samples.q, white[:, :, 0], white[:, :, 1:])
 
 

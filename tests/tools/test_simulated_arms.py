@@ -113,6 +113,19 @@ def test_numbers_that_cannot_be_simulated_are_told(panda, numbers, words):
         mukca.simulate_recordings(panda, **numbers)
 
 
+def test_a_joint_with_play_rests_on_either_side_where_nothing_loads_it():
+    """A vertical axis is never loaded; the second joint mostly is, and is turned as told."""
+    robot, readings = load_robot("so101"), []
+    for play in (0.0, 5e-3):
+        _, (placement,) = mukca.simulate_recordings(robot, 1, samples=10, noise=0, play=play)
+        readings.append(placement.positions)
+    turned = np.diff(readings, axis=0)[0]
+    assert turned[:, 0].min() < -1e-3 and turned[:, 0].max() > 1e-3
+    torques = gravity_moments(robot, readings[0])[:, 1]
+    loaded = np.abs(torques) > 0.1
+    assert loaded.any() and (np.sign(turned[:, 1]) == np.sign(torques))[loaded].all()
+
+
 def test_a_simulated_arm_with_play_sags_and_its_encoders_have_steps():
     robot = load_robot("so101")
     base = Base("anchored", np.array([0.25, 0.0, 0.03]), np.array([0.7, 0.714, 0.0]), 0.15)

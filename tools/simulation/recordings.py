@@ -75,7 +75,8 @@ class SimulationOptions(TypedDict, total=False):
     tilt: float
     """The same about the two axes across each joint's own (0); some 3e-5."""
     play: float
-    """Largest turn of a joint to either side by backlash (0) [rad]; some 5e-3 in arms of servos."""
+    """Largest turn of a joint to either side by backlash (0) [rad]; some 5e-3 in arms of servos.
+    A joint rests on the side that its load turns it to; without load on either."""
     transmission: float
     """Standard deviation of each coefficient of the transmission error (0) [rad]; some 2e-4."""
     curves: float
@@ -251,6 +252,10 @@ def lead(
     either = generator.choice([-1.0, 1.0], readings.shape)
     side = np.where(abs(torques) > FRICTION, np.sign(torques), either)
     readings = readings + 0.5 * how.play * side
+    for effect in how.deflection.effects:
+        if effect.joint_noise:  # where the load does not hold it to one side
+            shares = effect.joint_noise(torques) * either
+            readings = readings + how.deflection.by_name[effect.name] * shares
     if how.resolution == 0:
         return readings
     steps = np.round(readings / how.resolution)

@@ -75,7 +75,6 @@ from .samples import Clock as Clock
 from .samples import SampleRows as SampleRows
 from .samples import Samples as Samples
 from .samples import joined as joined
-from .socket_distance import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .socket_distance import check_distance as check_distance
 from .tips import TipSamples as TipSamples
 from .tips import tip_shift as tip_shift

@@ -26,7 +26,7 @@ from .socket_distance import stated_length
 
 LEAST_POINTS = 4
 """Three points determine the instrument's frame, and nothing else."""
-SAMPLES_ADVISED = "as many as ENOUGH takes, 24 to 40 in two sockets"
+SAMPLES_ADVISED = "24 to 40 samples in two sockets, until record says ENOUGH"
 """Samples of a placement, in the words that all advice on their number uses."""
 ENOUGH_POSES = 10
 """Fewest poses by which wrong columns of their orientations are recognised."""
@@ -217,7 +217,8 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
         if slides and abs(positions[row, column]) > _LONGEST_SLIDE:
             guess = "are these millimetres? a header of JOINT [mm] is read as such"
         elif not slides and abs(positions).max() > 2 * np.pi:
-            guess = "are these degrees? a header of JOINT [deg] is read as such"
+            advice = placement.advice("a header of JOINT [deg] is read as such")
+            guess = f"are these degrees? {advice}"
         raise LimitsError(
             f"{text}; {unit} ({guess}), in the order of the chain's joints"
         )

@@ -53,6 +53,8 @@ class Posterior:
     moved: np.ndarray | None = None
     """How far the place of each sample has moved, in the robot's base, shape (N, 3) [m]; None for
     places that stood still."""
+    by_differences: np.ndarray | None = None
+    """Derivatives of these by the unknowns of what differs, shape (N, 3, U)."""
 
     def __post_init__(self) -> None:
         check(self.covariance)
@@ -229,6 +231,7 @@ class FitPosterior:
         """The robot alone."""
         objective, state, size = self.objective, self.state, self.model.size
         rows = np.r_[:size, objective.dense : objective.size]
+        differs = bool(objective.differences)
         return Posterior(
             model=self.model,
             data=self.data,
@@ -241,5 +244,6 @@ class FitPosterior:
             weights=self.weights,
             log_evidence=self.log_evidence,
             iterates=tuple(x[:size] for x in self.iterates),
-            moved=objective.moved_places(state.x) if objective.differences else None,
+            moved=objective.moved_places(state.x) if differs else None,
+            by_differences=objective.by_differences if differs else None,
         )

@@ -25,6 +25,8 @@ SIZE_LOST = 0.05
 """Standard deviation of the arm's size, as a share, from which a fit gave it up for a distance."""
 DISTANCE = "scale"
 """Code of findings on distances."""
+TESTED = "Solve tests its fit, and may find twice as much."
+"""Said of the accuracy by a fit that nothing was left out of."""
 NOTHING_WRONG = "Nothing wrong was seen."
 
 
@@ -98,7 +100,7 @@ class _Checked:
         doubts = [row.text for row in verdict.reasons if row.name == "samples"]
         if better is not None and better.probability < assessment.SURE:
             odds = assessment.in_100(better.probability)
-            doubts.append(f"a calibration is not shown to be better ({odds})")
+            doubts.append(f"a calibration is better with a chance of {odds} only")
         return " ".join([answer, *(f"{text[0].upper()}{text[1:]}." for text in doubts)])
 
     @cached_property
@@ -120,11 +122,11 @@ class _Checked:
             )
             now = accuracy.better.workspace.now
             words = assessment.predicted_in_words(now, accuracy.length, repeatability)
-            return f"{text}: calibrated on them, {words}."
+            return f"{text}. By a quick fit, {words}. {TESTED}"
         why = "a fit to them does not settle"
         if _are_broken(self.findings):
             why = "mend the errors first"
-        return f"{text}; what a calibration would know by them cannot be told: {why}."
+        return f"{text}; how well they calibrate the arm is not known: {why}."
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON has it."""
@@ -226,8 +228,8 @@ def _seen(
             else ""
         )
         lines.append(
-            f"{measured.name}: {counts} {samples}{distance}; fitted alone it leaves "
-            f"{1e3 * inspection.floor:.3f} mm"
+            f"{measured.name}: {counts} {samples}{distance}; fitted by itself, it is off "
+            f"by {1e3 * inspection.floor:.3f} mm"
         )
         lines += [f"  {finding.level}: {finding}" for finding in inspection.diagnostics]
     return lines
