@@ -36,7 +36,9 @@ from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
 from .preparation import as_list as as_list
 from .robot_calibration import calibrate_robot as calibrate_robot
+from .several_problems import problem_in_any_reach as problem_in_any_reach
 from .several_problems import problems_of as problems_of
+from .several_problems import reaching as reaching
 from .tables import CHECKS as CHECKS
 from .tables import METHODS as METHODS
 from .tables import STUDIES as STUDIES

@@ -1,17 +1,24 @@
 """The problems of calibrations: of one robot alone, or of several by their names."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
+
+import numpy as np
 
 from ...recorder import Placement
 from ..bases import base_name
-from ..identification.data import SocketAt, check_distinct
+from ..diagnostics import OF_JOINTS
+from ..identification.data import LimitsError, SocketAt, check_distinct
 from ..identification.robot import Robot
 from ..tables import in_placements
 from .fit import CalibrationProblem
 from .options import SolveOptions, UsageError
 from .preparation import Recordings, as_list, problem_of
 from .tables import CHECKS
+
+UNEXPLAINED = "model"
+"""Code of samples that no cause explains."""
 
 
 def problems_of(
@@ -24,6 +31,38 @@ def problems_of(
     if isinstance(robot, Mapping):
         return problems_of_robots(robot, train, test, options)
     return {"": problem_of(robot, train, test, options, CHECKS)}
+
+
+def reaching(robot: Robot, positions: np.ndarray) -> Robot:
+    """Return the robot whose limits hold joint positions, too, shape (N, m) [rad]."""
+    columns = dict(zip(robot.joint_names, positions.T.tolist(), strict=True))
+    joints = list(robot.joints)
+    for i, joint in enumerate(joints):
+        ends = [joint.lower, joint.upper, *columns.get(joint.name, ())]
+        joints[i] = replace(joint, lower=min(ends), upper=max(ends))
+    return replace(robot, joints=tuple(joints))
+
+
+def problem_in_any_reach(
+    robot: Robot, placements: Sequence[Placement], options: SolveOptions
+) -> CalibrationProblem:
+    """Return recordings that were looked at.
+
+    Readings outside of the limits are those of wrong columns, where these explain all samples.
+    """
+    try:
+        return problem_of(robot, placements, (), options, CHECKS)
+    except LimitsError as error:
+        ordered = [p.for_joints(robot.joint_names).positions for p in placements]
+        positions = np.concatenate(ordered)
+        if np.abs(positions).max() > 2 * np.pi:  # in another unit
+            raise
+        wider = reaching(robot, positions)
+        problem = problem_of(wider, placements, (), options, CHECKS)
+        codes = {finding.code for finding in problem.checks}
+        if not codes.intersection(OF_JOINTS) or UNEXPLAINED in codes:
+            raise error from None
+        return replace(problem, warnings=(str(error), *problem.warnings))
 
 
 def located_in_training(

@@ -172,7 +172,8 @@ def outliers(
     if not 2 <= len(rows) <= MOST * len(scene.q):
         return []
     causes = [_cause(ranking.sound, row, errors[row]) for row in rows]
-    sound = sound_recordings(_without(causes))
+    terms = [cause.after().explained[-1] for cause in causes]
+    sound = sound_recordings(_without(causes, terms))
     log_prior = len(rows) * math.log(OUTLIER.prior / len(scene.q))
     together = replace(sound, log_evidence=sound.log_evidence + log_prior)
     if ranking.factor(together) < max(ranking.total_factor, 0.0):
@@ -181,7 +182,9 @@ def outliers(
     return [
         replace(
             outlier,
-            evidence=sound_recordings(_without(causes[:i] + causes[i + 1 :])).evidence,
+            evidence=sound_recordings(
+                _without(causes[:i] + causes[i + 1 :], terms[:i] + terms[i + 1 :])
+            ).evidence,
             sigma=sound.sigma,
             log_evidence=together.log_evidence,
         )
@@ -189,12 +192,13 @@ def outliers(
     ]
 
 
-def _without(causes: Sequence[Candidate]) -> Scene:
-    """Return the scene in which some causes are right."""
-    first, *others = causes
-    scene = first.after()
-    explained = [other.after().explained[-1] for other in others]
-    return replace(scene, explained=(*scene.explained, *explained))
+def _without(
+    causes: Sequence[Candidate],
+    terms: Sequence[tuple[slice, np.ndarray, np.ndarray]],
+) -> Scene:
+    """Return the scene in which some causes are right, by what each of them explains."""
+    scene = causes[0].after()
+    return replace(scene, explained=(*scene.explained, *terms[1:]))
 
 
 def _cause(

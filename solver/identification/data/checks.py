@@ -211,16 +211,16 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
                 f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
             )
         unit = "lengths are metres" if slides else "angles are radians"
-        error, guess = LimitsError, "is it another robot?"
+        guess = "is it another robot?"
         if len(robot.actuated) in np.bincount(placement.sockets):
             guess = "is it another robot, or is a line a joint, where it should be a sample?"
         if slides and abs(positions[row, column]) > _LONGEST_SLIDE:
-            error = MeasurementError
             guess = "are these millimetres? a header of JOINT [mm] is read as such"
         elif not slides and abs(positions).max() > 2 * np.pi:
-            error = MeasurementError
             advice = placement.advice("a header of JOINT [deg] is read as such")
             guess = f"are these degrees? {advice}"
-        raise error(f"{text}; {unit} ({guess}), in the order of the chain's joints")
+        raise LimitsError(
+            f"{text}; {unit} ({guess}), in the order of the chain's joints"
+        )
     if excess[row, column] > _BARELY_OUTSIDE:
         warnings.append(text)

@@ -13,7 +13,6 @@ from .factory import ur_controller as ur_controller
 from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .gravity import gravity_moments as gravity_moments
 from .joint_ranges import one_turn as one_turn
-from .joint_ranges import reaching as reaching
 from .joint_ranges import workspace as workspace
 from .kinematics import Motion as Motion
 from .kinematics import frames_and_motions as frames_and_motions

@@ -8,9 +8,10 @@ import pytest
 from cases import by_table
 
 from mukca import MukcaError
+from mukca.solver.calibration import reaching
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.identification.data import measure
-from mukca.solver.identification.robot import load_robot, reaching
+from mukca.solver.identification.robot import load_robot
 from mukca.tools.simulation import perturb, reachable_bases, record, simulate_recordings
 
 pytestmark = pytest.mark.slow

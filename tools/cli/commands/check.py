@@ -7,13 +7,9 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from .... import recorder
 from ....solver import assessment, calibration, design, diagnostics, results
 from ....solver.calibration import SolveOptions, UsageError
-from ....solver.identification.data import LimitsError
-from ....solver.identification.robot import Robot, reaching
 from ... import cli
 from .report import emit_with_page
 from .validate import ValidateOptions, run_validate
@@ -25,8 +21,6 @@ _SOURCES = {
 }
 POINTS = "points that an instrument measured"
 
-UNEXPLAINED = "model"
-"""Code of samples that no cause explains."""
 SIZE_LOST = 0.05
 """Standard deviation of the arm's size, as a share, from which a fit gave it up for a distance."""
 DISTANCE = "scale"
@@ -166,33 +160,14 @@ def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     placements = recorder.read_placements(
         *options.data, as_recorded=settings.as_recorded, **options.table
     )
-    checked = _checked(_inspected(robot, placements, settings))
+    problem = calibration.problem_in_any_reach(robot, placements, settings)
+    assert isinstance(problem, calibration.InspectedProblem)
+    checked = _checked(problem)
     terminal.warn(*checked.problem.warnings)
     terminal.say(*checked.lines)
     document = {"robot": options.robot, **checked.as_dict()}
     emit_with_page(options, terminal, checked.lines, document)
     return checked.verdict.exit_status
-
-
-def _inspected(
-    robot: Robot, placements: "Sequence[recorder.Placement]", settings: SolveOptions
-) -> "calibration.InspectedProblem":
-    """Return recordings that were looked at.
-
-    Readings outside of the limits are those of wrong columns, where these explain all samples.
-    """
-    try:
-        problem = calibration.problems_of(robot, placements, (), settings)[""]
-    except LimitsError as error:
-        ordered = [p.for_joints(robot.joint_names).positions for p in placements]
-        wider = reaching(robot, np.concatenate(ordered))
-        problem = calibration.problems_of(wider, placements, (), settings)[""]
-        codes = {finding.code for finding in problem.checks}
-        if not codes.intersection(diagnostics.OF_JOINTS) or UNEXPLAINED in codes:
-            raise error from None
-        problem = replace(problem, warnings=(str(error), *problem.warnings))
-    assert isinstance(problem, calibration.InspectedProblem)
-    return problem
 
 
 def _are_broken(findings: "Sequence[results.Diagnostic]") -> bool:
