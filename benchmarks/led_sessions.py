@@ -18,7 +18,8 @@ A fault is KIND[@SAMPLE[+COUNT]][:SIZE]; most are those of ``mock``, and
     sign          a joint reads with the wrong sign
     slips@7:1deg  a joint reads up to 1 degree otherwise after every fourth sample
 
-``--always-keep`` presses k at each alarm, whatever it offers first.
+``--always-keep`` presses k at each alarm, whatever it offers first, in the sessions that ``--keep``
+holds and in which another key came first.
 
 Of each session are told: the first alarm and how many samples of the fault it took, the keys that
 cured, the words at the end, the samples there by part, the verdict of ``mukca solve`` on them, and
@@ -155,6 +156,10 @@ class World:
         hand = Hand(arm, self.generator, noise=0.0)
         hand.aim = None if aim is None else np.array(aim)
         hand.aim = self._first if self.kind == "near" else hand.aim
+        if (
+            hand.aim is not None
+        ):  # as it reads, a hand leads it to what the screen shows
+            hand.aim = self._true(hand.aim, number)
         if self.kind == "cell" and self._first is not None and hand.aim is not None:
             begin = self._first[:WALLED]
             low, high = begin - self._size, begin + self._size
@@ -169,10 +174,17 @@ class World:
         q, joint, since = q.copy(), q.shape[-1] // 2, number >= self.begin
         q[..., joint] += since * self._size * (self.kind == "zero")
         q[..., joint] += since * READS * (self.kind == "reads")
+        q[..., joint] *= -1 if self.kind == "sign" else 1
         if self.kind == "slips" and since:
             turns = np.random.default_rng((number - self.begin) // AGAIN)
             q[..., joint] += self._size * turns.uniform(-1, 1)
-        q[..., joint] *= -1 if self.kind == "sign" else 1
+        return q
+
+    def _true(self, reading: np.ndarray, number: int) -> np.ndarray:
+        """Return how an arm stands that reads this, but for faults of a degree."""
+        q, joint = reading.copy(), len(reading) // 2
+        q[joint] -= READS * (self.kind == "reads" and number >= self.begin)
+        q[joint] *= -1 if self.kind == "sign" else 1
         return q
 
     def _seat(self, number: int, socket: int) -> np.ndarray:
@@ -299,9 +311,11 @@ class Operator:
     def _capture(self) -> None:
         session, advice = self.actions.session, self.guidance.advice
         aim = advice.target if advice else None
-        self.captured += 1
-        q = tuple(self.world.read(self.captured, session.socket, aim).tolist())
+        q = tuple(self.world.read(self.captured + 1, session.socket, aim).tolist())
         self.position = q
+        if session.refusal(q):
+            return
+        self.captured += 1
         self.actions.capture(StationaryPose(q, (0.0,) * len(q), None, None, 0.0, 1))
 
     def _placement(self, samples: Sequence[Sample]) -> Placement:
@@ -411,7 +425,12 @@ def main() -> None:
     a = parser.parse_args()
     kept = a.keep.read_text().splitlines() if a.keep and a.keep.exists() else []
     rows: list[dict[str, Any]] = [json.loads(line) for line in kept]
-    rows = [row for row in rows if row.get("keeps", False) == a.always_keep]
+    cured = {
+        (row["arm"], row["seed"], row["fault"])
+        for row in rows
+        if not row["keeps"] and set(row["cures"]) - {"k"}
+    }
+    rows = [row for row in rows if row["keeps"] == a.always_keep]
     there = {(row["arm"], row["seed"], row["fault"]) for row in rows}
     seeds = range(a.seeds[0], sum(a.seeds))
     # an arm each: with more seeds every fault meets every arm
@@ -420,6 +439,8 @@ def main() -> None:
         for s in seeds
         for i, f in enumerate(a.faults)
     ]
+    if a.always_keep:
+        jobs = [job for job in jobs if job in cured]
     new = [job for job in jobs if job not in there]
     rows += read_options(a).workers.map(
         partial(kept_by, a.most, a.always_keep, a.keep), new

@@ -21,20 +21,23 @@ counts = [int(word) for word in sys.argv[2:]] or [6, 12, 24]
 
 def distances(balls: np.ndarray) -> np.ndarray:
     """Return how far each ball position is from the next, shape (N - 1,) [m]."""
-    return np.linalg.norm(np.diff(balls, axis=0), axis=1)
+    lengths: np.ndarray = np.linalg.norm(np.diff(balls, axis=0), axis=1)
+    return lengths
 
 
 print("samples a socket   held-out error   error of distances   (median of arms, mm)")
 for samples in counts:
-    held_out, true = [], []
+    held_out, true = list[float](), list[float]()
     for seed in range(arms):  # the same arms for every number of samples
         truth, drawn = mukca.simulate_recordings(robot, 3, samples=samples, seed=seed)
         train, *test = drawn
         calibration = mukca.calibrate(robot, train, test=test)
-        held_out.append(calibration.errors.summary.test.calibrated.mean_absolute_error)
+        summary = calibration.errors.summary.test
+        assert summary is not None  # there are placements apart
+        held_out.append(summary.calibrated.mean_absolute_error)
         q = np.concatenate([p.positions for p in test])
         q = np.random.default_rng(seed).permutation(q)
         errors = distances(calibration.ball(q)) - distances(truth.ball(q))
-        true.append(np.mean(np.abs(errors)))
+        true.append(float(np.mean(np.abs(errors))))
     medians = 1e3 * np.median([held_out, true], axis=1)
     print(f"{samples:16d} {medians[0]:16.3f} {medians[1]:20.3f}", flush=True)

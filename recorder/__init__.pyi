@@ -5,6 +5,7 @@ from .cells import seconds_of as seconds_of
 from .columns import DEGREES as DEGREES
 from .columns import LENGTHS as LENGTHS
 from .columns import Column as Column
+from .columns import words_of as words_of
 from .coordinates import match_coordinates as match_coordinates
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
@@ -23,6 +24,7 @@ from .folders import placements_in as placements_in
 from .folders import unread as unread
 from .foreign_tables import foreign_table as foreign_table
 from .foreign_tables import read_table as read_table
+from .joint_columns import COMMANDS as COMMANDS
 from .joint_columns import ColumnError as ColumnError
 from .joint_columns import match_joints as match_joints
 from .layout import POSE_FORMS as POSE_FORMS

@@ -19,6 +19,18 @@ _MEANT = re.compile(r"(hole)[ _-]?(\d+)\b.*|(samples|points|poses)\b.*", re.IGNO
 _SPREADSHEETS = (".xlsx", ".xls", ".ods")
 _TABLES = (*TABLES, *_SPREADSHEETS)
 """Endings of tables."""
+_FOREIGN = (
+    ".gz",
+    ".zip",
+    ".json",
+    ".jsonl",
+    ".npy",
+    ".npz",
+    ".parquet",
+    ".mat",
+    ".pkl",
+)
+"""Endings of what may hold samples, by the file's name, in a form that is not read."""
 
 MOST_LINES = 3
 """Most lines that tell what is not read of a folder without a placement."""
@@ -137,15 +149,16 @@ def _unread_files(folder: Path, *, only_meant: bool = False) -> Iterator[str]:
     """
     other: list[str] = []
     for file in sorted(folder.iterdir()):
+        ending = file.suffix.lower()
         is_read = file.name in FILES or _HOLE.fullmatch(file.name)
-        if is_read or file.suffix.lower() not in _TABLES:
+        if is_read or ending not in (*_TABLES, *_FOREIGN):
             continue
         match = _MEANT.fullmatch(file.name)
         if match is None:
-            other += [file.name] * (file.suffix != ".txt")
+            other += [file.name] * (ending in _TABLES and ending != ".txt")
             continue
         meant = f"hole_{int(match[2])}" if match[2] else match[3].lower()
-        save = "save it as CSV and " * (file.suffix.lower() in _SPREADSHEETS)
+        save = "save it as CSV and " * (ending in (*_SPREADSHEETS, *_FOREIGN))
         yield f"{file.name} is not read; {save}call it {meant}.csv"
     if other and not only_meant:
         words = f"name {folder / other[0]} itself"

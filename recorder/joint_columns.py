@@ -25,7 +25,8 @@ _POSITION = re.compile(
 """Words that may follow a joint's name where its position is meant."""
 _POSITIONS = f"((?: (?:{_POSITION.pattern}))*)"
 COMMANDS = re.compile(
-    "target|commands?|commanded|cmd|desired|des|goal|setpoint|planned|plan|nominal|soll|reference|ref"
+    "target|commands?|commanded|cmd|desired|des|goal|setpoint|planned|plan|nominal|soll|reference|ref|"
+    "actions?"
 )
 """Words that tell where something was sent, not where it was."""
 _OTHER = re.compile(

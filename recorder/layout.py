@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from .columns import SIZES, Column, Names
+from .columns import ANGLES, SIZES, Column, Names
 from .coordinates import AXES, MAKERS, MATRIX, QUATERNION, RPY, TURNS, VECTOR
 from .foreign_tables import read_table
 from .joint_columns import ColumnError, match_joints, require_samples
@@ -97,8 +97,13 @@ class _Search:
             form_columns = coordinates(table, form) if form else []
             # Columns may belong to a richer form that is not complete.
             richer = set(chain.from_iterable(self.forms)).difference(form, MAKERS)
-            is_poorer = _TURNED.isdisjoint(form) and not richer.isdisjoint(last_words)
-            if form_columns is None or is_poorer:
+            if form_columns is None:
+                continue
+            unread = [c.unit for c in table.columns if c not in form_columns]
+            angles = ANGLES.keys() & unread if not self.joint_names else ()
+            if _TURNED.isdisjoint(form) and (
+                angles or not richer.isdisjoint(last_words)
+            ):
                 continue
             try:
                 joints = find_joints(table, self.joint_names, form_columns)

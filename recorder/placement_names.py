@@ -75,15 +75,16 @@ def distinct(placement: Placement) -> Placement:
     if not copies:
         return placement
     samples = tuple(s for i, s in enumerate(placement.samples) if i not in copies)
-    lines = [placement.samples[i].where.rpartition(":")[2] for i in sorted(copies)]
+    places = [placement.samples[i].where for i in sorted(copies)]
+    lines = [Path(place).name for place in places if place]
     remark = (
-        f"{placement.first_file}: {len(copies)} of {len(placement.samples)} samples repeat "
+        f"{placement.where}: {len(copies)} of {len(placement.samples)} samples repeat "
         "another one and do not count"
     )
-    if all(lines):
+    if len(lines) == len(copies):
         listed = ", ".join(lines[:LISTED])
         ellipsis = ", .." if len(lines) > LISTED else ""
-        remark = f"{remark} (lines {listed}{ellipsis})"
+        remark = f"{remark} ({listed}{ellipsis})"
     return replace(placement, samples=samples, remarks=(*placement.remarks, remark))
 
 

@@ -19,6 +19,7 @@ class Arm:
     address: str = ""
     calls: list[str] = field(default_factory=list)
     login: Any = None
+    serial_number: str = "GS1904"
     failure: Exception | None = None
     """Raised by each feedback."""
     degrees: list[float] | None = None
@@ -100,12 +101,20 @@ def stand_in(arm):
                 raise arm.failure
             return arm.feedback()
 
+    class DeviceConfigClient(BaseCyclicClient):
+        def GetSerialNumber(self, deviceId=0, options=None):
+            arm.calls.append("GetSerialNumber")
+            if not arm.serial_number:
+                raise RuntimeError("no such service")
+            return SimpleNamespace(serial_number=arm.serial_number)
+
     parts = {
         "TCPTransport": [TCPTransport],
         "RouterClient": [RouterClient, RouterClientSendOptions],
         "SessionManager": [SessionManager],
         "autogen.messages.Session_pb2": [CreateSessionInfo],
         "autogen.client_stubs.BaseCyclicClientRpc": [BaseCyclicClient],
+        "autogen.client_stubs.DeviceConfigClientRpc": [DeviceConfigClient],
     }
     packages = ("", ".autogen", ".autogen.messages", ".autogen.client_stubs")
     modules = {f"kortex_api{name}": ModuleType(name) for name in packages}

@@ -262,7 +262,9 @@ def test_figures_of_the_tutorials_arm_are_those_of_its_commands(
         told += out + err
         assert words != solve or len((out + err).splitlines()) <= 24  # one screen
     shown = [block for block in blocks if block not in commands]
-    shown += re.findall(r"^    A distance.*?\n\n", (ROOT / "README.md").read_text(), re.M | re.S)
+    shown += re.findall(
+        r"^    With calibrated.*?\n\n", (ROOT / "README.md").read_text(), re.M | re.S
+    )
     shown += re.findall(
         r"^```text\nA distance .*?^```", (ROOT / "docs/report.md").read_text(), re.M | re.S
     )
@@ -297,14 +299,18 @@ def test_figures_are_those_of_the_benchmarks():
 
 
 @pytest.mark.slow
-def test_the_page_of_python_is_typed(tmp_path):
+def test_the_page_of_python_and_the_examples_are_typed(tmp_path):
     pytest.importorskip("pyright", reason="the extra lint is not installed")
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs/python.md").read_text(), re.S)
     (tmp_path / "page.py").write_text("".join(["# pyright: strict\n", *blocks]))
+    for name in ("calibrate_from_csv", "monte_carlo", "own_urdf", "stream_arm"):
+        text = (ROOT / "examples" / f"{name}.py").read_text()
+        (tmp_path / f"{name}.py").write_text(f"# pyright: strict\n{text}")
     (tmp_path / "mukca").symlink_to(ROOT)  # whatever the clone is called
     settings = {"reportUnusedExpression": "none"}
     (tmp_path / "pyrightconfig.json").write_text(json.dumps(settings))
-    words = [sys.executable, "-m", "pyright", "--pythonpath", sys.executable, "page.py"]
+    words = [sys.executable, "-m", "pyright", "--pythonpath", sys.executable]
+    words += [str(file) for file in tmp_path.glob("*.py")]
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
     assert len(blocks) > 4 and done.returncode == 0, done.stdout
 

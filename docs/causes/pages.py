@@ -21,7 +21,7 @@ EXAMPLE = {
     "likely": 0.05, "offset": 0.02, "error": 8e-3, "sense": "too large", "step": 0.01,
     "known": "front:0-left:0=0.4",
     "gravity": [0.0, 0.0, 9.81], "option": "0 0 9.81",
-    "source": "as given: measure it again and pass the reading with --distance",
+    "source": "as you gave it: measure it again and pass the reading with --distance",
 }  # fmt: skip
 POINT = {**EXAMPLE, "point": 18}
 LOOKS = {
@@ -68,7 +68,8 @@ LOOKS = {
     "pushed": "All samples scatter more than the arm repeats, and most where joints have long "
     "levers: a hand held the arm against its gears.",
     "unexplained": "Errors are large, and no other cause of this list is likely.",
-    "sign": "One joint counts the other way round than the model.",
+    "sign": "One joint or several count the other way round than the model. Servo arms whose file "
+    "has another calibration format differ by quarter turns, too.",
     "swap": "The columns of two joints are exchanged.",
     "order": "The columns come in another order than the chain's joints: turned round, shifted.",
     "ratio": "One joint reads a whole multiple of its angle, or a part of it: a gear that its "

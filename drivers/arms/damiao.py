@@ -1,13 +1,14 @@
 """Damiao motors on a CAN bus, as in OpenArm: they are polled while they are switched off.
 
-Only *refresh* and the query for PMAX are sent, which enable no motor. A motor that is enabled, or
-of another PMAX than 12.5 rad, is refused.
+Only *refresh* and queries for PMAX and the serial number are sent, which enable no motor. A motor
+that is enabled, or of another PMAX than 12.5 rad, is refused.
 
 Address: ``[INTERFACE/]CHANNEL[?rate=HZ&ids=1,2,..&signs=1,-1,..]``, see :mod:`..transport.can_bus`.
 """
 
 import struct
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TypeVar
 
 from .. import JointState, PolledDriver, Reason, clock, match_joints
@@ -16,7 +17,9 @@ from ..transport import CanBus, FreshAnswers, parse_can_address
 JOINTS = 7
 EVERYBODY = 0x7FF
 ANSWERS = 0x10  # above a motor's number
-REFRESH, QUERY, PMAX_REGISTER = 0xCC, 0x33, 0x15
+REFRESH, QUERY = 0xCC, 0x33
+PMAX_REGISTER, SERIAL = 0x15, 0x0F
+FORMS = {PMAX_REGISTER: "<f", SERIAL: "<I"}
 # Answers to one who reads, writes or saves a motor's registers.
 REGISTERS = (
     QUERY,
@@ -54,11 +57,12 @@ def decode_feedback(data: bytes, motor: int) -> tuple[float, int]:
     return int.from_bytes(data[1:3], "big") / COUNTS * 2 * PMAX - PMAX, status
 
 
-def decode_query(data: bytes, motor: int) -> float:
-    """Return a motor's PMAX [rad], the angle that a full count stands for."""
-    if len(data) != 8 or data[:4] != bytes([motor, 0, QUERY, PMAX_REGISTER]):
+def decode_query(data: bytes, motor: int, register: int = PMAX_REGISTER) -> float:
+    """Return a motor's PMAX [rad], the angle that a full count stands for, or its serial number."""
+    if len(data) != 8 or data[:4] != bytes([motor, 0, QUERY, register]):
         raise ValueError(f"a frame that is no answer of motor {motor}")
-    return float(struct.unpack_from("<f", data, 4)[0])
+    (value,) = struct.unpack_from(FORMS[register], data, 4)
+    return value
 
 
 class Damiao(PolledDriver):
@@ -94,6 +98,7 @@ class Damiao(PolledDriver):
                         f"motor {motor} on {self._where} counts to {largest:g} rad, not {PMAX:g}: "
                         "its angles would be read wrong"
                     )
+            self.identity = self._serial_numbers()
 
     def _receive(self, deadline: float) -> JointState:
         start = self._await_turn(deadline, self._interval)
@@ -113,6 +118,15 @@ class Damiao(PolledDriver):
             )
         position = tuple(s * q for s, q in zip(self._signs, angles, strict=True))
         return JointState((start + clock.now()) / 2, position)
+
+    def _serial_numbers(self) -> str:
+        """Return the motors' serial numbers; nothing where one tells none."""
+        decode = partial(decode_query, register=SERIAL)
+        try:
+            numbers = [self._ask(m, QUERY, SERIAL, decode) for m in self._motors]
+        except ValueError:
+            return ""
+        return f"serial numbers {', '.join(map(str, numbers))}"
 
     def _disconnect(self) -> None:
         self._bus.close()

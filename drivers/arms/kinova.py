@@ -9,8 +9,9 @@ Address: ``serial://PORT?baud=..&parity=..&stopbits=..``, ``can://[INTERFACE/]CH
 
 import importlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import TimeoutError as FutureTimeoutError
+from contextlib import suppress
 from itertools import chain
 from typing import Any
 
@@ -32,6 +33,16 @@ ONE_MOMENT = (
     0.1  # s: joints that answer within it were measured together, as a hand is slow
 )
 
+CLASSES = {
+    "TCPTransport": "TCPTransport",
+    "RouterClient": "RouterClient",
+    "RouterClientSendOptions": "RouterClient",
+    "SessionManager": "SessionManager",
+    "CreateSessionInfo": "autogen.messages.Session_pb2",
+    "BaseCyclicClient": "autogen.client_stubs.BaseCyclicClientRpc",
+    "DeviceConfigClient": "autogen.client_stubs.DeviceConfigClientRpc",
+}
+"""Classes of ``kortex_api`` that are used, and the modules that hold them."""
 SESSION_MILLISECONDS = 60_000
 CONNECTION_MILLISECONDS = 2_000
 
@@ -53,6 +64,7 @@ class Kinova(PolledDriver):
             self._joint_names = match_joints(
                 joint_names, self._arm.joints, "the Kinova arm"
             )
+        self.identity = self._arm.identity
         self._last: JointValues = ()  # joint angles [degrees]
         self._fastest = math.inf
 
@@ -105,10 +117,10 @@ class Kortex(KinovaArm):
         self.rate = endpoint.options.positive("rate", 100)
         self.sign = endpoint.options.sign("effort")
         self._where = str(endpoint)
-        self._transport: Any = None
-        self._session: Any = None
+        self._ends: list[Callable[[], object]] = []
         self._open(endpoint)
         self.joints = len(self.measure(clock.now() + 2)[0])
+        self.identity = self._serial_number()
 
     def measure(self, deadline: float) -> Answers:
         """Ask for the arm's feedback, until its values are finite."""
@@ -137,56 +149,53 @@ class Kortex(KinovaArm):
         torques = [float(actuator.torque) for actuator in actuators]
         return angles, torques
 
+    def _serial_number(self) -> str:
+        """Return the base's serial number, in words; nothing where it tells none."""
+        self._options.timeout_ms = CONNECTION_MILLISECONDS
+        try:
+            number = self._config.GetSerialNumber(options=self._options).serial_number
+        except Exception:
+            return ""
+        return f"serial number {number}"
+
     def close(self) -> None:
         """End the session and the connection; safe to call twice."""
-        session, self._session = self._session, None
-        transport, self._transport = self._transport, None
-        for end in (
-            session and session.CloseSession,
-            transport and transport.disconnect,
-        ):
-            try:
-                if end:
-                    end()
-            except Exception:  # noqa: S110 - the arm is gone, or forgot the session
-                pass
+        while self._ends:
+            with suppress(Exception):  # the arm is gone, or forgot the session
+                self._ends.pop()()
 
     def _open(self, endpoint: Endpoint) -> None:
         """Connect, log in, and make the client that asks."""
-        names = (
-            "TCPTransport",
-            "RouterClient",
-            "SessionManager",
-            "autogen.messages.Session_pb2",
-            "autogen.client_stubs.BaseCyclicClientRpc",
-        )
         try:
             kortex: dict[str, Any] = {
-                name: importlib.import_module(f"kortex_api.{name}") for name in names
+                name: getattr(importlib.import_module(f"kortex_api.{module}"), name)
+                for name, module in CLASSES.items()
             }
         except ImportError as error:
             raise Reason.MISSING_PACKAGE(
                 "kinova over Kortex needs kortex_api, which is not on PyPI: install the wheel that "
                 f"the readme of github.com/Kinovarobotics/kortex names ({error})"
             ) from None
-        self._options = kortex["RouterClient"].RouterClientSendOptions()
+        self._options = kortex["RouterClientSendOptions"]()
         open_tcp(
             endpoint, "is this the arm's address?"
         ).close()  # the transport waits for ever
         try:
-            self._transport = kortex["TCPTransport"].TCPTransport()
-            self._transport.connect(endpoint.host, endpoint.port)
+            transport = kortex["TCPTransport"]()
+            self._ends.append(transport.disconnect)
+            transport.connect(endpoint.host, endpoint.port)
             # bool takes the transport's errors, which every call raises as well
-            router = kortex["RouterClient"].RouterClient(self._transport, bool)
-            login = kortex["autogen.messages.Session_pb2"].CreateSessionInfo()
+            router = kortex["RouterClient"](transport, bool)
+            login = kortex["CreateSessionInfo"]()
             login.username = endpoint.options.get("user", "admin")
             login.password = endpoint.options.get("password", "admin")
             login.session_inactivity_timeout = SESSION_MILLISECONDS
             login.connection_inactivity_timeout = CONNECTION_MILLISECONDS
-            self._session = kortex["SessionManager"].SessionManager(router)
-            self._session.CreateSession(login)
-            client = kortex["autogen.client_stubs.BaseCyclicClientRpc"].BaseCyclicClient
-            self._cyclic = client(router)
+            session = kortex["SessionManager"](router)
+            self._ends.append(session.CloseSession)
+            session.CreateSession(login)
+            self._cyclic = kortex["BaseCyclicClient"](router)
+            self._config = kortex["DeviceConfigClient"](router)
         except Exception as error:
             self.close()
             raise self._failed(error) from error

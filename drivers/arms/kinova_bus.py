@@ -58,6 +58,8 @@ class KinovaArm:
     """True where the first angle of each joint is brought between -180 and 180 degrees."""
     rejected: int = 0
     """Number of answers that could not be used."""
+    identity: str = ""
+    """Serial number in words; empty where the protocol tells none."""
 
 
 def decode_reply(message: bytes, actuator: int) -> tuple[float, float]:

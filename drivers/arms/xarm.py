@@ -21,7 +21,6 @@ from .. import (
 )
 from ..transport import Endpoint, TcpStream, cut, parse_endpoint
 
-MOST_JOINTS = 7
 LARGEST_ANGLE = 6.4
 """No joint turns farther than 360 degrees from its zero, and little more [rad]."""
 SHORTEST, LONGEST = 87, 2048  # bytes of a report
@@ -45,15 +44,13 @@ class Layout:
     angles: int
     time: int | None = None
     """Of the time [us]."""
-    joints: int | None = None
-    """Of the number of joints."""
 
 
 FAST = Layout(status=12, angles=116, time=4)
 REAL = Layout(status=4, angles=7)
-RICH = Layout(status=4, angles=7, joints=146)
 PORTS = {30000: FAST, 30003: REAL}
 RICH_PORT = 30002
+TYPE, JOINTS, SOFTWARE = 145, 146, slice(151, 180)  # in a report of that port
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +62,6 @@ class Report:
     status: str
     time: float | None = None
     """[s]."""
-    joints: int | None = None
 
 
 def take_report(received: bytearray) -> bytes | None:
@@ -80,21 +76,28 @@ def take_report(received: bytearray) -> bytes | None:
 
 def decode_report(report: bytes, layout: Layout) -> Report:
     """Decode a report."""
-    last = max(layout.angles + ANGLES.size, (layout.joints or 0) + 1, SHORTEST)
+    last = max(layout.angles + ANGLES.size, SHORTEST)
     if len(report) < last or int.from_bytes(report[:4], "big") != len(report):
         raise ValueError(f"a report of {len(report)} bytes")
     angles: JointValues = ANGLES.unpack_from(report, layout.angles)
     if not all(abs(angle) <= LARGEST_ANGLE for angle in angles):  # false for NaN too
         raise ValueError("a report with impossible joint angles")
-    joints = None if layout.joints is None else report[layout.joints]
-    if joints not in (None, 5, 6, 7):
-        raise ValueError(f"a report of an arm with {joints} joints")
     mode, state = divmod(report[layout.status], 16)
     status = f"{MODES.get(mode, f'mode {mode}')}, {STATES.get(state, f'state {state}')}"
     time = None
     if layout.time is not None:
         time = int.from_bytes(report[layout.time : layout.time + 8], "big") * 1e-6
-    return Report(angles, status, time, joints)
+    return Report(angles, status, time)
+
+
+def decode_arm(report: bytes) -> tuple[int, str]:
+    """Return an arm's number of joints, and its type and software in words."""
+    decode_report(report, REAL)
+    joints = report[JOINTS] if len(report) > JOINTS else 0
+    if joints not in (5, 6, 7):
+        raise ValueError(f"a report of an arm with {joints} joints")
+    software = report[SOFTWARE].partition(b"\0")[0].decode("ascii", "replace")
+    return joints, f"type {report[TYPE]}, software {software}"
 
 
 class XArm(ValidatingDriver):
@@ -109,7 +112,7 @@ class XArm(ValidatingDriver):
         tcp = TcpStream(endpoint, "is the controller on, and is this its address?")
         try:
             report = tcp.take(take_report, clock.now() + FIRST_SECONDS)
-            count = decode_report(report, RICH).joints or MOST_JOINTS
+            count, self.identity = decode_arm(report)
         except ValueError as error:
             raise Reason.PROTOCOL(f"{self._where} sends {error}") from None
         finally:

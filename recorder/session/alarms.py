@@ -115,6 +115,7 @@ class StreamAlerts:
         self._stream, self._monitor, self._actions = stream, monitor, actions
         self._started = clock.now()
         self._silent_since: float | None = None
+        self._drops = stream.drops
         self._alarmed = set[str]()
         self._log_alarmed = False
 
@@ -130,12 +131,14 @@ class StreamAlerts:
         if log and log.trouble and not self._log_alarmed:
             self._log_alarmed = True
             self._actions.alarm(log.trouble)
+        if self._stream.drops > self._drops:
+            self._drops = self._stream.drops
+            self._actions.reconnected()
         silent = now - max(self._stream.arrival, self._started) > self._monitor.patience
         trouble = self.trouble(now)
         if not silent and self._silent_since is not None:
             silence = now - self._silent_since
             self._actions.notify(f"the stream is back after {silence:.1f} s")
-            self._actions.reconnected()
             self._silent_since = None
             self._alarmed.clear()
         elif silent and self._silent_since is None:

@@ -150,7 +150,8 @@ class GuidanceClient:
         self._asked_at = math.inf
         self._alarms: Alarms = ()
         self._kept: Alarms = ()
-        self._proposal: tuple[int, Configuration | None] = 0, None
+        self._proposals: tuple[int, tuple[Configuration, ...]] = 0, ()
+        """Number of samples, and what was proposed since the last of them."""
         self._unfollowed = 0
 
     @property
@@ -213,20 +214,28 @@ class GuidanceClient:
             self._provider = self._advice = None
 
     def _see_proposal(self) -> None:
-        """Count the proposals in a row that were not followed, until they are too many."""
+        """Count the samples in a row that followed no proposal since the one before.
+
+        A slow computer changes its proposal while the hand is on its way.
+        """
         session = self._actions.session
-        count, target = self._proposal
-        if target and self._unfollowed < UNFOLLOWED:
-            taken = session.live[count : count + 1]
-            if target in session.avoided:
-                self._unfollowed += 1
-            elif taken and session.same(taken[0].position, target, FOLLOWED):
-                self._unfollowed = 0
-            elif taken:
-                self._unfollowed += 1
+        count, targets = self._proposals
+        taken = session.live[count : count + 1]
+        avoided = bool(targets) and targets[-1] in session.avoided
+        if targets and (taken or avoided) and self._unfollowed < UNFOLLOWED:
+            followed = any(
+                session.same(sample.position, target, FOLLOWED)
+                for sample in taken
+                for target in targets
+            )
+            self._unfollowed = 0 if followed else self._unfollowed + 1
             if self._unfollowed == UNFOLLOWED:
                 self._actions.notify(f"{UNFOLLOWED} {CONFINED}")
-        self._proposal = len(session.live), self.advice and self.advice.target
+        target = self.advice and self.advice.target
+        targets = () if taken or avoided else targets
+        if target and target not in targets:
+            targets = (*targets, target)
+        self._proposals = len(session.live), targets
 
     def _accept(self, advice: Advice | None) -> None:
         """Take advice over, unless samples that it rests on have changed since the request.

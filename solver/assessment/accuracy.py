@@ -16,7 +16,7 @@ from ..results import (
     Scale,
     Uncertainty,
 )
-from .conclusion import interval_text, short_mm
+from .error_words import interval_text, short_mm
 from .formatting import joined, mm
 from .limits import (
     NEAR,
@@ -71,10 +71,16 @@ def predicted_in_words(
     if limit is None:
         return f"{words}; whether that is enough follows from your arm's --repeatability-mm"
     allowed, _ = allowance(limit, length)
-    words = f"{words}, where {mm(allowed)} is asked"
+    high = short_mm(predicted.high)
     if predicted.high > allowed:
-        return f"{words}: record another placement"
-    return f"{words}: no other placement is needed for that"
+        return (
+            f"{words}; {high} mm would be more than the {mm(allowed)} that this arm is allowed, "
+            "so record another placement"
+        )
+    return (
+        f"{words}; even {high} mm would be within the {mm(allowed)} that this arm is allowed, "
+        "so no other placement seems needed"
+    )
 
 
 def accuracy_rows(
@@ -125,7 +131,7 @@ def _predicted_row(
     if now.low < now.high:
         text += f" ({interval_text(now)})"
         reason += f"; {interval_text(now)} mm"
-    text += f", where {mm(allowed)} is asked"
+    text += f", and {mm(allowed)} is allowed"
     if not is_kept:
         text += f"; record more varied samples{_least_travel(coverage)}"
         trained = {s.placement for s in coverage.sockets if s.role == "train"}

@@ -28,7 +28,10 @@ FEW = 15
 """With fewer samples in a socket its mean is too uncertain for a limit on means of many."""
 TOLERANCE = 5e-4
 """Error within which samples are counted where nobody said what the task allows [m]."""
-TRAINED = "all of these were trained on, so their errors prove nothing"
+TRAINED = (
+    "the calibration was made from all of these samples, so their errors prove nothing: "
+    "give placements that solve has not seen"
+)
 
 
 @dataclass(frozen=True)

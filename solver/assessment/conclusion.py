@@ -4,18 +4,20 @@ from collections.abc import Iterable, Sequence
 
 from msgspec.structs import replace
 
-from ...errors import fixed
-from ..results import Better, Hypothesis, Interval, Summary
+from ..results import Better, Hypothesis, Summary
+from .error_words import figures_in_words, in_100, short_mm
 from .held_out import MeasuredErrors
 from .limits import LIMITS, NEAR, WORKSPACE, LimitResult
 from .verdict import (
     INSTRUMENT,
+    NO_MORE_SAMPLES,
     Kind,
     Outcome,
     Premise,
     Scope,
     Verdict,
     gaps_of,
+    lacks_a_length_alone,
     sentence,
     verdict_of,
 )
@@ -27,8 +29,8 @@ DOUBTS = ("distance_given", "scale", "drift", "data_checks")
 UNTOLD = ("scale", "drift", "data_checks")
 """Those of them by which no figure of the posterior is to be trusted."""
 CONTRADICTED = (
-    "How wrong distances are cannot be told: "
-    "the recordings contradict each other, or the model."
+    "mukca cannot say how wrong distances are: "
+    "the recordings contradict each other, or they contradict the robot's model."
 )
 FEW = ("samples", "travel", "known")
 """Rows by which more samples are asked for, where a model is not shown to be better."""
@@ -57,6 +59,7 @@ def conclude(
         row for row in rows if row.status == "fail" and row.name not in LIMITS
     ]
     doubts = [row for row in rows if row.status == "not enough" and row.name in DOUBTS]
+    doubts.sort(key=lambda row: row.name not in UNTOLD)
     held_back = _held_back(rows)
     proved = measured and measured.is_better
     certain = is_better(better, held_out) if proved is None else proved
@@ -67,9 +70,7 @@ def conclude(
     first = [*contradiction, *doubts, *held_back]
     untold = contradiction or [row for row in doubts if row.name in UNTOLD]
     stated = None if untold else better
-    odds = "" if stated is None else f" ({in_100(stated.probability)})"
-    if measured is not None and proved is not None:
-        odds = f" ({measured.text})"
+    odds = measured.text if measured and proved is not None else ""
     verdict = replace(
         verdict_of(rows, causes, status, kind, scope),
         use=status in ("pass", "better"),
@@ -77,6 +78,8 @@ def conclude(
         rests_on=tuple(rests_on),
     )
     lines = _answer(verdict, rows, first, odds, certain=bool(certain))
+    if verdict.use or not (contradiction or doubts):
+        lines += corrected_joints_in_words(verdict, held_out)
     if measured is not None:
         sizes = [row for row in rows if row.name == "scale" and row.status == "warning"]
         lines += [sentence(row.text) for row in sizes]
@@ -137,21 +140,24 @@ def _answer(
     The ``first`` of the rows are those that say why not.
     """
     better, scope = verdict.better, verdict.scope
-    corrected = None if better is None else better.corrected_probability
     reason = [sentence(row.text) for row in first[:1]]
+    if lacks_a_length_alone(rows):
+        reason = [NO_MORE_SAMPLES, *reason]
     lines = [] if better is None else [figures_in_words(better)]
+    chance = "" if better is None else in_100(better.probability)
     if verdict.use:
-        lines.append(f"USE IT: load {URDF}. It is better than your file{odds}.")
+        chance = f" ({odds or chance})" if odds or chance else ""
+        lines.append(f"USE IT: load {URDF}. It is better than your file{chance}.")
         lines += reason or ([] if scope is None else [_limits_kept(rows, scope)])
         premises = _first_of_each(verdict.rests_on)
         lines += [" ".join(premises)] if premises else []
     elif certain:
-        lines.append(f"DO NOT LOAD IT: {reason[0]}")
+        lines.append(f"DO NOT LOAD IT: {' '.join(reason)}")
     else:
-        not_better = f"{URDF} is not shown to be better than your file{odds}."
-        lines += [f"DO NOT LOAD IT: {not_better}", *reason]
-    if corrected is not None and corrected >= SURE and better is not None:
-        lines.append(corrected_joints_in_words(better, corrected))
+        not_better = f"DO NOT LOAD IT: {URDF} is not shown to be better than your file"
+        chance = f"; the chance that it is better is {chance}" if chance else ""
+        chance = f" ({odds})" if odds else chance
+        lines += [f"{not_better}{chance}.", *reason]
     return lines
 
 
@@ -165,77 +171,39 @@ def _first_of_each(premises: Sequence[Premise]) -> list[str]:
 
 def _limits_kept(rows: Sequence[LimitResult], scope: Scope) -> str:
     """Return which limits are kept, and of which the figures leave a doubt of it."""
-    words = "All limits are kept"
+    words = "All limits on errors are kept"
     if scope == "recorded_places":
-        words = "The limits are kept near the recorded places, not in all the workspace"
+        words = "The limits on errors are kept near the recorded places, not in all the workspace"
     doubts = "; ".join(f"the {row.doubt}" for row in rows if row.doubt)
     return f"{words}. Only just: {doubts}." if doubts else f"{words}."
 
 
-def in_100(probability: float) -> str:
-    """Return a probability as "99 in 100"; it is never 0 or 100."""
-    return f"{min(max(round(100 * probability), 1), 99)} in 100"
+def corrected_joints_in_words(verdict: Verdict, held_out: Summary | None) -> list[str]:
+    """Return where corrected joints are better than the nominal model; nothing where nowhere is.
 
-
-def short_mm(metres: float) -> str:
-    """Return millimetres with two digits that count, such as 2.8, 0.23 and 12."""
-    value = 1e3 * metres
-    return fixed(value, 0 if value >= 9.95 else 1 if value >= 0.995 else 2)
-
-
-def interval_text(interval: Interval) -> str:
-    """Return a 68 % interval [m] in millimetres, as in "68 %: 0.33 to 0.81"."""
-    return f"68 %: {short_mm(interval.low)} to {short_mm(interval.high)}"
-
-
-def figures_in_words(better: Better) -> str:
-    """Return the errors of distances before and now."""
-    everywhere, recorded = better.workspace, better.recorded_places
-    words = (
-        f"A distance anywhere in the workspace is now wrong by about "
-        f"{short_mm(everywhere.now.value)} mm (was {short_mm(everywhere.before.value)})"
-    )
-    if recorded is not None:
-        words += f"; near the recorded places by {short_mm(recorded.now.value)}"
-    return f"{words}."
-
-
-def intervals_in_words(better: Better | None) -> list[str]:
-    """Return the errors of distances with their intervals, a line for each kind of places."""
-    lines: list[str] = []
-    if better is None:
-        return lines
-    for where, errors in (
-        ("in the workspace", better.workspace),
-        ("near the recorded places", better.recorded_places),
-    ):
-        if errors is None:
-            continue
-        named = [("now", errors.now), ("corrected joints", errors.corrected)]
-        figures = [f"was {_with_interval(errors.before)}"]
-        figures += [f"{name} {_with_interval(one)}" for name, one in named if one]
-        lines.append(f"Error of distances {where}, mm: {'; '.join(figures)}.")
-    return lines
-
-
-def _with_interval(error: Interval) -> str:
-    return f"{short_mm(error.value)} ({interval_text(error)})"
-
-
-def corrected_joints_in_words(better: Better, probability: float) -> str:
-    """Return where to command with corrected joints, which are better than the nominal model."""
+    Errors at places left out are the authority: they need not fall with the predicted ones.
+    """
+    better = verdict.better
+    chance = better and better.corrected_probability
+    if better is None or chance is None or chance < SURE:
+        return []
     everywhere, recorded = better.workspace, better.recorded_places
     anywhere = everywhere.corrected
     near = recorded and recorded.corrected
     assert anywhere is not None  # its probability is known
-    if anywhere.value <= everywhere.now.value:
-        return (
-            f"Command with corrected joints: a distance is then wrong by about "
-            f"{short_mm(anywhere.value)} mm ({in_100(probability)} that this is better)."
-        )
-    if recorded is None or near is None or near.value > recorded.now.value:
-        return "Corrected joints are no better than this."
-    return (
-        f"Command with corrected joints near the recorded places only: "
-        f"{short_mm(near.value)} mm there, {short_mm(anywhere.value)} elsewhere."
+    advice = "correct the joint positions that you command (mukca command)"
+    grew = held_out and (
+        held_out.calibrated.mean_absolute_error > held_out.loaded.mean_absolute_error
     )
+    if anywhere.value <= everywhere.now.value and not grew:
+        first = "Better still" if verdict.use else "With your file"
+        return [
+            f"{first}, {advice}: a distance is then wrong by about "
+            f"{short_mm(anywhere.value)} mm."
+        ]
+    if grew or recorded is None or near is None or near.value > recorded.now.value:
+        return ["Corrected joint positions are no better than this."]
+    return [
+        f"Near the recorded places only, {advice}: a distance is then wrong by "
+        f"{short_mm(near.value)} mm there, {short_mm(anywhere.value)} elsewhere."
+    ]

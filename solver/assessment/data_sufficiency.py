@@ -13,8 +13,8 @@ from ..results import (
 )
 from .accuracy import accuracy_rows, joints_held, size_known_row, travel_row
 from .conclusion import SURE
+from .drift import drift_rows
 from .formatting import percent, plural
-from .held_out import drift_rows
 from .limits import (
     LimitResult,
     Limits,

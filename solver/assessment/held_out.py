@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from msgspec import structs
 
-from ..diagnostics import SEVERE, predicted_limit
 from ..identification.data import (
     NEAREST,
     REPEATED_SHARE,
@@ -19,7 +18,7 @@ from ..identification.data import (
     is_copy,
     mean_metrics,
 )
-from ..results import PlacementErrors, Role
+from ..results import PlacementErrors
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
 from .limits import (
@@ -27,8 +26,6 @@ from .limits import (
     Limit,
     LimitResult,
     Limits,
-    Status,
-    is_dwarfed,
     limit_row,
     with_full,
 )
@@ -40,12 +37,8 @@ NOTHING_LEFT_OUT = "nothing was left out, and errors on what was fitted prove no
 ONE_SOCKET = "no held-out placement has two sockets, so there is no distance"
 SIGNIFICANCE = 0.05
 """Probability that the distance errors of a sound calibration are called implausible."""
-USUAL_DRIFT = 1e-3
-"""Usual size of a drift from the first sample to the last [m]."""
 DEVIATIONS = 2.0
 """Standard deviations by which true errors have to fall, to be better beyond chance."""
-LEAST_FREEDOM = 10
-"""Degrees of freedom below which no drift is estimated."""
 
 
 def why_not_held_out(predictions: Predictions) -> dict[str, str]:
@@ -98,7 +91,7 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
     reason = (
         f"{words}; record another {NEAREST:g} m away"
         if neighbours
-        else NOTHING_LEFT_OUT
+        else _why_none_left_out(predictions)
     )
     results = error_rows(
         loaded,
@@ -123,6 +116,16 @@ def held_out_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]
         )
         for row in results
     ]
+
+
+def _why_none_left_out(predictions: Predictions) -> str:
+    """Return why nothing was left out: one place alone, all at one place, or nobody wanted it."""
+    first, *others = predictions.of_role("train")
+    neighbours = [_trained_already(placement, first) for placement in others]
+    if not neighbours or not all(neighbours):
+        return NOTHING_LEFT_OUT
+    words = f"{joined(neighbours)}, so nothing could be left out"
+    return f"{words}; record another {NEAREST:g} m away"
 
 
 class MeasuredErrors(NamedTuple):
@@ -202,7 +205,7 @@ def _distance_deviations(rows: Sequence[PlacementErrors]) -> list[LimitResult]:
         status = "not enough"
         text = (
             f"at {worst} the sockets come out {mm(error)} from what was said, {z:.1f} standard "
-            "deviations: the data cannot tell which base's distance is wrong, or moved between its "
+            "deviations: the data cannot show which base's distance is wrong, or moved between its "
             "sockets, there or where it was trained; measure each again"
         )
     return [limit_row("distance_deviations", status, text, error, allowed * deviation)]
@@ -267,10 +270,11 @@ def _length_row(
         reason = gap if reached is None else limit.source
         return limit_row(name, "not evaluated", reason, reached, limit.value)
     interval = f" (+- {mm(deviation, 3)})" if deviation else ""
-    text = f"{TITLES[name]} {mm(reached, 3)}{interval}, limit {mm(limit.value, 3)}"
-    if corrected is not None:
-        text += f" (with corrected joint positions {mm(corrected, 3)})"
     excess = reached - limit.value
+    side = "above" if excess > 0 else "within"
+    text = f"{TITLES[name]} {mm(reached, 3)}{interval}, {side} its limit of {mm(limit.value, 3)}"
+    if corrected is not None:
+        text += f"; corrected joint positions have {mm(corrected, 3)}"
     status = "fail" if excess > deviation else "pass"
     if deviation > limit.value or 0 < excess <= deviation:
         status = "not enough"
@@ -285,72 +289,3 @@ def _length_row(
         deviation=deviation or None,
     )
     return with_full(row, corrected, "fail")
-
-
-def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
-    """Return whether the ball drifts in any placement, and whether that matters.
-
-    It does where the fit does not model it, by more than a third of the limit on distances, and
-    unless the calibration gains more.
-    """
-    drifts: dict[Role, list[str]] = {"train": [], "test": []}
-    limit, largest = limits.mean_absolute_error.value, 0.0
-    document = predictions.document
-    weighs = document.posterior is not None
-    weighs &= not document.settings.get("as_recorded")
-    for placement in predictions.placements:
-        trained = placement.role == "train"
-        if placement.measured.kind == "points" or (trained and weighs):
-            continue
-        evidence, length = steady_drift(placement)
-        if evidence > 0:
-            drifts[placement.role].append(f"{placement.name} by {mm(length)}")
-            largest = max(largest, length * trained)
-    start = "the ball drifts in its sockets from the first sample to the last, at"
-    status: Status = "pass"
-    text = "none beyond the scatter"
-    movements = [str(d) for d in document.checks or () if d.code == "movement"]
-    if drifts["train"]:
-        is_severe = limit is None or largest > SEVERE * predicted_limit(limit)
-        is_severe &= not is_dwarfed(document.better, largest, largest)
-        status = "not enough" if is_severe else "warning"
-        text = (
-            f"{start} {joined(drifts['train'])}: the data cannot tell a base, a table or a joint "
-            "that moved meanwhile from an error of the model; record it again, firmly screwed down"
-        )
-    elif movements:
-        status, text = "warning", "; ".join(movements)
-    rows = [limit_row("drift", status, text, text=text)]
-    if drifts["test"]:
-        text = f"{start} {joined(drifts['test'])}"
-        rows.append(limit_row("drift_held_out", "warning", text, text=text))
-    return rows
-
-
-def steady_drift(placement: PlacementPrediction) -> tuple[float, float]:
-    """Return ln B of a placement's drift, and its length over the recording [m]."""
-    measured = placement.measured
-    t = measured.order / len(measured.order)
-    e: np.ndarray = placement.deviations.calibrated.copy()
-    weights = np.array(
-        [1.0 if s.weight is None else s.weight for s in placement.samples]
-    )
-    for rows in measured.slices:
-        t[rows] -= np.average(t[rows], weights=weights[rows])
-        e[rows] -= np.average(e[rows], axis=0, weights=weights[rows])
-    freedom = len(t) - len(measured.sockets) - 3
-    along = float(weights @ t**2)
-    if freedom < LEAST_FREEDOM or along == 0:
-        return 0.0, 0.0
-    v: np.ndarray = (weights * t) @ e / along
-    residuals = e - np.outer(t, v)
-    scatter: np.ndarray = (weights[:, None] * residuals).T @ residuals
-    scatter /= weights.sum() - len(measured.sockets) - 1
-    V = scatter / along + (1e-3 * USUAL_DRIFT) ** 2 * np.eye(3)  # of exact data, too
-    chi2 = (
-        float(v @ np.linalg.solve(V + V @ V / USUAL_DRIFT**2, v))
-        * (freedom - 1)
-        / (freedom + 3)
-    )
-    spread = np.linalg.slogdet(np.eye(3) + USUAL_DRIFT**2 * np.linalg.inv(V))[1]
-    return 0.5 * (chi2 - float(spread)), float(np.linalg.norm(v))

@@ -239,7 +239,7 @@ def _limit(arm: Arm | None, margin: int, size: float | None, option: str) -> Lim
     if size is not None:
         return Limit(value=size, source=f"given by {option}")
     if arm is None:
-        words = f"give --repeatability-mm (your arm's data sheet), or {option} to mukca report"
+        words = f"no limit known: add --repeatability-mm by its data sheet, or {option} to report"
         return Limit(value=None, source=words)
     times = f"{margin} times the" if margin > 1 else "the"
     if arm.repeatability < RESOLUTION:

@@ -43,8 +43,7 @@ _SOURCES = {
     "given": "as given",
     "recording": "as the recording says",
     "located": "by the sockets' coordinates",
-    "default": "the default, since nothing says that it was measured: measure it, and give it by "
-    "--distance or mukca info --set-distance",
+    "default": "the default: nobody measured it",
 }
 
 
@@ -109,7 +108,7 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
         premises += [premise] if premise not in premises else []
     kinds = {row.kind for row in document.placements if row.role == "train"}
     if "points" in kinds:
-        text = "This relies on the instrument, which measures lengths rightly."
+        text = "This assumes that the instrument's lengths are right; nothing here shows it."
         premises.append(Premise(name="instrument", text=text))
     moved = any(check.code in MOVEMENTS for check in document.checks or ())
     if "sockets" in kinds and not moved:
@@ -123,8 +122,9 @@ def distance_row(assumed: Sequence[float]) -> LimitResult:
     if not assumed:
         return limit_row("distance_given", "pass", "not assumed")
     text = (
-        f"the distance was not given: {1e3 * assumed[0]:.5g} mm assumed; measure it with a "
-        "caliper, and give --distance MEASURED"
+        f"nobody measured the distance of the sockets, and {1e3 * assumed[0]:.5g} mm is assumed; "
+        "measure it from centre to centre with a caliper, and add what you read with its unit, "
+        "as in --distance 50.1mm"
     )
     return limit_row("distance_given", "not enough", text)
 

@@ -17,6 +17,8 @@ INSTRUMENT = (
     "an instrument measured the held-out points, "
     "so a wrong size of the arm shows in their errors"
 )
+NO_MORE_SAMPLES = "No more samples are needed, only one length."
+"""Said where nothing but the distance of the sockets is missing."""
 NEEDED = ("mean_absolute_error", "distance_error", "data_checks")
 """Rows without which nothing is validated."""
 STAMPS: dict[tuple[str, str | None], str] = {
@@ -161,6 +163,12 @@ def verdict_of(
     )
 
 
+def lacks_a_length_alone(rows: Iterable[LimitResult]) -> bool:
+    """Tell whether a PASS wants nothing but the distance of the sockets."""
+    lacking = [row.name for row in rows if row.status in ("fail", "not enough")]
+    return lacking == ["distance_given"]
+
+
 def is_limit(row: LimitResult) -> bool:
     """Tell whether a row holds a figure against a limit."""
     return row.name in LIMITS and row.found is not None and row.limit is not None
@@ -190,6 +198,8 @@ def reasons_in_words(rows: Sequence[LimitResult], status: Outcome) -> str:
     if limits_met and status == "pass":
         words.append(f"Within its limit: {joined(limits_met)}.")
     broken = texts("fail") or texts("not enough")
+    if lacks_a_length_alone(rows):
+        broken = [NO_MORE_SAMPLES, *broken]
     gaps = gaps_of(rows)
     if status != "pass" and not broken:
         words += [sentence(row.text) for row in gaps[:1]]

@@ -179,7 +179,7 @@ class Calibration(FittedModel):
                 output_sha256={URDF: results.sha256(self.urdf(folder))},
             ),
         )
-        saved = Calibration(document, self.calibrated, self.source)
+        saved = Calibration(document, self.calibrated, str(folder / CALIBRATION))
         saved.base_in = self.base_in
         return saved
 

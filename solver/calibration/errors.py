@@ -77,13 +77,15 @@ class Errors(tuple[results.PlacementErrors, ...]):
     def title(self) -> str:
         """Subject of the table."""
         refitted = any(row.ball_refitted is not None for row in self)
-        title = f"errors in mm, nominal{', ball refitted' * refitted} > calibrated"
+        title = f"errors in mm: nominal{', its ball refitted' * refitted} -> calibrated"
         if any(row.geometric is not None for row in self):
-            return f"{title}.urdf; below, with joint positions corrected first"
+            return (
+                f"{title}.urdf; the row below has them with corrected joint positions"
+            )
         return title
 
     def table(self) -> list[tuple[bool, list[str]]]:
-        """Return the rows of the table, before > calibrated [mm]; True marks a summary.
+        """Return the rows of the table, before -> calibrated [mm]; True marks a summary.
 
         Where the URDF is not the full model, a row of the full model's errors follows each.
         """
@@ -113,7 +115,7 @@ class Errors(tuple[results.PlacementErrors, ...]):
 def _kind(row: results.PlacementErrors) -> str:
     """Return what a row's name is followed by: points have true errors, poses angles, too."""
     angles = [row.nominal.orientation_error, row.calibrated.orientation_error]
-    turned = " > ".join(f"{1e3 * angle:.3g}" for angle in angles if angle is not None)
+    turned = " -> ".join(f"{1e3 * angle:.3g}" for angle in angles if angle is not None)
     turned = turned and f"; {turned} mrad"
     return "" if row.kind == "sockets" else f" (true error{turned})"
 
@@ -122,13 +124,13 @@ def _rows(
     row: results.MetricsByModel, name: str, samples: str
 ) -> list[tuple[bool, list[str]]]:
     before, loaded, corrected = map(_figures, (row.before, row.loaded, row.calibrated))
-    cells = [f"{first} > {last}" for first, last in zip(before, loaded, strict=True)]
+    cells = [f"{first} -> {last}" for first, last in zip(before, loaded, strict=True)]
     rows = [(isinstance(row, results.Summary), [name, samples, *cells])]
     if row.geometric is not None:
         rows.append(
             (
                 False,
-                ["  with corrected joints", "", *(f"> {cell}" for cell in corrected)],
+                ["  with corrected joints", "", *(f"-> {cell}" for cell in corrected)],
             )
         )
     return rows

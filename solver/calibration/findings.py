@@ -15,9 +15,9 @@ from ..results import Diagnostic, Fit, Hypothesis, Scale, Study
 from .fit import CalibrationProblem
 
 WORDS = {
-    "step": "its place moved by {}, {}",
-    "drift": "its place drifted steadily by {}",
-    "slow": "its place drifted to and fro by {}{}",
+    "step": "{} moved by {}, {}",
+    "drift": "{} drifted steadily by {}",
+    "slow": "{} drifted to and fro by {}{}",
 }
 HOLDS = 0.01
 """Share within which a fit has the arm's size: no distance is then wrong by far more."""
@@ -25,8 +25,9 @@ DISTANCE = "scale"
 """Code of findings of a wrong distance."""
 DIFFERENCE = "movement"
 """Code of what differs between places, for which the fit has an unknown."""
-MENDED = "mend it, or calibrate by recordings from one side of it"
-STEADY = "screw the base down, let the arm warm up, and record it again"
+MENDED = "to be exact, calibrate by the recordings before it alone, or after it alone"
+BASES = {"sockets": "its socket base", "points": "the instrument or the arm's foot"}
+STEADY = "fasten it before you record again"
 
 
 def findings(
@@ -91,7 +92,7 @@ def _told(
         return
     name = difference.placements[0]
     measured = next(m for m in problem.measurements if m.name == name)
-    text = _in_words(fit, k)
+    text = _in_words(fit, k, BASES[measured.kind])
     if difference.at:
         by_clock = np.argsort(measured.clocks[:, CLOCKS.index(difference.clock)])
         ranks: list[int] = measured.order[by_clock].tolist()
@@ -100,13 +101,13 @@ def _told(
         text = text.format(first=names[int(difference.at)], last=names[last])
     if follows_order(difference) and len(orders(fit.data, name)) > 1:
         first = measured.sockets[-int(difference.clock == "reverse")]
-        text += f"; socket {first} is taken to be recorded first, as no times say"
+        text += f" (with socket {first} first: the files hold no times)"
     advice = STEADY if difference.part == BASE else MENDED
     yield Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
 
 
-def _in_words(posterior: FitPosterior, k: int) -> str:
-    """Return the k-th difference of a fit in words."""
+def _in_words(posterior: FitPosterior, k: int, base: str) -> str:
+    """Return the k-th difference of a fit in words, which call what holds the sockets ``base``."""
     objective, data = posterior.objective, posterior.data
     difference = objective.differences[k]
     begin = sum(objective.sizes[:k])
@@ -121,7 +122,8 @@ def _in_words(posterior: FitPosterior, k: int) -> str:
     if difference.part == BASE:
         course = (shifts @ unknowns)[data.rows_of(difference.placements[0])]
         moved = float(np.linalg.norm(np.ptp(course, axis=0)))
-        words = WORDS[difference.course].format(_millimetres(moved, deviation), since)
+        amount = _millimetres(moved, deviation)
+        words = WORDS[difference.course].format(base, amount, since)
     elif difference.part == BALL:
         of_placements = unknowns.reshape(len(difference.weights), -1)
         sizes = np.linalg.norm(of_placements[:, :3], axis=1)
@@ -129,9 +131,10 @@ def _in_words(posterior: FitPosterior, k: int) -> str:
         words = f"the ball sits {amount} elsewhere on its flange {since}"
     else:
         zero, error = np.rad2deg([unknowns[0], deviation]).tolist()
-        amount = f"{fixed(zero, 2, '+')} +- {fixed(error, 2)} deg"
-        words = f"{difference.part} reads {amount} more {since}"
-    return f"{words}; the fit has an unknown for that"
+        amount = f"{fixed(abs(zero), 2)} +- {fixed(error, 2)} deg"
+        way = "more" if zero > 0 else "less"
+        words = f"{difference.part} reads {amount} {way} {since}"
+    return f"{words}; the fit allows for it, so keep these samples"
 
 
 def _millimetres(size: float, deviation: float) -> str:
@@ -147,7 +150,7 @@ def _since(difference: Difference, data: Observations) -> str:
     if difference.course == "each":
         return "from placement to placement"
     if difference.until < np.inf:
-        return "from {first} to {last}, and fell back"
+        return "from {first} to {last}, and then moved back"
     if difference.at:
         return "from {first} on"
     if last == data.placements[-1]:

@@ -139,7 +139,7 @@ def with_folds(
     warnings = list(problem.warnings)
     for group in groups_of(measurements, places):
         names = ", ".join(measurements[i].name for i in group)
-        progress(f"without {names}")
+        progress(f"to prove the fit, leaves out {names}")
         part, left_out = _divided(problem, group)
         try:
             known = prior(part)

@@ -23,7 +23,7 @@ from .options import SolveOptions
 
 ROUNDS = 3
 """Times that recordings are looked at and set right at most."""
-WITH_GAIN = "; the fit has an unknown for that, which corrected joint positions follow"
+WITH_GAIN = "; the fit allows for that, and corrected joint positions follow it"
 """Added to the advice on a joint's gain."""
 
 

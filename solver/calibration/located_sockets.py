@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
@@ -38,9 +39,8 @@ def _findings(problem: CalibrationProblem) -> Iterator[Diagnostic]:
             continue
         table, arm = map(np.array, zip(*pairs, strict=True))
         errors = {"": _error(table, arm)}
-        exchanged = _exchanged(sockets)
-        if exchanged:
-            errors["its sockets 0 and 1 are exchanged"] = _error(table[exchanged], arm)
+        for words, rows in _exchanges(sockets):
+            errors.setdefault(words, _error(table[rows], arm))
         errors["an axis points the other way"] = _error(table, arm, mirrored=True)
         reading = min(errors, key=errors.__getitem__)
         least, as_given = errors[reading], errors[""]
@@ -77,13 +77,25 @@ def _key(socket: SocketAt, seats: dict[Key, np.ndarray]) -> Key | None:
     return next(keys, None)
 
 
-def _exchanged(sockets: Sequence[SocketAt]) -> list[int]:
-    """Return where the other socket of each one's base stands; nothing where one lacks."""
+def _exchanges(sockets: Sequence[SocketAt]) -> Iterator[tuple[str, list[int]]]:
+    """Yield exchanges of a table's rows in words, with the row that each takes the place of.
+
+    That is of both sockets of all bases, of one, and of two bases as a whole.
+    """
     labels = [socket.socket for socket in sockets]
-    others = [(name, 1 - number) for name, number in labels]
-    return (
-        [labels.index(other) for other in others] if set(others) <= set(labels) else []
-    )
+    names = sorted({name for name, _ in labels})
+    others = {(name, number): (name, 1 - number) for name, number in labels}
+    exchanges = {"its sockets 0 and 1 are exchanged": others}
+    for name in names:
+        of_base = {label: others[label] for label in labels if label[0] == name}
+        exchanges[f"sockets 0 and 1 of {name} are exchanged in it"] = of_base
+    for pair in combinations(names, 2):
+        other = dict(zip(pair, reversed(pair), strict=True))
+        of_bases = {(n, k): (other[n], k) for n, k in labels if n in pair}
+        exchanges[f"{' and '.join(pair)} are exchanged in it"] = of_bases
+    for words, exchange in exchanges.items():
+        if set(exchange.values()) <= set(labels):
+            yield words, [labels.index(exchange.get(label, label)) for label in labels]
 
 
 def _error(table: np.ndarray, arm: np.ndarray, *, mirrored: bool = False) -> float:

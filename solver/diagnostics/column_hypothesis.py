@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, permutations, product
+from itertools import chain, combinations, permutations, product
 from typing import NamedTuple
 
 import numpy as np
 
 from ...errors import fixed
+from ...recorder import around
 from ..identification.robot import Robot
 from .hypotheses import SeatSamples
 
@@ -26,6 +27,10 @@ GAINS = np.arange(0.04, 0.41, 0.02)
 RATIOS = np.concatenate([GEARS, 1 / GEARS, 1 + GAINS, 1 - GAINS])
 NEAR_RATIO = np.arange(0.98, 1.021, 0.002)
 """Factors on one of these, among which it is sought more closely."""
+TWOFOLD = np.array([2.0, 0.5])
+"""Factors among those that are tried beside other mistakes."""
+QUARTERS = (-np.pi / 2, np.pi / 2, np.pi)
+"""Offsets that are tried beside other mistakes [rad]."""
 SHARES = (1.0, -1.0, 0.5, -0.5)
 """Shares of another joint's reading that one may lack."""
 
@@ -57,7 +62,8 @@ class ColumnHypothesis:
         q = samples.q[:, self.order] * self.factors - self.offsets
         if self.coupling is not None:
             joint, other, share = self.coupling
-            q[:, joint] += share * q[:, other]
+            # half a whole turn would count
+            q[:, joint] += share * around(q[:, other], [True])
         return replace(samples, q=q)
 
     @property
@@ -162,16 +168,37 @@ def swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
         yield replace(as_recorded, order=order)
 
 
-def signs_and_swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
-    """Yield the hypotheses that some joints, but not all, have the other sign.
+def any_signs(robot: Robot) -> Iterator[ColumnHypothesis]:
+    """Yield the hypotheses that some joints, but not all, have the other sign."""
+    for count in range(len(robot.actuated)):
+        yield from signs(robot, count)
 
-    And each with two columns exchanged.
-    """
-    as_recorded = unchanged(robot)
-    orders = [as_recorded, *swaps(robot)]
-    for count in range(len(as_recorded.order)):
-        for flipped, exchanged in product(signs(robot, count), orders):
-            yield replace(flipped, order=exchanged.order)
+
+def signs_and_swaps(robot: Robot) -> Iterator[list[ColumnHypothesis]]:
+    """Yield for any signs the hypotheses that two columns are exchanged, or none."""
+    exchanged = list(swaps(robot))
+    for flipped in any_signs(robot):
+        yield [flipped, *(replace(flipped, order=h.order) for h in exchanged)]
+
+
+def signs_and_quarter_turns(
+    robot: Robot,
+    joints: Sequence[int],
+) -> Iterator[list[ColumnHypothesis]]:
+    """Yield for any signs the hypotheses that one or two joints are off by quarter turns, too."""
+    single = list(product(joints, QUARTERS))
+    for flipped in any_signs(robot):
+        off = [flipped.with_offset(*offset) for offset in single]
+        pairs = product(off, single)
+        yield off + [h.with_offset(*o) for h, o in pairs if not h.offsets[o[0]]]
+
+
+def signs_swaps_and_ratios(robot: Robot) -> Iterator[list[ColumnHypothesis]]:
+    """Yield for any signs the same with one column read twice or half as large."""
+    joints = range(len(robot.actuated))
+    for starts in signs_and_swaps(robot):
+        geared = (with_ratios(start, joints, TWOFOLD) for start in starts)
+        yield list(chain.from_iterable(geared))
 
 
 def other_orders(robot: Robot) -> Iterator[ColumnHypothesis]:

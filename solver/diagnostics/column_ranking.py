@@ -1,19 +1,22 @@
 """Hypotheses on columns, ranked by what the nominal model leaves with them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from .column_hypothesis import (
+    GEARS,
     NEAR_RATIO,
     RATIOS,
     ColumnHypothesis,
     couplings,
     other_orders,
     signs,
+    signs_and_quarter_turns,
     signs_and_swaps,
+    signs_swaps_and_ratios,
     swaps,
     unchanged,
     with_ratios,
@@ -27,18 +30,20 @@ MAX_STEP = 0.2
 """Largest change of an offset in a step [rad]."""
 MAX_MISTAKES = 3
 """Largest number of mistakes; with more, the model is another robot's."""
+TOLERANCE = 0.02
+"""Largest mean error of a correct model once the ball's place is fitted [m]."""
 USUAL_OFFSET = np.deg2rad(1.5)
 """Largest offset of a joint that is no mistake [rad]."""
 NEEDED = 1.5
 """Factor by which the error grows without an offset that is needed."""
-TOLERANCE = 0.02
-"""Largest mean error of a correct model once the ball's place is fitted [m]."""
 TRIED = 90
 """Samples by which a hypothesis is ranked."""
 SCREENED = 24
 """Samples by which combinations are compared, of which so many are ranked then."""
 FEWEST = 4
 """Of each socket, at least."""
+MOST_COMBINED = 6
+"""Arms with more joints than this: signs are combined with a pair at most."""
 MOST_SIGNS = 8
 """Arms with more joints than this: their signs are tried one at a time only."""
 PROMISING = 0.8
@@ -112,9 +117,24 @@ class ColumnTrials:
     def with_best_ratio(self, start: ColumnHypothesis) -> Ranked:
         """Return a hypothesis with the best ratio of one joint beside it."""
         joints = range(len(start.order))
-        _, geared = self.best(with_ratios(start, joints, RATIOS))
-        joint = np.flatnonzero(geared.factors != start.factors).tolist()
-        return self.best(with_ratios(geared, joint, NEAR_RATIO))
+        return self.near_ratio(self.best(with_ratios(start, joints, RATIOS)))
+
+    def near_ratio(self, geared: Ranked) -> Ranked:
+        """Return a hypothesis with a ratio near its own; that of a gear only if clearly better."""
+        (joint,) = geared.hypothesis.mistakes["ratio"]
+        near = self.best(with_ratios(geared.hypothesis, [joint], NEAR_RATIO))
+        is_gear = abs(geared.hypothesis.factors[joint]) in RATIOS[: 2 * len(GEARS)]
+        return geared if is_gear and near.error > PROMISING * geared.error else near
+
+    def beside_signs(
+        self, of_signs: Iterable[Iterable[ColumnHypothesis]]
+    ) -> list[Ranked]:
+        """Return the best of hypotheses that combine signs with others, by a few samples first."""
+        few = replace(self, samples=self.samples.thinned(SCREENED, FEWEST))
+        screened = [few.best(hypotheses) for hypotheses in of_signs]
+        screened.sort(key=_error)
+        likely = [ranked.hypothesis for ranked in screened[:SCREENED]]
+        return _apart(self.ranked(likely))[:2]
 
     def single_offsets(self) -> list[Ranked]:
         """Return the best offset of each joint by itself, the best first."""
@@ -129,9 +149,11 @@ class ColumnTrials:
     def several_offsets(
         self,
         starts: Sequence[ColumnHypothesis],
-    ) -> list[ColumnHypothesis]:
+    ) -> list[Ranked]:
         """Return the best hypothesis with offsets of some joints, each of them needed, if any."""
         needed = self.turning
+        if not starts or not self.samples.is_overdetermined(3 + len(needed)):
+            return []
         error, best = self.best(self.with_best_offsets(starts, [needed] * len(starts)))
         while needed:
             fewer = [best.with_offset(joint, 0.0) for joint in needed]
@@ -145,7 +167,7 @@ class ColumnTrials:
         best = replace(best, offsets=np.where(is_usual, 0.0, best.offsets))
         mistakes = best.mistakes
         count = len(mistakes.pop("zero", ())) + len(mistakes)
-        return [best] if 0 < count <= MAX_MISTAKES else []
+        return self.ranked([best] if 0 < count <= MAX_MISTAKES else [])
 
 
 def _error(ranked: Ranked) -> float:
@@ -155,8 +177,8 @@ def _error(ranked: Ranked) -> float:
 def promising(
     model: RigidModel,
     samples: SeatSamples,
-) -> list[ColumnHypothesis]:
-    """Return the best hypotheses of each kind that clearly lower the error."""
+) -> Iterator[list[ColumnHypothesis]]:
+    """Yield the best hypotheses that clearly lower the error: of each kind, then combined."""
     robot = model.robot
     trials = ColumnTrials(model, samples.thinned(TRIED, FEWEST))
     as_recorded = unchanged(robot)
@@ -166,20 +188,56 @@ def promising(
     ranking += trials.ranked(other_orders(robot))[:1]
     ranking.append(trials.with_best_ratio(as_recorded))
     ranking += trials.ranked(couplings(robot))[:1]
-    if not model.zeros:
-        single = trials.single_offsets()[:2]
-        ranking += single
-        unknowns = 3 + len(trials.turning)
-        unexplained = min(map(_error, ranking)) > TOLERANCE / 2
-        if unexplained and trials.samples.is_overdetermined(unknowns):
-            starts = [as_recorded, *signs(robot, 1), *swaps(robot)]
-            starts += [start for _, start in single]
-            ranking += trials.ranked(trials.several_offsets(starts))
+    single = [] if model.zeros else trials.single_offsets()[:2]
+    starts = [as_recorded, *signs(robot, 1), *swaps(robot)] if single else []
+    starts += [start for _, start in single]
+    ranking += single
+    if min(map(_error, ranking)) > TOLERANCE / 2:
+        ranking += trials.several_offsets(starts)
     if len(robot.actuated) <= MOST_SIGNS:
         ranking += _several(trials)
-    ranking.sort(key=_error)
-    likely = [ranked for ranked in ranking if ranked.error < PROMISING * now]
+    yield _likely(ranking, now)
+    yield _likely(_combined(trials, starts), now)
+
+
+def _likely(
+    ranking: Iterable[Ranked],
+    now: float,
+) -> list[ColumnHypothesis]:
+    """Return the hypotheses that are worth a fit, by the error without them [m]."""
+    ascending = sorted(ranking, key=_error)
+    likely = [ranked for ranked in ascending if ranked.error < PROMISING * now]
     return [ranked.hypothesis for ranked in likely[:MOST]]
+
+
+def _combined(
+    trials: ColumnTrials,
+    starts: Sequence[ColumnHypothesis],
+) -> list[Ranked]:
+    """Return the best hypotheses that combine signs with quarter turns, or with a ratio.
+
+    Args:
+        trials: The samples.
+        starts: Hypotheses near which offsets are sought, too; none where the model has offsets.
+    """
+    robot = trials.model.robot
+    if len(robot.actuated) > MOST_COMBINED:
+        return trials.several_offsets(starts)
+    quarters = signs_and_quarter_turns(robot, trials.turning)
+    turned = [start for _, start in trials.beside_signs(quarters)] if starts else []
+    ranking = trials.several_offsets([*starts, *turned])
+    geared = trials.beside_signs(signs_swaps_and_ratios(robot))
+    return ranking + [trials.near_ratio(ranked) for ranked in geared]
+
+
+def _apart(ranking: Sequence[Ranked]) -> list[Ranked]:
+    """Return the hypothesis of fewest signs of those that leave the same, as mirrored arms do."""
+    simplest: dict[float, Ranked] = {}
+    for ranked in sorted(
+        ranking, key=lambda ranked: np.sum(ranked.hypothesis.factors < 0)
+    ):
+        simplest.setdefault(round(ranked.error, 9), ranked)
+    return sorted(simplest.values(), key=_error)
 
 
 def _several(trials: ColumnTrials) -> list[Ranked]:
@@ -187,9 +245,7 @@ def _several(trials: ColumnTrials) -> list[Ranked]:
 
     Of all signs and pairs a few samples tell the best, which all samples rank.
     """
-    few = replace(trials, samples=trials.samples.thinned(SCREENED, FEWEST))
-    screened = few.ranked(signs_and_swaps(trials.model.robot))[:SCREENED]
-    best = trials.ranked(ranked.hypothesis for ranked in screened)[:2]
+    best = trials.beside_signs(signs_and_swaps(trials.model.robot))
     geared = [trials.with_best_ratio(ranked.hypothesis) for ranked in best]
     return best + [one for one in geared if NEEDED * one.error < best[0].error]
 

@@ -60,12 +60,19 @@ def of_columns(
     for placement, rows in parts.items():
         samples = scene.samples.only(rows)
         samples = replace(samples, sockets=samples.sockets - samples.sockets.min())
-        for hypothesis in _possible(model, scene, samples, sound=sound):
-            readings = scene.q.copy()
-            readings[rows] = hypothesis.apply(samples).q
-            changed, noise = model.refitted(replace(scene, readings=readings))
-            if noise < UNEXPLAINED:
-                yield _candidate(hypothesis, changed, placement, before)
+        for hypotheses in _possible(model, scene, samples, sound=sound):
+            noises: list[float] = []
+            for hypothesis in hypotheses:
+                readings = scene.q.copy()
+                readings[rows] = hypothesis.apply(samples).q
+                changed, noise = model.refitted(replace(scene, readings=readings))
+                if noise < UNEXPLAINED:
+                    candidate = _candidate(hypothesis, changed, placement, before)
+                    noises.append(candidate.parameters["noise"])
+                    yield candidate
+            is_explained = min(noises, default=before) < MUCH * scene.noise
+            if is_explained or placement is not None:
+                break
 
 
 def _suspects(
@@ -89,16 +96,15 @@ def _possible(
     samples: SeatSamples,
     *,
     sound: bool,
-) -> list[ColumnHypothesis]:
-    """Return the hypotheses on some samples that are worth a fit."""
+) -> Iterator[list[ColumnHypothesis]]:
+    """Yield the hypotheses on some samples that are worth a fit, the simple ones first."""
     if not samples.is_overdetermined(len(scene.parameters)):
-        return []
-    hypotheses = [] if sound else promising(model, samples)
-    tried = [hypothesis.mistakes for hypothesis in hypotheses]
+        return
     # near the last axis the ball hardly moves: the model's own errors may hide its sign
-    return hypotheses + [
-        h for h in last_sign(model, samples) if h.mistakes not in tried
-    ]
+    last = last_sign(model, samples)
+    stages = iter(()) if sound else promising(model, samples)
+    yield [*next(stages, ()), *last]
+    yield from stages
 
 
 def _candidate(

@@ -51,7 +51,8 @@ GARBAGE = 1e-2
 LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 HELD_OUT = (
-    "; it was only tested there, so the model is unharmed, the errors there are not"
+    "; this placement was only tested on, so the model is sound, "
+    "but its errors here are too large"
 )
 """Added to the advice on what is weighed by the model in a placement to train on."""
 UNKNOWNS = ("base_moved", "base_tipped", "drift", "zero_lost", "ball_bent")
@@ -230,7 +231,7 @@ def without_unknown(
     mender: str = MENDER,
 ) -> str:
     """Return advice on what no unknown of a fit holds."""
-    return advice.replace(f"; {mender} has an unknown for that", "")
+    return advice.replace(f"; {mender} allows for that, so these samples may stay", "")
 
 
 def by_mender(

@@ -39,7 +39,9 @@ def next_placement(
     if len(rich) > 1:
         first, second = max(combinations(rich, 2), key=_distance)
         best = f"{first.measured.name} and {second.measured.name}"
-        words.append(f"To train on two, {best} serve best: they are the most distant.")
+        words.append(
+            f"If you train on two only, take {best}: they are the most distant."
+        )
     centres = np.array([one.centre for one in good])
     words.append(_next_place(robot, centres))
     return " ".join(words)
@@ -74,9 +76,9 @@ def _next_place(
     elif aside < -ASIDE:
         side = "right"
     return (
-        f"Another placement serves best near {xyz} m in the frame of "
-        f"{robot.base} (to its {side}), {distances.min():.2f} m from the nearest so far, or as far "
-        "that way as the arm reaches."
+        f"If you record another placement, put the base near {xyz} m in the frame of {robot.base} "
+        f"(to its {side}), {distances.min():.2f} m from the nearest so far, or as far that way as "
+        "the arm reaches."
     )
 
 

@@ -23,6 +23,8 @@ SECOND = 0.1
 """Probability from which the second explanation is reported with the first."""
 LISTED = 1e-3
 """Probability below which an explanation is not listed."""
+OF_LENGTH = {"distance", "base_between"}
+"""Explanations that are one where there is a single placement."""
 ALIKE = 10.0
 """Difference of chi-square below which explanations of few unknowns fit as well: those with more
 are less probable by their number alone, and both are named."""
@@ -135,13 +137,13 @@ def cause(hypotheses: Sequence[Hypothesis]) -> str:
     )
     for second in alternatives:
         is_likely = second.probability > SECOND or second.fits_as_well
-        if is_likely and second.name != "sound":
-            how = _percent(second.probability)
+        is_same = second.fits_as_well and {first.name, second.name} == OF_LENGTH
+        if is_likely and second.name != "sound" and not is_same:
+            how = f"Or, with {_percent(second.probability)}"
             if second.fits_as_well:
-                how = "it fits as well"
+                how = "These data fit another cause as well"
             step = first.tell or second.tell
-            words += f". It cannot be told from this ({how}): {second.text}"
-            return f"{words}; to tell them, {step}"
+            return f"{words}. {how}: {second.text}. To decide, {step}"
     return words
 
 

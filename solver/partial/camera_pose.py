@@ -31,12 +31,13 @@ Scale = Literal["board", "exact"]
 DETECTOR = NoiseBelief(3e-4, turn=1e-3, spread=1.5)
 """Noise of a detector before its poses are seen."""
 SIZE_UNTOLD = (
-    "These views do not tell the size of the board: vary its distance and turn it about two axes; "
+    "These views do not show the size of the board: vary its distance and turn it about two axes; "
     "the pose is by the size that was said."
 )
 FARTHEST = 50.0
 """Distance beyond which no camera sees a board [m]."""
 REMEDY = "turn the flange about two axes, by 0.5 rad and more, between views"
+SIZE_REMEDY = "vary the distance to the board, by a factor of two, between views"
 OPPOSITE: dict[str, Camera] = {"on-arm": "beside", "beside": "on-arm"}
 SIDES = {"on-arm": np.linalg.inv, "beside": np.asarray}
 """From a board's poses to those that :func:`.hand_eye` takes, by the camera."""
@@ -170,8 +171,9 @@ def handeye(
     scatter = zeros.rival(system) if zeros.alike and not inconsistent else ()
     doubts = scatter or wrong_size or inconsistent or zeros.rival(system)
     if not doubts:
-        subject = f"views cannot tell {name} in {parent}"
-        doubts = not_enough(zeros.covariance, limit, subject, REMEDY)
+        subject = f"views cannot show {name} in {parent}"
+        remedy = REMEDY if size_told else SIZE_REMEDY
+        doubts = not_enough(zeros.covariance, limit, subject, remedy)
     return CameraPose(
         **vars(found(calibration, system, (name, parent), pose, zeros, doubts)),
         camera=camera,
@@ -266,12 +268,7 @@ def _misfit(camera: Camera, starts: dict[str, HandEye], B: np.ndarray) -> str:
 
 def _held_out(system: System) -> tuple[float, float]:
     """Return the rms errors of each view predicted from all others, outliers left out."""
-    N, axes, _ = system.by_joints.shape
-    views = np.arange(N, dtype=np.int64)
-    inverse = np.linalg.inv(system.covariance(system.state.noise))
-    pulls = (inverse @ system.errors).reshape(N, axes)
-    blocks = inverse.reshape(N, axes, N, axes)[views, :, views]
-    errors = np.linalg.solve(blocks, pulls[..., None]).reshape(N, 2, 3)
+    errors = system.held_out().reshape(-1, 2, 3)
     is_inlier = system.state.weights > OUTLIER
     lengths = np.linalg.norm(errors[is_inlier], axis=2)
     place, turn = np.sqrt(np.mean(lengths**2, axis=0)).tolist()

@@ -12,7 +12,8 @@ import numpy as np
 
 from ..identification.model import log_bayes_factor, probabilities
 from .fit import fit, next_step
-from .system import System, linear
+from .linear import linear
+from .system import System
 from .task import Task
 
 UNCHANGED = 5e-5
@@ -93,8 +94,7 @@ def log_evidences(system: System, candidates: Sequence[Explanation]) -> np.ndarr
     logs: list[np.ndarray] = []
     for factor in LEVELS.tolist():
         noise = replace(task.noise, place=factor * task.noise.place)
-        root = np.linalg.cholesky(wandering.covariance(noise))
-        white = np.linalg.solve(root, columns)
+        white, _ = wandering.whitened(columns, noise)
         M = white.T @ white
         information, pull = M[1:, 1:], M[0, 1:]
         factors = log_bayes_factor(information, pull, widths[:, freed])

@@ -18,7 +18,8 @@ import numpy as np
 
 from ..identification.model import student_weights
 from ..identification.robot import turn
-from .system import System, linear
+from .linear import linear
+from .system import System
 from .task import NoiseBelief, State, Task
 
 ROUNDS, SETTLED = 40, 0.01

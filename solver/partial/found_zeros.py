@@ -129,7 +129,7 @@ class Zeros:
         if not self.decided:
             may = "changed" if unchanged < 1 - SURE else "may have changed"
             advice = "" if self.other else ": record more samples"
-            return (f"Some zero {may}, and it cannot be told which{advice}.",)
+            return (f"Some zero {may}, but these samples cannot show which{advice}.",)
         if self.changed:
             return ()
         if self.other:

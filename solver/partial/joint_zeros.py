@@ -133,7 +133,7 @@ def _untold(
         thousands = 1e3 * posterior.factor
         length, angle = thousands * LENGTH, thousands * ANGLE
         sentences += [
-            "The nominal model's own errors cannot be told from changed zeros, so deviations "
+            "The nominal model's own errors look like changed zeros, so deviations "
             f"contain them: its lengths are off by some {length:.2g} mm and its angles by "
             f"{angle:.2g} mrad.",
             "If it is this arm's model, calibrate the arm first by mukca solve, which finds its "
@@ -151,4 +151,4 @@ def _how_to_identify(robot: Robot, joint: str, stood: str) -> str:
     elif joint == robot.joint_names[-1]:
         why = ", because the ball lies on its axis or its own place is free"
         way = "Put a ball beside the axis"
-    return f"These samples cannot tell the zero of {joint}{why}. {way}."
+    return f"These samples cannot show the zero of {joint}{why}. {way}."

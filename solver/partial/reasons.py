@@ -1,9 +1,11 @@
 """Reason of a verdict on later samples, and the step that follows from it."""
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from ...recorder import Placement
 from ..assessment import LimitResult, Limits, mm
 from ..results import Summary
 from .changes import Changes
@@ -49,6 +51,8 @@ class LaterErrors:
     limits: Limits
     rows: Sequence[LimitResult]
     """Rows of the verdict: limits, and the checks of the data."""
+    rezero: str
+    """Command that finds zeros by the later samples."""
 
     @property
     def failed(self) -> list[LimitResult]:
@@ -112,6 +116,13 @@ class LaterErrors:
         return missed and bool(known)
 
 
+def rezero_command(source: str, data: Sequence[Placement]) -> str:
+    """Return the command that finds zeros by the samples, and by a calibration's file."""
+    folder = source.removesuffix("/calibration.json")
+    folders = dict.fromkeys(str(placement.where) for placement in data)
+    return shlex.join(["mukca", "rezero", folder, *folders])
+
+
 def reason_of(changes: Changes, errors: LaterErrors) -> Reason:
     """Return the reason of a verdict: a change that the evidence names, or else the errors."""
     if changes.changed and changes.likeliest == LENGTHS:
@@ -121,7 +132,8 @@ def reason_of(changes: Changes, errors: LaterErrors) -> Reason:
         )
     if changes.cause is not None:
         text = f"{errors.drifted}; {changes.cause.text(changes.share)}."
-        return Reason(text, f"mukca rezero --joint {changes.likeliest} finds its zero.")
+        command = f"{errors.rezero} --joint {shlex.quote(changes.likeliest)}"
+        return Reason(text, f"This finds the joint's new zero: {command}")
     if not changes.changed and (corrected := _kept_when_corrected(errors)):
         return corrected
     if errors.missed_length:
@@ -163,7 +175,7 @@ def _of_small_errors(changes: Changes, errors: LaterErrors) -> Reason:
     row_of = {row.name: row for row in errors.rows}
     if not changes.likeliest and errors.limits.mean_absolute_error.value is None:
         reason = errors.rows[0].reason
-        return Reason(f"not known whether it is still valid; {reason}.")
+        return Reason(f"whether it still holds is not known: {reason}.")
     checks = row_of["data_checks"]
     if checks.status != "pass":
         text = f"within its limits ({errors.figures}), but look: {checks.text}."

@@ -115,7 +115,10 @@ def new_samples(
     if not all(used):
         new = [m for m, is_used in zip(data, used, strict=True) if not is_used]
         return new, True, [f"{names}: trained on, and left out"]
-    remark = f"{names}: trained on, so no change is told; record 6 samples in each of two sockets"
+    remark = (
+        f"{names}: the calibration was made from these samples, so they cannot show a change "
+        "since; record 6 new samples in each of two sockets"
+    )
     return data, False, [remark]
 
 

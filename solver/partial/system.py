@@ -1,10 +1,13 @@
-"""A task made linear: errors of its samples, their derivatives by all unknowns, their covariance.
+"""Errors of a linear task with their covariance, each sample eliminated alone.
 
-The two ways to a place differ by
+With the slopes G by unknowns of the covariance S = F F^T, and the noise Sigma, which has a block
+for each sample, the errors have the covariance
 
-    t_i = p(F U L) - p(V R)      r_i = log(rot(F U L) rot(V R)^T)
+    C = Sigma + G S G^T = L (1 + W W^T) L^T        Sigma = L L^T        W = L^-1 G F
 
-in the base's axes, and derivatives are by small turns about the axes of flange (U) and base (V).
+so that by Schur's complement c^T C^-1 c = |c' - W z|^2 + |z|^2 and |C| = |Sigma| |1 + W^T W|, where
+c' = L^-1 c and z = (1 + W^T W)^-1 W^T c' has the least squares: the time grows with the number of
+samples alone. Error curves have more unknowns than there are errors; there C has a root of its own.
 """
 
 from dataclasses import dataclass, replace
@@ -14,8 +17,6 @@ import numpy as np
 
 from ..identification.data import CALIPER_DEVIATION, Pose
 from ..identification.model import Gaussian
-from ..identification.robot import rotation_vectors
-from .prior import Flanges
 from .task import NoiseBelief, State, Task
 
 OUTLIER = 0.25
@@ -56,10 +57,10 @@ class System:
         """Logarithm of the factor by which measured places are too small."""
         return float(self.state.x[self.task.scale].sum())
 
-    @cached_property
-    def spread(self) -> np.ndarray:
-        """G S G^T, shape (R, R)."""
-        return self.slopes @ self.task.covariance @ self.slopes.T
+    @property
+    def has_more_unknowns(self) -> bool:
+        """True where there are more unknowns than errors, as with error curves."""
+        return self.task.size > len(self.errors)
 
     def noise_blocks(self, noise: NoiseBelief) -> np.ndarray:
         """Return Sigma_i of each sample, shape (N, axes, axes)."""
@@ -70,20 +71,44 @@ class System:
         of_joints = variances * J @ J.transpose(0, 2, 1)
         return np.diag(scales**2) + of_joints
 
-    def covariance(self, noise: NoiseBelief, *, gaussian: bool = False) -> np.ndarray:
-        """Return C, shape (R, R); ``gaussian``: with Gaussian noise of the same information."""
-        return self.spread + self.noise_covariance(noise, gaussian=gaussian)
+    def in_noise(
+        self, columns: np.ndarray, noise: NoiseBelief, *, gaussian: bool = False
+    ) -> tuple[np.ndarray, float]:
+        """Return columns (R, n) in units of the noise, and ln |Sigma| / 2.
 
-    def noise_covariance(self, noise: NoiseBelief, *, gaussian: bool) -> np.ndarray:
-        """Return the same where all unknowns are known, shape (R, R)."""
+        ``gaussian``: of Gaussian noise that has the same information.
+        """
         N, axes, _ = self.by_joints.shape
         blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
         if gaussian:
             blocks = blocks * (1 + 2 / (noise.nu + axes))
-        C = CALIPER_DEVIATION**2 * np.eye(len(self.errors))
-        rows = np.arange(N * axes, dtype=np.int64).reshape(N, axes)
-        C[rows[:, :, None], rows[:, None]] = blocks
-        return C
+        roots = np.linalg.cholesky(blocks)
+        of_samples = columns[: N * axes].reshape(N, axes, -1)
+        white = (np.linalg.inv(roots) @ of_samples).reshape(N * axes, -1)
+        lengths = columns[N * axes :] / CALIPER_DEVIATION
+        log_volume = np.log(np.diagonal(roots, axis1=1, axis2=2)).sum()
+        log_volume += len(lengths) * np.log(CALIPER_DEVIATION)
+        return np.concatenate([white, lengths]), float(log_volume)
+
+    def whitened(
+        self, columns: np.ndarray, noise: NoiseBelief, *, gaussian: bool = False
+    ) -> tuple[np.ndarray, float]:
+        """Return X, with X^T X = c^T C^-1 c of columns c, shape (R, n); and ln |C| / 2."""
+        if self.has_more_unknowns:
+            half, _ = self.in_noise(self._spread, noise, gaussian=gaussian)
+            spread, _ = self.in_noise(half.T, noise, gaussian=gaussian)
+            root = np.linalg.cholesky(np.eye(len(spread)) + spread)
+            white, log_volume = self.in_noise(columns, noise, gaussian=gaussian)
+            white = np.linalg.solve(root, white)
+        else:
+            count = self.task.size
+            both = np.column_stack([self._by_independent, columns])
+            white, log_volume = self.in_noise(both, noise, gaussian=gaussian)
+            W, c = white[:, :count], white[:, count:]
+            H = np.eye(count) + W.T @ W
+            z, root = np.linalg.solve(H, W.T @ c), np.linalg.cholesky(H)
+            white = np.concatenate([c - W @ z, z])
+        return white, log_volume + float(np.log(np.diag(root)).sum())
 
     def log_evidence(self, noise: NoiseBelief | None = None) -> float:
         """Return the logarithm of the evidence and of the scales' prior, but for a constant.
@@ -94,59 +119,68 @@ class System:
         belief = self.task.noise
         ratios = [noise.place / belief.place, noise.turn / belief.turn]
         scales = np.log(ratios) / belief.spread
-        white, log_volume = self._whitened(noise)
-        of_errors, of_roots = white[:, 0], white[:, 1:]
-        root = np.linalg.cholesky(np.eye(of_roots.shape[1]) + of_roots.T @ of_roots)
-        explained = np.linalg.solve(root, of_roots.T @ of_errors)
-        squares = of_errors @ of_errors - explained @ explained + scales @ scales
-        return float(-0.5 * squares - log_volume - np.log(np.diag(root)).sum())
+        white, log_volume = self.whitened(self.errors[:, None], noise)
+        return -0.5 * float(np.sum(white**2) + scales @ scales) - log_volume
 
     @cached_property
     def _by_independent(self) -> np.ndarray:
-        """G F with S = F F^T, shape (R, size): slopes by independent unknowns of unit deviation."""
-        values, axes = np.linalg.eigh(self.task.covariance)
-        return self.slopes @ (axes * np.sqrt(values.clip(0)))
+        """G F, shape (R, size): slopes by independent unknowns of unit deviation."""
+        return self.slopes @ self.task.independent.root
 
-    def _whitened(self, noise: NoiseBelief) -> tuple[np.ndarray, float]:
-        """Return e and G F in units of the noise, shape (R, 1 + size); and ln |Sigma| / 2.
-
-        Sigma has a block for each sample, so that the time grows with their number alone.
-        """
-        N, axes, _ = self.by_joints.shape
-        columns = np.column_stack([self.errors, self._by_independent])
-        blocks = self.noise_blocks(noise) / self.state.weights[:, None, None]
-        roots = np.linalg.cholesky(blocks)
-        of_samples = columns[: N * axes].reshape(N, axes, -1)
-        white = np.linalg.solve(roots, of_samples).reshape(N * axes, -1)
-        lengths = columns[N * axes :] / CALIPER_DEVIATION
-        log_volume = np.log(np.diagonal(roots, axis1=1, axis2=2)).sum()
-        log_volume += len(lengths) * np.log(CALIPER_DEVIATION)
-        return np.concatenate([white, lengths]), float(log_volume)
+    @cached_property
+    def _spread(self) -> np.ndarray:
+        """G S G^T, shape (R, R)."""
+        return self.slopes @ self.task.covariance @ self.slopes.T
 
     @cached_property
     def change(self) -> np.ndarray:
         """The most probable y less mu, shape (size,)."""
-        pull = np.linalg.solve(self.covariance(self.state.noise), self.errors)
-        return -self.task.covariance @ (self.slopes.T @ pull)
+        columns = np.column_stack([self.errors, self.slopes])
+        if self.has_more_unknowns:
+            X, _ = self.whitened(columns, self.state.noise)
+            return -self.task.covariance @ (X[:, 1:].T @ X[:, 0])
+        white, _ = self.in_noise(columns, self.state.noise)
+        return self.task.independent.conditioned(white[:, 1:], white[:, 0]).mean
+
+    def _seen(
+        self, some: np.ndarray | slice, *, gaussian: bool
+    ) -> tuple[Gaussian, np.ndarray, np.ndarray | slice]:
+        """Return a Gaussian that the errors were seen of, its slopes to them, and where some are.
+
+        Its unknowns are all; of error curves, which are more than there are errors, these errors
+        and some unknowns.
+        """
+        count = len(self.errors)
+        if self.has_more_unknowns:
+            S = self.task.covariance[some]
+            across = self.slopes @ S.T
+            of_both = np.block([[self._spread, across], [across.T, S[:, some]]])
+            prior = Gaussian.of(np.zeros(len(of_both)), of_both)
+            slopes, rows = np.eye(count, len(of_both)), slice(count, None)
+        else:
+            prior, slopes, rows = self.task.independent, self.slopes, some
+        white, _ = self.in_noise(slopes, self.state.noise, gaussian=gaussian)
+        return prior.conditioned(white, np.zeros(count)), slopes, rows
 
     def posterior_covariance(self, some: np.ndarray | slice) -> np.ndarray:
-        """Return the posterior covariance of some unknowns: beside the errors, once these are seen.
+        """Return the posterior covariance of some unknowns."""
+        posterior, _, rows = self._seen(some, gaussian=True)
+        return posterior.marginal(rows).covariance
 
-        S is large where it has error curves, so its root is that of errors and unknowns alone.
+    def held_out(self) -> np.ndarray:
+        """Return the error of each sample as all others predict it, shape (N, axes) [m, rad].
+
+        With the residuals r and their posterior covariance Q_i, less noise, that is
+        (1 - Q_i Sigma_i^-1)^-1 r_i.
         """
-        S = self.task.covariance[some]
-        across = self.slopes @ S.T
-        of_both = np.block([[self.spread, across], [across.T, S[:, some]]])
-        prior = Gaussian.of(np.zeros(len(of_both)), of_both)
-        count = len(self.errors)
-        root = np.linalg.cholesky(
-            self.noise_covariance(self.state.noise, gaussian=True)
-        )
-        whitened = np.linalg.solve(root, np.eye(count, len(of_both)))
-        unknowns = slice(count, None)
-        return (
-            prior.conditioned(whitened, np.zeros(count)).marginal(unknowns).covariance
-        )
+        N, axes, _ = self.by_joints.shape
+        posterior, slopes, _ = self._seen(slice(0), gaussian=False)
+        of_samples = slopes[: N * axes]
+        root = (of_samples @ posterior.root).reshape(N, axes, -1)
+        Q = root @ root.transpose(0, 2, 1)
+        blocks = self.noise_blocks(self.state.noise) / self.state.weights[:, None, None]
+        shares = np.linalg.solve(blocks - Q, self.residuals[:, :, None])
+        return (blocks @ shares)[:, :, 0]
 
     def covariance_on_flange(self, some: np.ndarray) -> np.ndarray:
         """Return the same for an exact chain: how far the flange itself is off is left out."""
@@ -169,90 +203,3 @@ class System:
         wheres = self.task.rows.wheres.tolist()
         indices = np.flatnonzero(self.state.weights < OUTLIER).tolist()
         return {i: wheres[i] or f"{noun} {i}" for i in indices}
-
-
-def linear(task: Task, state: State) -> System:
-    """Return a task, linear about a state."""
-    prior, rows, x = task.prior, task.rows, state.x
-    flanges = prior.flanges(x, rows)
-    left, right = rows.resized(float(x[task.scale].sum()))
-    turns = state.places[rows.places]
-    tools = flanges.R @ state.tool
-    arms = np.einsum("nij,nj->ni", tools, left[:, :3, 3])
-    levers = arms + flanges.R @ prior.tip(x)
-    reaches = np.einsum("nij,nj->ni", turns, right[:, :3, 3])
-    place_errors = flanges.p + levers - x[task.places[rows.places, :3]] - reaches
-    measured = tools @ left[:, :3, :3]
-    seen = turns @ right[:, :3, :3]
-    turn_errors = rotation_vectors(measured @ seen.transpose(0, 2, 1))
-    errors = np.hstack([place_errors, turn_errors])[:, : rows.axes]
-
-    G = _slopes(task, flanges, levers, arms, reaches)[:, : rows.axes]
-    lengths, by_lengths = _distances(task, x)
-    slopes = np.vstack([G.reshape(-1, task.size), by_lengths])
-    all_errors = np.concatenate([errors.ravel(), lengths])
-    at_mean = all_errors - slopes @ (x - task.mean(x))
-    by_joints = _at_end(flanges.by_joints, levers)[:, : rows.axes]
-    return System(task, state, at_mean, slopes, by_joints)
-
-
-def _slopes(
-    task: Task,
-    flanges: Flanges,
-    levers: np.ndarray,
-    arms: np.ndarray,
-    reaches: np.ndarray,
-) -> np.ndarray:
-    """Return derivatives of the errors of samples by all unknowns, shape (N, 6, size).
-
-    Args:
-        task: The samples and unknowns.
-        flanges: The flange's poses, and their derivatives.
-        levers: From the flange to the end of U L, shape (N, 3) [m].
-        arms: From the tip to the same, shape (N, 3) [m].
-        reaches: From the place to the end of V R, shape (N, 3) [m].
-    """
-    prior, rows, R = task.prior, task.rows, flanges.R
-    N = len(R)
-    G = np.zeros((N, 6, task.size))
-    G[:, :, : prior.model.size] = _at_end(flanges.by_unknowns, levers)
-    G[:, :3, prior.ball] = R
-    if rows.turns:
-        by_turns = np.hstack([0 * R, R])
-        G[:, :, task.tool_turn] = _at_end(by_turns, arms)
-        G[:, :3, task.scale.start] = arms - reaches
-    moved_back = np.tile(-np.eye(6), (N, 1, 1))
-    by_place = _at_end(moved_back, reaches)[:, :, : rows.axes]
-    samples = np.arange(N)[:, None]
-    G[samples, :, task.places[rows.places]] = by_place.transpose(0, 2, 1)
-    return G
-
-
-def _at_end(slopes: np.ndarray, levers: np.ndarray) -> np.ndarray:
-    """Return derivatives of places and turns at the end of levers, shape (N, 6, n).
-
-    A turn w of a lever moves its end by w x lever.
-
-    Args:
-        slopes: Those at the beginning, shape (N, 6, n).
-        levers: Shape (N, 3) [m].
-    """
-    moved = slopes.copy()
-    moved[:, :3] += np.cross(slopes[:, 3:], levers[:, :, None], axis=1)
-    return moved
-
-
-def _distances(task: Task, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return errors of known distances, shape (D,) [m], and their derivatives, (D, size)."""
-    count = len(task.distances)
-    slopes = np.zeros((count, task.size))
-    errors = np.zeros(count)
-    for row, (a, b, distance) in enumerate(task.distances):
-        first, second = task.places[[a, b], :3]
-        offset = x[second] - x[first]
-        length = float(np.linalg.norm(offset))
-        direction = offset / length
-        slopes[row, second] = direction
-        slopes[row, first] = -direction
-        errors[row] = length - distance
-    return errors, slopes

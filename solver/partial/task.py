@@ -19,7 +19,7 @@ from itertools import chain
 import numpy as np
 
 from ..identification.data import UNIFORM, HandEye, Measurement, Samples, steps_of
-from ..identification.model import NU
+from ..identification.model import NU, Gaussian
 from .prior import ArmPrior
 
 SIZE = 3e-3
@@ -175,6 +175,11 @@ class Task:
         mean[: len(self.prior.mean)] = self.prior.mean
         mean[self.scale] = 0.0
         return mean
+
+    @cached_property
+    def independent(self) -> Gaussian:
+        """The unknowns less mu, by a root F of S, shape (size, size)."""
+        return Gaussian.of(np.zeros(self.size), self.covariance)
 
     @cached_property
     def covariance(self) -> np.ndarray:

@@ -139,7 +139,7 @@ def _doubts(scatter: float, zeros: ChangedZeros, limit: float) -> tuple[str, ...
     return not_enough(
         zeros.covariance,
         limit,
-        "touches cannot tell the tip",
+        "touches cannot show the tip",
         "turn the tool about two more axes at the point",
     )
 

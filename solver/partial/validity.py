@@ -35,8 +35,8 @@ from ..identification.data import (
 )
 from ..results import CalibrationDocument, Diagnostic, Summary
 from .changes import Changes, changes_since, tip_words
-from .evidence import LENGTHS
-from .reasons import LaterErrors, Reason, reason_of
+from .evidence import LENGTHS, NOTHING
+from .reasons import LaterErrors, Reason, reason_of, rezero_command
 from .sockets import too_few
 
 CERTAIN = 0.99
@@ -106,9 +106,11 @@ class Validity(Changes):
         """Each explanation that is not ruled out, the most probable first, in words."""
         by_size = sorted(self.probabilities.items(), key=lambda pair: -pair[1])
         words = ", ".join(
-            f"{name} {100 * p:.1f} %" for name, p in by_size if p > LEAST_SHOWN
+            f"{f'{NOTHING} changed' if name == NOTHING else name} {100 * p:.1f} %"
+            for name, p in by_size
+            if p > LEAST_SHOWN
         )
-        return (f"Changed since, by the evidence: {words}.",) if words else ()
+        return (f"Probability of each change since: {words}.",) if words else ()
 
     @property
     def not_shown(self) -> tuple[str, ...]:
@@ -116,8 +118,8 @@ class Validity(Changes):
         if not self.untold:
             return ()
         return (
-            f"Zeros whose change would not show in such samples: {', '.join(self.untold)}; mukca "
-            "rezero says what to record for them.",
+            f"A change of these joints' zeros would not show in such samples: "
+            f"{', '.join(self.untold)}; mukca rezero says what to record for them.",
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -165,14 +167,15 @@ def what_changed(
     arm, zeros = calibration.calibrated, bool(document.settings.get("zeros"))
     rows, seen = rows_since(arm, new, later, limits, zeros=zeros, compared=compared)
     if new is None:
-        reason = Reason(f"not known whether it is still valid; {rows[0].reason}.")
+        reason = Reason(f"whether it still holds is not known: {rows[0].reason}.")
     elif few := too_few(measured, unchanged=compared and not changes.changed):
         reason = Reason(few)
         rows = [limit_row("samples", "not enough", few, text=few[:-1])]
         changes = replace(changes, untold=())
     else:
         then = document.summary.proof or document.summary.train
-        since = LaterErrors(new, then, limits, rows)
+        rezero = rezero_command(calibration.source, as_list(data))
+        since = LaterErrors(new, then, limits, rows, rezero)
         reason = reason_of(changes, since).followed_by(tip_words(calibration, measured))
         rows += _change_rows(changes, since, document, reason.text, repeatability)
     length = _length_row(document, measured)

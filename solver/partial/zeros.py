@@ -86,9 +86,8 @@ def fit_with_zeros(task: Task, joints: Sequence[int] | np.ndarray) -> System:
 def zero_deviations(system: System) -> np.ndarray:
     """Return the standard deviation of each joint's zero, if it alone may have changed."""
     A = system.slopes[:, system.task.prior.zeros]
-    C = system.covariance(system.state.noise, gaussian=True)
-    weighted = np.linalg.solve(C, A)
-    information = np.sum(A * weighted, axis=0)
+    white, _ = system.whitened(A, system.state.noise, gaussian=True)
+    information = np.sum(white**2, axis=0)
     return 1 / np.sqrt(information + ZERO**-2)
 
 

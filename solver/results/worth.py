@@ -84,19 +84,17 @@ class ErrorParts(Document):
         return noise, want, lacking
 
     @property
-    def brief(self) -> str:
-        """The parts in one line."""
-        sizes = self.error, self.noise, self.want_of_data, self.not_in_model.value
-        error, noise, want, lacking = [f"{1e3 * size:.2f}" for size in sizes]
-        parts = f"{noise} noise, {want} want of data, {lacking} not in the model"
-        return f"Where not trained on {error} mm (rms): {parts}."
-
-    @property
     def text(self) -> str:
-        """The same with the interval of what is not in the model."""
-        low = f"{1e3 * self.not_in_model.low:.2f}"
-        high = f"{1e3 * self.not_in_model.high:.2f}"
-        return f"{self.brief[:-1]} (95 %: {low} to {high}); the parts add in squares."
+        """The parts in words, with the interval of what is not in the model."""
+        unmodelled = self.not_in_model
+        parts = self.error, self.noise, self.want_of_data
+        sizes = *parts, unmodelled.value, unmodelled.low, unmodelled.high
+        error, noise, want, lacking, low, high = [f"{1e3 * size:.2f}" for size in sizes]
+        return (
+            f"Samples not trained on scatter by {error} mm (rms) about their socket, by the full "
+            f"model: {noise} is noise, {want} falls with more data, {lacking} is not in the model "
+            f"(95 %: {low} to {high}); the parts add in squares."
+        )
 
 
 class Improvement(Document):

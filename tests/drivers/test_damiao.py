@@ -7,7 +7,7 @@ from driver_errors import refused
 from emulation import emulated, reading
 
 from mukca import open_driver
-from mukca.drivers import clock
+from mukca.drivers import Reconnecting, clock
 from mukca.drivers.transport import CanBus, parse_can_address
 
 
@@ -19,6 +19,24 @@ def test_what_troubles_a_motor_is_told_and_an_enabled_one_refused(tmp_path):
             assert driver.status == "motor 2: under-voltage, motor 3: under-voltage"
             emulation.emulator.status = 1
             with refused("WRONG_MODE", match="is enabled: end the program"):
+                driver.read(1)
+
+
+def test_motors_are_known_by_their_serial_numbers(tmp_path):
+    with reading("damiao", tmp_path, settings="&ids=1,3") as (_, driver):
+        assert driver.identity == "serial numbers 20260001, 20260003"
+
+
+def test_another_arm_on_the_bus_is_not_gone_on_with(tmp_path):
+    with emulated("damiao", tmp_path) as emulation:
+        connect = lambda: open_driver("damiao", emulation.address)  # noqa: E731
+        with Reconnecting(connect, first_wait=0.0) as driver:
+            driver.read(1)
+            emulation.emulator.status = 1  # it is switched on, and another arm comes after it
+            with refused("SILENT", match="is enabled"):
+                driver.read(1)
+            emulation.emulator.status, emulation.emulator.first_serial = 0, 7
+            with refused("WRONG_ROBOT", match="its marks are serial numbers 8, 9"):
                 driver.read(1)
 
 

@@ -65,7 +65,7 @@ DECODERS = {
         12.5,
     ),
     "xarm 30000": (xarm_angles(xarm.FAST), fast_report(5_000_000, SIX), 6.4),
-    "xarm 30002": (xarm_angles(xarm.RICH), rich_report(SIX), 6.4),
+    "xarm 30002": (lambda message: [xarm.decode_arm(message)[0]], rich_report(SIX), 7),
     "xarm 30003": (xarm_angles(xarm.REAL), real_report(SIX), 6.4),
     "feetech": (
         lambda message: [feetech.decode_answer(message).servo],

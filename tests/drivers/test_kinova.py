@@ -82,6 +82,15 @@ def test_kortex_angles_are_centred_and_go_on_through_turns(told, truth):
     assert state.effort == TORQUES
 
 
+@pytest.mark.parametrize(("number", "told"), [("GS1904", "serial number GS1904"), ("", "")])
+def test_kortex_arms_are_known_by_their_serial_numbers(number, told):
+    """One that tells none is read all the same."""
+    with kortex_arm() as arm:
+        arm.serial_number = number
+        with open_driver("kinova", arm.address) as driver:
+            assert driver.identity == told and driver.read(1).position
+
+
 def test_kortex_logs_in_as_told():
     with kortex_arm() as arm, open_driver("kinova", f"{arm.address}?user=me&password=secret"):
         assert (arm.login.username, arm.login.password) == ("me", "secret")

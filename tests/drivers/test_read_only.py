@@ -44,8 +44,8 @@ ALLOWED = {
     # the same of protocol 2.0, servos 1, 2, 4, 6, 7 and 8
     "dynamixel": rb"line:\xff\xff\xfd\0\xfe\x0d\0\x82"
     rb"(?:\0\0\x02\0|\x40\0\x01\0|\x14\0\x04\0|\x84\0\x04\0)\x01\x02\x04\x06\x07\x08..",
-    # refresh, and the query for PMAX, to motors 1 to 7
-    "damiao": rb"7ff:[\x01-\x07]\0(?:\xcc\0{5}|\x33\x15\0{4})",
+    # refresh, and the queries for PMAX and the serial number, to motors 1 to 7
+    "damiao": rb"7ff:[\x01-\x07]\0(?:\xcc\0{5}|\x33[\x15\x0f]\0{4})",
 }  # fmt: skip
 """Channel and bytes of each message that may be sent; to a Piper and to an xArm none."""
 

@@ -2,7 +2,7 @@
 
 import pytest
 from driver_errors import refused
-from emulation import emulated
+from emulation import emulated, reading
 
 from mukca import open_driver
 
@@ -14,6 +14,12 @@ def test_an_old_controller_is_read_by_its_other_port(tmp_path):
             assert driver.status == "joint teaching, ready"
         with refused("UNREACHABLE", match="too old for this port"):
             open_driver("xarm", f"{emulation.address}?port=30000")
+
+
+@pytest.mark.parametrize("version", ["xarm6", "xarm6-old"])
+def test_an_arm_is_known_by_its_type_and_software(tmp_path, version):
+    with reading("xarm", tmp_path, "--version", version) as (_, driver):
+        assert driver.identity == "type 6, software v2.6.0"
 
 
 def test_stamps_are_the_controllers(tmp_path):

@@ -99,7 +99,8 @@ def record_in_real_time(tmp_path):
                 stack.callback(os.close, reader)
                 more["script"] = Script(reader)
             arm = lambda: open_driver("mock", address, NAMES)  # noqa: E731
-            stream = Stream(Reconnecting(arm, first_wait=0.05, silence=0.1))
+            silence = more.pop("silence", 0.1)
+            stream = Stream(Reconnecting(arm, first_wait=0.05, silence=silence))
             stack.callback(stream.close)
             session, monitor = (
                 Session(JOINTS, target=target, block=more.pop("block", None)),
@@ -513,12 +514,20 @@ def test_a_busy_computer_changes_sockets_and_what_is_left_of_older_advice_is_use
     assert not shown[2, 0].late and seen.views[-1].late
 
 
-@pytest.mark.parametrize(("aim", "confined"), [((0.8, -0.9), True), ((0.3, 0.3), False)])
+FAR, NEAR = (0.8, -0.9), (0.3, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("aims", "confined"), [((FAR,), True), ((NEAR,), False), ((FAR, NEAR), False)]
+)
 def test_proposals_that_are_not_followed_come_from_where_the_samples_went(
-    arm, by_hand, aim, confined
+    arm, by_hand, aims, confined
 ):
-    """An arm that takes none of three in a row may stand in a narrow cell."""
-    adviser = Guidance({"target": aim})
+    """An arm that takes none of three in a row may stand in a narrow cell.
+
+    The second aim is proposed until the adviser has thought anew.
+    """
+    adviser = Guidance({"target": aims[0], "route": tuple((0, aim) for aim in aims)})
     places = [(0.1 * k - 0.4, 0.3 - 0.05 * k) for k in range(4)]
     typed = [(0.5 + 1.6 * k, "a") for k in range(4)]
     _, seen = by_hand(arm(speed=1.0, places=places), *typed, (6.6, "q"), guidance=adviser)
@@ -618,6 +627,16 @@ def test_a_fault_that_began_as_the_connection_came_back_says_so(arm, by_hand):
     assert prompt.words == "ANOTHER ARM?" and "n new" in prompt.reason
     assert prompt.reason.startswith("another arm, or its zeros: ")
     assert outcome.successor and outcome.successor.metadata.readings_changed
+
+
+def test_a_stream_that_only_paused_is_no_other_arm(arm, by_hand):
+    adviser = Guidance({}, {}, {"alarms": (replace(BASE, samples=(2,)),)})
+    typed = (0.5, "a"), (3.8, "a"), (5.0, "n")
+    source = arm("silent@1.2+1.0", speed=1.0)
+    outcome, seen = by_hand(source, *typed, guidance=adviser, silence=2.0)
+    assert any("the stream is back" in m.text for m in seen.views[-1].session.messages)
+    assert {view.alarm.words for view in seen.views if view.alarm} == {BASE.words}
+    assert outcome.successor and not outcome.successor.metadata.readings_changed
 
 
 def test_poses_that_are_all_alike_are_told(arm, by_hand):

@@ -1,6 +1,7 @@
 """Rows of a verdict, by what they are made of."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from altered import with_errors
@@ -139,9 +140,24 @@ def test_a_figure_about_its_limit_neither_keeps_nor_misses_it(simulated):
 @pytest.mark.parametrize(
     ("high", "length", "repeatability", "words"),
     [
-        (0.8e-3, None, 1e-4, "where 0.90 mm is asked: no other placement is needed for that"),
-        (1.0e-3, None, 1e-4, "where 0.90 mm is asked: record another placement"),
-        (1.0e-3, 1.1, 1e-4, "where 1.10 mm is asked: no other placement is needed for that"),
+        (
+            0.8e-3,
+            None,
+            1e-4,
+            "be within the 0.90 mm that this arm is allowed, so no other placement seems needed",
+        ),
+        (
+            1.0e-3,
+            None,
+            1e-4,
+            "would be more than the 0.90 mm that this arm is allowed, so record another placement",
+        ),
+        (
+            1.0e-3,
+            1.1,
+            1e-4,
+            "be within the 1.10 mm that this arm is allowed, so no other placement seems needed",
+        ),
         (1.0e-3, None, None, "whether that is enough follows from your arm's --repeatability-mm"),
     ],
 )
@@ -154,22 +170,45 @@ def test_one_judgement_says_whether_another_placement_is_needed(high, length, re
 @pytest.mark.parametrize(
     ("before", "corrected", "near", "words"),
     [
-        (2e-3, 5.2e-4, 8e-5, "near the recorded places only: 0.08 mm there, 0.52 elsewhere."),
-        (2e-3, 3e-4, 8e-5, "Command with corrected joints: a distance is then wrong by about 0.30"),
-        (2e-3, 5.2e-4, 3e-4, "Corrected joints are no better than this."),
-        (5e-4, 3e-4, 8e-5, "(97 in 100 that this is better)."),
+        (2e-3, 5.2e-4, 8e-5, "a distance is then wrong by 0.08 mm there, 0.52 elsewhere."),
+        (
+            2e-3,
+            3e-4,
+            8e-5,
+            "Better still, correct the joint positions that you command (mukca command): "
+            "a distance is then wrong by about 0.30",
+        ),
+        (2e-3, 5.2e-4, 3e-4, "Corrected joint positions are no better than this."),
+        (5e-4, 3e-4, 8e-5, "With your file, correct the joint positions that you command"),
     ],
 )
 def test_the_answer_says_where_corrected_joints_are_better(before, corrected, near, words):
     """Where they alone are, it is not USE IT, which is of the URDF."""
     verdict = conclude([], improved(before, corrected, near), None)
     assert verdict.answer[0] == (
-        "A distance anywhere in the workspace is now wrong by about 0.40 mm "
+        "With calibrated.urdf, a distance anywhere in the workspace is wrong by about 0.40 mm "
         f"(was {'2.0' if before > 1e-3 else '0.50'}); near the recorded places by 0.20."
     )
     is_better = before > 1e-3
     assert verdict.use == is_better == verdict.answer[1].startswith("USE IT: load ")
     assert words in verdict.answer[-1]
+
+
+def test_corrected_joints_that_are_worse_where_left_out_are_not_advised():
+    larger, smaller = [SimpleNamespace(mean_absolute_error=e) for e in (3.5e-3, 3.4e-3)]
+    held_out = SimpleNamespace(calibrated=larger, loaded=smaller)
+    verdict = conclude([], improved(2e-3, 3e-4, 8e-5), held_out)
+    assert verdict.answer[-1] == "Corrected joint positions are no better than this."
+
+
+def test_a_length_that_alone_is_missing_asks_for_no_samples():
+    lacking = limit_row("distance_given", "not enough", "nobody measured the sockets")
+    verdict = conclude([lacking], improved(2e-3, 3e-4, 8e-5), None)
+    assert verdict.answer[1:] == (
+        "DO NOT LOAD IT: No more samples are needed, only one length. Nobody measured the sockets.",
+    )
+    few = limit_row("samples", "not enough", "record more")
+    assert "No more" not in " ".join(conclude([lacking, few], None, None).answer)
 
 
 @pytest.mark.parametrize(("workspace", "status"), [(1e-4, "warning"), (2e-3, "fail")])

@@ -52,7 +52,9 @@ def test_a_fleet_is_calibrated_and_compared(fleet, tmp_path, answer):
     assert three["sessions"] == [] and "hole_1.csv" in three["error"]
     assert "Mend the recordings" in three["again"]
     check_parameters(result["parameters"], [one["sessions"][1], two["sessions"][1]])
-    assert check["advice"] == "mukca rezero --joint panda_joint4 finds its zero."
+    calibrated, since = out / "arm-2/2026-05-02", fleet / "arm-2/2026-06-01"
+    command = f"mukca rezero {calibrated} {since}/front {since}/left --joint panda_joint4"
+    assert check["advice"] == f"This finds the joint's new zero: {command}"
     for session in one["sessions"]:
         assert Path(session["outputs"]["urdf"]).is_file()
     page = (out / "fleet.html").read_text()
@@ -172,5 +174,5 @@ def test_what_to_do_goes_with_its_reason(session, tmp_path, answer):
     (tmp_path / "fleet/arm-1/front/placement.json").unlink()
     words = ("--robot", "panda", "--method", "paper", "--out", tmp_path / "out")
     (row,) = answer("fleet", tmp_path / "fleet", *words, "--processes", "1", status=3)["arms"]
-    assert row["again"].startswith("Measure the sockets' distance, and type what you read. The ")
+    assert row["again"].startswith("Measure the distance of the sockets' centres, and type it")
     assert "50 mm assumed" in row["again"]

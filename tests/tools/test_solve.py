@@ -56,7 +56,9 @@ def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session):
     before = sorted(session.rglob("*"))
     status, out, _ = run("solve", "front", "--robot", "panda")
     assert status == 1 and "Verdict: BETTER" in out and "nothing was left out" in out
-    assert out.startswith("A distance anywhere in the workspace is now wrong by about ")
+    assert out.startswith(
+        "With calibrated.urdf, a distance anywhere in the workspace is wrong by about "
+    )
     assert out.strip().splitlines()[-1].startswith("Nothing was written")
     assert "the report" not in out
     assert sorted(session.rglob("*")) == before
@@ -298,9 +300,9 @@ def test_fail_is_status_1_and_the_files_are_there(run, tmp_path):
     assert status == 0 and json.loads(text)["outputs"]
     status, text, err = run(*PAPER, "--distance", "0.055", *out, "--force")
     assert status == 1 and "FAIL" in err
-    assert "warning: all placements: more likely the sockets" in err
+    assert "warning: all placements: the sockets are more likely" in err
     likely = re.search(
-        r"more likely the sockets are (\S+) mm apart than 55.0", " ".join(err.split())
+        r"the sockets are more likely (\S+) mm apart than 55.0", " ".join(err.split())
     )
     assert likely is not None and float(likely[1]) == pytest.approx(50, abs=0.7)
     assert json.loads(text)["scale"]["value"] == pytest.approx(0.09, abs=0.01)
@@ -323,8 +325,8 @@ def test_a_distance_that_nobody_measured_is_no_pass(run, session, tmp_path, meta
     words = ("solve", str(tmp_path / "front"), "--test", str(tmp_path / "left"))
     words = (*words, "--robot", "panda", "--method", "paper")
     status, text, _ = run(*words)
-    assert status == 3 and "50 mm (the default, since nothing says" in " ".join(text.split())
-    assert "NOT ENOUGH DATA" in text and "The distance was not given: 50 mm assumed" in text
+    assert status == 3 and "50 mm (the default: nobody measured it" in " ".join(text.split())
+    assert "NOT ENOUGH DATA" in text and "obody measured the distance of the sockets" in text
     status, text, _ = run(*words, "--distance", "0.05", "--json")
     verdict = json.loads(text)["verdict"]
     assert status == 0 and (verdict["status"], verdict["kind"]) == ("pass", None)

@@ -5,7 +5,7 @@ All that the program writes to a terminal is written here, and cleaned; JSON is 
 
 import os
 import sys
-import time
+import threading
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 PIPED_WIDTH = 120
 """Width of a table that goes to a file or another program, where no line has to be broken."""
 SILENCE = 30.0
-"""Time between lines of long work that goes to a file or another program [s]."""
+"""Time between lines of long work [s]."""
 SCREEN = (24, 80)
 """Lines and columns of a terminal's screen, into which an answer goes."""
 
@@ -42,6 +42,10 @@ class Terminal:
     """Said above the first line, as the name of one of several arms."""
     kept: list[Any] | None = None
     """Results that are kept here, and not written."""
+    step: str = ""
+    """The step that long work is at, as the end of a sentence."""
+    has_bar: bool = False
+    """True while a progress bar says how far it is."""
 
     @cached_property
     def console(self) -> "Console":
@@ -54,34 +58,56 @@ class Terminal:
         return console
 
     @contextmanager
+    def at_work(self, work: str) -> "Generator[None]":
+        """Write a line every :data:`SILENCE` seconds, with the step that work is at.
+
+        A progress bar takes its place, and a quiet terminal has none.
+        """
+        over = threading.Event()
+
+        def tell() -> None:
+            seconds = 0.0
+            while not over.wait(SILENCE):
+                seconds += SILENCE
+                if not self.has_bar:
+                    write_error(f"{work}: at work for {seconds:.0f} s{self.step}")
+
+        if not self.quiet:
+            threading.Thread(target=tell, daemon=True).start()
+        try:
+            yield
+        finally:
+            over.set()
+
+    @contextmanager
     def progress(self, total: int | None = None) -> "Generator[Callable[[str], None]]":
         """Show a progress bar on a terminal; yield a function that takes the name of each step.
 
-        Elsewhere a line says how far long work is, at most one in :data:`SILENCE` seconds.
+        Elsewhere the lines of :meth:`at_work` name the step; a verbose terminal writes each.
         """
         if self.quiet or self.verbose or not sys.stderr.isatty():
-            yield self._step_lines(total)
+            yield self._steps(total)
             return
         from rich.markup import escape
         from rich.progress import Progress
 
+        self.has_bar = True
         with Progress(console=_clean_console(stderr=True), transient=True) as bar:
             task = bar.add_task("", total=total)
             yield lambda step: bar.update(task, description=escape(step), advance=1)
+        self.has_bar = False
 
-    def _step_lines(self, total: int | None) -> "Callable[[str], None]":
-        """Return a function that writes the name of a step, where none was for a while."""
+    def _steps(self, total: int | None) -> "Callable[[str], None]":
+        """Return a function that takes the name of each step."""
         done = 0
-        silence = 0.0 if self.verbose else SILENCE
-        last = time.monotonic()
 
         def tell(step: str) -> None:
-            nonlocal done, last
+            nonlocal done
             done += 1
-            now = time.monotonic()
-            if not self.quiet and now - last >= silence:
-                last = now
-                write_error(f"{done}{f' of {total}' if total else ''}: {step}")
+            line = f"step {done}{f' of {total}' if total else ''}: {step}"
+            self.step = f", at {line}"
+            if self.verbose and not self.quiet:
+                write_error(line)
 
         return tell
 

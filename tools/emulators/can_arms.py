@@ -28,6 +28,8 @@ class DamiaoEmulator(Emulator):
     """Status of every motor: 0 off, 1 enabled, others an alarm."""
     pmax = HALF_RANGE
     """PMAX that every motor tells [rad]."""
+    first_serial = 20_260_000
+    """Serial number before that of the first motor."""
 
     def listen(self, address: str) -> None:
         """Join the bus."""
@@ -42,6 +44,8 @@ class DamiaoEmulator(Emulator):
         self.arm.connect()
         if data[2:4] == b"\x33\x15":
             reply = data[:4] + struct.pack("<f", self.pmax)
+        elif data[2:4] == b"\x33\x0f":
+            reply = data[:4] + struct.pack("<I", self.first_serial + motor)
         elif data[2] == 0xCC:
             if motor == 1 or self._state is None:
                 self._state = self.next_state(self.moment)

@@ -27,6 +27,8 @@ from .request import Exported, ExportError, Request, filled, plain
 
 GRID = 36
 """Angles in a turn at which the covariance of error curves is kept."""
+TINY = float(np.finfo(np.float32).tiny)
+"""Least number of single precision; compilers warn of smaller ones."""
 
 
 class Tables(NamedTuple):
@@ -50,9 +52,11 @@ def write(request: Request) -> Exported:
     payload = request.options.get("payload")
     calibrated = calibration.kinematics(payload=payload).calibrated
     posterior = calibration.posterior
-    unknowns = [i for i, p in enumerate(posterior.model.parameters) if not p.of_ball]
-    unknowns += range(posterior.model.geometry, posterior.model.scalars)
     robot = calibrated.robot
+    of_ball = request.flange == robot.tip
+    parameters = enumerate(posterior.model.parameters)
+    unknowns = [i for i, p in parameters if of_ball or not p.of_ball]
+    unknowns += range(posterior.model.geometry, posterior.model.scalars)
     around = calibrated.load.at(robot, workspace(robot, POSES_AROUND))
     turn = base_turn(posterior, around)
     tables = _tables(posterior, unknowns, turn)
@@ -90,7 +94,9 @@ def write(request: Request) -> Exported:
 
 
 def _listed(numbers: np.ndarray) -> str:
-    return ", ".join(f"{number:.8g}f" if number else "0" for number in numbers)
+    return ", ".join(
+        f"{number:.8g}f" if abs(number) > TINY else "0" for number in numbers
+    )
 
 
 def _tables(posterior: Posterior, unknowns: list[int], turn: np.ndarray) -> Tables:

@@ -125,9 +125,9 @@ class Loss:
 
     def __str__(self) -> str:
         return (
-            f"Not in this format: {self.what}. Cost at the ball, over the recorded poses: "
-            f"{1e3 * self.mean:.3f} mm on average, {1e3 * self.largest:.3f} mm at most; "
-            f"all over the workspace: {1e3 * self.anywhere:.3f} mm on average"
+            f"Not in this format: {self.what}. Without it the ball is off by "
+            f"{1e3 * self.mean:.3f} mm on average at the recorded poses "
+            f"({1e3 * self.largest:.3f} at most), and by {1e3 * self.anywhere:.3f} mm elsewhere"
         )
 
 
@@ -238,7 +238,7 @@ def losses_without(
     for name in dict.fromkeys(joint for joint in joints if joint in uncarried):
         words = f"the origin of {name}"
         if name == robot.ball_joint.name:
-            words = f"the ball's place on {robot.ball_joint.parent}"
+            words = f"the ball's place on {robot.ball_joint.parent} (no loss for another tool)"
         values = np.where([joint == name for joint in joints], nominal, exported)
         balls = [calibrated.model.points(values, q) for q in poses]
         loss = _loss(words, balls, geometric)

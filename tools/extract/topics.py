@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ...recorder import COMMANDS, words_of
 from .log import ExtractError, Question
 
 _LEADING = 3
@@ -124,9 +125,7 @@ class JointMessages:
         ]
 
 
-COMMANDED = re.compile(
-    "command|commands|commanded|cmd|desired|goal|target|reference|ref|setpoint|planned|fake|gui"
-)
+COMMANDED = re.compile(COMMANDS.pattern + "|fake|gui")
 """Words of topics that say where the joints should be."""
 MEASURED = re.compile("measured|actual|feedback|encoders?")
 """Words of those that say where they are."""
@@ -172,8 +171,7 @@ def chosen_topic(
 
 def _says(pattern: re.Pattern[str], topic: str) -> bool:
     """Return whether one of a topic's words is of a pattern."""
-    words = re.split(r"[\W_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", topic).lower())
-    return any(map(pattern.fullmatch, words))
+    return any(map(pattern.fullmatch, words_of(topic)))
 
 
 def _rank(topic: str, states: JointStates) -> tuple[bool, bool, bool]:

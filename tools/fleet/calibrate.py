@@ -136,7 +136,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
             sessions.append(session)
             passed = session.status == "pass" or session.kind == "better"
             if passed or (stands is None and not calibration.document.distorted):
-                stands = name, calibration
+                stands = name, calibration.saved_in(arm.out / name)
     except MukcaError as reason:
         error = " ".join(str(reason).split()).replace(f"{arm.folder}/", "")
     return FleetArm(

@@ -13,6 +13,7 @@ from .session_start import page_of as page_of
 from .session_start import with_distance as with_distance
 from .session_start import with_distance_of_base as with_distance_of_base
 from .session_start import with_second_reading as with_second_reading
+from .setup import driver_elsewhere as driver_elsewhere
 from .setup import record_session as record_session
 from .setup import recorded_beside as recorded_beside
 from .stops import record_stops as record_stops

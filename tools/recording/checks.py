@@ -84,10 +84,10 @@ def odd_pose(robot: Robot, distance: float, samples: Captures) -> str | None:
 def wrong_model(robot: Robot, samples: Captures) -> str | None:
     """Return a warning where another shipped robot fits some poses far better than a model."""
     q = positions_in(samples, samples[-1].socket)
-    if len(q) < FIRST_POSES or (scatter := _scatter(robot, q).mean()) < WRONG_SCATTER:
+    if len(q) < FIRST_POSES or (scatter := _scatter(robot, q)) < WRONG_SCATTER:
         return None
     models = _shipped(len(robot.actuated))
-    scatters = {model.name: _scatter(model, q).mean() for model in models}
+    scatters = {model.name: _scatter(model, q) for model in models}
     best = min(scatters, key=lambda name: scatters[name], default=None)
     if best is None or scatters[best] > scatter / WRONG_RATIO or best == robot.name:
         return None
@@ -112,7 +112,7 @@ def wrong_signs(robot: Robot, samples: Captures) -> str | None:
 
 def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
     """Return the same of the configurations of one socket, shape (N, m)."""
-    scatter = _scatter(robot, q).mean()
+    scatter = _scatter(robot, q)
     if scatter < WRONG_SCATTER:
         return None
     names = robot.joint_names
@@ -121,7 +121,7 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
         for flipped in combinations(range(len(names)), count):
             signs = np.ones(len(names))
             signs[list(flipped)] = -1
-            scatters[flipped] = _scatter(robot, signs * q).mean()
+            scatters[flipped] = _scatter(robot, signs * q)
         best = min(scatters, key=lambda flipped: scatters[flipped])
         if scatters[best] < scatter / SIGN_RATIO:
             joints = " and ".join(names[joint] for joint in best)
@@ -167,10 +167,15 @@ def _shipped(joints: int) -> tuple[Robot, ...]:
     return tuple(robot for robot in robots if len(robot.actuated) == joints)
 
 
-def _scatter(robot: Robot, q: np.ndarray) -> np.ndarray:
+def _distances(robot: Robot, q: np.ndarray) -> np.ndarray:
     """Return the ball's distances from its mean position over some configurations [m]."""
     balls = nominal_balls(robot, q)
     return np.asarray(np.linalg.norm(balls - balls.mean(axis=0), axis=1))
+
+
+def _scatter(robot: Robot, q: np.ndarray) -> float:
+    """Return their mean [m]."""
+    return float(_distances(robot, q).mean())
 
 
 FAILED = 1
@@ -192,7 +197,7 @@ def worth_calibrating(robot: Robot, folder: Path) -> tuple[str, int]:
     judgement = assessment.judge(rows, survey.hypotheses)
     if judgement.status == "fail":
         return f"Verdict: {judgement.title}. {judgement.text}", judgement.exit_status
-    distances = _scatter(robot, measured.positions)
+    distances = _distances(robot, measured.positions)
     error = float(distances.mean())
     limit = limit_for(robot)
     verdict = "as good as a calibration would make it"

@@ -97,13 +97,16 @@ class PoseSelector:
         self._history[len(samples)] = rigid if posterior is not None else np.inf
         order = self._order(samples, socket)
         target, gain = self._next(state, where, samples, order, position)
-        placement = self._placement(samples, answers)
-        solved = posterior and sufficiency_of(
-            self._model, [*self._earlier, placement], zeros=self._alarms.coarse
-        )
-        predicted = solved.predicted if solved else rigid
+        fewest = min(self._counts(samples)[:2]) if self._sockets > 1 else 0
+        solved = None
+        if posterior is not None or fewest >= LEAST_SAMPLES:
+            solved = sufficiency_of(
+                self._model,
+                [*self._earlier, self._placement(samples, answers)],
+                zeros=self._alarms.coarse,
+            )
+        predicted = (solved and solved.predicted) or rigid
         goal = self._given or (solved and solved.asked) or self._goal
-        fewest = 0 if posterior is None else min(self._counts(samples)[:2])
         reserve = goal * rigid / predicted
         lost = sum(len(part.samples) for part in self._earlier if is_short(part))
         most = max(MOST - lost // 2, LEAST_SAMPLES)
@@ -111,10 +114,11 @@ class PoseSelector:
         exhausted |= fewest >= SHARE and self._exhausted(
             state, where, samples, gain, reserve
         )
-        # more samples mend no fault that is kept
-        kept_fault = bool(answers.kept and solved and solved.fails)
-        kept_fault |= any(alarm.words == SLIPS for alarm in answers.kept)
-        exhausted |= kept_fault and fewest >= LEAST_SAMPLES
+        # more samples mend no fault that is kept, and none that solve refuses
+        mends_nothing = any(alarm.words == SLIPS for alarm in answers.kept)
+        if solved and solved.fails:
+            mends_nothing |= bool(answers.kept) or solved.predicted is None
+        exhausted |= mends_nothing and fewest >= LEAST_SAMPLES
         reaches_goal = predicted <= goal
         end = self._rule.end(
             None if alarms else solved, exhausted=exhausted, reaches_goal=reaches_goal

@@ -36,6 +36,8 @@ FORMS = {name: _Form(**entry) for name, entry in _TABLE.items()}
 AROUND = "by {size} mm around {joint} since sample {first}, or that reads otherwise"
 """No sample tells a base that turned around the first joint from that joint's zero."""
 BEYOND_WORDS = "{metres} m off since sample {first}"
+JOINTS = "JOINTS?"
+"""Words for joints that read so otherwise that the ball would be far away."""
 AGAIN = 2
 """Short placements before this one, each of which ended as the base moved: it is loose."""
 TOOL = 0.01
@@ -86,6 +88,10 @@ class SessionAlarms:
                     text = f"it moved {moves + 1} times, now {alarm.text}"
                     alarm = replace(alarm, cause="again", words="LOOSE BASE", text=text)
                 stays = oldest < min(alarm.samples, default=0)
+                if alarm.words == JOINTS and not stays:
+                    # no sound sample stays: one is taken back, more are the arm's own
+                    one = len(alarm.samples) == 1
+                    alarm = replace(alarm, cause="ball" if one else "model")
                 alarms.append(replace(alarm, stays=stays))
         return tuple(alarms)
 
@@ -121,7 +127,7 @@ class SessionAlarms:
         of_joints = fault.socket is None and hypothesis.name != "distance"
         if is_repeated or (size > BEYOND and of_joints):
             text = BEYOND_WORDS.format(first=first, metres=f"{size:.1f}")
-            return Alarm("joints", "JOINTS?", text, concerned)
+            return Alarm("joints", JOINTS, text, concerned)
         cause, words, form, _ = FORMS[hypothesis.name]
         if hypothesis.name == "ball_bent" and size > TOOL:
             words = "TOOL CHANGED?"

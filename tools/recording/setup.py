@@ -7,8 +7,9 @@ from collections.abc import Generator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...recorder import (
     DEFAULT_DISTANCE,
@@ -161,14 +162,21 @@ PRACTICE = "mock"
 """Driver of simulated arms: its address is a file of poses, not an arm's."""
 
 
-class _Neighbour(NamedTuple):
-    """A placement of the same arm in a neighbouring folder."""
+def driver_elsewhere(driver: str) -> str | None:
+    """Return a driver with the base elsewhere; None for a simulated arm with no base left.
 
-    begin: float
-    """Time of its first sample [s], since 1970."""
-    placement: Placement
-    readings_changed: bool
-    """True if joints read otherwise than at the placements before."""
+    A simulated arm stays at the base of its folder, so the next folder beside it has another.
+    """
+    name, _, address = driver.partition(":")
+    if name != PRACTICE:
+        return driver
+    path, mark, options = address.partition("?")
+    here = Path(path)
+    folders = sorted(file.parent for file in here.parent.glob(f"*/{SAMPLES}"))
+    for folder in folders:
+        if folder > here and _origin(folder).get("driver") != PRACTICE:
+            return f"{PRACTICE}:{folder}{mark}{options}"
+    return None
 
 
 def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:
@@ -180,7 +188,7 @@ def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:
     if read_metadata(out / METADATA).get(READINGS_CHANGED) is True:
         return ()
     origin = _origin(out)
-    neighbours: list[_Neighbour] = []
+    earlier: list[tuple[float, bool, Placement]] = []  # begin [s], readings changed
     for file in out.parent.glob(f"*/{SAMPLES}"):
         folder = file.parent
         if folder.resolve() == out.resolve():
@@ -192,14 +200,11 @@ def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:
             is_same = all(origin[name] == origin_there[name] for name in names)
             if is_same and metadata.get("model_sha256") == robot.sha256:
                 placement = read_placement(folder).for_joints(robot.joint_names)
-                begin = placement.samples[0].time or 0.0
                 changed = metadata.get(READINGS_CHANGED) is True
-                neighbours.append(_Neighbour(begin, placement, changed))
+                earlier.append((placement.samples[0].time or 0.0, changed, placement))
     placements: list[Placement] = []
-    for neighbour in sorted(neighbours, key=lambda neighbour: neighbour.begin):
-        if neighbour.readings_changed:
-            placements = []
-        placements.append(neighbour.placement)
+    for _, changed, placement in sorted(earlier, key=itemgetter(0)):
+        placements = [*([] if changed else placements), placement]
     return tuple(placements)
 
 

@@ -25,8 +25,9 @@ WORKSPACE, NEAR = "predicted_distance", "predicted_distance_near"
 class Sufficiency:
     """The part of a verdict that rests on how much was recorded."""
 
-    predicted: float
-    """Upper end of the 68 % interval of the error of distances in the workspace [m]."""
+    predicted: float | None
+    """Upper end of the 68 % interval of the error of distances in the workspace [m]; None where
+    ``mukca solve`` refuses the samples."""
     asked: float | None
     """The limit on it [m]; None where nothing is known of the arm's repeatability."""
     enough: bool
@@ -34,7 +35,7 @@ class Sufficiency:
     sized: bool
     """True where the arm's size would still be believed if it were off by a deviation more."""
     fails: str
-    """The first reason of a FAIL; empty where there is none."""
+    """The reason of a refusal, or the first of a FAIL; empty where there is none."""
 
 
 class End(NamedTuple):
@@ -80,13 +81,13 @@ class StoppingRule:
 def sufficiency_of(
     model: ExtendedModel, placements: Sequence[Placement], *, zeros: bool
 ) -> Sufficiency | None:
-    """Return the verdict on placements, of which the last goes on; None without a fit."""
+    """Return the verdict on placements, of which the last goes on; None without a prediction."""
     try:
         solved = calibrate(
             model.robot, _whole(placements), zeros=zeros or None, no_proof=True
         )
-    except MukcaError:
-        return None
+    except MukcaError as error:
+        return Sufficiency(None, None, enough=False, sized=False, fails=str(error))
     verdict = solved.verdict
     row = next((row for row in verdict.limits if row.name == WORKSPACE), None)
     if row is None or row.found is None:

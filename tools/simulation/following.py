@@ -4,6 +4,7 @@
 waits wherever the arm rests until that is captured, and then seats the ball at the proposed pose.
 """
 
+from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -39,13 +40,16 @@ class LedMotion(Motion):
 
     def phase(self, time: float) -> tuple[int, float]:
         """Return the number of the last rest, and how far the move after it has come, 0 to 1."""
-        count = len(self.begun)
+        count = bisect_right(self.begun, time)
         if not count:
             return 0, 0.0
-        progress = (time - self.begun[-1]) / self.move
-        if progress >= 1:
-            return count, 0.0
-        return count - 1, max(0.0, progress)
+        progress = (time - self.begun[count - 1]) / self.move
+        return (count, 0.0) if progress >= 1 else (count - 1, progress)
+
+    def begin(self, time: float) -> None:
+        """Begin a move, after the one that is under way [s]."""
+        ends = [begun + self.move for begun in self.begun[-1:]]
+        self.begun.append(max([time, *ends]))
 
 
 class FollowingHand:
@@ -75,9 +79,7 @@ class FollowingHand:
             order = [arm.joint_names.index(name) for name in names]
         recorded = np.array(arm.motion.configurations)[:, order]
         self._session = fitted_session(recorded, robot, arm.seed)
-        self._torques: np.ndarray | None = None
-        if arm.efforts is not None:
-            self._torques = np.array(arm.efforts)[:, order]
+        self._has_efforts = arm.efforts is not None
         self._truth = self._session.robot
         self._seed = arm.seed
         self._generator = np.random.default_rng(arm.seed)
@@ -94,13 +96,13 @@ class FollowingHand:
         self._poses = list[tuple[float, ...]]()
         self._efforts = list[list[float]]()
         first_socket = int(self._session.sockets[0])
-        self._rest_at(self._session.positions[0], first_socket, row=0)
+        self._rest_at(self._session.positions[0], first_socket)
         self._motion = LedMotion(self._poses, move=arm.motion.move)
         self._arm = replace(
             arm,
             motion=self._motion,
             joint_names=names,
-            efforts=None if self._torques is None else self._efforts,
+            efforts=self._efforts if self._has_efforts else None,
         )
         self.guided = True
         """False where no guide proposes poses: they are the recording's then, in its order."""
@@ -144,20 +146,18 @@ class FollowingHand:
     def _lead(self, reference: np.ndarray | None, socket: int) -> None:
         """Begin a move to a pose with the ball in a socket; without one, where the hand likes."""
         rows = set(np.flatnonzero(self._session.sockets == socket).tolist())
-        # The first sample of the recording in a socket that was not led to.
-        row = min(rows - self._rows_led, default=None)
-        if row is None or self.guided:
-            row = None
-            q = self._seated_at(reference, socket)
+        rows -= self._rows_led
+        if rows and not self.guided:  # the recording's next sample in that socket
+            self._rows_led.add(min(rows))
+            q = self._session.positions[min(rows)]
         else:
-            self._rows_led.add(row)
-            q = self._session.positions[row]
-        self._rest_at(q, socket, row)
+            q = self._seated_at(reference, socket)
+        self._rest_at(q, socket)
         # After the pose: another thread reads both.
-        self._motion.begun.append(self._arm.now())
+        self._motion.begin(self._arm.now())
 
-    def _rest_at(self, q: np.ndarray, socket: int, row: int | None) -> None:
-        """Add a configuration, maybe of a row of the recording, with its torques."""
+    def _rest_at(self, q: np.ndarray, socket: int) -> None:
+        """Add a configuration, with its torques."""
         self._led.append(q)
         self._labels.append(socket)
         goal = q
@@ -171,11 +171,9 @@ class FollowingHand:
                 np.random.default_rng(self._seed),  # a fault stays as it was
             )
             goal = with_faults(session, self._faults)[count - 1]
-        if self._torques is not None and row is None:
+        if self._has_efforts:
             (moments,) = gravity_moments(self._truth, goal[None])
             self._efforts.append(moments[: len(q)].tolist())
-        elif self._torques is not None:
-            self._efforts.append(self._torques[row].tolist())
         self._poses.append(tuple(goal.tolist()))
 
     def _seated_at(self, reference: np.ndarray | None, socket: int) -> np.ndarray:

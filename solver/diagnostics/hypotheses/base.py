@@ -37,7 +37,7 @@ OF_INSTRUMENTS = (3e-3, 0.03)
 """The same of an instrument, which is never far off but for a unit, which the table shows."""
 SOURCES = {
     "default": "nothing but the default: measure it and pass the reading with --distance",
-    "given": "as given: measure it again and pass the reading with --distance",
+    "given": "as you gave it: measure it again and pass the reading with --distance",
     "located": "by the sockets' coordinates: measure those again",
     "recording": "as placement.json has it: measure it again, and mend it there",
 }

@@ -44,6 +44,7 @@ from .lengths import metres as metres
 from .lengths import millimetres as millimetres
 from .lengths import readings_of as readings_of
 from .measurements import STANDARD_LOAD as STANDARD_LOAD
+from .measurements import LimitsError as LimitsError
 from .measurements import Load as Load
 from .measurements import Measurement as Measurement
 from .measurements import TooFewError as TooFewError
@@ -74,7 +75,6 @@ from .samples import Clock as Clock
 from .samples import SampleRows as SampleRows
 from .samples import Samples as Samples
 from .samples import joined as joined
-from .socket_distance import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .socket_distance import check_distance as check_distance
 from .tips import TipSamples as TipSamples
 from .tips import tip_shift as tip_shift

@@ -14,13 +14,19 @@ from .copies import check_distinct
 from .efforts import with_plausible_efforts
 from .instrument import check_orientations, other_columns
 from .lengths import Readings
-from .measurements import Load, Measurement, MeasurementError, TooFewError
+from .measurements import (
+    LimitsError,
+    Load,
+    Measurement,
+    MeasurementError,
+    TooFewError,
+)
 from .sample_choice import counting, without_single
 from .socket_distance import stated_length
 
 LEAST_POINTS = 4
 """Three points determine the instrument's frame, and nothing else."""
-SAMPLES_ADVISED = "as many as ENOUGH takes, 24 to 40 in two sockets"
+SAMPLES_ADVISED = "24 to 40 samples in two sockets, until record says ENOUGH"
 """Samples of a placement, in the words that all advice on their number uses."""
 ENOUGH_POSES = 10
 """Fewest poses by which wrong columns of their orientations are recognised."""
@@ -201,19 +207,19 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
     if excess[row, column] > _FAR_OUTSIDE:
         turned = -positions[:, column]
         if lower[column] <= turned.min() and turned.max() <= upper[column]:
-            raise MeasurementError(
+            raise LimitsError(
                 f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
             )
         unit = "lengths are metres" if slides else "angles are radians"
-        guess = "is it another robot?"
+        error, guess = LimitsError, "is it another robot?"
         if len(robot.actuated) in np.bincount(placement.sockets):
             guess = "is it another robot, or is a line a joint, where it should be a sample?"
         if slides and abs(positions[row, column]) > _LONGEST_SLIDE:
+            error = MeasurementError
             guess = "are these millimetres? a header of JOINT [mm] is read as such"
         elif not slides and abs(positions).max() > 2 * np.pi:
+            error = MeasurementError
             guess = "are these degrees? a header of JOINT [deg] is read as such"
-        raise MeasurementError(
-            f"{text}; {unit} ({guess}), in the order of the chain's joints"
-        )
+        raise error(f"{text}; {unit} ({guess}), in the order of the chain's joints")
     if excess[row, column] > _BARELY_OUTSIDE:
         warnings.append(text)

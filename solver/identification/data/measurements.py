@@ -23,6 +23,10 @@ class MeasurementError(MukcaError):
     """A placement does not hold what a calibration needs."""
 
 
+class LimitsError(MeasurementError):
+    """A joint reads what it cannot reach, in a unit that may be right."""
+
+
 class TooFewError(MeasurementError):
     """A placement has too few samples to tell anything."""
 

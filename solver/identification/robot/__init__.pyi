@@ -7,11 +7,13 @@ from .chain import Joint as Joint
 from .chain import find_chain as find_chain
 from .chain import find_root as find_root
 from .chain import require_link as require_link
+from .encoding import ModelError as ModelError
 from .factory import check_controller as check_controller
 from .factory import ur_controller as ur_controller
 from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .gravity import gravity_moments as gravity_moments
 from .joint_ranges import one_turn as one_turn
+from .joint_ranges import reaching as reaching
 from .joint_ranges import workspace as workspace
 from .kinematics import Motion as Motion
 from .kinematics import frames_and_motions as frames_and_motions
@@ -45,7 +47,6 @@ from .urdf_edits import add_link as add_link
 from .urdf_edits import set_origins as set_origins
 from .urdf_edits import with_attributes as with_attributes
 from .urdf_edits import with_edits as with_edits
-from .urdf_text import ModelError as ModelError
 from .urdf_text import Origin as Origin
 from .urdf_text import UrdfText as UrdfText
 from .urdf_text import end_of_tag as end_of_tag

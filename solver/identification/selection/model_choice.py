@@ -22,7 +22,7 @@ log(20), for which errors of 48 that bend would be 2 % smaller after 10 + 10 sam
 LIKELY = 0.01
 """Models less probable than this are left out of the mean."""
 ENOUGH_PLACEMENTS = 3
-NO_MASSES = "cannot be told without masses in the URDF, or measured torques"
+NO_MASSES = "not known without masses in the URDF, or measured torques"
 
 
 @dataclass(frozen=True)

@@ -97,7 +97,7 @@ def test_errors_are_there_per_placement_and_as_a_table(calibration, placements):
     how = {"distance": 0.051, "method": "paper", "test": placements[1:]}
     wrong = repr(mukca.calibrate(calibration.robot, placements[0], **how))
     assert "Distance of the sockets: 51 mm (as given)" in wrong and "DO NOT LOAD IT" in wrong
-    assert "warning: all placements: more likely the sockets" in wrong
+    assert "warning: all placements: the sockets are more likely" in wrong
 
 
 @pytest.mark.slow

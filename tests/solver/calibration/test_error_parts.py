@@ -27,7 +27,7 @@ def test_the_parts_are_in_the_document_and_in_words():
     _, placements = mukca.simulate_recordings(robot, 2, samples=10, seed=1)
     parts = mukca.calibrate(robot, placements[:1], placements[1:], **RIGID).document.error_parts
     assert sum(parts.shares) == pytest.approx(1)
-    assert f"{1e3 * parts.want_of_data:.2f} want of data" in parts.text
+    assert f"{1e3 * parts.want_of_data:.2f} falls with more data" in parts.text
 
 
 def test_nothing_is_said_where_nothing_was_held_out():

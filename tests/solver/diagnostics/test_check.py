@@ -51,7 +51,7 @@ def test_the_next_placement_is_away_from_those_there_are(panda, look, placements
         seen.placements[1], diagnostics=(Diagnostic("error", "x", "there", "bad", "mend"),)
     )
     hint = next_placement(panda, replace(seen, placements=(seen.placements[0], moved)))
-    assert "First mend left" in hint and "serve best" not in hint
+    assert "First mend left" in hint and "If you train" not in hint
     everywhere = replace(seen, shared=moved.diagnostics)
     assert (
         next_placement(panda, everywhere) == "First mend what all placements have: see the errors."

@@ -30,8 +30,8 @@ def test_a_wrong_distance_is_found(panda, placements, given, status, words):
     assert rows["data_checks"].status == "pass"
     for finding in survey.diagnostics:
         assert (finding.level, finding.where) == ("warning", "all placements")
-        assert f"more likely the sockets are 50.0 mm apart than {1e3 * given:.1f}" in finding.text
-        assert "as given" in finding.advice and "--distance" in finding.advice
+        assert f"the sockets are more likely 50.0 mm apart than {1e3 * given:.1f}" in finding.text
+        assert "as you gave it" in finding.advice and "--distance" in finding.advice
 
 
 def test_samples_that_any_model_fits_accuse_no_placement(look, placements):
@@ -44,7 +44,7 @@ def test_a_forgotten_distance_is_found(look, record_at):
     long = record_at([0.5, 0.0, 0.1], 3, distance=0.12)
     assert look([long]).diagnostics == ()
     (finding,) = look([replace(long, distance=None)]).diagnostics
-    assert re.search("more likely the sockets are (119.9|120.0) mm apart", finding.text)
+    assert re.search("the sockets are more likely (119.9|120.0) mm apart", finding.text)
     assert "nothing but the default" in finding.advice
 
 

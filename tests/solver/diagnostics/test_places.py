@@ -101,8 +101,8 @@ def test_play_moves_samples_together_and_is_no_moved_base(moved, seeds):
         )
         if moved == 0.0045:  # nobody has said that this arm is made of servos
             found = inspect_all(robot, [measured]).diagnostics
-            assert any("say --zeros" in finding.advice for finding in found)
-            assert not any("say --zeros" in finding.advice for finding in seen.diagnostics)
+            assert any("add --zeros" in finding.advice for finding in found)
+            assert not any("add --zeros" in finding.advice for finding in seen.diagnostics)
 
 
 def test_what_may_be_play_is_told_before_the_distance_of_the_sockets():
@@ -112,4 +112,4 @@ def test_what_may_be_play_is_told_before_the_distance_of_the_sockets():
     errors = [
         finding for finding in inspect_all(robot, measured).diagnostics if finding.level == "error"
     ]
-    assert errors and all("say --zeros" in finding.advice for finding in errors)
+    assert errors and all("add --zeros" in finding.advice for finding in errors)

@@ -75,7 +75,7 @@ def test_a_base_that_falls_back_is_told_and_its_samples_count(panda):
     _, placement = recorded(panda, "base@10+3:3mm")
     found = mukca.calibrate(panda, placement, **RIGID)
     (text,) = told(found)
-    assert "from sample 10 to sample 12, and fell back" in text
+    assert "from sample 10 to sample 12, and then moved back" in text
     without = mukca.calibrate(panda, placement, as_recorded=True, **RIGID)
     errors = [of.errors.summary.train.calibrated.mean_absolute_error for of in (found, without)]
     assert errors[0] < 2e-4 < errors[1]
@@ -94,10 +94,10 @@ def test_files_of_sockets_say_which_was_taken_to_be_first(panda):
     _, placement = recorded(panda, "drift:2mm", range(24))
     samples = [replace(s, number=0, time=None) for s in placement.samples]
     found = mukca.calibrate(panda, replace(placement, samples=tuple(samples)), **RIGID)
-    assert all("is taken to be recorded first" in text for text in told(found))
+    assert all("the files hold no times" in text for text in told(found))
     assert told(found)
     (timed,) = told(mukca.calibrate(panda, placement, **RIGID))
-    assert "recorded first" not in timed
+    assert "the files hold no times" not in timed
 
 
 def test_a_conversion_makes_no_order_up_and_keeps_one_that_is_known(panda, tmp_path, command):
@@ -113,9 +113,9 @@ def test_a_conversion_makes_no_order_up_and_keeps_one_that_is_known(panda, tmp_p
     )
     for found in (samples, again):
         assert np.array_equal(found.calibrated.values, holes.calibrated.values)
-        assert ["recorded first" in text for text in told(found)] == [True]
+        assert ["the files hold no times" in text for text in told(found)] == [True]
     assert np.array_equal(copy.calibrated.values, timed.calibrated.values)
-    assert not any("recorded first" in text for text in told(copy))
+    assert not any("the files hold no times" in text for text in told(copy))
 
 
 @pytest.mark.parametrize("moved", [2e-3, 25e-3])
@@ -138,7 +138,7 @@ def test_an_encoder_replaced_between_two_placements_is_told(panda):
     _, (first, last) = mukca.simulate_recordings(panda, 2, samples=12, seed=3)
     q = last.positions + np.deg2rad(0.3) * np.eye(7)[3]
     (text,) = told(mukca.calibrate(panda, [first, last.with_positions(q)], **RIGID))
-    assert "panda_joint4 reads +0.3" in text and f"from {last.name} on" in text
+    assert "panda_joint4 reads 0.3" in text and f"from {last.name} on" in text
 
 
 def test_an_encoder_replaced_on_an_arm_of_servos_is_no_ball_a_metre_away():
@@ -153,7 +153,7 @@ def test_an_encoder_replaced_on_an_arm_of_servos_is_no_ball_a_metre_away():
     q = first.positions + np.deg2rad(3) * np.eye(5)[2]
     found = mukca.calibrate(robot, [first.with_positions(q), last], no_proof=True)
     (text,) = told(found)
-    assert "elbow_flex reads -2.98" in text and f"from {last.name} on" in text
+    assert "elbow_flex reads 2.98" in text and "deg less" in text and f"from {last.name} on" in text
     truth = truth_of(robot, arm, flaws.deflection)
     assert error(truth, found, workspace(robot, 100)) < 2e-3
 
@@ -165,7 +165,7 @@ def test_a_saved_calibration_knows_how_its_places_moved(panda, tmp_path):
     assert told(again) == told(found)
     assert max(np.linalg.norm(s.moved) for s in again.document.data[0].samples) > 4.5e-3
     verdict = " ".join(row.text for row in (*again.verdict.limits, *again.verdict.reasons))
-    assert "its place moved" in verdict
+    assert "something moved at" in verdict
 
 
 def test_an_instrument_that_follows_the_temperature(panda, tmp_path):

@@ -146,8 +146,9 @@ def test_a_size_that_no_view_tells_stays_as_it_was_said(simulated, found_by, sou
     found = found_by("beside", np.hstack([q, columns_of(board)]))
     off = np.array(found.frame.xyz) - np.array(sound("beside").frame.xyz)
     assert not found.size_told and found.size == pytest.approx(1, abs=0.01)
-    assert "do not tell the size of the board: vary its distance" in " ".join(found.brief)
+    assert "do not show the size of the board: vary its distance" in " ".join(found.brief)
     assert np.linalg.norm(off) < 0.02
+    assert not found.untold or "vary the distance to the board" in found.untold[0]
     assert sound("beside").size_told
 
 
@@ -177,7 +178,7 @@ def test_a_zero_that_changed_since_is_told(simulated, found_by, sound, camera, j
 def test_a_place_less_sure_than_a_limit_is_not_enough(simulated):
     data = recorded(views(simulated, "on-arm"))
     found = mukca.handeye(simulated.calibration, data, "on-arm", limit=1e-5)
-    assert found.untold[0].startswith("NOT ENOUGH DATA: these views cannot tell camera")
+    assert found.untold[0].startswith("NOT ENOUGH DATA: these views cannot show camera")
     assert "turn the flange about two axes" in found.untold[0]
     assert not any("ros2" in line for line in found.text)
 

@@ -63,7 +63,7 @@ def test_a_zero_that_changed_since_is_told(simulated, joint):
 def test_a_tip_less_sure_than_a_limit_is_not_enough(simulated, cal, tmp_path, command, refused):
     words = ("tool", cal, written(tmp_path / "t.csv", simulated.touched(TIP)))
     status, out, _ = command(*words, "--limit-mm", "0.001")
-    assert status == 3 and "NOT ENOUGH DATA: these touches cannot tell the tip along" in out
+    assert status == 3 and "NOT ENOUGH DATA: these touches cannot show the tip along" in out
     refused("--limit-mm 0: give millimetres above 0", *words, "--limit-mm", "0")
 
 

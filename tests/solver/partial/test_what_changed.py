@@ -108,7 +108,7 @@ def test_the_command_says_what_to_do_next(simulated, cal, tmp_path, command, ref
     write_samples(tmp_path / "since", simulated.read({3: 3e-3}))
     words = ("check", tmp_path / "since", "--calibration", cal)
     status, out, _ = command(*words)
-    assert status == 1 and "mukca rezero --joint panda_joint4" in out
+    assert status == 1 and f"mukca rezero {cal} {tmp_path / 'since'} --joint panda_joint4" in out
     status, out, _ = command(*words, "--json")
     assert status == 1 and json.loads(out)["likeliest"] == "panda_joint4"
     by_check = command(*words)
@@ -189,7 +189,7 @@ def test_a_calibration_whose_distance_nobody_measured_is_not_valid_yet(
     write_samples(tmp_path / "untold", mukca.Placement.of_arrays("untold", *pairs))
     for words in (("validate", tmp_path / "cal"), ("check", "--calibration", tmp_path / "cal")):
         status, out, _ = command(*words, tmp_path / "untold")
-        assert status == 3 and "the distance was not given: 50 mm assumed" in out
+        assert status == 3 and "obody measured the distance of the sockets" in out
         assert command(*words, tmp_path / "told")[0] == 0
 
 

@@ -9,6 +9,7 @@ import mukca
 from mukca.recorder import Placement, Sample
 from mukca.solver.identification.data import STANDARD_LOAD, Measurement, Samples
 from mukca.solver.studies import chance, patterns
+from mukca.solver.studies.held_out_evidence import updated
 
 
 class Recorded(chance.Estimate):
@@ -41,3 +42,20 @@ def test_errors_of_points_are_without_the_movement_of_the_instrument():
     posterior = SimpleNamespace(linearise=lambda *_: (balls, slopes, slopes))
     rows, _ = patterns._rows(robot, STANDARD_LOAD, [(posterior, [points])])
     assert np.abs(rows.errors).max() < 1e-12
+
+
+class Known:
+    """A posterior of which no more than a covariance of the unknowns is asked."""
+
+    model = SimpleNamespace(effects=())
+
+    def __init__(self, covariance):
+        self.of_unknowns = covariance
+
+
+def test_a_covariance_below_zero_by_rounding_has_a_root():
+    """Two sessions with the same postures had an eigenvalue of -7e-9 among 2568 unknowns."""
+    Q, _ = np.linalg.qr(np.random.default_rng(0).normal(size=(60, 60)))
+    C = Q * np.append(np.ones(59), -7e-9) @ Q.T
+    root = updated(Known(C), None, []).root
+    assert np.abs(root @ root.T - C).max() < 1e-6

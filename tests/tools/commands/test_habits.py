@@ -4,10 +4,13 @@ import json
 import shlex
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from mukca.tools.cli import VERBS, Terminal, option_names
+from mukca.tools import cli
+from mukca.tools.cli import VERBS, Terminal, console, option_names
+from mukca.tools.cli.commands import main
 
 WORDS = "--robot panda --distance 0.05"
 
@@ -46,16 +49,29 @@ def test_quiet_is_silent_and_verbose_says_more(session, command):
     assert json.loads(quiet[1])["robot"] == "panda"
 
 
-def test_piped_work_that_takes_long_says_how_far_it_is(monkeypatch, capsys):
-    hours = iter([0.0, 10.0, 3600.0, 3610.0, 3611.0, 3611.0])
-    monkeypatch.setattr(time, "monotonic", lambda: next(hours))
-    with Terminal().progress(3) as done:
-        for step in ("fit", "check", "page"):
-            done(step)
-    assert capsys.readouterr().err == "2 of 3: check\n"
+def test_work_that_takes_long_says_how_far_it_is(monkeypatch, capsys):
+    monkeypatch.setattr(console, "SILENCE", 0.2)
+    terminal = Terminal()
+    with terminal.at_work("mukca fleet"), terminal.progress(3) as done:
+        done("fit")
+        done("check")
+        time.sleep(0.5)
+    assert "mukca fleet: at work for 0 s, at step 2 of 3: check\n" in capsys.readouterr().err
+    with Terminal(quiet=True).at_work("mukca fleet"):
+        time.sleep(0.3)
     with Terminal(verbose=True).progress() as done:
         done("fit")
-    assert capsys.readouterr().err == "1: fit\n"
+    assert capsys.readouterr().err == "step 1: fit\n"
+
+
+def test_each_verb_that_computes_breaks_its_silence(monkeypatch, capsys):
+    monkeypatch.setattr(console, "SILENCE", 0.2)
+    monkeypatch.setattr(cli, "read_options", lambda _: None)
+    for name, count in (("handeye", 2), ("record", 0)):
+        verb = SimpleNamespace(name=name, run=lambda *_: time.sleep(0.5))
+        monkeypatch.setattr(main, "verb_of", lambda _, verb=verb: verb)
+        main.run_verb(SimpleNamespace(verb=name), Terminal())
+        assert capsys.readouterr().err.count(f"mukca {name}: at work") == count
 
 
 def test_a_number_of_another_country_or_unit_is_met_with_the_right_one(refused, session):

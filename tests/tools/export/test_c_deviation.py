@@ -20,9 +20,9 @@ FLAWS = {"compliance": 5e-5, "tilt": 3e-5, "transmission": 2e-4}
 class Deviations:
     """The functions of the C file, for rows of joint positions."""
 
-    def __init__(self, export, calibration, folder):
+    def __init__(self, export, calibration, folder, *words):
         file, library = folder / "known.c", folder / "known.so"
-        status, shown, error = export(calibration, "--to", "c-deviation", "--out", file)
+        status, shown, error = export(calibration, "--to", "c-deviation", "--out", file, *words)
         assert status == 0 and "single precision" in shown, error
         subprocess.run([*COMPILE, file, "-o", library, "-lm"], check=True)
         self.compiled = ctypes.CDLL(str(library))
@@ -65,6 +65,15 @@ def test_of_a_rigid_arm_it_is_what_python_says(export, tmp_path):
     distances = arm.distance_deviation(q[1:], q[0])
     assert known.of_distances(q[0], q[1:]) == pytest.approx(distances, rel=1e-5)
     assert np.isnan(known(np.full((1, 7), np.nan))).all()
+
+
+def test_of_the_ball_its_place_on_the_flange_counts(export, tmp_path):
+    arm = mukca.load_calibration(ARM)
+    known = Deviations(export, ARM, tmp_path, "--flange", "ball_link")
+    q = workspace(arm.robot, 10)
+    assert near(known(q), arm.deviation(q, tool="ball_link"), 1e-4)
+    movements = arm.deviation(q[1:], relative_to=q[0], tool="ball_link")
+    assert near(known.of_movements(q[0], q[1:]), movements, 1e-4)
 
 
 @pytest.fixture(scope="module")

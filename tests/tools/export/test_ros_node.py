@@ -32,7 +32,7 @@ class Node:
         self.warned = []
 
     def declare_parameter(self, name, default):
-        assert name in ("calibration", "relative_to")
+        assert name in ("calibration", "relative_to", "tool")
         value = SimpleNamespace(string_value=os.environ.get(name.upper(), default))
         return SimpleNamespace(get_parameter_value=lambda: value)
 
@@ -95,16 +95,18 @@ def test_it_says_how_well_the_flange_is_known(module, monkeypatch):
     assert pose.pose.covariance == arm.deviation(read).ravel().tolist()
 
 
-def test_with_a_start_it_says_how_well_the_movement_is_known(module, monkeypatch):
+@pytest.mark.parametrize("tool", ["", "ball_link"])
+def test_with_a_start_it_says_how_well_the_movement_is_known(module, monkeypatch, tool):
     file = STORED / "calibration.json"
     arm = mukca.load_calibration(file)
     read = arm.calibrated.middle
     start = (read + 0.1).tolist()
     monkeypatch.setenv("CALIBRATION", str(file))
     monkeypatch.setenv("RELATIVE_TO", ",".join(map(str, start)))
+    monkeypatch.setenv("TOOL", tool)
     node = module["TrueJointStates"]()
     pose = node.pose(read.tolist(), 7)
-    expected = arm.deviation(read, relative_to=start)
-    assert pose.pose.pose.position.x == arm.flange(read)[0, 3]
+    expected = arm.deviation(read, relative_to=start, tool=tool or None)
+    assert pose.pose.pose.position.x == arm.flange(read, tool=tool or None)[0, 3]
     assert pose.pose.covariance == expected.ravel().tolist()
     assert np.trace(expected[:3, :3]) < 0.1 * np.trace(arm.deviation(read)[:3, :3])

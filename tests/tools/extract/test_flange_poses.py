@@ -53,6 +53,14 @@ def test_all_views_together_tell_the_posture(ur5e):
     assert "8 postures bring the flange there; the views leave" in views.remarks[-1]
 
 
+def test_a_single_view_is_refused(ur5e):
+    placement = of_the_flange(ur5e, POSTURE[None])
+    with pytest.raises(MukcaError, match=r"8 postures .* views do not tell which"):
+        joints_of(ur5e, placement, None, "beside")
+    with pytest.raises(MukcaError, match="1 views; 5 are needed"):
+        mukca.handeye(ur5e, joints_of(ur5e, placement, POSTURE.tolist()), "beside")
+
+
 @pytest.mark.parametrize("turned", [None, np.diag([-1.0, -1, 1, 1])])
 def test_joints_stood_near_one_view_some_turns_on_or_in_the_controllers_frame(ur5e, turned):
     """The last joint goes all round, so that the farthest view is 3 rad off in it."""

@@ -13,7 +13,7 @@ from mukca.recorder import Sample, sample_files
 from mukca.recorder.session import Advice, Alarm, Session, View
 from mukca.solver.results import write_files
 from mukca.tools.cli import main
-from mukca.tools.recording import SessionAlarms, joints_of, recorded_beside
+from mukca.tools.recording import SessionAlarms, driver_elsewhere, joints_of, recorded_beside
 from mukca.tools.simulation import following_hand
 
 pytestmark = pytest.mark.slow
@@ -64,6 +64,22 @@ def led_with(robot, session, fault=""):
             led.rest(tuple(q + 0.1))
             led.capture()
     return mukca.Placement("here", led.session.live, robot.joint_names, 0.05)
+
+
+def test_a_base_that_is_moved_while_the_arm_is_led_makes_no_jump(panda, session, virtual_time):
+    led = Led(panda, f"{session / 'front'}?follow&rate=200")
+    led.rest()
+    led.capture()
+    target = tuple(read(session / "front").positions[5])
+    led.hand.follow(View(led.session, advice=Advice(1, 0, 1, 1, target=target)))
+    positions = []
+    until = clock.now() + 0.4
+    while clock.now() < until:
+        positions.append(led.driver.read(1).position)
+    led.hand.move_base()
+    positions += [led.driver.read(1).position for _ in range(600)]
+    assert np.ptp(positions, axis=0).max() > 0.3
+    assert np.abs(np.diff(positions, axis=0)).max() < 0.05
 
 
 def test_its_samples_are_sound_and_those_of_a_fault_are_not(panda, session, virtual_time):
@@ -156,12 +172,15 @@ def test_no_new_placement_is_offered_to_take_all_samples(panda, session, virtual
     placement = led_with(panda, session, "&fault=ball@1:500mm")
     (alarm,) = SessionAlarms(panda)([replace(placement, samples=placement.samples[:12])])
     assert alarm.words == "JOINTS?" and alarm.samples == (1,)
-    assert alarm.reason.endswith(": k keep")
-    samples = led_with(panda, session, "&fault=base@13:30mm").samples
-    remaining = mukca.Placement("here", samples[12:], panda.joint_names, 0.05)
-    (alarm,) = SessionAlarms(panda)([remaining], doubted=samples[:12])
-    assert (alarm.words, alarm.samples[0]) == ("BASE MOVED", 13)
-    assert alarm.reason.endswith(": k keep")
+    assert alarm.reason.endswith(": x take back, k keep")
+    for size, words, keys in (
+        (30, "BASE MOVED", "k keep"),
+        (320, "JOINTS?", "q finish, and mend it"),
+    ):
+        samples = led_with(panda, session, f"&fault=base@13:{size}mm").samples
+        remaining = mukca.Placement("here", samples[12:], panda.joint_names, 0.05)
+        alarm, *_ = SessionAlarms(panda)([remaining], doubted=samples[:12])
+        assert (alarm.words, alarm.samples[0], alarm.answers[0]) == (words, 13, keys)
 
 
 @pytest.mark.parametrize(("size", "words"), [(3, "BALL MOVED"), (25, "TOOL CHANGED?")])
@@ -192,3 +211,14 @@ def test_without_a_guide_it_leads_through_the_recording(session, tmp_path, virtu
     rows = [recorded.positions[recorded.sockets == k] for k in (0, 1)]
     led = np.concatenate([rows[0][:3], rows[1][:2], rows[0][3:4]])
     assert np.abs(taken.positions - led).max() < 0.02
+
+
+def test_a_simulated_arm_finds_its_next_base_in_the_next_folder(tmp_path):
+    for name in ("front", "front-led", "left", "right"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "samples.csv").touch()
+    practised = json.dumps({"sessions": [{"driver": f"mock:{tmp_path}/front"}]})
+    (tmp_path / "front-led" / "placement.json").write_text(practised)
+    at = [f"mock:{tmp_path / name}?follow&rate=100" for name in ("front", "left", "right")]
+    assert [driver_elsewhere(driver) for driver in at] == [at[1], at[2], None]
+    assert driver_elsewhere("franka:10.0.0.1") == "franka:10.0.0.1"

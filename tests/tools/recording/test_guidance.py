@@ -180,6 +180,17 @@ def test_what_was_enough_stays_enough_while_solve_asks_for_no_more(panda, sample
     assert [advice.near_only for advice in told] == [False, False, False, True, False]
 
 
+def test_samples_that_solve_refuses_are_an_end(panda, samples):
+    """Its reason is told; further samples would not change that."""
+    outside = np.add(samples[-1].position, [0, 0, 0, 4, 0, 0, 0])
+    refused = [*samples[:-1], replace(samples[-1], position=tuple(outside.tolist()))]
+    coach = PoseSelector(panda, 0.05)
+    kept = Answers(kept=coach.alarms(refused))
+    few, enough = (coach.advise(some, 1, answers=kept) for some in (refused[-12:], refused))
+    assert not few.exhausted and enough.exhausted and not enough.enough
+    assert "panda_joint4" in enough.fails and "outside its limits" in enough.fails
+
+
 def test_another_placement_is_weighed(coach, samples):
     words = coach.closing(samples)
     assert (

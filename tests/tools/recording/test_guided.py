@@ -88,7 +88,9 @@ def test_a_guided_session_of_a_calibrated_arm_tells_which_zero_changed(simulated
         assert predicted <= goal < 0.2
         terminal.press("q")
         assert terminal.wait() == 1
-        terminal.wait_for("nearest cause panda_joint4", "mukca rezero --joint")
+        terminal.wait_for(
+            "nearest cause panda_joint4", "This finds the joint's new zero: mukca rezero"
+        )
     assert np.bincount(read(out).sockets).tolist() == [BLOCK, BLOCK]
 
 

@@ -42,6 +42,7 @@ def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(
         assert done.status == status and said in done.output, done.errors
         return tmp_path / name
 
+    rezero = f"mukca rezero {cal} {tmp_path / 'since'}"
     since = recorded(
         "since",
         simulated.read({3: 5e-3}).positions,
@@ -49,10 +50,10 @@ def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(
         "--calibration",
         str(cal),
         status=1,
-        said="mukca rezero --joint panda_joint4 finds its zero",
+        said=f"{rezero} --joint panda_joint4",
     )
     assert main(["check", str(since), "--calibration", str(cal)]) == 1
-    assert "mukca rezero --joint panda_joint4" in capsys.readouterr().out
+    assert f"{rezero} --joint panda_joint4" in capsys.readouterr().out
     assert main(["validate", str(cal), str(since)]) == 1
     new = tmp_path / "new"
     words = ["rezero", str(cal), str(since), "--out", str(new), "--details"]

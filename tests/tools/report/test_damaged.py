@@ -129,6 +129,12 @@ def test_a_file_that_cannot_be_read_gets_one_line(
     assert list(tmp_path.iterdir()) == [file]
 
 
+def test_a_course_of_a_fit_below_zero_is_drawn(document, read):
+    """Its terms are squares, of which the plot takes roots."""
+    document["history"][0]["train"] = {"inconsistency": -1e-9, "distortion": -1e-9}
+    read(document)
+
+
 def test_a_folder_whose_name_is_not_utf_8_does_not_hurt(document, read):
     document["data"][0]["files"] = ["front\udcff/hole_0.csv"]
     read(document)

@@ -56,7 +56,7 @@ def test_a_good_calibration_passes_as_far_as_it_was_evaluated(document, report, 
 def test_a_limit_that_is_not_kept_holds_a_better_model_back(document, report, limit, option):
     verdict = report(document, option, "1e-4")["verdict"]
     assert (verdict["status"], verdict["kind"], verdict["use"]) == ("better", "better", True)
-    assert verdict["title"] == "BETTER" and "limit 0.000 mm" in verdict["answer"][1]
+    assert verdict["title"] == "BETTER" and "limit of 0.000 mm" in verdict["answer"][1]
     assert statuses(verdict)[limit] in ("fail", "not enough")  # beyond its own deviation, or not
 
 
@@ -88,6 +88,21 @@ def test_without_held_out_data_nothing_is_validated(document, rows):
     assert status == "incomplete"
     assert limits["mean_absolute_error"] == "not evaluated"
     assert "Left-out error (MAE): nothing was left out" in text
+
+
+def test_places_that_are_one_are_named_where_nothing_could_be_left_out(panda, session):
+    front = mukca.read_placements(session / "front")[0]
+    halves = [
+        replace(front, name=f"session/{half}", samples=front.samples[half::2], files=())
+        for half in (0, 1)
+    ]
+    (row,) = [
+        row
+        for row in mukca.calibrate(panda, halves, method="paper").verdict.reasons
+        if row.name == "mean_absolute_error"
+    ]
+    assert row.reason.startswith("session/1 is at the place of session/0, or a part of it (0 mm")
+    assert "so nothing could be left out" in row.reason
 
 
 def copied(placement):
@@ -376,7 +391,7 @@ def test_a_large_predicted_error_holds_it_back(extended, report):
     extended["uncertainty"]["distance_deviation"] = {"median": 3.8e-3, "worst": 9e-3}
     verdict = report(extended)["verdict"]
     assert (verdict["kind"], statuses(verdict)["predicted_distance"]) == ("better", "not enough")
-    assert "are wrong by 3.80 mm, where 0.90 mm is asked; record" in verdict["text"]
+    assert "are wrong by 3.80 mm, and 0.90 mm is allowed; record" in verdict["text"]
 
 
 def test_a_pass_claims_no_more_than_its_rows(extended, report):
@@ -422,7 +437,10 @@ def test_whatever_is_not_a_pass_says_what_to_do_next(document, report):
     document["scale"] = {"value": 0.02, "deviation": 7e-4}
     step = report(document)["todo"][0]
     assert "--distance 0.05 --distance MEASURED" in step["command"]
-    assert "falls from 10.00 mm to 0.35 mm" in step["expected"] and step["before"] == 0.01
+    assert (
+        "an error of 10.00 mm in every 0.5 m falls to 0.35 mm" in step["expected"]
+        and step["before"] == 0.01
+    )
     document["settings"]["distance"] = 0.051
     wrong = {"level": "error", "code": "distance", "where": "front", "text": "a", "advice": "b"}
     document["checks"] = [wrong]
@@ -557,7 +575,7 @@ def test_a_held_out_distance_is_held_to_what_is_known_of_it(panda, session):
 def test_a_drift_that_the_fit_has_weighed_is_not_weighed_again(panda, session, monkeypatch):
     """Nor where no times say which socket was first: it weighs both orders."""
     (placement,) = mukca.read_placements(session / "front")
-    drift = "mukca.solver.assessment.held_out.steady_drift"
+    drift = "mukca.solver.assessment.drift.steady_drift"
     for as_recorded, length, said in (
         (True, 1e-2, "not enough"),
         (True, 1e-3, "warning"),  # the calibration gains more
@@ -577,6 +595,9 @@ def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session, tmp_
         crept = moved(train, train.positions + turn * np.outer(np.arange(24) / 24, np.eye(7)[0]))
         trained = mukca.calibrate(panda, crept, test=left, method="paper").verdict
         assert statuses(trained)["drift"] == said and (said == "pass" or trained.status != "pass")
+    mukca.write_report(mukca.calibrate(panda, crept, test=left, method="paper"), tmp_path / "crept")
+    (step,) = json.loads((tmp_path / "crept" / "report.json").read_text())["todo"]
+    assert step["text"].startswith("Record front again")  # as the answer says
     found = mukca.calibrate(panda, left, test=crept, method="paper")
     held = statuses(found.verdict)
     assert (held["drift"], held["drift_held_out"]) == ("pass", "warning")

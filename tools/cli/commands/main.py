@@ -43,6 +43,9 @@ TYPED = {
 }
 """Words of the library's errors for its arguments, and those of the command line."""
 
+LIVE = ("record", "stream", "emulate")
+"""Verbs that wait for an arm or a program, and write of their own accord."""
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status; an exception is a defect of mukca."""
@@ -142,7 +145,11 @@ def run_verb(arguments: argparse.Namespace, terminal: Terminal) -> int:
 
     about = verb_of(arguments.verb)
     assert about is not None  # it was parsed
-    return about.run(read_options(arguments), terminal)
+    options = read_options(arguments)
+    if about.name in LIVE:
+        return about.run(options, terminal)
+    with terminal.at_work(f"mukca {about.name}"):
+        return about.run(options, terminal)
 
 
 def report_defect(error: Exception, words: Sequence[str]) -> int:

@@ -228,16 +228,18 @@ def _show(
     columns = (assessment.plural(count, "placement") for count in counts)
     heads = ["sockets apart", *columns]
     rows: list[list[str]] = []
-    for row in plans:
+    for row in sorted(plans, key=lambda plan: plan.distance):
         cells = [f"{1e3 * error:.2f}" for error in row.predicted]
         cells += ["-"] * (options.placements - len(cells))
         within = "" if row.turn is None else f", within {row.turn:g} deg"
         rows.append([f"{1e3 * row.distance:g} mm{within}", *cells])
-    title = f"Predicted error of distances [mm], {options.samples} samples a socket"
+    words = "Predicted error of a distance in the workspace [mm]"
+    title = f"{words}, with {options.samples} samples in each socket"
     terminal.tabulate(title, heads, rows)
     first, *_ = places = plans[0].places
     moves = [design.in_words(*pair) for pair in pairwise(places)]
     axes = zip("xyz", first, strict=True)
     place = " ".join(f"{axis} {fixed(value, 2, '+')}" for axis, value in axes)
     place += " m in the frame of the robot's base"
-    terminal.say(f"Placements, in this order: {', then '.join([place, *moves])}.")
+    steps = ", then from there ".join([place, *moves])
+    terminal.say(f"Placements, in this order, as seen from the robot: {steps}.")

@@ -191,8 +191,11 @@ def _next_steps(
     metadata = start.metadata
     earlier_placements = recording.recorded_beside(options.out, start.robot)
     folders = [str(placement.files[0].parent) for placement in earlier_placements]
+    elsewhere = recording.driver_elsewhere(options.driver)
     settings = replace(
-        options, distance=metadata.distance if metadata.measured else None
+        options,
+        distance=metadata.distance if metadata.measured else None,
+        driver=elsewhere or options.driver,
     )
 
     def given(*names: str) -> list[str]:
@@ -208,9 +211,12 @@ def _next_steps(
     zeros = ["--zeros"] if recording.SessionAlarms(start.robot).coarse else []
     record_again = ["mukca", "record", *robot, *words_again]
     solve = ["mukca", "solve", *folders, out, *robot, *zeros, "--out", calibrated]
-    return [
+    lines = [
         *advised,
         f"Next: {shlex.join(['mukca', 'check', *folders, out, *robot, *zeros])}",
         f"then: {shlex.join(solve)}",
-        f"or, better, the base elsewhere first: {shlex.join(record_again)}",
     ]
+    if elsewhere:
+        again = shlex.join(record_again)
+        lines.append(f"or, better, the base elsewhere first: {again}")
+    return lines

@@ -6,6 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from msgspec import structs
+
 from .... import recorder
 from ....solver import assessment, calibration, results
 from ....solver.calibration import SolveOptions
@@ -29,6 +31,9 @@ LEROBOT = (
     "--like my_arm.json --out my_arm_new.json writes the new one."
 )
 """The next step for an arm made of servos."""
+LOAD = f"load {assessment.URDF}."
+WRITE_AND_LOAD = f"add --out DIR, and load DIR/{assessment.URDF}."
+"""The same where nothing is written."""
 MORE = "--details shows limits, joints and choices"
 """Begin of the last line of the screen."""
 
@@ -48,7 +53,7 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     for name, arm in arms.items():
         if name:
             terminal.say(f"Robot {name}")
-        _show_answer(arm, terminal, details=options.details)
+        _show_answer(arm, terminal, options)
     terminal.say(*left_out)
     refusals = list(filter(None, (arm.refusal() for arm in arms.values())))
     outputs: dict[str, str] = {}
@@ -83,19 +88,21 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
 
 
 def _show_answer(
-    arm: "calibration.Calibration", terminal: Terminal, *, details: bool
+    arm: "calibration.Calibration", terminal: Terminal, options: _CalibrateOptions
 ) -> None:
     """Show whether to load a model, its errors, and what is wrong in the recordings."""
-    document = arm.document
-    report.show_answer(terminal.console, arm.verdict)
-    if details:
+    document, verdict = arm.document, arm.verdict
+    if not options.out:
+        answer = tuple(line.replace(LOAD, WRITE_AND_LOAD) for line in verdict.answer)
+        verdict = structs.replace(verdict, answer=answer)
+    report.show_answer(terminal.console, verdict)
+    if options.details:
         show_details(terminal, arm)
+        if document.error_parts is not None:
+            terminal.say(document.error_parts.text)
     else:
         show_errors(arm.errors, terminal, short=True)
         terminal.say(assessment.distance_text(document.placements))
-    parts = document.error_parts
-    if parts is not None:
-        terminal.say(parts.text if details else parts.brief)
     terminal.warn(*document.warnings)
     for check in document.checks or ():
         if check.level != "note":  # the report has those
@@ -159,7 +166,10 @@ def _read(
 
 def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
     if not outputs:
-        return ["Nothing was written; add --out DIR to keep the calibrated URDF."]
+        words = "; add --out DIR to keep the calibrated URDF"
+        if not usable:
+            words = ", so there is no file to load; --out DIR keeps the report"
+        return [f"Nothing was written{words}."]
     if "arms" in outputs:
         summary = outputs["arms"]
         if "urdf" in outputs:

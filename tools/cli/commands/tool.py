@@ -70,9 +70,9 @@ def finish(
         terminal.say(*result.text)
     else:
         terminal.say_in_short(*result.brief, below=BELOW)
-    if options.out is None:
+    if options.out is None and getattr(result, "decided", True):
         terminal.say(
-            "Nothing was written; add --out DIR for a calibration and a URDF with it."
+            "Nothing was written; add --out DIR for a calibration and a URDF with this result."
         )
     emit_with_page(options, terminal, result.text, result.as_dict(), result.save)
 

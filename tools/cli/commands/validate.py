@@ -74,10 +74,11 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     for finding in validity.findings:
         terminal.warn(str(finding), level=finding.level)
     told = [f"{finding.level}: {finding}" for finding in validity.findings]
-    lines = [*validity.odds, *validity.not_shown]
+    is_proved = errors.summary.test is not None
+    lines = [*validity.odds, *validity.not_shown] if is_proved else []
     terminal.say(validity.text)
     show_errors(errors, terminal, short=len(errors) > MOST_PLACEMENTS)
-    if errors.summary.train is not None:
+    if is_proved and errors.summary.train is not None:
         lines.append(
             "The calibration was trained on some of these placements: their errors prove little."
         )

@@ -125,7 +125,8 @@ PLAIN = {
     r"did you mean \2.\3?",
     r"^argument (\S+): invalid int value: (.*)": r"\1 \2: not a whole number",
     r"^argument (\S+): invalid \w+ value: (.*)": r"\1 \2: not a number",
-    r"^argument (\S+): invalid choice: (\S+) \(choose from (.*)\)": r"\1 \2: choose among \3",
+    r"^argument (\S+): invalid choice: (\S+) \(choose from (.*)\)": r"\1 \2: choose among \3; "
+    "HELP says what each is",
     r"^argument (\S+): expected one argument": r"\1: no value; \1=-1 gives one with a minus sign",
     r"^argument (\S+): ignored explicit argument (.*)": r"\1 \2: takes no value",
     r"^unrecognized arguments: ": "more words than there are arguments: ",

@@ -10,7 +10,14 @@ import numpy as np
 
 from ....errors import MukcaError
 from ....recorder import RecordingError, find_placements, read_placement
-from ....solver.assessment import LEAST_HELD_OUT, MOVEMENTS, Assessment, joined, mm
+from ....solver.assessment import (
+    LEAST_HELD_OUT,
+    MOVEMENTS,
+    Assessment,
+    drifts_of,
+    joined,
+    mm,
+)
 from ....solver.identification.data import NEAREST, Measurement, evaluate, measure
 from ....solver.identification.paper import build_problem, solve
 from ....solver.tables import parse_left_out
@@ -46,6 +53,9 @@ def steps_where_something_moved(result: Assessment) -> Iterator[Step]:
     checks = result.predictions.document.checks or ()
     moved = [check for check in checks if check.code in MOVEMENTS]
     named = placements_named(result, moved)
+    if result.verdict.status_of("drift") == "not enough":
+        drifts = drifts_of(result.predictions, "train")
+        named = [i for i, row in enumerate(result.placements) if row.name in drifts]
     trained = [i for i in named if result.placements[i].role != "test"]
     yield from _record_again(result, trained)
 

@@ -7,6 +7,7 @@ from typing import cast
 
 import numpy as np
 
+from ....recorder import DEFAULT_DISTANCE
 from ....solver.assessment import (
     Assessment,
     PlacementReport,
@@ -21,7 +22,6 @@ from ....solver.diagnostics import farthest_place
 from ....solver.identification.data import (
     AGREEING,
     CALIPER_DEVIATION,
-    DEFAULT_DISTANCE,
     SAMPLES_ADVISED,
     as_point,
     readings_of,
@@ -71,6 +71,8 @@ def _steps(result: Assessment) -> Iterator[Step]:
     if status("data_checks") not in ("pass", "warning") and not passes:
         yield from mending_steps(result)
         return
+    if status("drift") == "not enough" and not passes:
+        yield from steps_where_something_moved(result)
     size = {status("scale"), status("distance_given")}
     if not size <= {"pass", "warning"} or _is_to_be_read_again(result):
         yield from _measure(document, placements)
@@ -182,7 +184,7 @@ def _corrected_joints(result: Assessment) -> Iterator[Step]:
     first, *_ = missed
     before = cast("float", first.found)
     after = cast("float", first.full)
-    text = "Command corrected joint positions where the limits matter; no rigid URDF keeps them"
+    text = "Command corrected joints (poses.csv: x,y,z,qx,qy,qz,qw); no URDF alone keeps this limit"
     words = f"{first.title}: {mm(after, 3)} in place of {mm(before, 3)}"
     file = result.predictions.document.outputs.get(
         "calibration", "DIR/calibration.json"
@@ -196,7 +198,7 @@ def _repeatability(document: CalibrationDocument) -> Step:
     """Return the step that says how well the arm repeats, without which there are no limits."""
     text = "Say how well the arm repeats, from its data sheet"
     command = solve_command(document, settings_given={"repeatability_mm": "MM"})
-    return Step(text, command, "limits to hold the errors against, not a smaller error")
+    return Step(text, command, "a limit, so maybe a PASS; the errors stay")
 
 
 def _measure(
@@ -209,9 +211,10 @@ def _measure(
     readings = readings_of(document.settings.get("distance")) or _recorded_once(
         placements
     )
-    text = "Measure the sockets' distance, and type what you read"
-    if readings:
-        text = "Measure the sockets' distance a second time, and type that reading too"
+    times = " a second time" * bool(readings)
+    text = (
+        f"Measure the distance of the sockets' centres{times}, and type it as in 50.1mm"
+    )
     given = [*readings, "MEASURED"]
     command = solve_command(document, settings_given={"distance": given})
     if scale is None:
@@ -221,11 +224,11 @@ def _measure(
     before = abs(scale.value) * _SPAN
     after = deviation * _SPAN
     if before <= after:
-        yield Step(text, command, f"a distance of {_SPAN:g} m is known to {mm(after)}")
+        yield Step(text, command, f"the arm's size to {mm(after)} in {_SPAN:g} m")
         return
     words = (
-        f"if it was wrong, the error of a distance of {_SPAN:g} m falls from {mm(before)} to "
-        f"{mm(after)}; if you read the same, a length of the model is wrong"
+        f"if you read another distance, an error of {mm(before)} in every {_SPAN:g} m falls to "
+        f"{mm(after)}; if you read the same, the arm itself is longer or shorter than its model"
     )
     yield Step(text, command, words, before, after)
 

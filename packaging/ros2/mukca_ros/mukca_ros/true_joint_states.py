@@ -10,7 +10,8 @@ Near a singular posture there may be none, either: a warning says so, and nothin
 On `flange_pose` stands where the flange truly is, and how well that is known: a covariance of its
 place and turn in the base. A calibration by the paper's method has none, and publishes no pose.
 Places in the base are known to millimetres, movements far better: with `-p relative_to:=Q1,Q2,..`
-[rad] the covariance is that of the movement from there.
+[rad] the covariance is that of the movement from there. With `-p tool:=LINK` both are a tool's, a
+link that stands still on the flange; best known is the ball's, `ball_link`.
 """
 
 import rclpy
@@ -28,6 +29,7 @@ class TrueJointStates(Node):
     def __init__(self) -> None:
         super().__init__("true_joint_states")
         self.arm = mukca.load_calibration(self._text("calibration"))
+        self.tool = self._text("tool") or None
         start = self._text("relative_to")
         self.start = [float(word) for word in start.split(",")] if start else None
         self.publisher = self.create_publisher(JointState, "joint_states_true", 10)
@@ -64,14 +66,14 @@ class TrueJointStates(Node):
         self.publisher.publish(message)
 
     def pose(self, read: list[float], stamp: object) -> PoseWithCovarianceStamped:
-        """Return the flange's pose in the base, and its covariance."""
-        T = self.arm.flange(read)
+        """Return the pose of the flange, or of a tool, in the base, and its covariance."""
+        T = self.arm.flange(read, tool=self.tool)
         pose = PoseWithCovarianceStamped()
         pose.header.stamp, pose.header.frame_id = stamp, self.arm.robot.base
         place, turn = pose.pose.pose.position, pose.pose.pose.orientation
         place.x, place.y, place.z = T[:3, 3].tolist()
         turn.x, turn.y, turn.z, turn.w = quaternion_of(T[None, :3, :3])[0].tolist()
-        covariance = self.arm.deviation(read, relative_to=self.start)
+        covariance = self.arm.deviation(read, relative_to=self.start, tool=self.tool)
         pose.pose.covariance = covariance.ravel().tolist()
         return pose
 

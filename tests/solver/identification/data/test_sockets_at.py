@@ -72,13 +72,27 @@ def exchanged(points):
     return points[:, ::-1]
 
 
+def exchanged_at_one(points):
+    return np.array([points[0], points[1, ::-1], points[2]])
+
+
+def exchanged_bases(points):
+    return points[[1, 0, 2]]
+
+
 def mirrored(points):
     return points * [1, -1, 1]
 
 
 @pytest.mark.parametrize(
     ("reading", "told"),
-    [(as_given, ""), (exchanged, "0 and 1 are exchanged"), (mirrored, "points the other way")],
+    [
+        (as_given, ""),
+        (exchanged, "its sockets 0 and 1 are exchanged"),
+        (exchanged_at_one, "sockets 0 and 1 of placement_1 are exchanged in it"),
+        (exchanged_bases, "placement_0 and placement_1 are exchanged in it"),
+        (mirrored, "points the other way"),
+    ],
 )
 def test_a_table_that_is_read_another_way_is_told(reading, told):
     """Wherever its frame lies, and by the nominal arm alone."""
