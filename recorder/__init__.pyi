@@ -2,8 +2,6 @@
 from .cells import number_of as number_of
 from .cells import read_text as read_text
 from .cells import seconds_of as seconds_of
-from .columns import DEGREES as DEGREES
-from .columns import LENGTHS as LENGTHS
 from .columns import Column as Column
 from .columns import words_of as words_of
 from .coordinates import match_coordinates as match_coordinates
@@ -95,3 +93,5 @@ from .turns import around as around
 from .turns import within as within
 from .turns import without_turn as without_turn
 from .turns import without_turns as without_turns
+from .words import DEGREES as DEGREES
+from .words import LENGTHS as LENGTHS

@@ -19,7 +19,7 @@ ZIP = b"PK\x03\x04"
 """First bytes of XLSX, ODS or an archive."""
 _XLS = b"\xd0\xcf\x11\xe0"
 NO_TEXT = "a spreadsheet or archive, not text; save it as CSV"
-_MINUS = "\N{MINUS SIGN}"
+_PLAIN = str.maketrans("\N{MINUS SIGN}₀₁₂₃₄₅₆₇₈₉", "-0123456789")
 MOST_COLUMNS = 10_000
 """Number of columns that no table exceeds."""
 LONGEST_LINE = 1_000_000
@@ -29,6 +29,7 @@ _LOOKED_AT = 8
 """Lines by which the separator is told."""
 _NOTE = re.compile(r"(?m)(?:^|[ \t;,]+)//.*$")
 """A note behind two strokes; those of an address follow a colon."""
+_COMMENT = re.compile(r"(?m)^(//|%)")
 _TIME = re.compile(
     r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d\d:\d\d:\d\d)(?:[.,](\d+))?\s*(Z|[+-]\d\d:?\d\d)?",
     re.IGNORECASE,
@@ -51,8 +52,8 @@ def read_text(file: Path) -> str:
 
 
 def with_signs(text: str) -> str:
-    """Return a text whose minus signs are hyphens."""
-    return text.replace(_MINUS, "-")
+    """Return a text whose minus signs are hyphens, and whose indices are digits."""
+    return text.translate(_PLAIN)
 
 
 def table_bytes(file: Path) -> bytes:
@@ -91,9 +92,9 @@ def require_columns(text: str, file: Path) -> None:
 def uncommented(text: str) -> str:
     """Return a text without comments; ``# a,b`` before two numbers is a header.
 
-    Comments are lines that begin with ``#``, and what follows ``//``.
+    Comments are lines that begin with ``#``, ``%`` or ``//``, and what follows ``//``.
     """
-    text = _NOTE.sub("", text)
+    text = _NOTE.sub("", _COMMENT.sub("#", text))
     lines = text.splitlines()
     comments = [i for i, line in enumerate(lines) if line.startswith("#")]
     rows = [line for line in lines if line.strip() and not line.startswith("#")]
@@ -111,10 +112,15 @@ def uncommented(text: str) -> str:
         is_header = len(words.split()) == len(data.split()) > 1
     else:  # commas are decimal beside others
         as_many = words.count(separator) == data.count(separator)
-        is_header = as_many and not rows[0][:1].isalpha()
+        cells = data.split(separator)
+        is_header = as_many and any(map(_has_digits, cells))
     if comments and is_header:
         lines[comments[-1]] = words
     return "\n".join(lines) + "\n"
+
+
+def _has_digits(cell: str) -> bool:
+    return number_of(cell.replace(",", ".")) is not None
 
 
 def records_of(text: str) -> list[tuple[int, list[str]]]:
@@ -140,10 +146,11 @@ def records_of(text: str) -> list[tuple[int, list[str]]]:
 
 
 def _delimiter(text: str) -> str | None:
-    """Return what parts the cells of at least half of the first lines; None for blanks."""
+    """Return what parts the cells of at least half of some lines; None for blanks."""
     unquoted = re.sub(r'"[^"\n]*"', '""', text)
     lines = [line.strip() for line in unquoted.splitlines() if line.strip()]
-    lines = lines[:_LOOKED_AT]
+    # Titles stand above the numbers, so the middle tells better.
+    lines = lines[(len(lines) - 1) // 2 :][:_LOOKED_AT]
     for mark in ";\t,":
         if 2 * sum(mark in line for line in lines) >= max(len(lines), 1):
             blanks = mark == "," and any(map(_DECIMAL_COMMAS.fullmatch, lines))

@@ -1,47 +1,23 @@
-"""Names of columns: their units, their words, and those that only count or date the rows."""
+"""Columns of tables: their names in the first line, their units, and those that count the rows."""
 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from ..errors import read_json
+from .cells import number_of
+from .recording_error import RecordingError
+from .words import OTHER_UNITS, SIZES, WORDS, Words, all_match, is_word, words_of
 
-_TABLE: dict[str, Any] = read_json(Path(__file__).with_name("units.json"))
-DEGREES: list[str] = _TABLE["degrees"]
-ANGLES: dict[str, float] = _TABLE["angles"]
-"""Units of angles [rad]."""
-LENGTHS: dict[str, float] = _TABLE["lengths"]
-"""Units of lengths [m]."""
-SIZES = ANGLES | LENGTHS
-UNITS: list[str] = _TABLE["known"]
-"""All of them, each by one name."""
-OTHER_UNITS: list[str] = _TABLE["others"]
-"""Units of what else stands in tables."""
-
-
-PENDANTS: list[list[str]] = _TABLE["pendants"]
-"""Joints as pendants call them, base to tip: Universal Robots', and Yaskawa's."""
 _UNIT = re.compile(
     r"(.*?)[\s_]*(?:\[\s*([^\d\W][^\]]*|°)\]|\(\s*([^\d\W][^)]*|°)\)|"
     r"[\s_/]+(deg(?:rees?)?|grad|rad(?:ians?)?|[°º]|mm|cm))",
     re.IGNORECASE,
 )
+_BEHIND = {*SIZES, *OTHER_UNITS} - {"a", "s"}
+"""Units in parentheses; single letters may be anything."""
 _METRES = re.compile(r"((?:.*[\W_])?(?:[xyz]|distance|deviation))_m", re.IGNORECASE)
 _DEGREES = re.compile(r"(?:^|[\W_])(deg(?:rees?)?)(?:[\W_]|$)", re.IGNORECASE)
-_WORDS = re.compile(r"[^\W\d_]+|\d+")
-_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
-
-_ASIDE = re.compile(
-    "times?|(time)?stamp|datetime|date|t|secs?|seconds|n(ano)?sec|msec|[mun]s|index|idx|id|no|nr|"
-    "number|row|unnamed|seq|header|field|frame|image|file|filename|name|level"
-)
-"""Words of columns that count or date the rows."""
-
-Names = Sequence[str]
-"""Names of columns, or of joints."""
-Words = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -66,7 +42,9 @@ class Column:
     def aside(self) -> bool:
         """True where it counts or dates the rows, or has a unit that no joint has."""
         letters = list(filter(is_word, self.words))
-        return not self.may_be_joint or (bool(letters) and all_match(_ASIDE, letters))
+        return not self.may_be_joint or (
+            bool(letters) and all_match(WORDS["aside"], letters)
+        )
 
 
 def column_of(index: int, cell: str, below: str = "") -> Column:
@@ -76,7 +54,7 @@ def column_of(index: int, cell: str, below: str = "") -> Column:
     match = _UNIT.fullmatch(name)
     metres = _METRES.fullmatch(name)
     degrees = _DEGREES.search(name)
-    if match and (match[3] is None or _is_unit(match[3])):
+    if match and (match[3] is None or match[3].strip().lower() in _BEHIND):
         name = match[1]
         unit = match[2] or match[3] or match[4]
     elif metres:
@@ -91,19 +69,66 @@ def _is_unit(text: str) -> bool:
     return text.strip().lower() in SIZES
 
 
-def words_of(name: str) -> Words:
-    """Return the words and numbers of a name in small letters, without its unit."""
-    words: list[str] = _WORDS.findall(_CAMEL.sub("_", name).lower())
-    numbers = [word.lstrip("0") or "0" if word.isdecimal() else word for word in words]
-    names = [word for word in numbers if word not in ANGLES]
-    return tuple(names or numbers)
+GARBLED = re.compile(r"[\[('\"]*[+-]?\d+([.,]\d+)?\s*([|'\"\])].*|deg|rad|°|mm|m)")
+"""A number with something attached, which is no name."""
+_DECIMAL = re.compile("[.eE]")
+_LOOKED_AT = 20
+"""Rows below a first line by which it is judged."""
+_NUMBERED = 3
+"""Fewest whole numbers in a row, such as 0,1,2, that are names and no sample."""
+Line = tuple[int, list[str]]
+"""Number and cells."""
 
 
-def is_word(word: str) -> bool:
-    """Tell whether a word of a name is no number."""
-    return not word.isdecimal()
+def header_of(
+    file: Path,
+    first: Line,
+    others: Sequence[Line],
+    names: set[str],
+) -> tuple[str, ...] | None:
+    """Return the names of columns in a first line; None where it is a sample.
+
+    Raises:
+        RecordingError: It is garbled.
+    """
+    line, cells = first
+    header = tuple(cell.strip() for cell in cells)
+    if names and names <= set(header):
+        return header
+    if header and all(map(GARBLED.fullmatch, header)):
+        raise RecordingError(
+            f"{file}:{line}: {header[0]!r} is neither a number nor the name of a joint; separate "
+            "numbers by commas, as in 0.1,-1.5,2"
+        )
+    below = [row[: len(header)] for _, row in others[:_LOOKED_AT]]
+    numbers = [i for i, cell in enumerate(header) if number_of(cell) is not None]
+    if not numbers:
+        return header if not below or any(map(_has_number, below)) else None
+    # Names that are numbers are whole ones, each once and one after the other, in any order.
+    if len(numbers) < _NUMBERED or not all(header[i].isdecimal() for i in numbers):
+        return None
+    counts = sorted(int(header[i]) for i in numbers)
+    if not below or counts != list(range(counts[0], counts[0] + len(counts))):
+        return None
+    for row in below:
+        under = [row[i] for i in numbers if i < len(row)]
+        if not any(
+            number_of(cell) is not None and _DECIMAL.search(cell) for cell in under
+        ):
+            return None
+    return header
 
 
-def all_match(kind: re.Pattern[str], words: Sequence[str]) -> bool:
-    """Tell whether all words are of a kind."""
-    return all(map(kind.fullmatch, words))
+def count_numbers(cells: Sequence[str]) -> int:
+    """Return how many cells are numbers."""
+    return sum(number_of(cell) is not None for cell in cells)
+
+
+def _has_number(cells: Sequence[str]) -> bool:
+    return count_numbers(cells) > 0
+
+
+def are_units(cells: Sequence[str]) -> bool:
+    """Return whether a line holds units: no number, and at least one that is known."""
+    units = {cell.strip(" []()").lower() for cell in cells}
+    return not _has_number(cells) and not units.isdisjoint({*SIZES, *OTHER_UNITS})

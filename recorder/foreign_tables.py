@@ -6,8 +6,9 @@ from dataclasses import replace
 from itertools import chain, takewhile
 from pathlib import Path
 
-from .cells import ZIP, read_text, table_bytes, trimmed
-from .first_line import Line, are_units, count_numbers
+from .cells import ZIP, read_text, table_bytes
+from .columns import Line
+from .headings import one_heading
 from .spreadsheet import sheet_text
 from .tables import Table, table_of
 
@@ -35,72 +36,8 @@ def foreign_table(text: str, file: Path, names: Collection[str] = ()) -> Table:
         text,
         file,
         names,
-        lambda rows, text: one_heading(named_states(rows) or rows, text),
+        lambda rows, text: one_heading(named_states(rows) or rows, text, file),
     )
-
-
-MOST_LINES = 8
-"""Most lines of words above the first numbers."""
-_BLANKS = re.compile(r"\s{2,}|\t")
-_NUMBERED = re.compile(r"([^\W\d]+)\s+(\d+)\b")
-"""A name and its number, which a blank parts as it does names."""
-_BRACKETED = re.compile(r"\s+([\[(][^\])]*[\])])")
-
-
-def one_heading(records: Sequence[Line], text: str) -> tuple[list[Line], list[str]]:
-    """Return records with one line of names at most, units below it, and remarks on the others.
-
-    A name of a group stands for the columns up to the next one, before their own names. Of several
-    whole lines of names the first one counts. A text with one separated word is a title.
-    """
-    width = len(records[:MOST_LINES][-1][1])
-    lines = text.splitlines()
-    named = [
-        (number, _named_by_blanks(lines[number - 1], cells, width))
-        for number, cells in records[:MOST_LINES]
-    ]
-    top = list(takewhile(lambda record: not count_numbers(record[1]), named))
-    below = list(records[len(top) :])
-    if not (top and below):
-        return list(records), []
-    # A title is a text above several columns, with commas in it or behind it.
-    heads = [
-        (line, cells)
-        for line, cells in top
-        if len(cells) >= width and not width > 1 == len(trimmed(cells, 1))
-    ]
-    titles = [record for record in top if record not in heads]
-    units = heads[1:] and are_units(heads[-1][1]) and [heads.pop()]
-    if not heads or (len(heads) == 1 and not titles):
-        return [*top, *below], []
-    if any(len(trimmed(cells, width)) != width for _, cells in heads):
-        return list(records), []
-    names = [""] * width
-    count = 0
-    for _, cells in heads:
-        group = [cell.strip() for cell in trimmed(cells, width)]
-        is_whole = all(group) and len(set(group)) == width
-        if not is_whole:  # names of groups, each repeated up to the next one
-            for i in range(1, width):
-                group[i] = group[i] or group[i - 1]
-        names = [f"{a} {b}".strip() for a, b in zip(names, group, strict=True)]
-        count += 1
-        if is_whole:
-            break
-    left_out = [*titles, *heads[count:]]
-    notes = [f"{line}: no names of columns, left out" for line, _ in left_out]
-    return [(heads[0][0], names), *(units or []), *below], notes
-
-
-def _named_by_blanks(line: str, cells: list[str], width: int) -> list[str]:
-    """Return the names of a line in which blanks part the columns and stand in their names, too."""
-    if len(cells) <= width or line.split() != cells:
-        return cells
-    joined = _BRACKETED.sub(r"\1", _NUMBERED.sub(r"\1_\2", line))
-    for names in (joined.split(), _BLANKS.split(line.strip())):
-        if len(names) == width:
-            return names
-    return cells
 
 
 _FIELD = re.compile(r"(?:.*\.)?(name|position)\[?(\d+)\]?")

@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .cells import table_bytes
-from .columns import UNITS, Column
+from .columns import Column
 from .foreign_tables import read_table
 from .placement import SOCKETS, Placement
 from .placement_names import placement_name
 from .recording_error import EmptyRecordingError, RecordingError
 from .sample import LAST_SOCKET, Sample
 from .tables import Table
+from .words import UNITS
 
 MOST_SAMPLES = 100_000
 """Number of samples that no file exceeds."""

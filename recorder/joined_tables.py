@@ -1,5 +1,6 @@
 """Two tables of the same rows made one: by a column that both have, or by their order."""
 
+import shlex
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -59,9 +60,11 @@ def joined(first: Table, second: Table, on: str = "") -> Table:
         width = len(first.rows[0]) + k
         header = header and (*header[:width], "", *header[width + 1 :])
     elif len(first.rows) != len(second.rows):
+        names = [c.name for c in first.columns if c.name and c in second.columns]
+        example = f"--on {shlex.quote(names[0])}" if names else "--on NAME"
         raise RecordingError(
             f"{first.file} has {len(first.rows)} rows, {second.file} has {len(second.rows)}; join "
-            "them by a column of both, --on NAME"
+            f"them by a column of both, {example}"
         )
     else:
         words = "rows of both files belong together in their order"

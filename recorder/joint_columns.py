@@ -14,30 +14,17 @@ from pathlib import Path
 
 import numpy as np
 
-from .columns import PENDANTS, Names, Words, all_match, is_word, words_of
 from .recording_error import RecordingError
 from .sample import Sample
+from .words import PENDANTS, WORDS, Names, Words, all_match, is_word, words_of
 
-_POSITION = re.compile(
-    "pos|positions?|angles?|q|values?|act|actual|measured|meas|msr|state|present|reading|encoder|"
-    "joint|data|feedback|fbk|ist"
-)
+_POSITION = WORDS["position"]
 """Words that may follow a joint's name where its position is meant."""
 _POSITIONS = f"((?: (?:{_POSITION.pattern}))*)"
-COMMANDS = re.compile(
-    "target|commands?|commanded|cmd|desired|des|goal|setpoint|planned|plan|nominal|soll|reference|ref|"
-    "actions?"
-)
+COMMANDS = WORDS["command"]
 """Words that tell where something was sent, not where it was."""
-_OTHER = re.compile(
-    "velocity|velocities|vel|speed|qd|dq|efforts?|torques?|tau|moment|currents?|acceleration|acc|qdd|"
-    "ddq|temperature|temp|voltage|force|pwm|spread|std|error|" + COMMANDS.pattern
-)
+OTHER = re.compile(f"{WORDS['other'].pattern}|{COMMANDS.pattern}")
 """Words that tell of another quantity of a joint, or of what it was told to do."""
-_STEM = re.compile(
-    "q|j|jt|a|joints?|axis|axes|achsen?|gelenk|pos|positions?|angles?|theta|th|θ"
-)
-"""Words before the number of a joint, where the number alone tells which."""
 
 
 class ColumnError(RecordingError):
@@ -165,7 +152,7 @@ def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
         pattern = rf"((?:\S+ )*){' '.join(name)}{_POSITIONS}"
         match = re.fullmatch(pattern, " ".join(column))
         before = match[1].split() if match else []
-        if match and not _any(_OTHER, before):
+        if match and not _any(OTHER, before):
             return tuple(before), tuple(match[2].split())
     core = column
     while core and _POSITION.fullmatch(core[-1]):
@@ -182,19 +169,19 @@ def _numbered(names: Names, joints: Names, *, some_named: bool) -> Match | None:
 
     Where some are called like a joint, the others are not taken in order.
     """
-    order = in_one_way(_series(names), joints, names) or []
+    order = in_one_way(series_of(names), joints, names) or []
     taken = "the columns"
     if order:
         taken = f"{names[order[0]]} to {names[order[-1]]}"
     elif not some_named:
-        order = [i for i, name in enumerate(names) if not _any(_OTHER, words_of(name))]
+        order = [i for i, name in enumerate(names) if not _any(OTHER, words_of(name))]
     if len(order) != len(joints):
         return None
     called = f"no column is called like a joint of the robot ({', '.join(joints)})"
     return Match(tuple(order), f"{called}; {taken} are taken in order")
 
 
-def _series(names: Names) -> Ways:
+def series_of(names: Names) -> Ways:
     """Return columns like q1, q2, .. or position[0], position[1], .., numbered from the first.
 
     Of columns with one number, as an angle in radians and again in degrees, the first one counts.
@@ -205,8 +192,8 @@ def _series(names: Names) -> Ways:
         numbers = [k for k, word in enumerate(words) if word.isdecimal()]
         last = max(numbers, default=0)
         before, after = words[:last], words[last + 1 :]
-        is_angle = _any(_STEM, before) and all_match(_POSITION, after)
-        if is_angle and not _any(_OTHER, words):
+        is_angle = _any(WORDS["numbered"], before) and all_match(_POSITION, after)
+        if is_angle and not _any(OTHER, words):
             ways.setdefault((before, after), {}).setdefault(int(words[last]), [i])
     series: Ways = {}
     for way, columns in ways.items():
@@ -225,8 +212,8 @@ def joint_order(
     joint_names: Names,
     samples: Sequence[Sample],
     file: Path | str,
-    placement: str,
     beside: Names = (),
+    told: bool = False,
 ) -> Match | None:
     """Return where a model's joints stand; None where they are in the model's order already.
 
@@ -234,9 +221,9 @@ def joint_order(
         columns: Names in the files' header; None without one.
         joint_names: The model's joints, in chain order.
         samples: Samples of the placement, one or more.
-        file: The first of its files, for messages.
-        placement: Its name, for messages where it was made in memory.
+        file: The first of its files, for messages; its name where it was made in memory.
         beside: Names of further columns, which count or date the rows.
+        told: True where a user named the columns, in the model's order or like its joints.
 
     Raises:
         RecordingError: Another number of joints, a header that names only some of them, or several
@@ -250,6 +237,8 @@ def joint_order(
             match = match_joints(columns, joint_names, beside=beside)
         except ColumnError as error:
             raise RecordingError(f"{file}: {error}; keep those of one arm") from None
+        if told and count == m and (match is None or match.note):
+            return None
         if match is not None:
             return match
         absent = missing_joints(columns, joint_names)
@@ -275,6 +264,6 @@ def joint_order(
     elif sum(sample.socket == samples[0].socket for sample in samples) == m:
         hint = "; a line is a sample: are these lines joints?"
     raise RecordingError(
-        f"{samples[0].where or placement}: {count} joint positions, but the robot's "
+        f"{samples[0].where or file}: {count} joint positions, but the robot's "
         f"chain has {m} actuated joints ({', '.join(joint_names)}){hint}"
     )

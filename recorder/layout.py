@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from .columns import ANGLES, SIZES, Column, Names
+from .columns import Column
 from .coordinates import AXES, MAKERS, MATRIX, QUATERNION, RPY, TURNS, VECTOR
 from .foreign_tables import read_table
 from .joint_columns import ColumnError, match_joints, require_samples
@@ -13,6 +13,7 @@ from .points import coordinates, require_unit, require_vectors, vector_note
 from .recording_error import RecordingError
 from .samples import read_samples
 from .tables import Table
+from .words import ANGLES, SIZES, Names
 
 POSE_FORMS = (*((*AXES, *turn) for turn in TURNS), AXES)
 """Columns of a pose; a place alone comes last, since it leaves the others out."""

@@ -4,6 +4,7 @@ They are one rigid body. Its middle is a place, and three markers or more have a
 """
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,22 +12,46 @@ from .columns import Column
 from .coordinates import AXES, MATRIX
 from .tables import Table
 
-_MARKER = re.compile(r"([xyz])_?(\d+)", re.IGNORECASE)
+_NUMBERED = re.compile(r"(?P<axis>[xyz])_?(?P<name>\d+)")
+_NAMED = re.compile(r"(?P<name>.*\w)[\W_]+(?P<axis>[xyz])")
+RIGID = 0.05
+"""Scatter of a distance of two markers of a body, at most, as a share of it."""
 ROUNDS = 5
 FLAT = 0.05
 """Markers whose spread across their line is a smaller share of that along it have no turn."""
 
 
 def marker_columns(table: Table) -> list[Column]:
-    """Return the columns of two markers or more, x, y, z of each in turn; none of fewer."""
-    columns: dict[tuple[int, str], Column] = {}
+    """Return the columns of several markers, x, y, z of each in turn; none of fewer.
+
+    They are numbered, as x1, or named, as wrist X. Names must be three, which keep their distances.
+    """
+    columns: dict[tuple[str, str], Column] = {}
     for column in table.columns:
-        if match := _MARKER.fullmatch(column.name.strip()):
-            columns[int(match[2]), match[1].lower()] = column
-    numbers = sorted({number for number, _ in columns})
-    keys = [(number, axis) for number in numbers for axis in AXES]
-    is_whole = len(numbers) > 1 and set(keys) == set(columns)
-    return [columns[key] for key in keys] if is_whole else []
+        name = column.name.strip().lower()
+        if match := _NUMBERED.fullmatch(name) or _NAMED.fullmatch(name):
+            columns[match["name"], match["axis"]] = column
+    names = list(dict.fromkeys(name for name, _ in columns))
+    if all(map(str.isdecimal, names)):
+        names.sort(key=int)
+    keys = [(name, axis) for name in names for axis in AXES]
+    if len(names) < 2 or set(keys) != set(columns):
+        return []
+    of_markers = [columns[key] for key in keys]
+    is_body = all(map(str.isdecimal, names)) or _is_rigid(table, of_markers)
+    return of_markers if is_body else []
+
+
+def _is_rigid(table: Table, columns: Sequence[Column]) -> bool:
+    """Return whether three points or more keep their distances from the first."""
+    numbers = np.array(table.numbers(columns, gaps=True)).reshape(
+        len(table.rows), -1, 3
+    )
+    distances = np.linalg.norm(numbers[:, 1:] - numbers[:, :1], axis=2)
+    spread = np.nanstd(distances, axis=0)
+    return len(columns) > 6 and bool(
+        (spread < RIGID * np.nanmean(distances, axis=0)).all()
+    )
 
 
 def body_of(markers: np.ndarray) -> tuple[dict[str, np.ndarray], float]:

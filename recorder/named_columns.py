@@ -12,10 +12,11 @@ from itertools import chain
 
 import numpy as np
 
-from .columns import ANGLES, LENGTHS, SIZES, Column, column_of
+from .columns import Column, column_of
 from .coordinates import AXES, TURNS
 from .recording_error import RecordingError
 from .tables import Table
+from .words import ANGLES, LENGTHS, SIZES
 
 _TURNING = set(chain.from_iterable(form for form in TURNS if len(form) == 3))
 _NAMES = ("q", "effort", "socket", *AXES, *dict.fromkeys(chain.from_iterable(TURNS)))

@@ -3,7 +3,7 @@
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,10 +12,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .columns import Names
 from .joint_columns import Match, joint_order, require_samples
 from .recording_error import RecordingError
 from .sample import Sample, numbers_of, samples_of_arrays
+from .words import Names
 
 SOCKETS = 2
 """Number of sockets of a base by default."""
@@ -72,10 +72,10 @@ class Placement:
     labels: tuple[str, ...] = ()
     """Texts beside the numbers of the first file, line by line. Where they are called like joints,
     the table has a line for each joint, and is refused."""
-    is_table: bool = False
-    """True for a table of another program, which is no folder of its own."""
-    suggestion: str = ""
-    """Words that a user may say of a table's columns, as the table itself tells."""
+    told: bool = False
+    """True where a user named the columns of the joints one by one."""
+    suggestion: Callable[[int], str] | None = None
+    """Says how to name the columns of a foreign table, by the number of joints; else None."""
     beside: tuple[str, ...] = ()
     """Names of columns that count or date the rows, unless a joint is called so."""
     payload: float | None = None
@@ -163,7 +163,7 @@ class Placement:
     def path(self) -> Path | None:
         """The folder that it was read from, or the table."""
         file = self.files[0] if self.files else None
-        return file if file is None or self.is_table else file.parent
+        return file if file is None or self.suggestion else file.parent
 
     @property
     def where(self) -> Path | str:
@@ -186,7 +186,7 @@ class Placement:
         Raises:
             RecordingError: Another number of joints, or a header that names only some of them.
         """
-        match = self._order(tuple(joint_names))
+        match = self._order(joint_names)
         if match is None:
             return self
         samples = [_reordered(sample, match.order) for sample in self.samples]
@@ -212,9 +212,14 @@ class Placement:
             remarks=tuple(remarks),
         )
 
+    def advice(self, otherwise: str) -> str:
+        """Return what a user may say of the columns of a table; of others what is passed."""
+        m = len(self.samples[0].position)
+        return self.suggestion(m) if self.suggestion else otherwise
+
     def order_note(self, joint_names: Names) -> str:
         """Return the remark that columns are taken in order; empty where they go by name."""
-        match = self._order(tuple(joint_names))
+        match = self._order(joint_names)
         return match.note if match else ""
 
     @property
@@ -222,7 +227,7 @@ class Placement:
         """The first of its files, for messages; its name where it was made in memory."""
         return self.files[0] if self.files else self.name
 
-    def _order(self, joint_names: tuple[str, ...]) -> Match | None:
+    def _order(self, joint_names: Names) -> Match | None:
         """Return where a model's joints stand; None where the files name none."""
         require_samples(self.labels, joint_names, self.first_file)
         try:
@@ -231,14 +236,14 @@ class Placement:
                 joint_names,
                 self.samples,
                 self.first_file,
-                self.name,
                 self.beside,
+                self.told,
             )
         except RecordingError as error:
             if not self.suggestion:
                 raise
-            words = f"{error}; or say which they are, as in {self.suggestion}"
-            raise RecordingError(words) from None
+            words = f"or say which they are, as in {self.suggestion(len(joint_names))}"
+            raise RecordingError(f"{error}; {words}") from None
 
 
 def _reordered(sample: Sample, order: Sequence[int]) -> Sample:

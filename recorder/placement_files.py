@@ -6,8 +6,8 @@ from pathlib import Path
 
 from .coordinates import AXES, QUATERNION
 from .files import replace_files
-from .metadata import metadata_file
-from .placement import Placement
+from .metadata import Contents, metadata_file
+from .placement import DEFAULT_DISTANCE, Placement
 from .points import POINTS, POSES
 from .recording_error import RecordingError
 from .samples import SAMPLES, capture_line, header_line
@@ -58,10 +58,9 @@ def sample_files(placement: Placement) -> Files:
 def _metadata(placement: Placement) -> Files:
     if placement.distance is None:
         return {}
-    facts = {
-        "distance": placement.distance,
-        "distance_measured": not placement.distance_assumed,
-    }
+    facts: Contents = {"distance": placement.distance}
+    if placement.distance == DEFAULT_DISTANCE:  # else taken for assumed
+        facts["distance_measured"] = not placement.distance_assumed
     return metadata_file(facts)
 
 

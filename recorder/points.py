@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .columns import ANGLES, DEGREES, LENGTHS, UNITS, Column, Names
+from .columns import Column
 from .coordinates import (
     AXES,
     FANUC,
@@ -29,9 +29,10 @@ from .coordinates import (
 from .foreign_tables import read_table
 from .joint_columns import ColumnError
 from .placement import Placement
-from .recording_error import RecordingError
+from .recording_error import NoColumnsError, RecordingError, UnitError
 from .sample import Sample
 from .tables import Table
+from .words import ANGLES, DEGREES, LENGTHS, UNITS, Names
 
 POINTS, POSES = "points.csv", "poses.csv"
 CLOCKS = ("time", "temperature")
@@ -120,9 +121,9 @@ def _measured(table: Table, headless: bool) -> tuple[list[Column], tuple[str, ..
     raise _no_columns(table.file, forms[0])
 
 
-def _no_columns(file: Path, form: tuple[str, ...]) -> RecordingError:
+def _no_columns(file: Path, form: tuple[str, ...]) -> NoColumnsError:
     forms = "; or rx,ry,rz; or roll,pitch,yaw; or r11,..,r33" if form else ""
-    return RecordingError(
+    return NoColumnsError(
         f"{file}:1: expected a header of the joints' names in chain order, then "
         f"{','.join((*AXES, *form))}{forms}"
     )
@@ -152,12 +153,12 @@ def require_unit(table: Table, column: Column, units: Container[str]) -> None:
     """Refuse a column in a unit that is not among some.
 
     Raises:
-        RecordingError: Its numbers would be taken for what they are not.
+        UnitError: Its numbers would be taken for what they are not.
     """
     if column.unit and column.unit not in units:
         some = ", ".join(f"[{unit}]" for unit in UNITS if unit in units)
         choices = f"known are {some}" if some else "it has none"
-        raise RecordingError(
+        raise UnitError(
             f"{table.file}:1: column {column.name} has unit {column.unit!r}; {choices}"
         )
 

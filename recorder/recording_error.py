@@ -9,3 +9,11 @@ class RecordingError(MukcaError):
 
 class EmptyRecordingError(RecordingError):
     """A file that holds no configuration yet."""
+
+
+class UnitError(RecordingError):
+    """A column is in a unit that its numbers cannot have."""
+
+
+class NoColumnsError(RecordingError):
+    """A table has no columns of joints, or of x, y, z."""

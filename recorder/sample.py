@@ -61,6 +61,8 @@ class Sample:
     @property
     def named(self) -> str:
         """The sample by the number that people read: the recorder's, or that in its socket."""
+        if self.point is not None:
+            return f"point {self.place}"
         return sample_name(self.number, self.place, self.socket)
 
     def __repr__(self) -> str:

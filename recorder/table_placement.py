@@ -2,19 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from .columns import Column
-from .coordinates import AXES, MATRIX, TURNS
+from .coordinates import AXES, MATRIX, TURNS, place_of
 from .joined_tables import joined_name, read_joined
 from .markers import body_of, marker_columns
 from .named_columns import NamedColumns, named_columns
 from .placement import Placement
-from .points import coordinates, placement_of_points, unit_quaternion
-from .recording_error import RecordingError
+from .points import placement_of_points, unit_quaternion
+from .recording_error import NoColumnsError, RecordingError, UnitError
 from .sample import LAST_SOCKET, Sample
+from .suggestion import suggestion, turn_advice
 from .tables import Table
 
 _LISTED = 8
@@ -36,19 +37,26 @@ def read_table_placement(
     table = read_joined(path, on)
     name = joined_name(path, table)
     if columns:
-        placement = _placement(table, named_columns(table, columns), name)
+        named = named_columns(table, columns)
+        placement = _placement(table, named, name)
+        placement = replace(placement, told=bool(named.joints))
     else:
         placement = _by_names(table, name)
-    advice = suggestion(table)
-    return replace(placement, files=(path,), is_table=True, suggestion=advice)
+        if placement.samples[0].orientation is None and (advice := turn_advice(table)):
+            what = "four columns have length 1, as a quaternion; it is read by"
+            words = f"{table.file}: {what} {advice}"
+            placement = replace(placement, remarks=(*placement.remarks, words))
+    return replace(placement, files=(path,), suggestion=partial(suggestion, table))
 
 
 def _by_names(table: Table, name: str) -> Placement:
     """Return the placement of a table whose columns tell themselves."""
-    if markers := marker_columns(table):
-        return _of_markers(table, markers, name)
+    if marker_columns(table):
+        return _placement(table, NamedColumns({}, (), ()), name)
     try:
         return placement_of_points(table, name)
+    except UnitError:
+        raise
     except RecordingError as error:
         sockets = [c for c in table.columns if c.words == ("socket",)]
         if len(sockets) == 1:
@@ -57,19 +65,22 @@ def _by_names(table: Table, name: str) -> Placement:
             names = tuple(column.name for column in joints)
             numbers = {"q": positions, "socket": np.array(table.numbers(sockets))}
             return _placement(table, NamedColumns(numbers, names, ()), name)
-        if place_of(table):
-            raise
+        words = f"{error}; or say which columns they are"
+        if isinstance(error, NoColumnsError):
+            lacking = "no header tells its joints and x, y, z"
+            words = f"{table.file}: {lacking}; say which columns they are"
         raise RecordingError(
-            f"{table.file}: no header tells its joints and x, y, z; say which columns they are, "
-            f"here or by mukca convert, as in {suggestion(table)}"
+            f"{words}, here or by mukca convert, as in {suggestion(table)}"
         ) from error
 
 
-def _of_markers(table: Table, columns: Sequence[Column], name: str) -> Placement:
+def _of_markers(table: Table, named: NamedColumns, name: str) -> Placement:
     """Return the placement of a table with several markers on one flange."""
+    columns = marker_columns(table)
     markers = np.array(table.numbers(columns, gaps=True))
     numbers, misfit = body_of(markers.reshape(len(markers), -1, 3))
-    named = NamedColumns(numbers, (), tuple(columns))
+    used = (*named.used, *columns)
+    named = NamedColumns({**named.numbers, **numbers}, named.joints, used)
     placement = _placement(table, named, name)
     count = len(columns) // len(AXES)
     what = "its middle and its turn" if MATRIX[0] in numbers else "its middle"
@@ -84,12 +95,13 @@ def _placement(table: Table, named: NamedColumns, name: str) -> Placement:
     """Return the placement of columns that are named; what is not named is found by names."""
     numbers = dict(named.numbers)
     names = named.joints
-    if not set(AXES) & set(numbers) and "socket" not in numbers:
-        place = place_of(table)
-        if place is not None:
-            xyz = np.array(table.numbers(place, gaps=True))
-            numbers |= {axis: xyz[:, i : i + 1] for i, axis in enumerate(AXES)}
-            named = replace(named, used=(*named.used, *place))
+    is_placed = set(AXES) & set(numbers) or "socket" in numbers
+    if not is_placed and marker_columns(table):
+        return _of_markers(table, named, name)
+    if not is_placed and (place := place_of(table.columns)):
+        xyz = np.array(table.numbers(place, gaps=True))
+        numbers |= {axis: xyz[:, i : i + 1] for i, axis in enumerate(AXES)}
+        named = replace(named, used=(*named.used, *place))
     is_measured = set(AXES) <= set(numbers)
     if "q" not in numbers and table.header:
         joints = table.joints(named.used)
@@ -154,55 +166,3 @@ def _of_numbers(
         remarks=tuple(notes),
         poses_of="flange" if turn else None,
     )
-
-
-_LARGEST_ANGLE, _LARGEST_LENGTH = 6.5, 20.0
-"""Larger numbers are degrees and millimetres [rad], [m]."""
-
-
-def suggestion(table: Table) -> str:
-    """Return what a user may say of a table's columns, as far as the table itself tells."""
-    numeric = table.joints()
-    place = place_of(table) or (numeric[-3:] if len(numeric) > len(AXES) else [])
-    joints = [c for c in numeric if c not in place and not _counts(table, c)]
-    names = [_called(table, column) for column in joints]
-    if not table.header and names:
-        names = [f"{names[0]}..{names[-1]}"]
-    words = [
-        f"'q={','.join(names)}{_unit(table, joints, _LARGEST_ANGLE, 'rad', 'deg')}'"
-    ]
-    for axis, column in zip(AXES, place, strict=False):
-        unit = _unit(table, place, _LARGEST_LENGTH, "m", "mm")
-        words.append(f"'{axis}={_called(table, column)}{unit}'")
-    return f"--columns {' '.join(words)}"
-
-
-def place_of(table: Table) -> list[Column] | None:
-    """Return the columns of a place; None where there are none, or several arms'."""
-    try:
-        return coordinates(table, AXES)
-    except RecordingError:
-        return None
-
-
-def _counts(table: Table, column: Column) -> bool:
-    """Return True for a column that counts the rows, whatever its name."""
-    values = np.array(table.numbers([column], gaps=True))
-    return len(values) > 2 and bool((np.diff(values, axis=0) == 1).all())
-
-
-def _called(table: Table, column: Column) -> str:
-    """Return what a user may call a column: its name, or its number where several have it."""
-    names = [other.name for other in table.columns]
-    is_clear = names.count(column.name) == 1 and column.name and "," not in column.name
-    return column.name if is_clear else str(column.index + 1)
-
-
-def _unit(
-    table: Table, columns: Sequence[Column], largest: float, small: str, large: str
-) -> str:
-    """Return the unit of columns that name none, by how large their numbers are."""
-    if not columns or any(column.unit for column in columns):
-        return ""
-    values = np.abs(np.array(table.numbers(columns, gaps=True)))
-    return f" [{large if np.nanmax(values, initial=0.0) > largest else small}]"

@@ -20,9 +20,9 @@ from .cells import (
     trimmed,
     uncommented,
 )
-from .columns import SIZES, Column, column_of
-from .first_line import GARBLED, Line, are_units, header_of
+from .columns import GARBLED, Column, Line, are_units, column_of, header_of
 from .recording_error import EmptyRecordingError, RecordingError
+from .words import SIZES
 
 Cells = tuple[str, ...]
 Arranged = Callable[[list[Line], str], tuple[list[Line], list[str]]]
@@ -162,16 +162,16 @@ def table_of(
         ) from None
     if records and records[0][1][0].strip().lower().startswith("sep="):
         records = records[1:]
-    while records and all(len(row) > 1 and not row[-1].strip() for _, row in records):
-        records = [(line, row[:-1]) for line, row in records]
     if not records:
         raise EmptyRecordingError(f"{file}: empty; expected one configuration a line")
     left_out: list[str] = []
     if arranged:
         records, left_out = arranged(records, text)
+    while all(len(row) > 1 and not row[-1].strip() for _, row in records):
+        records = [(line, row[:-1]) for line, row in records]
     first, *others = records
     units: Cells = ()
-    header = header_of(text, file, first, others, set(names))
+    header = header_of(file, first, others, set(names))
     if header:
         records = others
         if records and are_units(records[0][1]):

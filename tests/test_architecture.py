@@ -28,6 +28,7 @@ READING = {
     "samples",
     "tables",
     "turns",
+    "words",
 }
 """Files of the recorder that read recordings and tables; none knows a driver or a screen."""
 

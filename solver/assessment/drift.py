@@ -53,11 +53,10 @@ def drifts_of(predictions: Predictions, role: Role) -> dict[str, float]:
     """Return the length of each drift that the fit does not model [m], by its placement's name."""
     drifts: dict[str, float] = {}
     document = predictions.document
-    fits_drifts = document.posterior is not None
-    fits_drifts &= not document.settings.get("as_recorded")
+    weighs = document.posterior is not None
+    weighs &= not document.settings.get("as_recorded")
     for placement in predictions.of_role(role):
-        is_fitted = role == "train" and fits_drifts
-        if placement.measured.kind == "points" or is_fitted:
+        if placement.measured.kind == "points" or (role == "train" and weighs):
             continue
         evidence, length = steady_drift(placement)
         if evidence > 0:

@@ -23,9 +23,16 @@ def interval_text(interval: Interval) -> str:
 def figures_in_words(better: Better) -> str:
     """Return the errors of distances before and now."""
     everywhere, recorded = better.workspace, better.recorded_places
+    now, before = [short_mm(e.value) for e in (everywhere.now, everywhere.before)]
+    if recorded is not None and now == before:
+        return (
+            f"With calibrated.urdf, a distance near the recorded places is wrong by about "
+            f"{short_mm(recorded.now.value)} mm (was {short_mm(recorded.before.value)}); "
+            f"elsewhere by {now}, as before."
+        )
     words = (
         f"With calibrated.urdf, a distance anywhere in the workspace is wrong by about "
-        f"{short_mm(everywhere.now.value)} mm (was {short_mm(everywhere.before.value)})"
+        f"{now} mm (was {before})"
     )
     if recorded is not None:
         words += f"; near the recorded places by {short_mm(recorded.now.value)}"

@@ -136,6 +136,8 @@ class MeasuredErrors(NamedTuple):
     deviation: float
     """Of the latter, by its scatter."""
     points: int
+    unseen: str
+    """Says why no fit of them has seen them."""
 
     @property
     def is_better(self) -> bool | None:
@@ -147,7 +149,7 @@ class MeasuredErrors(NamedTuple):
     @property
     def text(self) -> str:
         """The errors in words."""
-        return f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points not trained on"
+        return f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points {self.unseen}"
 
 
 def measured_errors(predictions: Predictions) -> MeasuredErrors | None:
@@ -164,11 +166,13 @@ def measured_errors(predictions: Predictions) -> MeasuredErrors | None:
         return None
     rows = [row for row, _ in pairs]
     deviations = _deviations_of([prediction for _, prediction in pairs], rows)
+    is_held_out = any(row.role == "test" for row in rows)
     return MeasuredErrors(
         mean_metrics([row.before for row in rows]).mean_absolute_error,
         mean_metrics([row.loaded for row in rows]).mean_absolute_error,
         deviations["mean_absolute_error"],
         sum(sum(row.samples) for row in rows),
+        "not trained on" if is_held_out else "left out in turn",
     )
 
 

@@ -243,7 +243,7 @@ def _limit(arm: Arm | None, margin: int, size: float | None, option: str) -> Lim
         return Limit(value=None, source=words)
     times = f"{margin} times the" if margin > 1 else "the"
     if arm.repeatability < RESOLUTION:
-        words = f"{times} {1e3 * RESOLUTION:g} mm that a printed socket resolves"
+        words = f"{times} {1e3 * RESOLUTION:g} mm that limits go by at least"
     else:
         words = f"{times} arm's repeatability of {1e3 * arm.repeatability:g} mm"
     return Limit(value=margin * max(arm.repeatability, RESOLUTION), source=words)

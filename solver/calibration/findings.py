@@ -27,7 +27,10 @@ DIFFERENCE = "movement"
 """Code of what differs between places, for which the fit has an unknown."""
 MENDED = "to be exact, calibrate by the recordings before it alone, or after it alone"
 BASES = {"sockets": "its socket base", "points": "the instrument or the arm's foot"}
-STEADY = "fasten it before you record again"
+STEADY = {
+    "sockets": "fasten it before you record again",
+    "points": "let instrument and arm stand still and warm before you measure again",
+}
 
 
 def findings(
@@ -102,7 +105,7 @@ def _told(
     if follows_order(difference) and len(orders(fit.data, name)) > 1:
         first = measured.sockets[-int(difference.clock == "reverse")]
         text += f" (with socket {first} first: the files hold no times)"
-    advice = STEADY if difference.part == BASE else MENDED
+    advice = STEADY[measured.kind] if difference.part == BASE else MENDED
     yield Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
 
 

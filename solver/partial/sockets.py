@@ -60,7 +60,8 @@ def socket_task(prior: ArmPrior, data: Sequence[Measurement], stood: str = "") -
     """Return the task of a fit to a ball in sockets, with the arm as it was calibrated."""
     if any(m.kind == "points" for m in data):
         raise UsageError(
-            "give placements with the ball in sockets, not measured points"
+            "give placements with the ball in sockets, not measured points: by points, mukca "
+            "solve --zeros finds the zeros anew"
         )
     pairs = [*chain.from_iterable(m.labels for m in data)]
     counts = [*chain.from_iterable(m.counts for m in data)]

@@ -70,7 +70,7 @@ def test_two_files_are_joined_by_a_column(tmp_path):
     assert (
         "1 rows have no 'id' of the other file and are left out (lines 6)" in placement.remarks[0]
     )
-    with pytest.raises(mukca.MukcaError, match=r"has 12 rows.*has 11; join them .*--on NAME"):
+    with pytest.raises(mukca.MukcaError, match=r"has 12 rows.*has 11; join them .*--on id"):
         mukca.read_placements(path)
     with pytest.raises(mukca.MukcaError, match=r"no column --on 'nr'; there are id, panda_joint1"):
         mukca.read_placements(path, on="nr")

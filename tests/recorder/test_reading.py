@@ -198,7 +198,7 @@ def test_a_column_that_counts_the_rows_is_suggested_as_no_joint(tmp_path):
     file = tmp_path / "t.csv"
     file.write_text("\n".join(["Punkt;A1;A2;X;Y;Z", *rows]))
     (placement,) = mukca.read_placements(file)
-    assert placement.suggestion.startswith("--columns 'q=A1,A2 [rad]' 'x=X")
+    assert placement.suggestion(2).startswith("--columns 'q=A1,A2 [rad]' 'x=X")
 
 
 def test_sockets_are_numbered_0_to_999(tmp_path):

@@ -211,6 +211,16 @@ def test_a_length_that_alone_is_missing_asks_for_no_samples():
     assert "No more" not in " ".join(conclude([lacking, few], None, None).answer)
 
 
+def test_where_the_workspace_is_as_before_the_recorded_places_lead():
+    """A figure that did not change says nothing for a model."""
+    verdict = conclude([], improved(4e-4, 3e-4, 8e-5), None)
+    assert verdict.answer[0] == (
+        "With calibrated.urdf, a distance near the recorded places is wrong by about 0.20 mm "
+        "(was 0.40); "
+        "elsewhere by 0.40, as before."
+    )
+
+
 @pytest.mark.parametrize(("workspace", "status"), [(1e-4, "warning"), (2e-3, "fail")])
 def test_an_error_stops_nothing_whose_consequence_the_gain_dwarfs(workspace, status):
     cost = Consequence(1e-5, workspace, 1e-3, 1e-3)

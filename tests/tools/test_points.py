@@ -141,6 +141,11 @@ def test_no_step_asks_for_a_distance_of_sockets_that_are_not_there(measured, com
     assert [step for step in report["todo"] if step["command"].startswith("mukca record")] == []
 
 
+def test_a_sample_that_an_instrument_measured_is_a_point_and_in_no_socket(measured):
+    (placement,) = mukca.read_placements(measured / "train")
+    assert [sample.named for sample in placement.samples[:2]] == ["point 1", "point 2"]
+
+
 def test_poses_that_do_not_tell_are_the_flanges_where_it_is_said(
     solved, measured, tmp_path, command, refused
 ):

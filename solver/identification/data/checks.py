@@ -219,7 +219,8 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
             guess = "are these millimetres? a header of JOINT [mm] is read as such"
         elif not slides and abs(positions).max() > 2 * np.pi:
             error = MeasurementError
-            guess = "are these degrees? a header of JOINT [deg] is read as such"
+            advice = placement.advice("a header of JOINT [deg] is read as such")
+            guess = f"are these degrees? {advice}"
         raise error(f"{text}; {unit} ({guess}), in the order of the chain's joints")
     if excess[row, column] > _BARELY_OUTSIDE:
         warnings.append(text)

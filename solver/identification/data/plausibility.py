@@ -82,7 +82,7 @@ def require_near(placement: Placement) -> None:
     words = f"; {len(others)} more such lines" if others else ""
     where = placement.samples[first].where or placement.name
     worst = max(points[first].tolist(), key=abs)
-    advice = placement.suggestion or "a header of x [mm] is read as such"
+    advice = placement.advice("a header of x [mm] is read as such")
     raise MeasurementError(
         f"{where}: x, y or z is {worst:.6g}: metres are expected, from an origin near the arm"
         f"{words} (are these millimetres? {advice})"

@@ -131,6 +131,19 @@ def test_convert_there_and_back(recorded, tmp_path, output_of, command):
     assert "robot      arm" in shown and "operator Ada" in shown
 
 
+def test_convert_says_of_no_distance_that_it_was_measured(tmp_path, command):
+    """Whoever gave it did not say so; only the default must be told from one that is assumed."""
+    (tmp_path / "a").mkdir()
+    for socket in (0, 1):
+        (tmp_path / f"a/hole_{socket}.csv").write_text("0.1,0.2\n0.3,0.4\n")
+    for distance, measured in (("0.0489", None), ("0.05", True)):
+        words = ("--to", "samples", "--distance", distance, "--out", tmp_path / "b", "--force")
+        command("convert", tmp_path / "a", *words)
+        written = json.loads((tmp_path / "b/placement.json").read_text())
+        assert written["distance"] == float(distance)
+        assert written.get("distance_measured") is measured
+
+
 @pytest.mark.parametrize("form", ["samples", "holes"])
 def test_convert_never_replaces_what_it_reads(recorded, refused, form):
     before = (recorded / "samples.csv").read_bytes()

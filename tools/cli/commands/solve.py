@@ -193,11 +193,11 @@ def _kept(
     terminal: Terminal,
 ) -> recorder.Placement:
     """Return a placement; of a table as the recording that is written beside the results."""
-    if not placement.is_table:
+    if not placement.suggestion:
         return placement
     placement = placement.for_joints(robot.joint_names)
     data.measure(placement, robot)  # what is refused is not written
     folder = out / "recordings" / placement.name
     files = results.write_files(folder, recorder.own_files(placement)).values()
     terminal.say(*(f"Wrote {file}, what was read of the table" for file in files))
-    return replace(placement, files=tuple(files), is_table=False)
+    return replace(placement, files=tuple(files), suggestion=None)

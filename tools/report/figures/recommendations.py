@@ -102,7 +102,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
     if by_instrument:
         text = "Measure more points, in poses as varied as can be"
         command = solve_command(document, added={"more_points": "train"})
-        yield Step(text, command, "")
+        yield Step(text, command, "a smaller error, as far as postures differ")
         return
     text = f"Record another placement {_place_in_words(result)}, all varied, {SAMPLES_ADVISED}"
     if document.arms is not None:
