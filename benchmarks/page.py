@@ -205,6 +205,8 @@ say. None may pass, and none may end in a traceback.
 
 What `mukca solve` takes with more and more placements of 12 + 12 samples, and with more and more
 samples in one placement. More than 40 placements are inspected in groups.
+From 6,000 samples on, each takes 21 kB. Its derivatives by the 97 unknowns of a Panda with
+elasticity and transmission error take 2.3 kB, and a fit holds several such arrays at once.
 """,
 }
 
