@@ -31,15 +31,6 @@ class Reason(NamedTuple):
     as_made: bool = False
     """True where a limit is missed, though nothing became worse since the calibration was made."""
 
-    def followed_by(self, words: str) -> "Reason":
-        """Return the reason with words behind its text."""
-        return self._replace(text=self.text + words)
-
-    def preceded_by(self, words: str) -> "Reason":
-        """Return the reason with a sentence before its text."""
-        text = f"{words}. {self.text[0].upper()}{self.text[1:]}"
-        return self._replace(text=text)
-
 
 @dataclass(frozen=True)
 class LaterErrors:
@@ -96,10 +87,9 @@ class LaterErrors:
     @property
     def drifted(self) -> str:
         """The full model's errors now and then, in words."""
-        drifted = f"drifted: {mm(self.new.calibrated.mean_absolute_error)}{self.limit}"
-        if self.before:
-            drifted += f", {mm(self.before)} when it was made"
-        return drifted
+        now = mm(self.new.calibrated.mean_absolute_error)
+        before = f", {mm(self.before)} when it was made" if self.before else ""
+        return f"drifted: {now}{self.limit}{before}"
 
     @property
     def wrong_length(self) -> str:

@@ -23,6 +23,7 @@ from ..assessment import (
     limit_row,
     limits_of,
     rows_since,
+    sentence,
 )
 from ..calibration import Calibration, Errors, as_list
 from ..identification.data import (
@@ -106,7 +107,7 @@ class Validity(Changes):
         """Each explanation that is not ruled out, the most probable first, in words."""
         by_size = sorted(self.probabilities.items(), key=lambda pair: -pair[1])
         words = ", ".join(
-            f"{f'{NOTHING} changed' if name == NOTHING else name} {100 * p:.1f} %"
+            f"{name}{' changed' * (name == NOTHING)} {100 * p:.1f} %"
             for name, p in by_size
             if p > LEAST_SHOWN
         )
@@ -176,13 +177,14 @@ def what_changed(
         then = document.summary.proof or document.summary.train
         rezero = rezero_command(calibration.source, as_list(data))
         since = LaterErrors(new, then, limits, rows, rezero)
-        reason = reason_of(changes, since).followed_by(tip_words(calibration, measured))
+        reason = reason_of(changes, since)
+        reason = reason._replace(text=reason.text + tip_words(calibration, measured))
         rows += _change_rows(changes, since, document, reason.text, repeatability)
     length = _length_row(document, measured)
     better = reason.as_made and bool(is_better(document.better, new))
     verdict = judge([*rows, length], seen.hypotheses, better=better)
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
-        reason = reason.preceded_by(length.text)
+        reason = reason._replace(text=f"{length.text}. {sentence(reason.text)}")
     return Validity(
         **vars(changes),
         errors=errors,
