@@ -122,15 +122,10 @@ def _by_robot(
     """Return each robot's placements: as given by name, or as each of them says."""
     by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
     listing = ", ".join(robots)
-    pairs: list[tuple[str | None, Placement]] = []
-    if isinstance(placements, Mapping):
-        for name, group in placements.items():
-            pairs += [(name, placement) for placement in as_list(group)]
-    else:
-        pairs += [
-            (placement.robot_name, placement) for placement in as_list(placements)
-        ]
-    for name, placement in pairs:
+    groups = placements if isinstance(placements, Mapping) else {None: placements}
+    pairs = [(name, p) for name, group in groups.items() for p in as_list(group)]
+    for group, placement in pairs:
+        name = placement.robot_name if group is None else group
         where = placement.where
         if name is None:
             raise UsageError(
