@@ -1,27 +1,18 @@
-"""The calibration of several robots, which recorded at the same bases.
+"""The calibration of several robots, which recorded at the same bases."""
 
-Each is fitted alone, and then all are tied by what they share.
-"""
-
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
-from ..bases import TiedRobots, Visitor, common_places, places_alone, tie
 from ..identification import Progress
-from ..identification.data import WORLD
 from ..identification.robot import Robot
-from ..results import Fit
 from .calibration import Calibration
 from .document import document_of
-from .earlier import prior_of
-from .fit import CalibrationProblem, fit_of, posterior_at
 from .multi_robot_calibration import MultiRobotCalibration
 from .options import SolveOptions
 from .preparation import Recordings
-from .robot_calibration import converged_fits
 from .several_problems import located_in_training, problems_of_robots
-from .tables import METHODS, PROOF, STUDIES
+from .tables import PROOF, STUDIES
+from .tied_fits import tied_fits
 
 
 def calibrate_robots(
@@ -31,64 +22,15 @@ def calibrate_robots(
     options: SolveOptions,
     progress: Progress,
 ) -> MultiRobotCalibration:
-    """Calibrate several robots by name; arguments are those of :func:`.calibrate_robot`.
-
-    Raises:
-        NotConverged: A fit did not converge; names an error in the recordings.
-        FrameError: Nothing ties a robot or a frame to the first robot.
-    """
+    """Calibrate several robots by name; arguments are those of :func:`.calibrate_robot`."""
     problems = problems_of_robots(robots, train, test, options)
     located = located_in_training(problems, options)
     settings = replace(options, sockets_at=located)
-    worlds: list[TiedRobots] = []
-
-    def fitted() -> list[Fit]:
-        begin = time.perf_counter()
-        world = _tied([*problems.values()], settings, progress)
-        seconds = time.perf_counter() - begin
-        worlds.append(world)
-        fits: list[Fit] = []
-        for arm, visitor in zip(problems.values(), world.robots, strict=True):
-            frames = () if fits else world.frames
-            fits.append(fit_of(arm, visitor.fit, seconds, METHODS, frames))
-        return fits
-
-    fits = converged_fits([*problems.values()], fitted)
+    fits, world = tied_fits([*problems.values()], settings, progress)
     calibrations: dict[str, Calibration] = {}
     for (name, problem), fit in zip(problems.items(), fits, strict=True):
         proven = PROOF(problem, fit, progress=progress)
         document = document_of(proven, fit, STUDIES)
         calibrations[name] = Calibration(document, fit.calibrated)
     data = {name: problem.measurements for name, problem in problems.items()}
-    return MultiRobotCalibration.of(calibrations, worlds[0], data)
-
-
-def _tied(
-    robots: Sequence[CalibrationProblem], options: SolveOptions, progress: Progress
-) -> TiedRobots:
-    """Fit each robot to its recordings alone, then tie their bases by what they share.
-
-    Args:
-        robots: The nominal robots, and the placements to fit.
-        options: Options of the fit; coordinates only of sockets in the placements.
-        progress: Called with a word for each model that is fitted.
-    """
-    prior = prior_of(options, robots)
-    options = options.validated()
-    places = common_places(
-        robots,
-        lengths=options.distances,
-        sockets_at=options.located,
-        deviation=options.deviation,
-    )
-    visitors: list[Visitor] = []
-    for i, arm in enumerate(robots):
-        alone, sockets = places_alone(places, robots, i)
-
-        def said(word: str, name: str = arm.name) -> None:
-            progress(f"{word} {name}")
-
-        posterior = posterior_at(alone, arm, options, METHODS, prior, said)
-        frame = places.frames.index(arm.base_frame) if i else WORLD
-        visitors.append(Visitor(arm.name, frame, sockets, posterior))
-    return tie(visitors, places)
+    return MultiRobotCalibration.of(calibrations, world, data)

@@ -10,7 +10,6 @@ import numpy as np
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
 from ..identification.data import Measurement, Pose, measure, one_blas_thread
-from ..identification.robot import Robot
 from ..poses import InverseKinematics, SimulationError
 from .doubts import ChangedZeros, changed_zeros
 from .fit import fit
@@ -158,7 +157,7 @@ def _warnings_of_training(
     calibration: Calibration, touches: Sequence[Placement]
 ) -> tuple[str, ...]:
     """Return a warning where touches are samples of the calibration itself, else nothing."""
-    measured = _measured(calibration.robot, touches)
+    measured = _measured(calibration, touches)
     names = ", ".join(m.name for m in measured if calibration.was_trained_on(m))
     if not names:
         return ()
@@ -170,7 +169,7 @@ def _warnings_of_training(
 
 def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") -> Task:
     """Return the task of a fit to a tip's touches."""
-    data = _measured(prior.robot, placements)
+    data = _measured(prior, placements)
     counts = [*chain.from_iterable(m.counts for m in data)]
     if sum(counts) < LEAST or min(counts, default=0) < LEAST_EACH:
         names = ", ".join(m.name for m in data)
@@ -199,7 +198,9 @@ def _points_of(placement: Placement) -> tuple[tuple[float, float, float], ...]:
     )
 
 
-def _measured(robot: Robot, placements: Sequence[Placement]) -> list[Measurement]:
+def _measured(
+    arm: ArmPrior | Calibration, placements: Sequence[Placement]
+) -> list[Measurement]:
     """Return checked touches; of points whose coordinates are known each is a socket."""
     data: list[Measurement] = []
     for placement in placements:
@@ -211,7 +212,7 @@ def _measured(robot: Robot, placements: Sequence[Placement]) -> list[Measurement
                 if s.point
             ]
         touches = replace(placement, samples=tuple(samples))
-        data.append(measure(touches, robot, sockets=1))
+        data.append(measure(touches, arm.robot, sockets=1))
     return data
 
 
