@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, repeat
 
 import numpy as np
 
@@ -123,7 +123,9 @@ def _by_robot(
     by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
     listing = ", ".join(robots)
     groups = placements if isinstance(placements, Mapping) else {None: placements}
-    pairs = [(name, p) for name, group in groups.items() for p in as_list(group)]
+    pairs: list[tuple[str | None, Placement]] = []
+    for group, recordings in groups.items():
+        pairs += zip(repeat(group), as_list(recordings), strict=False)
     for group, placement in pairs:
         name = placement.robot_name if group is None else group
         where = placement.where
