@@ -16,7 +16,7 @@ from kept import compare
 
 import mukca
 from mukca.solver.assessment.verdict import STAMPS
-from mukca.solver.calibration import CalibrateOptions, SolveOptions, option_table
+from mukca.solver.calibration import OPTION_TABLE, CalibrateOptions, SolveOptions
 from mukca.tools.cli import VERBS, main
 
 SCREENS = Path(__file__).with_name("screens")
@@ -87,7 +87,7 @@ def test_help_and_types_tell_the_options_that_there_are():
     shown = pydoc.plain(pydoc.render_doc(mukca.calibrate))
     of_methods = re.split(r"Of\s+(?:both|``)", shown)[1:]
     for method, words in zip((None, "auto", "paper"), of_methods, strict=True):
-        options = [name for name, option in option_table().items() if option.method == method]
+        options = [name for name, option in OPTION_TABLE.items() if option.method == method]
         names = words.partition(":")[2].partition(".")[0]
         assert re.findall(r"\w+", names) == options
     assert "\n    Calibrate a robot from recordings.\n" in shown
