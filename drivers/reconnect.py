@@ -139,7 +139,7 @@ class Reconnecting(Driver):
 
     def _drop(self) -> None:
         driver, self._driver = self._driver, None
-        if driver is not None:
+        if driver:
             self._earlier_missed, self._earlier_rejected = self.missed, self.rejected
             self.status = ""
             driver.close()

@@ -150,7 +150,7 @@ def installed(kind: str) -> list[Entry]:
     entries: list[Entry] = []
     for point in entry_points(group=f"mukca.{kind}"):
         line, source = "plug-in", "a plug-in"
-        if (package := point.dist) is not None:
+        if package := point.dist:
             source = f"{package.name} {package.version}"
             if "Summary" in package.metadata:
                 line = package.metadata["Summary"]

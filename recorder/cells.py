@@ -113,14 +113,11 @@ def uncommented(text: str) -> str:
     else:  # commas are decimal beside others
         as_many = words.count(separator) == data.count(separator)
         cells = data.split(separator)
-        is_header = as_many and any(map(_has_digits, cells))
+        numbers = [number_of(cell.replace(",", ".")) for cell in cells]
+        is_header = as_many and numbers.count(None) < len(numbers)
     if comments and is_header:
         lines[comments[-1]] = words
     return "\n".join(lines) + "\n"
-
-
-def _has_digits(cell: str) -> bool:
-    return number_of(cell.replace(",", ".")) is not None
 
 
 def records_of(text: str) -> list[tuple[int, list[str]]]:

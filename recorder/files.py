@@ -97,7 +97,7 @@ def make_folder(folder: Path) -> list[Path]:
 
 
 @contextmanager
-def refused(what: str) -> Generator[None, None, None]:
+def refused(what: str) -> Generator[None]:
     """Turn an error of the system into a RecordingError; ``what`` begins its message."""
     try:
         yield
@@ -123,7 +123,7 @@ def sync_folder(folder: Path) -> None:
 
 
 @contextmanager
-def locked(file: Path | None) -> Generator[None, None, None]:
+def locked(file: Path | None) -> Generator[None]:
     """Keep other programs that lock a file from it meanwhile, where there is one.
 
     Raises:

@@ -56,8 +56,7 @@ def joined(first: Table, second: Table, on: str = "") -> Table:
         pairs, remarks = _by_cells(first, second, on)
         notes = (*notes, *remarks)
         # The cells of the second table's column say nothing more.
-        k = _column(second, on)
-        width = len(first.rows[0]) + k
+        width = len(first.rows[0]) + _column(second, on)
         header = header and (*header[:width], "", *header[width + 1 :])
     elif len(first.rows) != len(second.rows):
         names = [c.name for c in first.columns if c.name and c in second.columns]

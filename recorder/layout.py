@@ -56,7 +56,7 @@ def rows_of(table: Table, joint_names: Names, forms: Sequence[Names] = ((),)) ->
     """Return the rows of a table as :func:`read_rows` does."""
     require_samples(table.labels, joint_names, table.file)
     columns, form, note = _Search(table, joint_names, forms).columns()
-    if table.header is not None and table.header[:3] == _EVENTS:
+    if table.header and table.header[:3] == _EVENTS:
         # A recording; its samples are those that were not taken back.
         content = read_samples(table.file)
         match = match_joints(content.joint_names, joint_names)
@@ -112,7 +112,7 @@ class _Search:
                 raise RecordingError(
                     f"{table.file}:1: {error}; keep those of one arm"
                 ) from None
-            if joints is not None:
+            if joints:
                 return [*joints[0], *form_columns], form, joints[1]
         header = ",".join(table.header)
         raise RecordingError(

@@ -113,7 +113,7 @@ class _Source:
     def of(cls, table: Table) -> "_Source":
         """Return the columns of a table that hold numbers."""
         columns: dict[str, list[Column]] = {}
-        numeric = [c for c in table.columns if not table.is_text(c.index)]
+        numeric = table.numeric()
         for column in numeric:
             cell = table.header[column.index].strip() if table.header else ""
             for name in filter(None, dict.fromkeys((column.name, cell))):
@@ -157,7 +157,7 @@ class _Source:
                     f"{where}: the header says {said!r} of {column.name}, not {unit!r}"
                 )
             size = 1.0 if said else SIZES.get(unit, 1.0)
-            values = np.array(self.table.numbers([column], gaps=True))[:, 0]
+            values = self.table.array([column])[:, 0]
             terms.append((-size if sign else size) * values)
             columns.append(column)
         return np.sum(terms, axis=0), columns

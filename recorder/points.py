@@ -67,11 +67,7 @@ def placement_of_points(table: Table, name: str) -> Placement:
     joints = table.joints(measured)
     if not joints:
         raise _no_columns(table.file, form)
-    clocks = [
-        column
-        for column in table.columns
-        if column.name.lower() in CLOCKS and not table.is_text(column.index)
-    ]
+    clocks = [c for c in table.numeric() if c.name.lower() in CLOCKS]
     beside = table.beside(measured)
     rows = zip(
         table.numbers(joints, gaps=not headless),
@@ -112,11 +108,10 @@ def _measured(table: Table, headless: bool) -> tuple[list[Column], tuple[str, ..
     """Return the columns of the place and the turn that were measured, and the turn's form."""
     if headless:
         return table.columns[-3:], ()
-    names = {POINTS: ((),), POSES: TURNS}
-    forms = names.get(table.file.name, (*TURNS, ()))
+    forms = {POINTS: ((),), POSES: TURNS}.get(table.file.name, (*TURNS, ()))
     for form in forms:
         columns = coordinates(table, (*AXES, *form), FLANGE)
-        if columns is not None:
+        if columns:
             return columns, form
     raise _no_columns(table.file, forms[0])
 

@@ -70,8 +70,7 @@ def _sheets(archive: ZipFile) -> Iterator[tuple[str, str]]:
     relations = _root(archive, "xl/_rels/workbook.xml.rels")
     targets = {r.get("Id"): r.get("Target", "") for r in relations}
     for sheet in _root(archive, _BOOK).iter(f"{_MAIN}sheet"):
-        target = targets[sheet.get(_RELATION)]
-        part = str(PurePosixPath("/xl") / target).lstrip("/")
+        part = str(PurePosixPath("/xl") / targets[sheet.get(_RELATION)]).lstrip("/")
         if part.startswith("xl/worksheets/"):
             yield sheet.get("name", ""), part
 

@@ -154,8 +154,7 @@ def read_stream_log(file: Path) -> LoggedStates:
         described = json.loads(head)
         joints = tuple(map(str, described["joints"]))
         digits_by_format = {FORMAT: described.get("digits"), FORMAT_1: DIGITS_1}
-        digits = digits_by_format[described["format"]]
-        stamp, position, effort = map(float, digits)
+        stamp, position, effort = map(float, digits_by_format[described["format"]])
     except (ValueError, KeyError, TypeError, AttributeError):
         raise RecordingError(f"{file}: not a stream of states ({FORMAT})") from None
     blocks, gaps = _blocks(body, 3 + 2 * len(joints))

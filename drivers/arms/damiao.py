@@ -144,7 +144,7 @@ class Damiao(PolledDriver):
         def ask() -> Decoded:
             self._bus.send(EVERYBODY, bytes([motor, 0, request, register, 0, 0, 0, 0]))
             deadline, bad = clock.now() + ANSWER_SECONDS, f"no answer of motor {motor}"
-            while (frame := self._bus.receive(deadline)) is not None:
+            while frame := self._bus.receive(deadline):
                 if frame.arbitration_id == ANSWERS + motor:
                     try:
                         return decode(bytes(frame.data), motor)

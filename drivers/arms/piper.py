@@ -58,9 +58,9 @@ class Piper(ValidatingDriver):
             )
 
     def _receive(self, deadline: float) -> JointState:
-        while (frame := self._bus.receive(deadline)) is not None:
+        while frame := self._bus.receive(deadline):
             state = self._take(frame)
-            if state is not None:
+            if state:
                 return state
         raise self._silence(deadline, "joint angles")
 

@@ -96,7 +96,7 @@ class Ros(ValidatingDriver):
 
     def _receive(self, deadline: float) -> JointState:
         others: JointNames = ()
-        while (came := self._get(deadline)) is not None:
+        while came := self._get(deadline):
             arrival, message = came
             names = _names(message)
             if not names or set(names) & set(self._joint_names):
@@ -130,7 +130,7 @@ class Ros(ValidatingDriver):
         deadline = clock.now() + FIRST_STATE_SECONDS
         published: set[str] = set()
         longest: JointNames = ()
-        while (came := self._get(deadline)) is not None:
+        while came := self._get(deadline):
             names = _names(came[1])
             published.update(names)
             if joint_names is not None and set(names) >= set(joint_names):

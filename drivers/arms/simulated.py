@@ -79,7 +79,7 @@ class Mock(Driver):
                 if due > deadline:
                     raise Reason.SILENT(f"no state came within {timeout:g} s")
             state = self._receive()
-            if state is not None:
+            if state:
                 return state
 
     def close(self) -> None:

@@ -35,8 +35,7 @@ def render(view: View, width: int, height: int, *, ascii_only: bool = False) -> 
 
     ``ascii_only`` draws with ASCII only.
     """
-    lowest = rows_needed(len(view.session.joints))
-    if width < _WIDTH or height < lowest:
+    if width < _WIDTH or height < rows_needed(len(view.session.joints)):
         lines = _brief(view, width, height)
     else:
         lines = _lines(view, width, height)

@@ -175,7 +175,7 @@ class OutputOptions(JsonOption, group="output"):
 
     def check_out(self) -> None:
         """Refuse a folder whose results would be overwritten, before any work."""
-        if self.out is not None:
+        if self.out:
             results.refuse_existing(self.out, force=self.force)
 
 

@@ -44,8 +44,7 @@ class DatagramEmulator(Emulator):
         self.emit(self._udp.send, datagram, moment, self._target)
         if self.faults.is_active("stranger", moment):
             position = tuple(q + 0.1 for q in state.position)
-            shifted = replace(state, position=position)
-            datagram = self._datagram(shifted, moment)
+            datagram = self._datagram(replace(state, position=position), moment)
             self._stranger.send(datagram, self._target)
 
     @cached_property

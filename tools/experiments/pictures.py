@@ -89,8 +89,7 @@ def _gl_context() -> Any:
     installed = [name for name, file in LIBRARIES.items() if find_library(file)]
     name = os.environ.get("MUJOCO_GL") or next(iter(installed), "egl")
     try:
-        module = importlib.import_module(f"mujoco.{name}")
-        return module.GLContext(*FRAME)
+        return importlib.import_module(f"mujoco.{name}").GLContext(*FRAME)
     except Exception as error:  # OpenGL fails in as many ways as there are drivers
         reason = " ".join(str(error).split())
         raise PictureError(
@@ -120,8 +119,7 @@ def _animation(pictures: Sequence[Image.Image]) -> bytes:
     palette = pictures[-1].quantize(COLOURS)
     images: list[Image.Image] = []
     for picture in pictures:
-        image = picture.quantize(palette=palette, dither=Image.Dither.NONE)
-        images.append(image)
+        images.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
     first, *later_images = images
     duration = round(1e3 * INTERVAL / 2)
     gif = io.BytesIO()

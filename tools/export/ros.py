@@ -92,7 +92,7 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
         set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
     )
     fits = complete and moving <= set(keys)
-    if first is not None and fits and first.parent.endswith(vendor.root):
+    if first and fits and first.parent.endswith(vendor.root):
         return keys
     # joint1 .. are many makers' names.
     if first is None or not fits or request.format == "xarm":

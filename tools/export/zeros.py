@@ -30,8 +30,7 @@ class JointZero(NamedTuple):
     @property
     def decided(self) -> bool:
         """True if the data tell enough of it to be written."""
-        limit = max(DECIDED, abs(self.zero) / TELLING)
-        return self.deviation <= limit
+        return self.deviation <= max(DECIDED, abs(self.zero) / TELLING)
 
     def __str__(self) -> str:
         zero = fixed(math.degrees(self.zero), 2, "+")

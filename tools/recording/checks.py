@@ -59,8 +59,7 @@ def odd_pose(robot: Robot, distance: float, samples: Captures) -> str | None:
         return None
     sockets = np.array([sample.socket for sample in samples])
     *balls, ball = nominal_balls(robot, np.array([s.position for s in samples]))
-    same = sockets[:-1] == sockets[-1]
-    in_socket = np.array(balls)[same]
+    in_socket = np.array(balls)[(sockets[:-1] == sockets[-1])]
     is_first = not len(in_socket)
     references = np.array(balls) if is_first else in_socket
     allowed = FAR + distance if is_first else FAR

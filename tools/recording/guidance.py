@@ -99,7 +99,7 @@ class PoseSelector:
         target, gain = self._next(state, where, samples, order, position)
         fewest = min(self._counts(samples)[:2]) if self._sockets > 1 else 0
         solved = None
-        if posterior is not None or fewest >= LEAST_SAMPLES:
+        if posterior or fewest >= LEAST_SAMPLES:
             placements = [*self._earlier, self._placement(samples, answers)]
             zeros = self._alarms.coarse
             solved = sufficiency_of(self._model, placements, zeros=zeros)
@@ -123,7 +123,7 @@ class PoseSelector:
         )
         block_done = self._sockets > 1 and _run(samples, socket) >= BLOCK
         lift = False
-        if target is not None and samples and samples[-1].socket == order[0]:
+        if target and samples and samples[-1].socket == order[0]:
             lift = self._pool.lifted(samples, position, target)
         steps = zip(self._route[0], self._route[1].tolist(), strict=False)
         advice = Advice(
@@ -185,7 +185,7 @@ class PoseSelector:
 
         Poses of earlier placements of the arm count as well: a new one begins with what they tell.
         """
-        if posterior is not None:
+        if posterior:
             return design.from_fit(posterior)
         state, taken = self._prior([samples, *(part.samples for part in self._earlier)])
         for q, socket in taken:

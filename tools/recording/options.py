@@ -214,7 +214,7 @@ class RecordOptions(
             keyboard = ConsoleKeyboard(msvcrt)
         elif has_keyboard():
             keyboard = Keyboard()
-        if self.keys is not None:
+        if self.keys:
             try:
                 file = stack.enter_context(self.keys.open("rb"))
             except OSError as error:

@@ -116,7 +116,7 @@ def _guidance(start: SessionStart, distance: float) -> BackgroundGuidance:
         "sockets": start.metadata.sockets,
         "turn": math.inf if options.turn is None else math.radians(options.turn),
     }
-    if options.calibration is not None:
+    if options.calibration:
         settings["calibration"] = one_arm(options.calibration)
         settings["target"] = options.samples
     else:
@@ -134,7 +134,7 @@ def _title(options: RecordOptions, robot: str, session: Session) -> str:
 
 
 @contextmanager
-def _undisturbed() -> Generator[None, None, None]:
+def _undisturbed() -> Generator[None]:
     """Keep the library's log off the screen, and garbage collection off all that is loaded."""
     log = logging.getLogger("mukca")
     before = (log.handlers, log.propagate)
@@ -172,8 +172,7 @@ def driver_elsewhere(driver: str) -> str | None:
         return driver
     path, mark, options = address.partition("?")
     here = Path(path)
-    folders = sorted(file.parent for file in here.parent.glob(f"*/{SAMPLES}"))
-    for folder in folders:
+    for folder in sorted(file.parent for file in here.parent.glob(f"*/{SAMPLES}")):
         if folder > here and _origin(folder).get("driver") != PRACTICE:
             return f"{PRACTICE}:{folder}{mark}{options}"
     return None

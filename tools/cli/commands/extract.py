@@ -63,7 +63,7 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
         _show(rests, log, terminal)
     folders = extract.placements_of(rests, robot.joint_names, options.distance)
     outputs: dict[str, str] = {}
-    if options.out is not None and folders:
+    if options.out and folders:
         metadata = {
             "robot": robot.name,
             "joints": list(robot.joint_names),

@@ -145,7 +145,7 @@ def _recorded(
 
 
 @contextmanager
-def _interruptible() -> Generator[None, None, None]:
+def _interruptible() -> Generator[None]:
     """Let Ctrl-C end the program at once while it loads and connects, with nothing open to lose."""
 
     def end(number: int, frame: FrameType | None) -> None:

@@ -105,7 +105,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
         yield Step(text, command, "a smaller error, as far as postures differ")
         return
     text = f"Record another placement {_place_in_words(result)}, all varied, {SAMPLES_ADVISED}"
-    if document.arms is not None:
+    if document.arms:
         text += ", with each of the arms, into folders of one name"
     text += ", and train on it too"
     if not is_proved:
@@ -170,7 +170,7 @@ def _place_in_words(result: Assessment) -> str:
     gap = float(np.linalg.norm(places - place, axis=1).min())
     if gap < BESIDE:
         return "higher or lower than the others, which lie all round"
-    if result.predictions.document.arms is not None:
+    if result.predictions.document.arms:
         return "far from the others"
     return f"about {area(as_point(place))}, {gap:.2f} m from the others"
 

@@ -30,7 +30,7 @@ LEAST_BLANK = 10.0
 def display_of(name: str, unit: str) -> Display:
     """Return the looks of a parameter, or of a group of them, by its name and SI unit."""
     effect = effect_named(name)
-    if effect is not None:
+    if effect:
         return effect.display
     return _ORIGINS.get(unit, Display(unit))
 
