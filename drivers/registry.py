@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import MukcaError, read_json
-from .driver import Driver, DriverError, Reason
+from .driver import Driver, DriverError, ModelNames, Reason
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def try_plugin(info: DriverInfo) -> DriverInfo:
 
 
 def open_driver(
-    driver: str, address: str | None = None, joint_names: Sequence[str] | None = None
+    driver: str, address: str | None = None, joint_names: ModelNames = None
 ) -> Driver:
     """Connect to a robot, to read its joint states.
 

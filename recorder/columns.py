@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .cells import number_of
+from .cells import Cells, number_of
 from .recording_error import RecordingError
 from .words import OTHER_UNITS, SIZES, WORDS, Words, all_match, is_word, words_of
 
@@ -115,12 +115,12 @@ def header_of(
     return header
 
 
-def count_numbers(cells: Sequence[str]) -> int:
+def count_numbers(cells: Cells) -> int:
     """Return how many cells are numbers."""
     return sum(number_of(cell) is not None for cell in cells)
 
 
-def are_units(cells: Sequence[str]) -> bool:
+def are_units(cells: Cells) -> bool:
     """Return whether a line holds units: no number, and at least one that is known."""
     units = {cell.strip(" []()").lower() for cell in cells}
     return not (count_numbers(cells) or units.isdisjoint({*SIZES, *OTHER_UNITS}))

@@ -162,7 +162,7 @@ def find_joints(
     columns = [*joints, *beside]
     names = [column.name for column in columns]
     match = match_joints(names[: len(joints)], joint_names, beside=names[len(joints) :])
-    if match is None:
+    if not match:
         return None
     if match.note and {names[i].lower() for i in match.order}.issuperset(AXES):
         return None

@@ -69,7 +69,7 @@ def _parsed(words: str) -> tuple[str, list[str], str]:
         RecordingError: They are no specification of columns, or count downwards.
     """
     match = _SPEC.fullmatch(words.strip())
-    if match is None or match[1] not in _NAMES:
+    if not match or match[1] not in _NAMES:
         raise RecordingError(
             f"--columns {words!r}: write {EXAMPLE}; there are {', '.join(_NAMES)}"
         )
@@ -93,7 +93,7 @@ def _expanded(words: str) -> list[str]:
     parts: list[str] = []
     for name in map(str.strip, words.split(",")):
         span = _RANGE.fullmatch(name)
-        if span is None:
+        if not span:
             parts.append(name)
             continue
         before, first, last, after = span.groups()

@@ -87,7 +87,7 @@ def _text(archive: ZipFile, part: str, strings: list[str]) -> str:
     rows: dict[int, dict[int, str]] = {}
     for cell in _root(archive, part).iter(f"{_MAIN}c"):
         match = _PLACE.fullmatch(cell.get("r", ""))
-        if match is None:
+        if not match:
             raise ValueError(part)
         column = 0
         for letter in match[1]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..errors import is_number
 from .cells import (
+    Cells,
     number_of,
     records_of,
     require_columns,
@@ -26,7 +27,6 @@ from .columns import GARBLED, Column, Line, are_units, column_of, header_of
 from .recording_error import EmptyRecordingError, RecordingError
 from .words import SIZES
 
-Cells = tuple[str, ...]
 Arranged = Callable[[list[Line], str], tuple[list[Line], list[str]]]
 
 
@@ -198,7 +198,7 @@ def table_of(
     return Table(file, header, lines, rows, units, comment, tuple(notes))
 
 
-def _fitting(file: Path, line: int, cells: Sequence[str], width: int) -> Cells:
+def _fitting(file: Path, line: int, cells: Cells, width: int) -> Cells:
     """Return the cells of a row, which must be as many as are expected."""
     cells = trimmed(cells, width)
     if len(cells) != width:

@@ -117,9 +117,10 @@ def _animation(pictures: Sequence[Image.Image]) -> bytes:
     """Return a GIF file of pictures, at twice the speed of the motion; the last one stays."""
     # All share the last one's colours: where nothing moves, nothing is stored.
     palette = pictures[-1].quantize(COLOURS)
-    images: list[Image.Image] = []
-    for picture in pictures:
-        images.append(picture.quantize(palette=palette, dither=Image.Dither.NONE))
+    images = [
+        picture.quantize(palette=palette, dither=Image.Dither.NONE)
+        for picture in pictures
+    ]
     first, *later_images = images
     duration = round(1e3 * INTERVAL / 2)
     gif = io.BytesIO()

@@ -152,7 +152,7 @@ def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -
 
 def _plot(result: SimulationDocument) -> Plot:
     """Return the trials one by one, of each model."""
-    models = (result,) if result.beside is None else (result.beside, result)
+    models = (result.beside, result) if result.beside else (result,)
     if result.drawing:
         return plot("lines", *map(_lines, models))
     hole = result.hole or PEG

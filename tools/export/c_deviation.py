@@ -103,7 +103,7 @@ def _tables(posterior: Posterior, unknowns: list[int], turn: np.ndarray) -> Tabl
     Sigma = covariance_of(posterior)
     rows = np.eye(len(Sigma))[unknowns]
     variances = np.zeros((0, KNOTS))
-    if posterior.deflection.curves:
+    if posterior.deflection.curves is not None:
         scalars = posterior.model.scalars
         m = len(posterior.model.robot.actuated)
         curves = Sigma[scalars:, scalars:].reshape(KNOTS, m, KNOTS, m)

@@ -46,7 +46,7 @@ class Zero:
 def write(request: Request) -> Exported:
     """Return the new file, the URDF that goes with it, and the digests of what they are from."""
     make = request.options.get("servos")
-    if request.like is None or make is None:
+    if not request.like or make is None:
         raise ExportError(
             "--to lerobot needs --like FILE, the arm's present calibration file, and --servos "
             f"{' or '.join(SIGNS)}"

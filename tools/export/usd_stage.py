@@ -52,7 +52,7 @@ class UsdStage:
             raise ExportError(
                 "usd-core is not installed; install the extra: pip install 'mukca[usd]'"
             ) from None
-        if request.like is None or not request.like.is_file():
+        if not request.like or not request.like.is_file():
             raise ExportError(
                 f"--to usd needs --like FILE, your own USD model; {request.like} is no file"
             )

@@ -124,7 +124,7 @@ def sheet_of(
         lead=f"{parts}, {samples}, {lead}.",
         heads=("model", "mean", "95 % below", "largest"),
         rows=_rows(report.summary),
-        paragraphs=[] if report.error_parts is None else [report.error_parts.text],
+        paragraphs=[report.error_parts.text] if report.error_parts else [],
     )
     limits = Section(
         title="Limits",
@@ -218,8 +218,8 @@ def _rows(summary: RoleSummaries) -> list[list[str]]:
     rows: list[list[str]] = []
 
     def add(title: str, metrics: Metrics, quantiles: Quantiles | None) -> None:
-        p95 = UNKNOWN if quantiles is None else mm(quantiles.p95, 3)
-        largest = metrics.max_error if quantiles is None else quantiles.max
+        p95 = mm(quantiles.p95, 3) if quantiles else UNKNOWN
+        largest = quantiles.max if quantiles else metrics.max_error
         mean = mm(metrics.mean_absolute_error, 3)
         rows.append([title, mean, p95, mm(largest, 3)])
 

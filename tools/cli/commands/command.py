@@ -194,7 +194,7 @@ def written(
     if out:
         results.write_files(out.parent, {out.name: ("\n".join(lines) + "\n").encode()})
         terminal.say(f"Wrote {plural(len(lines) - 1, 'row')} to {out}")
-    outputs = [] if out is None else [str(out)]
+    outputs = [str(out)] if out else []
     terminal.emit({"columns": [*header], "rows": values, "outputs": outputs})
 
 

@@ -37,14 +37,7 @@ class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
     units: str | None = None
     efforts: bool = False
     window: float = WINDOW
-    still: float | None = cli.option(
-        None,
-        "an arm whose standard deviation over the window is larger is not still (default: {}, "
-        "or the step of its encoders)",
-        "RAD",
-        between=cli.SPREADS,
-        usual=STILL,
-    )
+    still: float | None = None
     out: Path | None = None
 
 

@@ -90,7 +90,7 @@ def _calibration_of(
     options: RecordOptions, joint_names: Sequence[str]
 ) -> "calibration.Calibration | None":
     """Return the calibration that samples are held against; refuse that of another robot."""
-    if options.calibration is None:
+    if not options.calibration:
         return None
     calibrated = calibration.load_calibration(one_arm(options.calibration))
     if calibrated.robot.joint_names != joint_names:

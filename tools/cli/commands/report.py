@@ -59,7 +59,7 @@ def _report(options: _ReportOptions, terminal: cli.Terminal) -> int:
         content = report.certificate(document, document_of_report, kind, notes)
         signed[sheet.name] = content
         new_files(sheet.parent, signed, force=options.force)
-    folder = options.calibration.parent if options.out is None else options.out
+    folder = options.out or options.calibration.parent
     written = _report_written(options, folder, files)
     report.show(terminal.console, document_of_report)
     written_with = document.provenance.output_sha256

@@ -22,7 +22,7 @@ NEIGHBOURS = ((0, 1), (0, -1), (-1, 0), (1, 0))
 
 def error_map(report: ReportDocument) -> Plot | None:
     """Standard deviation of distances from the trained placements to each place, from above."""
-    outlook = None if report.outlook is None else report.outlook.map
+    outlook = report.outlook and report.outlook.map
     if outlook is None:
         return None
     places = from_above(outlook.cells)
