@@ -276,6 +276,7 @@ def test_the_contract_runs_on_hardware(tmp_path):
     with emulated_program("ur", tmp_path) as emulation:
         command = [sys.executable, "-m", "pytest", __file__, "-k", "TestHardware", "-q"]
         command += ["-p", "no:xdist", "-p", "no:cacheprovider", "--rootdir", str(ROOT)]
+        command += ["--confcutdir", str(ROOT / "tests")]  # for a clone of any name
         command += ["--hardware", f"ur={emulation.address}"]
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
         emulation.stop()

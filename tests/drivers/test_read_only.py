@@ -90,10 +90,11 @@ def test_commands_would_be_found(name, command, channel, message):
     assert not allowed(name, channel, bytes.fromhex(message)), command
 
 
-def test_kortex_is_asked_for_feedback_alone():
+def test_kortex_is_asked_for_feedback_and_its_number_alone():
     with kortex_arm() as arm, open_driver("kinova", arm.address) as driver:
         for _ in range(20):
             driver.read(1)
+    assert arm.calls.pop(3) == "GetSerialNumber"
     assert set(arm.calls[2:-2]) == {"RefreshFeedback"}
     assert arm.calls[:2] == ["connect", "CreateSession"]
     assert arm.calls[-2:] == ["CloseSession", "disconnect"]

@@ -172,7 +172,7 @@ def driver_elsewhere(driver: str) -> str | None:
         return driver
     path, mark, options = address.partition("?")
     here = Path(path)
-    for folder in sorted(file.parent for file in here.parent.glob(f"*/{SAMPLES}")):
+    for folder in sorted({file.parent for file in here.parent.glob("*/*.csv")}):
         if folder > here and _origin(folder).get("driver") != PRACTICE:
             return f"{PRACTICE}:{folder}{mark}{options}"
     return None

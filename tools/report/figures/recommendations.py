@@ -224,7 +224,9 @@ def _measure(
     before = abs(scale.value) * _SPAN
     after = deviation * _SPAN
     if before <= after:
-        yield Step(text, command, f"the arm's size to {mm(after)} in {_SPAN:g} m")
+        yield Step(
+            text, command, f"the arm's size is known to {mm(after)} in {_SPAN:g} m"
+        )
         return
     words = (
         f"if you read another distance, an error of {mm(before)} in every {_SPAN:g} m falls to "
