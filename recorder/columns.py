@@ -47,7 +47,11 @@ class Column:
         )
 
 
-def column_of(index: int, cell: str, below: str = "") -> Column:
+def column_of(
+    index: int,
+    cell: str,
+    below: str = "",
+) -> Column:
     """Return the column that a header's cell names, and the cell below it where units stand."""
     name = cell.strip()
     unit = below.strip(" []()")

@@ -1,11 +1,15 @@
 """Names of coordinates: places x, y, z and turns, as programs call them."""
 
+import math
 import re
 from collections.abc import Sequence
 from itertools import chain, product
 
+import numpy as np
+
 from .columns import Column
 from .joint_columns import COMMANDS, ColumnError, Ways, in_one_way
+from .recording_error import RecordingError
 from .words import COORDINATES, LETTERS, WORDS, Names, Words, any_match
 
 AXES = ("x", "y", "z")
@@ -26,7 +30,9 @@ _HOMOGENEOUS = re.compile(
 
 
 def match_coordinates(
-    columns: Sequence[Column], names: Names, reserved: str = ""
+    columns: Sequence[Column],
+    names: Names,
+    reserved: str = "",
 ) -> list[Column] | None:
     """Return the columns called as wanted, with one beginning for all; None where one lacks.
 
@@ -103,3 +109,77 @@ def place_of(columns: Sequence[Column]) -> list[Column]:
         return match_coordinates(columns, AXES) or []
     except ColumnError:
         return []
+
+
+_ROUNDED = 0.01
+"""Largest deviation from 1 of the length of a quaternion that was written with few digits."""
+
+
+def unit_quaternion(
+    turn: Sequence[float],
+    form: Names,
+    where: str,
+) -> tuple[float, float, float, float]:
+    """Return the unit quaternion of a rotation in one of the forms :data:`.TURNS`; refuse others.
+
+    ``where`` begins the message.
+
+    Raises:
+        RecordingError: The quaternion's length is not 1, or the matrix is no rotation.
+    """
+    quaternion = list(turn)
+    if tuple(form) in (RPY, FANUC):
+        quaternion = _of_rpy(*turn)
+    elif tuple(form) == KUKA:
+        quaternion = _of_rpy(*turn[::-1])
+    elif len(turn) == 3:
+        angle = math.hypot(*turn)
+        share = math.sin(angle / 2) / angle if angle else 0.5
+        quaternion = [*(share * value for value in turn), math.cos(angle / 2)]
+    elif len(turn) == 9:
+        quaternion = _of_matrix(turn, where)
+    length = math.hypot(*quaternion)
+    if abs(length - 1) > _ROUNDED:
+        raise RecordingError(
+            f"{where}: the quaternion {','.join(QUATERNION)} has length {length:.4g} instead of "
+            "1; are these its four columns, and not degrees or a rotation vector?"
+        )
+    qx, qy, qz, qw = [value / length for value in quaternion]
+    return qx, qy, qz, qw
+
+
+def _of_rpy(
+    roll: float,
+    pitch: float,
+    yaw: float,
+) -> list[float]:
+    """Return the quaternion of turns about x, then y, then z of the fixed frame [rad]."""
+    sr, sp, sy = np.sin(np.array([roll, pitch, yaw]) / 2).tolist()
+    cr, cp, cy = np.cos(np.array([roll, pitch, yaw]) / 2).tolist()
+    return [
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    ]
+
+
+def _of_matrix(rotation: Sequence[float], where: str) -> list[float]:
+    """Return the quaternion of a rotation's nine numbers, row by row."""
+    a, b, c, d, e, f, g, h, i = rotation
+    # four times the outer product of the quaternion with itself; its largest column is the surest
+    squares = np.array(
+        [
+            [1 + a - e - i, b + d, c + g, h - f],
+            [b + d, 1 - a + e - i, f + h, c - g],
+            [c + g, f + h, 1 - a - e + i, d - b],
+            [h - f, c - g, d - b, 1 + a + e + i],
+        ]
+    )
+    largest = squares[squares.diagonal().argmax()]
+    quaternion = largest / np.linalg.norm(largest)
+    if np.abs(squares - 4 * np.outer(quaternion, quaternion)).max() > 4 * _ROUNDED:
+        raise RecordingError(
+            f"{where}: r11 to r33 are no rotation; are these its rows?"
+        )
+    return quaternion.tolist()

@@ -18,7 +18,12 @@ PATIENCE = 5.0
 """Time in which another program ends a change of a file [s]; only a recorder takes longer."""
 
 
-def append_bytes(descriptor: int, data: bytes, *, sync: bool = True) -> None:
+def append_bytes(
+    descriptor: int,
+    data: bytes,
+    *,
+    sync: bool = True,
+) -> None:
     """Append to an open file, and wait until it is on the disk, or do not (``sync``).
 
     Raises:

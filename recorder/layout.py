@@ -36,7 +36,9 @@ class Rows:
 
 
 def read_rows(
-    file: Path, joint_names: Names = (), forms: Sequence[Names] = ((),)
+    file: Path,
+    joint_names: Names = (),
+    forms: Sequence[Names] = ((),),
 ) -> Rows:
     """Read a model's joints from a file, and one of some forms beside them.
 
@@ -52,7 +54,11 @@ def read_rows(
     return rows_of(read_table(file, joint_names), joint_names, forms)
 
 
-def rows_of(table: Table, joint_names: Names, forms: Sequence[Names] = ((),)) -> Rows:
+def rows_of(
+    table: Table,
+    joint_names: Names,
+    forms: Sequence[Names] = ((),),
+) -> Rows:
     """Return the rows of a table as :func:`read_rows` does."""
     require_samples(table.labels, joint_names, table.file)
     columns, form, note = _Search(table, joint_names, forms).columns()
@@ -145,7 +151,9 @@ class _Search:
 
 
 def find_joints(
-    table: Table, joint_names: Names, reserved: Sequence[Column] = ()
+    table: Table,
+    joint_names: Names,
+    reserved: Sequence[Column] = (),
 ) -> tuple[list[Column], str] | None:
     """Return the columns of a model's joints in chain order, and a remark; None without them.
 

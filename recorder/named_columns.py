@@ -122,7 +122,12 @@ class _Source:
             columns.setdefault(str(column.index + 1), [column])
         return cls(table, columns)
 
-    def sum(self, words: str, unit: str, where: str) -> tuple[np.ndarray, list[Column]]:
+    def sum(
+        self,
+        words: str,
+        unit: str,
+        where: str,
+    ) -> tuple[np.ndarray, list[Column]]:
         """Return a sum of columns, in radians or metres by their header, else by the unit said.
 
         Raises:

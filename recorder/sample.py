@@ -71,7 +71,11 @@ class Sample:
         return f"Sample({self.number or 'unnumbered'}, {place}: {position})"
 
 
-def sample_name(number: int, place: int, socket: int) -> str:
+def sample_name(
+    number: int,
+    place: int,
+    socket: int,
+) -> str:
     """Return a sample by the recorder's number, or where that is 0 by its place in its socket."""
     return f"sample {number}" if number else f"sample {place} of socket {socket}"
 

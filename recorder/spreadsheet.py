@@ -82,7 +82,11 @@ def _words(element: ElementTree.Element) -> str:
     return " ".join("".join(texts).split())
 
 
-def _text(archive: ZipFile, part: str, strings: list[str]) -> str:
+def _text(
+    archive: ZipFile,
+    part: str,
+    strings: list[str],
+) -> str:
     """Return the cells of a sheet as CSV; a ValueError where one has no place or two."""
     rows: dict[int, dict[int, str]] = {}
     for cell in _root(archive, part).iter(f"{_MAIN}c"):

@@ -63,7 +63,11 @@ class StreamLog:
         RecordingError: The file exists, or cannot be written.
     """
 
-    def __init__(self, file: Path, joints: Sequence[str]) -> None:
+    def __init__(
+        self,
+        file: Path,
+        joints: Sequence[str],
+    ) -> None:
         self.file = file
         self.trouble: str | None = None
         """Reason why no more is kept; None while all is well."""
@@ -75,7 +79,11 @@ class StreamLog:
             self._fd = os.open(file, flags, 0o666)
             append_bytes(self._fd, head.encode() + b"\n")
 
-    def add(self, state: JointState, connection: int) -> None:
+    def add(
+        self,
+        state: JointState,
+        connection: int,
+    ) -> None:
         """Keep a state; one with another number of joints, or with no numbers, is passed over."""
         second, radian, newton_metre = [1 / digit for digit in DIGITS]
         try:

@@ -79,7 +79,11 @@ def _joints_by_name(columns: Sequence[Column], count: int) -> list[Column]:
     return []
 
 
-def _without_pose(table: Table, columns: Sequence[Column], has_place: bool) -> int:
+def _without_pose(
+    table: Table,
+    columns: Sequence[Column],
+    has_place: bool,
+) -> int:
     """Return how many of some columns stand before the place and the turn, by their numbers."""
     if has_place:
         return len(columns)
@@ -110,7 +114,9 @@ _BY_ROWS = tuple(n for i in range(3) for n in (*MATRIX[3 * i : 3 * i + 3], AXES[
 
 
 def _pose(
-    table: Table, place: list[Column], others: list[Column]
+    table: Table,
+    place: list[Column],
+    others: list[Column],
 ) -> tuple[list[Column], dict[str, Column]]:
     """Return the columns of a place, and those of its turn by name, where there is one."""
     if not place:
@@ -156,7 +162,9 @@ def _called(table: Table, column: Column) -> str:
 
 
 def _unit(
-    table: Table, columns: Sequence[Column], units: tuple[float, str, str]
+    table: Table,
+    columns: Sequence[Column],
+    units: tuple[float, str, str],
 ) -> str:
     """Return the unit of columns that name none, by how large their numbers are."""
     if not columns or any(column.unit for column in columns):

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from .coordinates import AXES, MATRIX, TURNS, place_of
+from .coordinates import AXES, MATRIX, TURNS, place_of, unit_quaternion
 from .joined_tables import joined_name, read_joined
 from .markers import body_of, marker_columns
 from .named_columns import NamedColumns, named_columns
 from .placement import Placement
-from .points import placement_of_points, unit_quaternion
+from .points import placement_of_points
 from .recording_error import NoColumnsError, RecordingError, UnitError
 from .sample import LAST_SOCKET, Sample
 from .suggestion import suggestion, turn_advice
@@ -22,7 +22,9 @@ _LISTED = 8
 
 
 def read_table_placement(
-    path: Path, columns: Sequence[str] = (), on: str = ""
+    path: Path,
+    columns: Sequence[str] = (),
+    on: str = "",
 ) -> Placement:
     """Return the placement of a table, or of several whose rows belong together.
 
@@ -88,7 +90,11 @@ def _place_by_names(table: Table) -> tuple[NamedColumns, list[str]]:
     return NamedColumns(numbers, (), (*columns,)), [remark]
 
 
-def _placement(table: Table, named: NamedColumns, name: str) -> Placement:
+def _placement(
+    table: Table,
+    named: NamedColumns,
+    name: str,
+) -> Placement:
     """Return the placement of columns that are named; what is not named is found by names."""
     numbers, names, used = {**named.numbers}, named.joints, named.used
     remarks: list[str] = []

@@ -92,7 +92,10 @@ class Table:
         return np.array(self.numbers(columns, gaps=True))
 
     def numbers(
-        self, columns: Sequence[Column], *, gaps: bool = False
+        self,
+        columns: Sequence[Column],
+        *,
+        gaps: bool = False,
     ) -> list[tuple[float, ...]]:
         """Return the numbers of some columns in radians and metres, row by row.
 
@@ -198,7 +201,12 @@ def table_of(
     return Table(file, header, lines, rows, units, comment, tuple(notes))
 
 
-def _fitting(file: Path, line: int, cells: Cells, width: int) -> Cells:
+def _fitting(
+    file: Path,
+    line: int,
+    cells: Cells,
+    width: int,
+) -> Cells:
     """Return the cells of a row, which must be as many as are expected."""
     cells = trimmed(cells, width)
     if len(cells) != width:

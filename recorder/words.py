@@ -52,6 +52,9 @@ def is_word(word: str) -> bool:
     return not word.isdecimal()
 
 
-def all_match(kind: re.Pattern[str], words: Sequence[str]) -> bool:
+def all_match(
+    kind: re.Pattern[str],
+    words: Sequence[str],
+) -> bool:
     """Tell whether all words are of a kind."""
     return all(map(kind.fullmatch, words))

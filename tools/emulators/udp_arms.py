@@ -83,7 +83,12 @@ class FrankaEmulator(DatagramEmulator):
         elif command == GET_ROBOT_MODEL.get(int(self.version)):
             self._reply(command, identifier, b"\0" + FRANKA["model"].encode())
 
-    def _connect(self, identifier: int, version: int, port: int) -> None:
+    def _connect(
+        self,
+        identifier: int,
+        version: int,
+        port: int,
+    ) -> None:
         is_unknown = self.faults.is_active("version", self.moment)
         offered = 99 if is_unknown else int(self.version)
         refused = version != offered
@@ -93,7 +98,12 @@ class FrankaEmulator(DatagramEmulator):
             self._target = (client.getpeername()[0], port)
             self.streaming = True
 
-    def _reply(self, command: int, identifier: int, payload: bytes) -> None:
+    def _reply(
+        self,
+        command: int,
+        identifier: int,
+        payload: bytes,
+    ) -> None:
         header = struct.pack("<III", command, identifier, 12 + len(payload))
         self._tcp.send(header + payload)
 

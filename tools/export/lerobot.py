@@ -91,7 +91,10 @@ def write(request: Request) -> Exported:
 
 
 def with_zeros(
-    like: Path, make: str, joints: Sequence[str], ticks: Mapping[str, int]
+    like: Path,
+    make: str,
+    joints: Sequence[str],
+    ticks: Mapping[str, int],
 ) -> bytes:
     """Return lerobot's file, by which the positions of some of an arm's joints grow by ticks."""
     motors = read_lerobot(like)

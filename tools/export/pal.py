@@ -65,7 +65,10 @@ def _kept(request: Request) -> str:
 
 
 def _merged(
-    request: Request, text: str, joints: Sequence[str], entries: Sequence[str]
+    request: Request,
+    text: str,
+    joints: Sequence[str],
+    entries: Sequence[str],
 ) -> str:
     """Return a file's text with other entries of some joints."""
     block = _BLOCK.search(text)

@@ -152,7 +152,11 @@ class UsdStage:
         T[:3, 3] = self.unit * np.array(place, dtype=float)
         return T
 
-    def text(self, folder: Path, about: str) -> bytes:
+    def text(
+        self,
+        folder: Path,
+        about: str,
+    ) -> bytes:
         """Return the layer's text, which finds the model from a folder."""
         del self.stage
         self.layer.customLayerData = {"mukca": about}
