@@ -40,8 +40,9 @@ def suggestion(table: Table, count: int = 0) -> str:
     joints = _joints_by_name(columns, count)
     others = [c for c in columns if c not in joints and _tells(c)]
     if not joints:
-        joints = others[: count or _without_pose(table, others, bool(place))]
-        others = others[len(joints) :]
+        size = count or (len(others) if place else _before_pose(table, others))
+        joints = others[:size]
+        others = others[size:]
     turn: dict[str, Column] = {}
     if not markers:
         place, turn = _pose(table, place, others)
@@ -79,14 +80,8 @@ def _joints_by_name(columns: Sequence[Column], count: int) -> list[Column]:
     return []
 
 
-def _without_pose(
-    table: Table,
-    columns: Sequence[Column],
-    has_place: bool,
-) -> int:
+def _before_pose(table: Table, columns: Sequence[Column]) -> int:
     """Return how many of some columns stand before the place and the turn, by their numbers."""
-    if has_place:
-        return len(columns)
     count = len(columns)
     for end in (12, 7):
         if count > end and _turn_within(table, columns[-end:]):
