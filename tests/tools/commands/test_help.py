@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from contextlib import redirect_stdout, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import get_type_hints
 
@@ -15,9 +16,12 @@ from cases import by_table
 from kept import compare
 
 import mukca
+from mukca.recorder import SOCKETS
+from mukca.recorder.stream import STILL
 from mukca.solver.assessment.verdict import STAMPS
 from mukca.solver.calibration import OPTION_TABLE, CalibrateOptions, SolveOptions
 from mukca.tools.cli import VERBS, main
+from mukca.tools.recording import RecordOptions
 
 SCREENS = Path(__file__).with_name("screens")
 
@@ -65,6 +69,15 @@ def test_the_help_of_solve_has_each_verdict_with_its_status():
     for (status, kind), title in STAMPS.items():
         if status != "pass" and kind != "not_validated":  # of samples recorded later
             assert title in statuses[1 if status == "fail" else 2]
+
+
+def test_the_help_of_record_has_the_defaults_that_hold():
+    options = RecordOptions(driver="mock", out=Path("new"), robot="panda")
+    words = " ".join(shown("record", "--help-all").split())
+    assert f"1 to 10 (default: {SOCKETS})" in words
+    assert f"samples for each socket (default: {options.samples})" in words
+    assert f"is not still (default: {STILL}, or" in words
+    assert f"take {replace(options, calibration=Path('arm')).samples} samples in each" in words
 
 
 @by_table("line", "words")
