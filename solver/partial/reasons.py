@@ -168,11 +168,12 @@ def _of_small_errors(changes: Changes, errors: LaterErrors) -> Reason:
     if not changes.likeliest and errors.limits.mean_absolute_error.value is None:
         reason = errors.rows[0].reason
         return Reason(f"whether it still holds is not known: {reason}.")
-    checks = row_of["data_checks"]
+    checks, error = row_of["data_checks"], row_of.get("mean_absolute_error")
     if checks.status != "pass":
-        text = f"within its limits ({errors.figures}), but look: {checks.text}."
-        return Reason(text)
-    error = row_of.get("mean_absolute_error")
+        words = f"errors of {errors.figures}; look"
+        if error is not None and error.status == "pass":
+            words = f"within its limits ({errors.figures}), but look"
+        return Reason(f"{words}: {checks.text}.")
     odds = f": {odds}" if (odds := _odds(changes)) else ""
     if error is None or error.status != "warning":
         return Reason(f"still valid ({errors.figures}){odds}.")

@@ -235,13 +235,14 @@ class PoseSelector:
         position: Sequence[float] | None,
     ) -> tuple[Configuration | None, float]:
         """Return the next pose of a short way, and the gain of the pose that teaches most."""
-        pools = {k: self._pool.candidates(samples, k) for k in dict.fromkeys(order)}
+        # a socket without a sample is near the others, in the order or not
+        sockets = dict.fromkeys([*order, *range(self._sockets)])
+        pools = {k: self._pool.candidates(samples, k) for k in sockets}
         reached = [pool for pool in pools.values() if len(pool)]
         if not reached:
             self._route = _NO_ROUTE
             return None, 0.0
-        # a socket without a sample is near the others
-        pools = {k: pool if len(pool) else reached[0] for k, pool in pools.items()}
+        pools = {k: pools[k] if len(pools[k]) else reached[0] for k in order}
         start = None if position is None else np.array(position)
         route = self._rest(order)
         if self._curved:

@@ -12,13 +12,14 @@ from types import FrameType
 
 from .... import recorder
 from ....recorder import terminal as recorder_terminal
-from ....solver import calibration, partial
+from ....solver import calibration
 from ....solver.assessment import plural
 from ....solver.calibration import UsageError
 from ... import recording, simulation
 from ...recording import RecordOptions
 from ...report import figures
 from .. import Terminal, one_arm
+from .validate import judged
 
 LEAST_POSES = 5
 """Poses below which a quick session says nothing."""
@@ -72,7 +73,9 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         terminal.say(words)
         return status
     placement = recorder.read_placement(options.out)
-    changes = partial.what_changed(calibrated, placement, ball_moved=options.quick)
+    settings = calibration.SolveOptions()
+    changes, done = judged(calibrated, [placement], settings, ball_moved=options.quick)
+    terminal.warn(*map(str, done))
     terminal.say(changes.text, *changes.not_shown)
     return changes.verdict.exit_status
 
