@@ -19,7 +19,6 @@ from ..identification.data import (
     tip_shift,
 )
 from ..identification.model import probabilities_by_name
-from ..results import target_predictions
 from .evidence import (
     DIVERGED,
     EVERYTHING,
@@ -188,10 +187,9 @@ def _nearest_cause(
     offset = float(system.shift[zeros[joint]])
     offsets = offset * (np.arange(len(zeros)) == joint)
     shifted = [m.shifted(offsets) for m in data]
-    robot, arms = task.prior.robot, {"": calibration.calibrated}
-    predictions = [target_predictions(arms, m, {"": {}}, put_on=True) for m in shifted]
-    errors = [p[""].metrics(m) for p, m in zip(predictions, shifted, strict=True)]
-    metrics = mean_metrics(errors)
+    robot = task.prior.robot
+    errors = calibration.errors_of(shifted, other_tip=True)
+    metrics = mean_metrics([row.calibrated for row in errors])
     unit = "m" if robot.actuated[joint].type == "prismatic" else "rad"
     return NearestCause(
         robot.joint_names[joint], offset, metrics.mean_absolute_error, unit
