@@ -106,7 +106,7 @@ def _guidance(start: SessionStart, distance: float) -> BackgroundGuidance:
         "sockets": start.metadata.sockets,
         "turn": math.inf if options.turn is None else math.radians(options.turn),
     }
-    if options.calibration is not None:
+    if options.calibration:
         settings["calibration"] = one_arm(options.calibration)
         settings["target"] = options.samples
     else:
@@ -124,7 +124,7 @@ def _title(options: RecordOptions, robot: str, session: Session) -> str:
 
 
 @contextmanager
-def _undisturbed() -> Generator[None, None, None]:
+def _undisturbed() -> Generator[None]:
     """Keep the library's log off the screen, and garbage collection off all that is loaded."""
     log = logging.getLogger("mukca")
     before = (log.handlers, log.propagate)

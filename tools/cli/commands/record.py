@@ -93,7 +93,7 @@ def _calibration_of(
     options: RecordOptions, joint_names: Sequence[str]
 ) -> "calibration.Calibration | None":
     """Return the calibration that samples are held against; refuse that of another robot."""
-    if options.calibration is None:
+    if not options.calibration:
         return None
     calibrated = calibration.load_calibration(one_arm(options.calibration))
     if calibrated.robot.joint_names != joint_names:
@@ -148,7 +148,7 @@ def _recorded(
 
 
 @contextmanager
-def _interruptible() -> Generator[None, None, None]:
+def _interruptible() -> Generator[None]:
     """Let Ctrl-C end the program at once while it loads and connects, with nothing open to lose."""
 
     def end(number: int, frame: FrameType | None) -> None:

@@ -100,7 +100,7 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     lines = [*validity.odds, *validity.not_shown] if is_proved else []
     terminal.say(validity.text)
     show_errors(errors, terminal, short=len(errors) > MOST_PLACEMENTS)
-    if is_proved and errors.summary.train is not None:
+    if is_proved and errors.summary.train:
         lines.append(
             "The calibration was trained on some of these placements: their errors prove little."
         )

@@ -80,7 +80,7 @@ def solve_command(
     """
     roles = moves or {}
     settings = {**document.settings, **(settings_given or {})}
-    arms = () if document.arms is None else document.arms.arms
+    arms = document.arms.arms if document.arms else ()
 
     def folders(role: Role) -> list[str]:
         rows = [(row.folder, roles.get(row.name, row.role)) for row in document.data]
