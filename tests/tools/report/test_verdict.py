@@ -469,7 +469,7 @@ def test_another_placement_is_recorded_beside_the_others(document, report):
         row["files"] = [str(front.parent / folder / Path(file).name) for file in row["files"]]
         (step,) = report(document)["todo"]
         assert step["command"].endswith(f" --out {front.parent / out}")
-        assert "to its right, 0.10 up, 0." in step["text"].replace(" m", "")
+        assert "to its left, 0.10 up, 0." in step["text"].replace(" m", "")
     row["files"] = [Path(file).name for file in row["files"]]  # of a solve in the placement itself
     assert report(document)["todo"][0]["command"].endswith(" --out ../another")
 
