@@ -55,6 +55,8 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     settings = options.settings
     placements = cli.read_data(options.data, settings, options.table)
     placements = settings.payloads.carried_by(placements, others=True)
+    if settings.distance is None:
+        placements = [partial.on_base_of(calibrated, one) for one in placements]
     load = calibrated.load
     settings = replace(settings, payload=load.payload, gravity=load.gravity)
     for placement in placements:
