@@ -7,13 +7,14 @@ too, from 1, as in ``q=1..6 [deg]``.
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
 
 from .columns import Column, column_of
 from .coordinates import AXES, TURNS
+from .placement import Placement, reordered_sample
 from .recording_error import RecordingError
 from .tables import Table
 from .words import ANGLES, LENGTHS, SIZES
@@ -60,6 +61,50 @@ def named_columns(table: Table, words_of_user: Sequence[str]) -> NamedColumns:
         numbers[name] = np.hstack([*columns_before, np.stack(sums, axis=1)])
         joints += [column_of(0, part).name for part in parts] if name == "q" else []
     return NamedColumns(numbers, tuple(joints), tuple(used))
+
+
+def with_columns(placement: Placement, words_of_user: Sequence[str]) -> Placement:
+    """Return a folder's placement by the columns that a user names, in chain order, with signs.
+
+    Raises:
+        RecordingError: They are more than single columns of joint positions, or are not there.
+    """
+    names = placement.joint_names or ()
+    count = len(placement.samples[0].position)
+    columns = {name: i for i, name in enumerate(names)}
+    columns |= {str(i + 1): i for i in range(count)}
+    order: list[int] = []
+    signs: list[float] = []
+    for words in words_of_user:
+        where = f"{placement.where}: --columns {words!r}"
+        name, parts, unit = _parsed(words)
+        if name != "q" or unit:
+            raise RecordingError(
+                f"{where}: in a folder of samples only joints can be named, without a unit, as in "
+                "'q=1,-2,3'"
+            )
+        for part in parts:
+            column = part.removeprefix("-")
+            if column not in columns:
+                raise RecordingError(
+                    f"{where}: no column {column!r}; there are {', '.join(columns)}"
+                )
+            order.append(columns[column])
+            signs.append(-1.0 if part != column else 1.0)
+    samples = [reordered_sample(sample, order) for sample in placement.samples]
+    turned = [
+        replace(s, effort=s.effort and tuple(np.multiply(signs, s.effort).tolist()))
+        for s in samples
+    ]
+    is_in_order = order == list(range(count))
+    remark = f"{placement.where}: joints as --columns {' '.join(words_of_user)} says"
+    renamed = replace(
+        placement,
+        samples=tuple(turned),
+        joint_names=placement.joint_names if is_in_order else None,
+        remarks=(*placement.remarks, remark),
+    )
+    return renamed.with_positions(renamed.positions * signs)
 
 
 def _parsed(words: str) -> tuple[str, list[str], str]:

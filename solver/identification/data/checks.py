@@ -207,8 +207,11 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
     if excess[row, column] > _FAR_OUTSIDE:
         turned = -positions[:, column]
         if lower[column] <= turned.min() and turned.max() <= upper[column]:
+            parts = [str(i + 1) for i in range(len(robot.actuated))]
+            parts[column] = f"-{parts[column]}"
             raise LimitsError(
-                f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
+                f"{text}; all of its column lies inside with the other sign: is it sign-flipped? "
+                f"Then turn it by --columns 'q={','.join(parts)}'"
             )
         unit = "lengths are metres" if slides else "angles are radians"
         guess = "is it another robot?"
