@@ -64,10 +64,9 @@ def read_placements(
     placements: list[Placement] = []
     skipped: list[RecordingError] = []
     folders = [*find_placements(map(Path, paths))]
-    of_tables = not all(map(Path.is_dir, folders))
+    tables = [path for path in folders if not path.is_dir()]
     for folder in folders:
-        # Beside tables, columns are the tables'.
-        named = () if of_tables and folder.is_dir() else columns
+        named = columns if folder in (tables or folders) else ()
         try:
             placements.append(read_placement(folder, named, on))
         except RecordingError as error:

@@ -71,38 +71,32 @@ def with_columns(placement: Placement, words_of_user: Sequence[str]) -> Placemen
     """
     names = placement.joint_names or ()
     count = len(placement.samples[0].position)
-    columns = {name: i for i, name in enumerate(names)}
-    columns |= {str(i + 1): i for i in range(count)}
-    order: list[int] = []
-    signs: list[float] = []
+    numbers = [str(i + 1) for i in range(count)]
+    columns = [*numbers, *names]
+    parts: list[str] = []
+    where = f"{placement.where}: --columns"
     for words in words_of_user:
-        where = f"{placement.where}: --columns {words!r}"
-        name, parts, unit = _parsed(words)
+        name, joints, unit = _parsed(words)
         if name != "q" or unit:
             raise RecordingError(
-                f"{where}: in a folder of samples only joints can be named, without a unit, as in "
-                "'q=1,-2,3'"
+                f"{where} {words!r}: of samples in a folder name joints alone, as in 'q=1,-2,3'"
             )
-        for part in parts:
-            column = part.removeprefix("-")
-            if column not in columns:
-                raise RecordingError(
-                    f"{where}: no column {column!r}; there are {', '.join(columns)}"
-                )
-            order.append(columns[column])
-            signs.append(-1.0 if part != column else 1.0)
+        parts += joints
+    plain = [part.removeprefix("-") for part in parts]
+    if absent := {*plain}.difference(columns):
+        raise RecordingError(f"{where}: no {absent}; there are {', '.join(columns)}")
+    order = [columns.index(part) % count for part in plain]
+    signs = np.where([part in columns for part in parts], 1.0, -1.0)
     samples = [reordered_sample(sample, order) for sample in placement.samples]
     turned = [
-        replace(s, effort=s.effort and tuple(np.multiply(signs, s.effort).tolist()))
+        replace(s, effort=s.effort and tuple((signs * s.effort).tolist()))
         for s in samples
     ]
-    is_in_order = order == list(range(count))
-    remark = f"{placement.where}: joints as --columns {' '.join(words_of_user)} says"
     renamed = replace(
         placement,
         samples=tuple(turned),
-        joint_names=placement.joint_names if is_in_order else None,
-        remarks=(*placement.remarks, remark),
+        joint_names=names if names and plain in (numbers, [*names]) else None,
+        remarks=(*placement.remarks, f"{where} {' '.join(words_of_user)}"),
     )
     return renamed.with_positions(renamed.positions * signs)
 
