@@ -5,6 +5,7 @@ from .driver import DriverError as DriverError
 from .driver import JointNames as JointNames
 from .driver import JointState as JointState
 from .driver import JointValues as JointValues
+from .driver import ModelNames as ModelNames
 from .driver import Reason as Reason
 from .driver import match_joints as match_joints
 from .reconnect import Reconnecting as Reconnecting

@@ -113,8 +113,7 @@ class DriverContract:
 
     def test_positions_move_as_an_arm_can(self, opened: Driver) -> None:
         """No joint jumps by more than half a radian from one state to the next."""
-        states = _read(opened, STATES)
-        for first, second in pairwise(states):
+        for first, second in pairwise(_read(opened, STATES)):
             pairs = zip(first.position, second.position, strict=True)
             assert all(abs(a - b) < 0.5 for a, b in pairs)
 

@@ -13,6 +13,8 @@ from types import TracebackType
 from ..errors import MukcaError, fixed
 
 JointNames = tuple[str, ...]
+ModelNames = Sequence[str] | None
+"""Names of a model's actuated joints, in chain order; None where no model is at hand."""
 JointValues = tuple[float, ...]
 """A number for each joint, in the order of their names."""
 
@@ -113,9 +115,7 @@ class Driver(ABC):
     empty if its protocol does not tell. It is the same at each connection."""
 
     @abstractmethod
-    def __init__(
-        self, address: str, joint_names: Sequence[str] | None = None
-    ) -> None: ...
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None: ...
 
     @property
     @abstractmethod
@@ -166,9 +166,7 @@ class Driver(ABC):
         )
 
 
-def match_joints(
-    joint_names: Sequence[str] | None, count: int, robot: str
-) -> JointNames:
+def match_joints(joint_names: ModelNames, count: int, robot: str) -> JointNames:
     """Return the names of a robot's joints: the model's if there is one, else joint1, joint2, ...
 
     Args:

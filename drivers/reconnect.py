@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from . import clock
-from .driver import Driver, DriverError, JointNames, JointState, Reason
+from .driver import Driver, DriverError, JointNames, JointState, ModelNames, Reason
 
 _HOPELESS = frozenset({Reason.BAD_ADDRESS, Reason.MISSING_PACKAGE, Reason.WRONG_ROBOT})
 
@@ -38,7 +38,7 @@ class Reconnecting(Driver):
         first_wait: float = 0.25,
         longest_wait: float = 1.0,
         silence: float = 2.0,
-        joint_names: Sequence[str] | None = None,
+        joint_names: ModelNames = None,
     ) -> None:
         self._connect = connect
         self._first_wait, self._longest_wait = first_wait, longest_wait
@@ -139,7 +139,7 @@ class Reconnecting(Driver):
 
     def _drop(self) -> None:
         driver, self._driver = self._driver, None
-        if driver is not None:
+        if driver:
             self._earlier_missed, self._earlier_rejected = self.missed, self.rejected
             self.status = ""
             driver.close()

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import MukcaError, read_json
-from .driver import Driver, DriverError, Reason
+from .driver import Driver, DriverError, ModelNames, Reason
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def try_plugin(info: DriverInfo) -> DriverInfo:
 
 
 def open_driver(
-    driver: str, address: str | None = None, joint_names: Sequence[str] | None = None
+    driver: str, address: str | None = None, joint_names: ModelNames = None
 ) -> Driver:
     """Connect to a robot, to read its joint states.
 
@@ -150,7 +150,7 @@ def installed(kind: str) -> list[Entry]:
     entries: list[Entry] = []
     for point in entry_points(group=f"mukca.{kind}"):
         line, source = "plug-in", "a plug-in"
-        if (package := point.dist) is not None:
+        if package := point.dist:
             source = f"{package.name} {package.version}"
             if "Summary" in package.metadata:
                 line = package.metadata["Summary"]

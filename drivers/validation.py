@@ -71,7 +71,7 @@ class ValidatingDriver(Driver):
 
     def read(self, timeout: float) -> JointState:
         """Return the next state that holds what it must; see :meth:`Driver.read`."""
-        if self._unread is not None and not self._closed:
+        if self._unread and not self._closed:
             state, self._unread = self._unread, None
             return state
         return self._next(clock.now() + timeout)
@@ -86,7 +86,7 @@ class ValidatingDriver(Driver):
         self.rejected += 1
 
     @contextmanager
-    def _closed_on_error(self) -> Generator[None, None, None]:
+    def _closed_on_error(self) -> Generator[None]:
         """Guard the part of a constructor that follows the first thing that is to be closed."""
         try:
             yield

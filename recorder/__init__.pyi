@@ -5,6 +5,7 @@ from .cells import seconds_of as seconds_of
 from .columns import Column as Column
 from .columns import words_of as words_of
 from .coordinates import match_coordinates as match_coordinates
+from .coordinates import unit_quaternion as unit_quaternion
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
 from .files import APPEND as APPEND
@@ -58,7 +59,6 @@ from .placement_names import distinctly_named as distinctly_named
 from .placement_names import placement_name as placement_name
 from .placement_names import repeated_rows as repeated_rows
 from .points import read_points as read_points
-from .points import unit_quaternion as unit_quaternion
 from .recording_error import EmptyRecordingError as EmptyRecordingError
 from .recording_error import RecordingError as RecordingError
 from .sample import LAST_SOCKET as LAST_SOCKET

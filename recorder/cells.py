@@ -12,6 +12,8 @@ from ..errors import read_bytes
 from .files import refused
 from .recording_error import RecordingError
 
+Cells = Sequence[str]
+"""Cells of a line."""
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _DECIMAL_COMMAS = re.compile(r"[+-]?\d+,\d+(\s+[+-]?\d+,\d+)+")
@@ -113,14 +115,11 @@ def uncommented(text: str) -> str:
     else:  # commas are decimal beside others
         as_many = words.count(separator) == data.count(separator)
         cells = data.split(separator)
-        is_header = as_many and any(map(_has_digits, cells))
+        numbers = [number_of(cell.replace(",", ".")) for cell in cells]
+        is_header = as_many and numbers.count(None) < len(numbers)
     if comments and is_header:
         lines[comments[-1]] = words
     return "\n".join(lines) + "\n"
-
-
-def _has_digits(cell: str) -> bool:
-    return number_of(cell.replace(",", ".")) is not None
 
 
 def records_of(text: str) -> list[tuple[int, list[str]]]:
@@ -158,7 +157,7 @@ def _delimiter(text: str) -> str | None:
     return None
 
 
-def _with_points(cells: Sequence[str]) -> list[str]:
+def _with_points(cells: Cells) -> list[str]:
     """Return cells with their decimal commas made points."""
     return [
         cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell.strip()) else cell
@@ -177,7 +176,7 @@ def number_of(cell: str) -> float | None:
 def seconds_of(cell: str) -> float | None:
     """Return the seconds of a time such as 2026-05-12T10:00:00.123Z, or 10:00:00; else None."""
     match = _TIME.fullmatch(cell.strip())
-    if match is None:
+    if not match:
         return None
     day, clock, fraction, zone = match.groups()
     offset = "+00:00" if zone in (None, "Z", "z") else f"{zone[:3]}:{zone[-2:]}"
@@ -188,7 +187,7 @@ def seconds_of(cell: str) -> float | None:
     return moment.timestamp() + float(f"0.{fraction or 0}")
 
 
-def trimmed(cells: Sequence[str], width: int) -> Sequence[str]:
+def trimmed(cells: Cells, width: int) -> Cells:
     """Return the cells of a row without empty ones beyond a width."""
     while len(cells) > width and not cells[-1].strip():
         cells = cells[:-1]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .cells import number_of
+from .cells import Cells, number_of
 from .recording_error import RecordingError
 from .words import OTHER_UNITS, SIZES, WORDS, Words, all_match, is_word, words_of
 
@@ -36,7 +36,7 @@ class Column:
     @property
     def may_be_joint(self) -> bool:
         """True where it has a name, and no unit that no joint has."""
-        return bool(self.words) and (not self.unit or _is_unit(self.unit))
+        return bool(self.words) and self.unit in {"", *SIZES}
 
     @property
     def aside(self) -> bool:
@@ -47,7 +47,11 @@ class Column:
         )
 
 
-def column_of(index: int, cell: str, below: str = "") -> Column:
+def column_of(
+    index: int,
+    cell: str,
+    below: str = "",
+) -> Column:
     """Return the column that a header's cell names, and the cell below it where units stand."""
     name = cell.strip()
     unit = below.strip(" []()")
@@ -63,10 +67,6 @@ def column_of(index: int, cell: str, below: str = "") -> Column:
     elif not unit and degrees:
         unit = degrees[1]
     return Column(index, name.strip(), unit.strip().lower())
-
-
-def _is_unit(text: str) -> bool:
-    return text.strip().lower() in SIZES
 
 
 GARBLED = re.compile(r"[\[('\"]*[+-]?\d+([.,]\d+)?\s*([|'\"\])].*|deg|rad|°|mm|m)")
@@ -103,7 +103,7 @@ def header_of(
     below = [row[: len(header)] for _, row in others[:_LOOKED_AT]]
     numbers = [i for i, cell in enumerate(header) if number_of(cell) is not None]
     if not numbers:
-        return header if not below or any(map(_has_number, below)) else None
+        return header if not below or any(map(count_numbers, below)) else None
     # Names that are numbers are whole ones, each once and one after the other, in any order.
     if len(numbers) < _NUMBERED or not all(header[i].isdecimal() for i in numbers):
         return None
@@ -119,16 +119,12 @@ def header_of(
     return header
 
 
-def count_numbers(cells: Sequence[str]) -> int:
+def count_numbers(cells: Cells) -> int:
     """Return how many cells are numbers."""
     return sum(number_of(cell) is not None for cell in cells)
 
 
-def _has_number(cells: Sequence[str]) -> bool:
-    return count_numbers(cells) > 0
-
-
-def are_units(cells: Sequence[str]) -> bool:
+def are_units(cells: Cells) -> bool:
     """Return whether a line holds units: no number, and at least one that is known."""
     units = {cell.strip(" []()").lower() for cell in cells}
-    return not _has_number(cells) and not units.isdisjoint({*SIZES, *OTHER_UNITS})
+    return not (count_numbers(cells) or units.isdisjoint({*SIZES, *OTHER_UNITS}))

@@ -82,7 +82,9 @@ def read_placements(
 
 
 def read_placement(
-    folder: Path, columns: Sequence[str] = (), on: str = ""
+    folder: Path,
+    columns: Sequence[str] = (),
+    on: str = "",
 ) -> Placement:
     """Read the recording in one placement's folder, or in a table of another program.
 

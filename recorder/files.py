@@ -18,7 +18,12 @@ PATIENCE = 5.0
 """Time in which another program ends a change of a file [s]; only a recorder takes longer."""
 
 
-def append_bytes(descriptor: int, data: bytes, *, sync: bool = True) -> None:
+def append_bytes(
+    descriptor: int,
+    data: bytes,
+    *,
+    sync: bool = True,
+) -> None:
     """Append to an open file, and wait until it is on the disk, or do not (``sync``).
 
     Raises:
@@ -97,7 +102,7 @@ def make_folder(folder: Path) -> list[Path]:
 
 
 @contextmanager
-def refused(what: str) -> Generator[None, None, None]:
+def refused(what: str) -> Generator[None]:
     """Turn an error of the system into a RecordingError; ``what`` begins its message."""
     try:
         yield
@@ -123,7 +128,7 @@ def sync_folder(folder: Path) -> None:
 
 
 @contextmanager
-def locked(file: Path | None) -> Generator[None, None, None]:
+def locked(file: Path | None) -> Generator[None]:
     """Keep other programs that lock a file from it meanwhile, where there is one.
 
     Raises:

@@ -154,7 +154,7 @@ def _unread_files(folder: Path, *, only_meant: bool = False) -> Iterator[str]:
         if is_read or ending not in (*_TABLES, *_FOREIGN):
             continue
         match = _MEANT.fullmatch(file.name)
-        if match is None:
+        if not match:
             other += [file.name] * (ending in _TABLES and ending != ".txt")
             continue
         meant = f"hole_{int(match[2])}" if match[2] else match[3].lower()

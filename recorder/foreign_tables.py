@@ -30,7 +30,11 @@ def read_table(file: Path, names: Collection[str] = ()) -> Table:
     return replace(table, notes=(*table.notes, remark))
 
 
-def foreign_table(text: str, file: Path, names: Collection[str] = ()) -> Table:
+def foreign_table(
+    text: str,
+    file: Path,
+    names: Collection[str] = (),
+) -> Table:
     """Return the cells of a text as :func:`read_table` does."""
     return table_of(
         text,
@@ -79,7 +83,11 @@ def _messages(records: Sequence[Line]) -> list[Message] | None:
     return None
 
 
-def _by_fields(record: Line, fields: dict[tuple[str, ...], int], clock: int) -> Message:
+def _by_fields(
+    record: Line,
+    fields: dict[tuple[str, ...], int],
+    clock: int,
+) -> Message:
     """Return a message below a header of fields."""
     line, cells = record
     count = len(cells)

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from .cells import number_of, trimmed
+from .cells import Cells, number_of, trimmed
 from .columns import Line, are_units, count_numbers
 from .motion_capture import capture_names, named_capture
 from .recording_error import RecordingError
@@ -74,7 +74,7 @@ def _arranged(records: Sequence[Line], text: str) -> tuple[list[Line], list[str]
     return [*heading, *units, *below], remarks
 
 
-def _first_row(records: Sequence[Line], row: Sequence[str], width: int) -> int:
+def _first_row(records: Sequence[Line], row: Cells, width: int) -> int:
     """Return where the numbers begin; a line close above names is none of them."""
     for i, (_, cells) in enumerate(records[:MOST_LINES]):
         if not count_numbers(cells) or len(trimmed(cells, width)) != width:
@@ -89,19 +89,19 @@ def _first_row(records: Sequence[Line], row: Sequence[str], width: int) -> int:
     return 0
 
 
-def _words_above(cells: Sequence[str], row: Sequence[str]) -> list[str]:
+def _words_above(cells: Cells, row: Cells) -> list[str]:
     """Return the words that stand where a row has numbers."""
     pairs = [(c, number_of(n)) for c, n in zip(cells, row, strict=False) if c.strip()]
     return [c for c, number in pairs if number is not None and number_of(c) is None]
 
 
-def _is_note(cells: Sequence[str]) -> bool:
+def _is_note(cells: Cells) -> bool:
     """Return whether all cells with something have a letter, and none is a number."""
     filled = filter(str.strip, cells)
     return not count_numbers(cells) and all(any(map(str.isalpha, c)) for c in filled)
 
 
-def _names(cells: Sequence[str], row: Sequence[str], width: int) -> bool:
+def _names(cells: Cells, row: Cells, width: int) -> bool:
     """Return whether cells are words where a row has numbers."""
     is_whole = len(trimmed(cells, width)) == width
     return is_whole and len(_words_above(cells, row)) > max(
@@ -109,7 +109,7 @@ def _names(cells: Sequence[str], row: Sequence[str], width: int) -> bool:
     )
 
 
-def _is_head(cells: Sequence[str], row: Sequence[str], width: int) -> bool:
+def _is_head(cells: Cells, row: Cells, width: int) -> bool:
     """Return whether a line above the numbers names columns, or groups of them."""
     # A title is a text above several columns, with commas in it or behind it.
     is_title = width > 1 == len(trimmed(cells, 1))

@@ -30,7 +30,11 @@ def read_joined(path: Path, on: str = "") -> Table:
     return reduce(partial(joined, on=on), map(read_table, tables_at(path)))
 
 
-def joined(first: Table, second: Table, on: str = "") -> Table:
+def joined(
+    first: Table,
+    second: Table,
+    on: str = "",
+) -> Table:
     """Return the rows of two tables side by side, in the order of the first.
 
     Args:
@@ -56,8 +60,7 @@ def joined(first: Table, second: Table, on: str = "") -> Table:
         pairs, remarks = _by_cells(first, second, on)
         notes = (*notes, *remarks)
         # The cells of the second table's column say nothing more.
-        k = _column(second, on)
-        width = len(first.rows[0]) + k
+        width = len(first.rows[0]) + _column(second, on)
         header = header and (*header[:width], "", *header[width + 1 :])
     elif len(first.rows) != len(second.rows):
         names = [c.name for c in first.columns if c.name and c in second.columns]
@@ -88,7 +91,9 @@ def _column(table: Table, on: str) -> int:
 
 
 def _by_cells(
-    first: Table, second: Table, on: str
+    first: Table,
+    second: Table,
+    on: str,
 ) -> tuple[list[tuple[int, int]], list[str]]:
     """Return pairs of rows whose cells in a column are the same, and remarks on the others."""
     keys = _keys(first, _column(first, on))

@@ -16,7 +16,16 @@ import numpy as np
 
 from .recording_error import RecordingError
 from .sample import Sample
-from .words import PENDANTS, WORDS, Names, Words, all_match, is_word, words_of
+from .words import (
+    PENDANTS,
+    WORDS,
+    Names,
+    Words,
+    all_match,
+    any_match,
+    is_word,
+    words_of,
+)
 
 _POSITION = WORDS["position"]
 """Words that may follow a joint's name where its position is meant."""
@@ -125,7 +134,7 @@ def _ways(names: Names, joints: Names) -> Ways:
         column = words_of(name)
         for k, joint in enumerate(cores):
             way = _way(column, joint)
-            if way is not None:
+            if way:
                 ways.setdefault(way, {}).setdefault(k, []).append(i)
     return ways
 
@@ -152,7 +161,7 @@ def _way(column: Words, joint: Words) -> tuple[Words, Words] | None:
         pattern = rf"((?:\S+ )*){' '.join(name)}{_POSITIONS}"
         match = re.fullmatch(pattern, " ".join(column))
         before = match[1].split() if match else []
-        if match and not _any(OTHER, before):
+        if match and not any_match(OTHER, before):
             return tuple(before), tuple(match[2].split())
     core = column
     while core and _POSITION.fullmatch(core[-1]):
@@ -174,7 +183,7 @@ def _numbered(names: Names, joints: Names, *, some_named: bool) -> Match | None:
     if order:
         taken = f"{names[order[0]]} to {names[order[-1]]}"
     elif not some_named:
-        order = [i for i, name in enumerate(names) if not _any(OTHER, words_of(name))]
+        order = [i for i, n in enumerate(names) if not any_match(OTHER, words_of(n))]
     if len(order) != len(joints):
         return None
     called = f"no column is called like a joint of the robot ({', '.join(joints)})"
@@ -192,8 +201,8 @@ def series_of(names: Names) -> Ways:
         numbers = [k for k, word in enumerate(words) if word.isdecimal()]
         last = max(numbers, default=0)
         before, after = words[:last], words[last + 1 :]
-        is_angle = _any(WORDS["numbered"], before) and all_match(_POSITION, after)
-        if is_angle and not _any(OTHER, words):
+        is_angle = any_match(WORDS["numbered"], before) and all_match(_POSITION, after)
+        if is_angle and not any_match(OTHER, words):
             ways.setdefault((before, after), {}).setdefault(int(words[last]), [i])
     series: Ways = {}
     for way, columns in ways.items():
@@ -201,10 +210,6 @@ def series_of(names: Names) -> Ways:
         if first in (0, 1) and max(columns) - first == len(columns) - 1:
             series[way] = {number - first: places for number, places in columns.items()}
     return series
-
-
-def _any(kind: re.Pattern[str], words: Names) -> bool:
-    return any(map(kind.fullmatch, words))
 
 
 def joint_order(
@@ -239,7 +244,7 @@ def joint_order(
             raise RecordingError(f"{file}: {error}; keep those of one arm") from None
         if told and count == m and (match is None or match.note):
             return None
-        if match is not None:
+        if match:
             return match
         absent = missing_joints(columns, joint_names)
         if len(absent) < m:

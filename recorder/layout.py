@@ -36,7 +36,9 @@ class Rows:
 
 
 def read_rows(
-    file: Path, joint_names: Names = (), forms: Sequence[Names] = ((),)
+    file: Path,
+    joint_names: Names = (),
+    forms: Sequence[Names] = ((),),
 ) -> Rows:
     """Read a model's joints from a file, and one of some forms beside them.
 
@@ -52,11 +54,15 @@ def read_rows(
     return rows_of(read_table(file, joint_names), joint_names, forms)
 
 
-def rows_of(table: Table, joint_names: Names, forms: Sequence[Names] = ((),)) -> Rows:
+def rows_of(
+    table: Table,
+    joint_names: Names,
+    forms: Sequence[Names] = ((),),
+) -> Rows:
     """Return the rows of a table as :func:`read_rows` does."""
     require_samples(table.labels, joint_names, table.file)
     columns, form, note = _Search(table, joint_names, forms).columns()
-    if table.header is not None and table.header[:3] == _EVENTS:
+    if table.header and table.header[:3] == _EVENTS:
         # A recording; its samples are those that were not taken back.
         content = read_samples(table.file)
         match = match_joints(content.joint_names, joint_names)
@@ -112,7 +118,7 @@ class _Search:
                 raise RecordingError(
                     f"{table.file}:1: {error}; keep those of one arm"
                 ) from None
-            if joints is not None:
+            if joints:
                 return [*joints[0], *form_columns], form, joints[1]
         header = ",".join(table.header)
         raise RecordingError(
@@ -145,7 +151,9 @@ class _Search:
 
 
 def find_joints(
-    table: Table, joint_names: Names, reserved: Sequence[Column] = ()
+    table: Table,
+    joint_names: Names,
+    reserved: Sequence[Column] = (),
 ) -> tuple[list[Column], str] | None:
     """Return the columns of a model's joints in chain order, and a remark; None without them.
 
@@ -162,7 +170,7 @@ def find_joints(
     columns = [*joints, *beside]
     names = [column.name for column in columns]
     match = match_joints(names[: len(joints)], joint_names, beside=names[len(joints) :])
-    if match is None:
+    if not match:
         return None
     if match.note and {names[i].lower() for i in match.order}.issuperset(AXES):
         return None

@@ -44,9 +44,7 @@ def marker_columns(table: Table) -> list[Column]:
 
 def _is_rigid(table: Table, columns: Sequence[Column]) -> bool:
     """Return whether three points or more keep their distances from the first."""
-    numbers = np.array(table.numbers(columns, gaps=True)).reshape(
-        len(table.rows), -1, 3
-    )
+    numbers = table.array(columns).reshape(len(table.rows), -1, 3)
     distances = np.linalg.norm(numbers[:, 1:] - numbers[:, :1], axis=2)
     spread = np.nanstd(distances, axis=0)
     return len(columns) > 6 and bool(

@@ -108,7 +108,7 @@ def _parsed(words: str) -> tuple[str, list[str], str]:
         RecordingError: They are no specification of columns, or count downwards.
     """
     match = _SPEC.fullmatch(words.strip())
-    if match is None or match[1] not in _NAMES:
+    if not match or match[1] not in _NAMES:
         raise RecordingError(
             f"--columns {words!r}: write {EXAMPLE}; there are {', '.join(_NAMES)}"
         )
@@ -132,7 +132,7 @@ def _expanded(words: str) -> list[str]:
     parts: list[str] = []
     for name in map(str.strip, words.split(",")):
         span = _RANGE.fullmatch(name)
-        if span is None:
+        if not span:
             parts.append(name)
             continue
         before, first, last, after = span.groups()
@@ -152,7 +152,7 @@ class _Source:
     def of(cls, table: Table) -> "_Source":
         """Return the columns of a table that hold numbers."""
         columns: dict[str, list[Column]] = {}
-        numeric = [c for c in table.columns if not table.is_text(c.index)]
+        numeric = table.numeric()
         for column in numeric:
             cell = table.header[column.index].strip() if table.header else ""
             for name in filter(None, dict.fromkeys((column.name, cell))):
@@ -161,7 +161,12 @@ class _Source:
             columns.setdefault(str(column.index + 1), [column])
         return cls(table, columns)
 
-    def sum(self, words: str, unit: str, where: str) -> tuple[np.ndarray, list[Column]]:
+    def sum(
+        self,
+        words: str,
+        unit: str,
+        where: str,
+    ) -> tuple[np.ndarray, list[Column]]:
         """Return a sum of columns, in radians or metres by their header, else by the unit said.
 
         Raises:
@@ -196,7 +201,7 @@ class _Source:
                     f"{where}: the header says {said!r} of {column.name}, not {unit!r}"
                 )
             size = 1.0 if said else SIZES.get(unit, 1.0)
-            values = np.array(self.table.numbers([column], gaps=True))[:, 0]
+            values = self.table.array([column])[:, 0]
             terms.append((-size if sign else size) * values)
             columns.append(column)
         return np.sum(terms, axis=0), columns

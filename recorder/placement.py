@@ -187,7 +187,7 @@ class Placement:
             RecordingError: Another number of joints, or a header that names only some of them.
         """
         match = self._order(joint_names)
-        if match is None:
+        if not match:
             return self
         samples = [reordered_sample(sample, match.order) for sample in self.samples]
         filled = [s for s in samples if not all(map(math.isnan, s.position))] or samples

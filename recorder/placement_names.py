@@ -26,31 +26,29 @@ def distinctly_named(placements: Sequence[Placement]) -> list[Placement]:
     """
     folders = defaultdict[str, set[Path]](set)
     for placement in placements:
-        if placement.path is not None:
+        if placement.path:
             folders[placement.name].add(placement.path.resolve())
     counts = Counter[str]()
     renamed: list[Placement] = []
     for placement in placements:
         name = placement.name
-        path = placement.path
-        if path is not None and len(folders[name]) > 1:
+        path = placement.path and placement.path.resolve()
+        if path and len(folders[name]) > 1:
             # The shortest name, of two parts at least, that no other folder has.
-            parts = path.resolve().parts[1:]
-            others = [other.parts[1:] for other in folders[name] - {path.resolve()}]
+            parts = path.parts[1:]
+            others = [other.parts[1:] for other in folders[name] - {path}]
             length = NAMED
             while length < len(parts) and parts[-length:] in [
                 o[-length:] for o in others
             ]:
                 length += 1
             name = "/".join(parts[-length:])
-        elif path is None:
+        elif not path:
             counts[name] += 1
             number = counts[name] + bool(folders[name])
             if number > 1:
                 name = f"{name} ({number})"
-        if name != placement.name:
-            placement = replace(placement, name=name)
-        renamed.append(placement)
+        renamed.append(replace(placement, name=name))
     return renamed
 
 

@@ -12,19 +12,15 @@ from collections.abc import Container, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from .columns import Column
 from .coordinates import (
     AXES,
-    FANUC,
-    KUKA,
     MAKERS,
-    QUATERNION,
     RPY,
     TURNS,
     VECTOR,
     match_coordinates,
+    unit_quaternion,
 )
 from .foreign_tables import read_table
 from .joint_columns import ColumnError
@@ -46,8 +42,6 @@ _MEANINGS = (
 """Meaning of poses, and a word of the first line that tells of it."""
 HALF_TURN = 180.1
 """Length that no rotation vector exceeds, but for rounding [deg]."""
-_ROUNDED = 0.01
-"""Largest deviation from 1 of the length of a quaternion that was written with few digits."""
 
 
 def read_points(file: Path, name: str) -> Placement:
@@ -67,11 +61,7 @@ def placement_of_points(table: Table, name: str) -> Placement:
     joints = table.joints(measured)
     if not joints:
         raise _no_columns(table.file, form)
-    clocks = [
-        column
-        for column in table.columns
-        if column.name.lower() in CLOCKS and not table.is_text(column.index)
-    ]
+    clocks = [c for c in table.numeric() if c.name.lower() in CLOCKS]
     beside = table.beside(measured)
     rows = zip(
         table.numbers(joints, gaps=not headless),
@@ -112,11 +102,10 @@ def _measured(table: Table, headless: bool) -> tuple[list[Column], tuple[str, ..
     """Return the columns of the place and the turn that were measured, and the turn's form."""
     if headless:
         return table.columns[-3:], ()
-    names = {POINTS: ((),), POSES: TURNS}
-    forms = names.get(table.file.name, (*TURNS, ()))
+    forms = {POINTS: ((),), POSES: TURNS}.get(table.file.name, (*TURNS, ()))
     for form in forms:
         columns = coordinates(table, (*AXES, *form), FLANGE)
-        if columns is not None:
+        if columns:
             return columns, form
     raise _no_columns(table.file, forms[0])
 
@@ -129,7 +118,11 @@ def _no_columns(file: Path, form: tuple[str, ...]) -> NoColumnsError:
     )
 
 
-def coordinates(table: Table, names: Names, reserved: str = "") -> list[Column] | None:
+def coordinates(
+    table: Table,
+    names: Names,
+    reserved: str = "",
+) -> list[Column] | None:
     """Return the columns of coordinates as by :func:`.match_coordinates`, their units checked.
 
     Raises:
@@ -149,7 +142,11 @@ def coordinates(table: Table, names: Names, reserved: str = "") -> list[Column] 
     return columns
 
 
-def require_unit(table: Table, column: Column, units: Container[str]) -> None:
+def require_unit(
+    table: Table,
+    column: Column,
+    units: Container[str],
+) -> None:
     """Refuse a column in a unit that is not among some.
 
     Raises:
@@ -163,7 +160,11 @@ def require_unit(table: Table, column: Column, units: Container[str]) -> None:
         )
 
 
-def vector_note(table: Table, columns: Sequence[Column], form: Names) -> str:
+def vector_note(
+    table: Table,
+    columns: Sequence[Column],
+    form: Names,
+) -> str:
     """Return how a rotation vector among columns is taken, in words; empty without one."""
     if not {*VECTOR} <= {*form}:
         return ""
@@ -186,67 +187,3 @@ def require_vectors(rows: Sequence[Sequence[float]], wheres: Names) -> None:
                 "longer than half a turn; are they Euler angles? name them roll,pitch,yaw "
                 "(R = Rz Ry Rx)"
             )
-
-
-def unit_quaternion(
-    turn: Sequence[float], form: Names, where: str
-) -> tuple[float, float, float, float]:
-    """Return the unit quaternion of a rotation in one of the forms :data:`.TURNS`; refuse others.
-
-    ``where`` begins the message.
-
-    Raises:
-        RecordingError: The quaternion's length is not 1, or the matrix is no rotation.
-    """
-    quaternion = list(turn)
-    if tuple(form) in (RPY, FANUC):
-        quaternion = _of_rpy(*turn)
-    elif tuple(form) == KUKA:
-        quaternion = _of_rpy(*turn[::-1])
-    elif len(turn) == 3:
-        angle = math.hypot(*turn)
-        share = math.sin(angle / 2) / angle if angle else 0.5
-        quaternion = [*(share * value for value in turn), math.cos(angle / 2)]
-    elif len(turn) == 9:
-        quaternion = _of_matrix(turn, where)
-    length = math.hypot(*quaternion)
-    if abs(length - 1) > _ROUNDED:
-        raise RecordingError(
-            f"{where}: the quaternion {','.join(QUATERNION)} has length {length:.4g} instead of "
-            "1; are these its four columns, and not degrees or a rotation vector?"
-        )
-    qx, qy, qz, qw = [value / length for value in quaternion]
-    return qx, qy, qz, qw
-
-
-def _of_rpy(roll: float, pitch: float, yaw: float) -> list[float]:
-    """Return the quaternion of turns about x, then y, then z of the fixed frame [rad]."""
-    sr, sp, sy = np.sin(np.array([roll, pitch, yaw]) / 2).tolist()
-    cr, cp, cy = np.cos(np.array([roll, pitch, yaw]) / 2).tolist()
-    return [
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    ]
-
-
-def _of_matrix(rotation: Sequence[float], where: str) -> list[float]:
-    """Return the quaternion of a rotation's nine numbers, row by row."""
-    a, b, c, d, e, f, g, h, i = rotation
-    # four times the outer product of the quaternion with itself; its largest column is the surest
-    squares = np.array(
-        [
-            [1 + a - e - i, b + d, c + g, h - f],
-            [b + d, 1 - a + e - i, f + h, c - g],
-            [c + g, f + h, 1 - a - e + i, d - b],
-            [h - f, c - g, d - b, 1 + a + e + i],
-        ]
-    )
-    largest = squares[squares.diagonal().argmax()]
-    quaternion = largest / np.linalg.norm(largest)
-    if np.abs(squares - 4 * np.outer(quaternion, quaternion)).max() > 4 * _ROUNDED:
-        raise RecordingError(
-            f"{where}: r11 to r33 are no rotation; are these its rows?"
-        )
-    return quaternion.tolist()

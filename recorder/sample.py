@@ -61,7 +61,7 @@ class Sample:
     @property
     def named(self) -> str:
         """The sample by the number that people read: the recorder's, or that in its socket."""
-        if self.point is not None:
+        if self.point:
             return f"point {self.place}"
         return sample_name(self.number, self.place, self.socket)
 
@@ -71,7 +71,11 @@ class Sample:
         return f"Sample({self.number or 'unnumbered'}, {place}: {position})"
 
 
-def sample_name(number: int, place: int, socket: int) -> str:
+def sample_name(
+    number: int,
+    place: int,
+    socket: int,
+) -> str:
     """Return a sample by the recorder's number, or where that is 0 by its place in its socket."""
     return f"sample {number}" if number else f"sample {place} of socket {socket}"
 
@@ -112,9 +116,7 @@ def samples_of_arrays(
     """
     q = numbers_of(positions, f"{where}: positions")
     seats = numbers_of(sockets, f"{where}: sockets")
-    tau = 0 * q
-    if efforts is not None:
-        tau = numbers_of(efforts, f"{where}: efforts")
+    tau = 0 * q if efforts is None else numbers_of(efforts, f"{where}: efforts")
     warmth = 0 * seats
     if temperatures is not None:
         warmth = numbers_of(temperatures, f"{where}: temperatures")
@@ -135,14 +137,13 @@ def samples_of_arrays(
             f"{where}: sockets are {seats.min():g} to {seats.max():g}; they are whole numbers, "
             f"from 0 to {LAST_SOCKET}"
         )
-    samples: list[Sample] = []
     rows = zip(q.tolist(), seats.tolist(), tau.tolist(), warmth.tolist(), strict=True)
-    for position, seat, effort, temperature in rows:
-        sample = Sample(
+    return tuple(
+        Sample(
             tuple(position),
             int(seat),
             None if efforts is None else tuple(effort),
             temperature=None if temperatures is None else temperature,
         )
-        samples.append(sample)
-    return tuple(samples)
+        for position, seat, effort, temperature in rows
+    )

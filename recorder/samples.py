@@ -52,7 +52,11 @@ def capture_line(sample: Sample) -> bytes:
     return _line([*leading, *s.position, *(s.spread or blanks), *(s.effort or blanks)])
 
 
-def mark_line(event: str, sample: Sample, time: float) -> bytes:
+def mark_line(
+    event: str,
+    sample: Sample,
+    time: float,
+) -> bytes:
     """Return the line of an ``undo``, ``redo`` or ``relabel`` of a sample, at a time [s UTC]."""
     blanks = [""] * (2 + len(_PER_JOINT) * len(sample.position))
     return _line([event, sample.number, sample.socket, time, *blanks])
@@ -115,7 +119,11 @@ class _Row:
     cells: dict[str, str]
     joint_names: tuple[str, ...]
 
-    def add_to(self, samples: list[Sample], withdrawn: list[int]) -> None:
+    def add_to(
+        self,
+        samples: list[Sample],
+        withdrawn: list[int],
+    ) -> None:
         """Do to the samples of the lines before what this line says."""
         event, count = self.cells["event"], len(samples)
         if event not in (CAPTURE, UNDO, REDO, RELABEL):

@@ -70,8 +70,7 @@ def _sheets(archive: ZipFile) -> Iterator[tuple[str, str]]:
     relations = _root(archive, "xl/_rels/workbook.xml.rels")
     targets = {r.get("Id"): r.get("Target", "") for r in relations}
     for sheet in _root(archive, _BOOK).iter(f"{_MAIN}sheet"):
-        target = targets[sheet.get(_RELATION)]
-        part = str(PurePosixPath("/xl") / target).lstrip("/")
+        part = str(PurePosixPath("/xl") / targets[sheet.get(_RELATION)]).lstrip("/")
         if part.startswith("xl/worksheets/"):
             yield sheet.get("name", ""), part
 
@@ -83,12 +82,16 @@ def _words(element: ElementTree.Element) -> str:
     return " ".join("".join(texts).split())
 
 
-def _text(archive: ZipFile, part: str, strings: list[str]) -> str:
+def _text(
+    archive: ZipFile,
+    part: str,
+    strings: list[str],
+) -> str:
     """Return the cells of a sheet as CSV; a ValueError where one has no place or two."""
     rows: dict[int, dict[int, str]] = {}
     for cell in _root(archive, part).iter(f"{_MAIN}c"):
         match = _PLACE.fullmatch(cell.get("r", ""))
-        if match is None:
+        if not match:
             raise ValueError(part)
         column = 0
         for letter in match[1]:

@@ -116,7 +116,9 @@ class StopFinder:
 
 
 def follow_to_stops(
-    states: Iterator[JointState], joints: Sequence[str], pause: float
+    states: Iterator[JointState],
+    joints: Sequence[str],
+    pause: float,
 ) -> Iterator[StopFinder]:
     """Yield what was found after each state, until the arm has rested for so long [s]."""
     finder = StopFinder(joints)

@@ -63,7 +63,11 @@ class StreamLog:
         RecordingError: The file exists, or cannot be written.
     """
 
-    def __init__(self, file: Path, joints: Sequence[str]) -> None:
+    def __init__(
+        self,
+        file: Path,
+        joints: Sequence[str],
+    ) -> None:
         self.file = file
         self.trouble: str | None = None
         """Reason why no more is kept; None while all is well."""
@@ -75,7 +79,11 @@ class StreamLog:
             self._fd = os.open(file, flags, 0o666)
             append_bytes(self._fd, head.encode() + b"\n")
 
-    def add(self, state: JointState, connection: int) -> None:
+    def add(
+        self,
+        state: JointState,
+        connection: int,
+    ) -> None:
         """Keep a state; one with another number of joints, or with no numbers, is passed over."""
         second, radian, newton_metre = [1 / digit for digit in DIGITS]
         try:
@@ -154,8 +162,7 @@ def read_stream_log(file: Path) -> LoggedStates:
         described = json.loads(head)
         joints = tuple(map(str, described["joints"]))
         digits_by_format = {FORMAT: described.get("digits"), FORMAT_1: DIGITS_1}
-        digits = digits_by_format[described["format"]]
-        stamp, position, effort = map(float, digits)
+        stamp, position, effort = map(float, digits_by_format[described["format"]])
     except (ValueError, KeyError, TypeError, AttributeError):
         raise RecordingError(f"{file}: not a stream of states ({FORMAT})") from None
     blocks, gaps = _blocks(body, 3 + 2 * len(joints))

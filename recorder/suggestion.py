@@ -18,10 +18,10 @@ from .coordinates import (
 from .joint_columns import OTHER, ColumnError, series_of
 from .markers import marker_columns
 from .tables import Table
-from .words import PENDANTS, words_of
+from .words import PENDANTS, any_match, words_of
 
-_LARGEST_ANGLE, _LARGEST_LENGTH = 6.5, 20.0
-"""Larger numbers are degrees and millimetres [rad], [m]."""
+_ANGLES, _LENGTHS = (6.5, "rad", "deg"), (20.0, "m", "mm")
+"""Largest number of the first unit; larger ones are of the second."""
 _UNIT = 1e-3
 """Deviation from 1 of the lengths of rotations, as tables round them."""
 
@@ -34,36 +34,33 @@ def suggestion(table: Table, count: int = 0) -> str:
         count: Number of the robot's joints; 0 where no robot is known yet.
     """
     markers = marker_columns(table)
-    columns = [
-        c for c in table.columns if c not in markers and not table.is_text(c.index)
-    ]
+    columns = table.numeric(markers)
     place = place_of(columns)
     columns = [c for c in columns if c not in place and not _is_counter(table, c)]
     joints = _joints_by_name(columns, count)
     others = [c for c in columns if c not in joints and _tells(c)]
     if not joints:
-        joints = others[: count or _without_pose(table, others, bool(place))]
-        others = others[len(joints) :]
+        size = count or (len(others) if place else _before_pose(table, others))
+        joints = others[:size]
+        others = others[size:]
     turn: dict[str, Column] = {}
     if not markers:
         place, turn = _pose(table, place, others)
-    lengths = _unit(table, place, _LARGEST_LENGTH, "m", "mm")
-    of_joints = _unit(table, joints, _LARGEST_ANGLE, "rad", "deg")
-    words = [f"'q={_names(table, joints)}{of_joints}'"]
-    words += [
-        f"'{a}={_called(table, c)}{lengths}'" for a, c in zip(AXES, place, strict=False)
-    ]
-    angles = ""
-    if len(turn) == len(AXES):
-        angles = _unit(table, [*turn.values()], _LARGEST_ANGLE, "rad", "deg")
-    words += [f"'{name}={_called(table, c)}{angles}'" for name, c in turn.items()]
+    words = [f"'q={_names(table, joints)}{_unit(table, joints, _ANGLES)}'"]
+    of_place = dict(zip(AXES, place, strict=False))
+    angles = list(turn.values()) if len(turn) == len(AXES) else []
+    for by_name, unit in (
+        (of_place, _unit(table, place, _LENGTHS)),
+        (turn, _unit(table, angles, _ANGLES)),
+    ):
+        words += [f"'{name}={_called(table, c)}{unit}'" for name, c in by_name.items()]
     return f"--columns {' '.join(words)}"
 
 
 def _tells(column: Column) -> bool:
     """Return whether a column may be a joint's or a coordinate, by its name if it has one."""
     is_aside = column.name and column.aside
-    return not is_aside and not any(map(OTHER.fullmatch, column.words))
+    return not (is_aside or any_match(OTHER, column.words))
 
 
 def _joints_by_name(columns: Sequence[Column], count: int) -> list[Column]:
@@ -83,10 +80,8 @@ def _joints_by_name(columns: Sequence[Column], count: int) -> list[Column]:
     return []
 
 
-def _without_pose(table: Table, columns: Sequence[Column], has_place: bool) -> int:
+def _before_pose(table: Table, columns: Sequence[Column]) -> int:
     """Return how many of some columns stand before the place and the turn, by their numbers."""
-    if has_place:
-        return len(columns)
     count = len(columns)
     for end in (12, 7):
         if count > end and _turn_within(table, columns[-end:]):
@@ -96,7 +91,7 @@ def _without_pose(table: Table, columns: Sequence[Column], has_place: bool) -> i
 
 def _turn_within(table: Table, columns: Sequence[Column]) -> tuple[str, ...]:
     """Return the names of columns that are a place and a rotation by their numbers, in order."""
-    values = np.array(table.numbers(columns, gaps=True))
+    values = table.array(columns)
     if len(columns) == 7:
         lengths = np.linalg.norm(values[:, 3:], axis=1)
         is_turn = bool(np.nanmax(np.abs(lengths - 1), initial=0.0) < _UNIT)
@@ -114,7 +109,9 @@ _BY_ROWS = tuple(n for i in range(3) for n in (*MATRIX[3 * i : 3 * i + 3], AXES[
 
 
 def _pose(
-    table: Table, place: list[Column], others: list[Column]
+    table: Table,
+    place: list[Column],
+    others: list[Column],
 ) -> tuple[list[Column], dict[str, Column]]:
     """Return the columns of a place, and those of its turn by name, where there is one."""
     if not place:
@@ -136,7 +133,7 @@ def _pose(
 
 def _is_counter(table: Table, column: Column) -> bool:
     """Return True for a column that counts the rows, whatever its name."""
-    values = np.array(table.numbers([column], gaps=True))
+    values = table.array([column])
     return len(values) > 2 and bool((np.diff(values, axis=0) == 1).all())
 
 
@@ -160,13 +157,16 @@ def _called(table: Table, column: Column) -> str:
 
 
 def _unit(
-    table: Table, columns: Sequence[Column], largest: float, small: str, large: str
+    table: Table,
+    columns: Sequence[Column],
+    units: tuple[float, str, str],
 ) -> str:
     """Return the unit of columns that name none, by how large their numbers are."""
     if not columns or any(column.unit for column in columns):
         return ""
-    values = np.abs(np.array(table.numbers(columns, gaps=True)))
-    return f" [{large if np.nanmax(values, initial=0.0) > largest else small}]"
+    largest, small, large = units
+    number = np.nanmax(np.abs(table.array(columns)), initial=0.0)
+    return f" [{large if number > largest else small}]"
 
 
 def turn_advice(table: Table) -> str:

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from .coordinates import AXES, MATRIX, TURNS, place_of
+from .coordinates import AXES, MATRIX, TURNS, place_of, unit_quaternion
 from .joined_tables import joined_name, read_joined
 from .markers import body_of, marker_columns
 from .named_columns import NamedColumns, named_columns
 from .placement import Placement
-from .points import placement_of_points, unit_quaternion
+from .points import placement_of_points
 from .recording_error import NoColumnsError, RecordingError, UnitError
 from .sample import LAST_SOCKET, Sample
 from .suggestion import suggestion, turn_advice
@@ -22,7 +22,9 @@ _LISTED = 8
 
 
 def read_table_placement(
-    path: Path, columns: Sequence[str] = (), on: str = ""
+    path: Path,
+    columns: Sequence[str] = (),
+    on: str = "",
 ) -> Placement:
     """Return the placement of a table, or of several whose rows belong together.
 
@@ -60,11 +62,8 @@ def _by_names(table: Table, name: str) -> Placement:
     except RecordingError as error:
         sockets = [c for c in table.columns if c.words == ("socket",)]
         if len(sockets) == 1:
-            joints = table.joints(sockets)
-            positions = np.array(table.numbers(joints, gaps=True))
-            names = tuple(column.name for column in joints)
-            numbers = {"q": positions, "socket": np.array(table.numbers(sockets))}
-            return _placement(table, NamedColumns(numbers, names, ()), name)
+            numbers = {"socket": np.array(table.numbers(sockets))}
+            return _placement(table, NamedColumns(numbers, (), (*sockets,)), name)
         words = f"{error}; or say which columns they are"
         if isinstance(error, NoColumnsError):
             lacking = "no header tells its joints and x, y, z"
@@ -74,45 +73,47 @@ def _by_names(table: Table, name: str) -> Placement:
         ) from error
 
 
-def _of_markers(table: Table, named: NamedColumns, name: str) -> Placement:
-    """Return the placement of a table with several markers on one flange."""
+def _place_by_names(table: Table) -> tuple[NamedColumns, list[str]]:
+    """Return the columns of a place, or those of markers on one flange, and a remark on these."""
     columns = marker_columns(table)
-    markers = np.array(table.numbers(columns, gaps=True))
-    numbers, misfit = body_of(markers.reshape(len(markers), -1, 3))
-    used = (*named.used, *columns)
-    named = NamedColumns({**named.numbers, **numbers}, named.joints, used)
-    placement = _placement(table, named, name)
+    if not columns:
+        columns = place_of(table.columns)
+        xyz = table.array(columns).T[:, :, None]
+        return NamedColumns(dict(zip(AXES, xyz, strict=False)), (), (*columns,)), []
+    numbers, misfit = body_of(table.array(columns).reshape(len(table.rows), -1, 3))
     count = len(columns) // len(AXES)
     what = "its middle and its turn" if MATRIX[0] in numbers else "its middle"
     remark = (
         f"{table.file}: {count} markers are taken as one rigid body, by {what}; they keep its "
         f"shape to {1e3 * misfit:.2f} mm"
     )
-    return replace(placement, remarks=(*placement.remarks, remark))
+    return NamedColumns(numbers, (), (*columns,)), [remark]
 
 
-def _placement(table: Table, named: NamedColumns, name: str) -> Placement:
+def _placement(
+    table: Table,
+    named: NamedColumns,
+    name: str,
+) -> Placement:
     """Return the placement of columns that are named; what is not named is found by names."""
-    numbers = dict(named.numbers)
-    names = named.joints
-    is_placed = set(AXES) & set(numbers) or "socket" in numbers
-    if not is_placed and marker_columns(table):
-        return _of_markers(table, named, name)
-    if not is_placed and (place := place_of(table.columns)):
-        xyz = np.array(table.numbers(place, gaps=True))
-        numbers |= {axis: xyz[:, i : i + 1] for i, axis in enumerate(AXES)}
-        named = replace(named, used=(*named.used, *place))
-    is_measured = set(AXES) <= set(numbers)
+    numbers, names, used = {**named.numbers}, named.joints, named.used
+    remarks: list[str] = []
+    if numbers.keys().isdisjoint((*AXES, "socket")):
+        place, remarks = _place_by_names(table)
+        numbers |= place.numbers
+        used = (*used, *place.used)
     if "q" not in numbers and table.header:
-        joints = table.joints(named.used)
-        numbers["q"] = np.array(table.numbers(joints, gaps=True))
+        joints = table.joints(used)
+        numbers["q"] = table.array(joints)
         names = tuple(column.name for column in joints)
-    if "q" not in numbers or not (is_measured or "socket" in numbers):
+    is_whole = numbers.keys() >= {*AXES} or "socket" in numbers
+    if "q" not in numbers or not is_whole:
         raise RecordingError(
             f"{table.file}: --columns: q is needed, and socket, or x, y and z; as in "
             f"{suggestion(table)}"
         )
-    return _of_numbers(table, numbers, names if table.header else None, name)
+    placement = _of_numbers(table, numbers, names if table.header else None, name)
+    return replace(placement, remarks=(*placement.remarks, *remarks))
 
 
 def _of_numbers(
@@ -122,8 +123,7 @@ def _of_numbers(
     name: str,
 ) -> Placement:
     """Return the placement of numbers by what they are; rows without a place are left out."""
-    forms = [form for form in TURNS if set(form) <= set(numbers)]
-    turn = forms[0] if forms else ()
+    turn = next((form for form in TURNS if numbers.keys() >= {*form}), ())
     measured = [n for n in (*AXES, *turn) if n in numbers]
     samples: list[Sample] = []
     lost: list[int] = []

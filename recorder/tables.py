@@ -11,8 +11,11 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import is_number
 from .cells import (
+    Cells,
     number_of,
     records_of,
     require_columns,
@@ -24,7 +27,6 @@ from .columns import GARBLED, Column, Line, are_units, column_of, header_of
 from .recording_error import EmptyRecordingError, RecordingError
 from .words import SIZES
 
-Cells = tuple[str, ...]
 Arranged = Callable[[list[Line], str], tuple[list[Line], list[str]]]
 
 
@@ -73,20 +75,27 @@ class Table:
 
     def joints(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that may be joints: numbers, and neither times nor row numbers."""
-        columns = self._of_numbers(reserved)
-        return [c for c in columns if not (self.header and c.aside)]
+        return [c for c in self.numeric(reserved) if not (self.header and c.aside)]
 
     def beside(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that count or date the rows, unless a joint is called so."""
-        columns = self._of_numbers(reserved)
-        return [c for c in columns if self.header and c.aside and c.may_be_joint]
+        columns = self.numeric(reserved) if self.header else []
+        return [c for c in columns if c.aside and c.may_be_joint]
 
-    def _of_numbers(self, reserved: Collection[Column]) -> list[Column]:
+    def numeric(self, reserved: Collection[Column] = ()) -> list[Column]:
+        """Return the columns that hold numbers, without some."""
         columns = [column for column in self.columns if column not in reserved]
         return [column for column in columns if not self.is_text(column.index)]
 
+    def array(self, columns: Sequence[Column]) -> np.ndarray:
+        """Return the numbers of K columns, shape (rows, K); NaN where a cell holds none."""
+        return np.array(self.numbers(columns, gaps=True))
+
     def numbers(
-        self, columns: Sequence[Column], *, gaps: bool = False
+        self,
+        columns: Sequence[Column],
+        *,
+        gaps: bool = False,
     ) -> list[tuple[float, ...]]:
         """Return the numbers of some columns in radians and metres, row by row.
 
@@ -192,7 +201,12 @@ def table_of(
     return Table(file, header, lines, rows, units, comment, tuple(notes))
 
 
-def _fitting(file: Path, line: int, cells: Sequence[str], width: int) -> Cells:
+def _fitting(
+    file: Path,
+    line: int,
+    cells: Cells,
+    width: int,
+) -> Cells:
     """Return the cells of a row, which must be as many as are expected."""
     cells = trimmed(cells, width)
     if len(cells) != width:

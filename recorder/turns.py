@@ -26,7 +26,11 @@ def around(differences: np.ndarray, turning: Sequence[bool]) -> np.ndarray:
     return differences - np.where(turning, TURN * turns, 0.0)
 
 
-def within(position: float, lower: float, upper: float) -> bool:
+def within(
+    position: float,
+    lower: float,
+    upper: float,
+) -> bool:
     """Return whether a joint that turns is inside its limits, some whole turns on."""
     if not math.isfinite(upper - lower):
         return True

@@ -20,6 +20,10 @@ OTHER_UNITS: list[str] = _TABLE["others"]
 """Units of what else stands in tables."""
 PENDANTS: list[list[str]] = _TABLE["pendants"]
 """Joints as pendants call them, base to tip: Universal Robots', and Yaskawa's."""
+COORDINATES: dict[str, str] = _TABLE["coordinates"]
+"""Names of coordinates and what they are called here."""
+LETTERS: dict[str, str] = _TABLE["letters"]
+"""Words before an axis, and the letter that stands for them here, as in qx."""
 WORDS = {kind: re.compile("|".join(words)) for kind, words in _TABLE["words"].items()}
 """Words of names by what they tell."""
 _WORDS = re.compile(r"[^\W\d_]+|\d+")
@@ -38,11 +42,19 @@ def words_of(name: str) -> Words:
     return tuple(names or numbers)
 
 
+def any_match(kind: re.Pattern[str], words: Sequence[str]) -> bool:
+    """Tell whether a word is of a kind."""
+    return any(map(kind.fullmatch, words))
+
+
 def is_word(word: str) -> bool:
     """Tell whether a word of a name is no number."""
     return not word.isdecimal()
 
 
-def all_match(kind: re.Pattern[str], words: Sequence[str]) -> bool:
+def all_match(
+    kind: re.Pattern[str],
+    words: Sequence[str],
+) -> bool:
     """Tell whether all words are of a kind."""
     return all(map(kind.fullmatch, words))

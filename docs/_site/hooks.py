@@ -9,7 +9,7 @@ from typing import Any
 
 from latex2mathml.converter import convert as latex_to_mathml
 
-from mukca.solver.calibration import option_table
+from mukca.solver.calibration import OPTION_TABLE, Option
 
 ROOT = Path(__file__).parents[2]
 ROOMS = {
@@ -69,12 +69,20 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
         before, _, after = markdown.partition(MESSAGES)
         markdown = before.partition(BY_HAND)[0] + "\n".join(_messages()) + after
     if OPTIONS in markdown:
-        options = option_table().items()
-        rows = [f"- `{name}`: {_safe(option.described)}" for name, option in options]
+        options = OPTION_TABLE.items()
+        rows = [f"- `{name}`: {_safe(_described(option))}" for name, option in options]
         markdown = markdown.replace(OPTIONS, "\n".join(rows))
     if EXAMPLES in markdown:
         markdown = markdown.replace(EXAMPLES, "\n".join(_examples()))
     return markdown
+
+
+def _described(option: Option) -> str:
+    """Return the text of an option with its default, and before it the method that alone has it."""
+    words = f"({option.method}) {option.text}" if option.method else option.text
+    if option.default in (None, True, False):
+        return words
+    return f"{words} (default: {option.default})"
 
 
 def on_page_content(html: str, **_: Any) -> str:

@@ -7,11 +7,11 @@ Address: ``[INTERFACE/]CHANNEL[?rate=HZ&ids=1,2,..&signs=1,-1,..]``, see :mod:`.
 """
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
-from .. import JointState, PolledDriver, Reason, clock, match_joints
+from .. import JointState, ModelNames, PolledDriver, Reason, clock, match_joints
 from ..transport import CanBus, FreshAnswers, parse_can_address
 
 JOINTS = 7
@@ -70,7 +70,7 @@ class Damiao(PolledDriver):
 
     resolution = 2 * PMAX / COUNTS
 
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None:
         bus = parse_can_address(address, ("rate", "ids", "signs"))
         super().__init__(f"the arm on {bus}")
         self._motors = bus.options.integers("ids", range(1, JOINTS + 1))
@@ -144,7 +144,7 @@ class Damiao(PolledDriver):
         def ask() -> Decoded:
             self._bus.send(EVERYBODY, bytes([motor, 0, request, register, 0, 0, 0, 0]))
             deadline, bad = clock.now() + ANSWER_SECONDS, f"no answer of motor {motor}"
-            while (frame := self._bus.receive(deadline)) is not None:
+            while frame := self._bus.receive(deadline):
                 if frame.arbitration_id == ANSWERS + motor:
                     try:
                         return decode(bytes(frame.data), motor)

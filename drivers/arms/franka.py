@@ -15,14 +15,22 @@ Address: ``HOST[:PORT][?version=N]``. The version is negotiated unless it is giv
 
 import math
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack, closing
 from itertools import starmap
 from pathlib import Path
 from typing import Any, cast
 
 from ...errors import read_json
-from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
+from .. import (
+    DriverError,
+    JointState,
+    ModelNames,
+    Reason,
+    ValidatingDriver,
+    clock,
+    match_joints,
+)
 from ..transport import (
     CONNECT_SECONDS,
     DatagramSocket,
@@ -55,7 +63,7 @@ ERRORS: list[str] = _NAMES["errors"]
 class Franka(ValidatingDriver):
     """A Panda or FR3 that streams its state at 1 kHz."""
 
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None:
         endpoint = parse_endpoint(address, PORT, options=("version",))
         version = endpoint.options.integer("version", FIRST_VERSION)
         if version not in VERSIONS:

@@ -9,7 +9,7 @@ Address: ``serial://PORT?baud=..&parity=..&stopbits=..``, ``can://[INTERFACE/]CH
 
 import importlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from contextlib import suppress
 from itertools import chain
@@ -19,6 +19,7 @@ from .. import (
     DriverError,
     JointState,
     JointValues,
+    ModelNames,
     PolledDriver,
     Reason,
     clock,
@@ -50,7 +51,7 @@ CONNECTION_MILLISECONDS = 2_000
 class Kinova(PolledDriver):
     """A connection to a Kinova arm, which is asked for its joints again and again."""
 
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None:
         super().__init__("the Kinova arm")
         scheme, separator, path = address.partition("://")
         kinds = {"serial": open_serial, "can": open_can, "kortex": Kortex}

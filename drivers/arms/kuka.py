@@ -7,9 +7,14 @@ unless ``effort=1`` keeps it.
 Address: ``HOST[:PORT][?bind=LOCAL&effort=1]``; PORT (30200) is opened here, on LOCAL.
 """
 
-from collections.abc import Sequence
-
-from .. import DriverError, JointState, Reason, ValidatingDriver, match_joints
+from .. import (
+    DriverError,
+    JointState,
+    ModelNames,
+    Reason,
+    ValidatingDriver,
+    match_joints,
+)
 from ..transport import DatagramSocket, parse_endpoint, resolve
 from .fri import Session, StateMessage, decode_message, encode_reply
 
@@ -25,7 +30,7 @@ COUNTER = 1 << 32
 class Kuka(ValidatingDriver):
     """An iiwa or Med whose FRI session is open in monitoring mode."""
 
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None:
         endpoint = parse_endpoint(address, PORT, options=("bind", "effort"))
         super().__init__(f"the controller at {endpoint.host}")
         self._sign = endpoint.options.sign("effort", -1)

@@ -8,11 +8,17 @@ Address: a CAN bus, see :mod:`..transport.can_bus`; ``can0`` by default.
 
 import math
 import struct
-from collections.abc import Sequence
 
 import can
 
-from .. import ArrivalTimeFilter, JointState, ValidatingDriver, clock, match_joints
+from .. import (
+    ArrivalTimeFilter,
+    JointState,
+    ModelNames,
+    ValidatingDriver,
+    clock,
+    match_joints,
+)
 from ..transport import CanBus, parse_can_address
 
 JOINTS = 6
@@ -40,7 +46,7 @@ def decode_frame(data: bytes) -> tuple[float, float]:
 class Piper(ValidatingDriver):
     """A Piper on a CAN bus."""
 
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None:
         bus = parse_can_address(address)
         super().__init__(f"the arm on {bus}")
         self._joint_names = match_joints(joint_names, JOINTS, "a Piper")
@@ -58,9 +64,9 @@ class Piper(ValidatingDriver):
             )
 
     def _receive(self, deadline: float) -> JointState:
-        while (frame := self._bus.receive(deadline)) is not None:
+        while frame := self._bus.receive(deadline):
             state = self._take(frame)
-            if state is not None:
+            if state:
                 return state
         raise self._silence(deadline, "joint angles")
 

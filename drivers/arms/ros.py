@@ -17,7 +17,15 @@ from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from .. import JointNames, JointState, JointValues, Reason, ValidatingDriver, clock
+from .. import (
+    JointNames,
+    JointState,
+    JointValues,
+    ModelNames,
+    Reason,
+    ValidatingDriver,
+    clock,
+)
 from ..transport import Endpoint, open_tcp, parse_endpoint
 
 if TYPE_CHECKING:
@@ -67,7 +75,7 @@ def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> Joint
 class Ros(ValidatingDriver):
     """A subscription to a topic with joint states."""
 
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None:
         endpoint = parse_endpoint(
             address.removeprefix("ws://"),
             PORT,
@@ -96,7 +104,7 @@ class Ros(ValidatingDriver):
 
     def _receive(self, deadline: float) -> JointState:
         others: JointNames = ()
-        while (came := self._get(deadline)) is not None:
+        while came := self._get(deadline):
             arrival, message = came
             names = _names(message)
             if not names or set(names) & set(self._joint_names):
@@ -125,12 +133,12 @@ class Ros(ValidatingDriver):
             self._topic.unsubscribe()
             self._client.close()
 
-    def _match(self, joint_names: Sequence[str] | None) -> JointNames:
+    def _match(self, joint_names: ModelNames) -> JointNames:
         """Wait for a message that has the model's joints, or any joints without a model."""
         deadline = clock.now() + FIRST_STATE_SECONDS
         published: set[str] = set()
         longest: JointNames = ()
-        while (came := self._get(deadline)) is not None:
+        while came := self._get(deadline):
             names = _names(came[1])
             published.update(names)
             if joint_names is not None and set(names) >= set(joint_names):

@@ -11,7 +11,16 @@ from pathlib import Path
 from urllib.parse import parse_qsl
 
 from ...errors import read_bytes, reason_of
-from .. import Driver, JointNames, JointState, JointValues, Reason, clock, match_joints
+from .. import (
+    Driver,
+    JointNames,
+    JointState,
+    JointValues,
+    ModelNames,
+    Reason,
+    clock,
+    match_joints,
+)
 from .simulated_arm import Fault, Motion, SimulatedArm
 
 _Rows = list[JointValues]
@@ -39,7 +48,7 @@ class Mock(Driver):
     def __init__(
         self,
         address: str = "",
-        joint_names: Sequence[str] | None = None,
+        joint_names: ModelNames = None,
         *,
         arm: SimulatedArm | None = None,
     ) -> None:
@@ -79,7 +88,7 @@ class Mock(Driver):
                 if due > deadline:
                     raise Reason.SILENT(f"no state came within {timeout:g} s")
             state = self._receive()
-            if state is not None:
+            if state:
                 return state
 
     def close(self) -> None:

@@ -17,6 +17,7 @@ from .. import (
     DriverError,
     JointState,
     JointValues,
+    ModelNames,
     Reason,
     ValidatingDriver,
     clock,
@@ -64,7 +65,7 @@ WITH_EFFORT = struct.Struct(">Bd6dii6d")
 class Ur(ValidatingDriver):
     """A UR arm that streams its state."""
 
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None:
         endpoint = parse_endpoint(address, PORT, options=("rate", "effort"))
         super().__init__(f"the robot at {endpoint}")
         self._joint_names = match_joints(joint_names, JOINTS, "a UR arm")

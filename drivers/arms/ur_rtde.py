@@ -11,11 +11,18 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
 from importlib.util import find_spec
 from typing import IO, cast
 
-from .. import DriverError, JointState, Reason, ValidatingDriver, clock, match_joints
+from .. import (
+    DriverError,
+    JointState,
+    ModelNames,
+    Reason,
+    ValidatingDriver,
+    clock,
+    match_joints,
+)
 from ..transport import parse_endpoint
 from .ur import FAST, JOINTS, OUTPUTS, PORT, Ur, check_angles, status_text
 
@@ -28,7 +35,7 @@ STATE = struct.Struct("=7d2i")  # stamp, angles, modes: written whole, being so 
 class UrRtde(ValidatingDriver):
     """A UR arm that ur-rtde reads."""
 
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None:
         if find_spec("rtde_receive") is None:
             raise Reason.MISSING_PACKAGE(
                 "ur-rtde is not installed (pip install ur-rtde; Python 3.10 to 3.12 on "

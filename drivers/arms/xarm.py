@@ -14,6 +14,7 @@ from .. import (
     DriverError,
     JointState,
     JointValues,
+    ModelNames,
     Reason,
     ValidatingDriver,
     clock,
@@ -103,7 +104,7 @@ def decode_arm(report: bytes) -> tuple[int, str]:
 class XArm(ValidatingDriver):
     """A UFACTORY arm that streams its reports."""
 
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None:
         endpoint = parse_endpoint(address, RICH_PORT, options=("port",))
         super().__init__(f"the robot at {endpoint.host}")
         port = endpoint.options.integer("port", 0)

@@ -167,7 +167,7 @@ def bad_address(address: str, why: str) -> DriverError:
 
 
 @contextmanager
-def lost(what: str, *errors: type[Exception]) -> Generator[None, None, None]:
+def lost(what: str, *errors: type[Exception]) -> Generator[None]:
     """Turn the errors of a line or bus that is lost into a driver's own."""
     try:
         yield

@@ -157,7 +157,7 @@ class DatagramSocket:
         A datagram that is waiting is yielded even if the time was up before. Only one is then, so
         that a flood of useless datagrams cannot keep the caller for ever.
         """
-        while (received := self._receive(deadline)) is not None:
+        while received := self._receive(deadline):
             if received[1][0] == self._robot:
                 yield received
             else:

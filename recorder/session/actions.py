@@ -141,7 +141,7 @@ class SessionActions:
     def delete(self, number: int) -> None:
         """Take a sample back by its number."""
         sample = self._known(number)
-        if sample is None:
+        if not sample:
             return
         if number in self.session.withdrawn:
             self.alarm(
@@ -191,7 +191,7 @@ class SessionActions:
     def relabel(self, number: int, socket: int) -> None:
         """Give another socket to a sample."""
         sample = self._known(number)
-        if sample is None or not self._has(socket):
+        if not sample or not self._has(socket):
             return
         samples = list(self.session.samples)
         samples[number - 1] = replace(sample, socket=socket)

@@ -181,7 +181,7 @@ class GuidanceClient:
     def alarm(self) -> Alarm | None:
         """The most probable fault that the operator has not answered yet."""
         alarm = next(iter(self.answers.open_alarms(self._alarms)), None)
-        if alarm is None or not alarm.samples:
+        if not alarm or not alarm.samples:
             return alarm
         session, first = self._actions.session, alarm.samples[0]
         before = [sample.number for sample in session.live if sample.number < first]
@@ -198,7 +198,7 @@ class GuidanceClient:
     def update(self, position: Configuration | None) -> None:
         """Take an answer that has come, and ask anew for the arm's position if need be."""
         provider = self._provider
-        if provider is None:
+        if not provider:
             return
         self._accept(provider.answer())
         self._see_proposal()
@@ -243,7 +243,7 @@ class GuidanceClient:
         It holds while more are recorded: whoever is quick hears of faults as well.
         """
         session, request = self._actions.session, self._request
-        if advice is None or request is None or not request.is_begin_of(session):
+        if not advice or request is None or not request.is_begin_of(session):
             return
         alarm, before, self._alarms = self.alarm, self._advice, advice.alarms
         if not advice.early:

@@ -145,7 +145,7 @@ def _before_all(now: View) -> OperatorPrompt | None:
         return OperatorPrompt("WHICH?", _NEXT, now.typed)
     if now.trouble or now.position is None:
         return OperatorPrompt("WAIT", _BAD, now.trouble or "no state yet")
-    if now.captured is not None:
+    if now.captured:
         reason = f"sample {now.captured} is on the disk"
         return OperatorPrompt(f"GOT {now.captured}", _GOOD, reason)
     if now.alarm:
@@ -185,7 +185,7 @@ def _enough_for(session: Session, advice: Advice, hint: str) -> str:
 
 def _by_place(now: View) -> OperatorPrompt | None:
     """Return the step at a pose where no capture would be taken."""
-    assert now.position is not None
+    assert now.position
     session = now.session
     samples = session.left_behind(now.position)
     if samples:

@@ -163,7 +163,7 @@ class Recording:
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
         self.close()
-        if error is not None and self._is_new:
+        if error and self._is_new:
             self._remove()
 
     def _remove(self) -> None:

@@ -58,7 +58,7 @@ class Stream:
         """Return the oldest states that were not taken yet, at most so many."""
         waiting = self._waiting
         taken = [waiting.popleft() for _ in range(min(count, len(waiting)))]
-        if self.log is not None:
+        if self.log:
             for _, state, connection in taken:
                 self.log.add(state, connection)
         return taken

@@ -155,7 +155,7 @@ class Lines:
         """Print the keys once, and the prompt each time that it, or the typed line, changes."""
         prompt = view.prompt
         words = prompt.text if prompt.words == "WHICH?" else prompt.words
-        if words == self._words or view.captured is not None:  # a message says that
+        if words == self._words or view.captured:  # a message says that
             return
         if not self._words:
             self._console.print(KEYS, markup=False)

@@ -30,7 +30,7 @@ def kept(view: View, width: int) -> Texts:
 def gauge(view: View, width: int) -> Texts:
     """The predicted error against the goal, and what the fit says: a line, or two if need be."""
     advice = view.advice
-    if advice is None or not advice.is_informative:
+    if not advice or not advice.is_informative:
         late = " no advice yet: the computer is busy; go on meanwhile"
         return [Text(late if view.late else "", style="bold")]
     older = len(view.session.live) - advice.count

@@ -111,7 +111,7 @@ class KeyHandler:
 
     def _cure(self, alarm: Alarm | None, action: str | None) -> bool:
         """Carry out a key that answers an alarm; return False if it is none of those."""
-        if alarm is None:
+        if not alarm:
             return False
         if action == "keep":
             self.actions.keep(alarm.text)

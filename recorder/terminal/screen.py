@@ -35,8 +35,7 @@ def render(view: View, width: int, height: int, *, ascii_only: bool = False) -> 
 
     ``ascii_only`` draws with ASCII only.
     """
-    lowest = rows_needed(len(view.session.joints))
-    if width < _WIDTH or height < lowest:
+    if width < _WIDTH or height < rows_needed(len(view.session.joints)):
         lines = _brief(view, width, height)
     else:
         lines = _lines(view, width, height)
@@ -45,7 +44,7 @@ def render(view: View, width: int, height: int, *, ascii_only: bool = False) -> 
 
 def advice_lines(view: View, width: int) -> list[str]:
     """Return the advice in lines, for where there is no screen; none without advice."""
-    if view.advice is None or not view.advice.is_informative:
+    if not view.advice or not view.advice.is_informative:
         return []
     return [line.plain.strip() for line in (*gauge(view, width), *_hint(view, width))]
 
@@ -158,7 +157,7 @@ def _middle(view: View, width: int, room: int) -> Texts:
 def _hint(view: View, width: int) -> Texts:
     """The next pose in words: each joint that must move, in the order of the chain."""
     advice = view.advice
-    if advice is None:
+    if not advice:
         return []
     if advice.enough or advice.exhausted:
         return _wrapped(advice.closing, width, "bold cyan")
@@ -241,10 +240,9 @@ def _capture(session: Session, sample: Sample) -> str:
 
 def _messages(session: Session, width: int, room: int) -> Texts:
     """The last messages, the newest at the end and in full."""
-    lines: Texts = []
-    for message in session.messages[-room:-1]:
-        text = fit(f" {_mark(message)} {message.text}", width - 1)
-        lines.append(Text(text, style="dim"))
+    before = session.messages[-room:-1]
+    texts = [fit(f" {_mark(message)} {message.text}", width - 1) for message in before]
+    lines = [Text(text, style="dim") for text in texts]
     return [*lines, *_last_message(session, width, room)][-room:]
 
 

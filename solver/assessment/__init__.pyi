@@ -64,5 +64,6 @@ from .verdict import Premise as Premise
 from .verdict import Scope as Scope
 from .verdict import Verdict as Verdict
 from .verdict import judge as judge
+from .verdict import sentence as sentence
 from .verdict import stamp_of as stamp_of
 from .verdict import worst as worst

@@ -148,20 +148,20 @@ def _answer(
     if lacks_a_length_alone(rows):
         reason = [NO_MORE_SAMPLES, *reason]
     lines = [] if better is None else [figures_in_words(better)]
-    chance = "" if better is None else in_100(better.probability)
+    chance = odds or (better and in_100(better.probability))
+    told = f" ({chance})" if chance else ""
     if verdict.use:
-        chance = f" ({odds or chance})" if odds or chance else ""
-        lines.append(f"USE IT: load {URDF}. It is better than your file{chance}.")
+        lines.append(f"USE IT: load {URDF}. It is better than your file{told}.")
         lines += reason or ([] if scope is None else [_limits_kept(rows, scope)])
         premises = _first_of_each(verdict.rests_on)
         lines += [" ".join(premises)] if premises else []
     elif certain:
         lines.append(f"DO NOT LOAD IT: {' '.join(reason)}")
     else:
-        not_better = f"DO NOT LOAD IT: {URDF} is not shown to be better than your file"
-        chance = f"; the chance that it is better is {chance}" if chance else ""
-        chance = f" ({odds})" if odds else chance
-        lines += [f"{not_better}{chance}.", *reason]
+        if chance and not odds:
+            told = f"; the chance that it is better is {chance}"
+        not_better = f"{URDF} is not shown to be better than your file{told}."
+        lines += [f"DO NOT LOAD IT: {not_better}", *reason]
     return lines
 
 

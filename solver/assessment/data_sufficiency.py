@@ -111,17 +111,12 @@ def recording_rows(
     ]
     if recordings.scale is not None:
         distance = next((m.distance for m in recordings.trained if m.has_distance), 0.0)
-        scale, causes, readings = (
-            recordings.scale,
-            recordings.causes,
-            recordings.readings,
-        )
         row = scale_row(
-            scale,
+            recordings.scale,
             distance,
             checks,
-            causes,
-            readings=readings,
+            recordings.causes,
+            readings=recordings.readings,
             settled=recordings.scale_settled,
         )
         rows.append(row)

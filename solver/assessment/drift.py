@@ -25,23 +25,20 @@ def drift_rows(predictions: Predictions, limits: Limits) -> list[LimitResult]:
     trained, tested = drifts_of(predictions, "train"), drifts_of(predictions, "test")
     limit, largest = limits.mean_absolute_error.value, max(trained.values(), default=0)
     start = "the ball drifts in its sockets from the first sample to the last, at"
-    status: Status = "pass"
-    text = "none beyond the scatter"
     checks = predictions.document.checks or ()
     places = {short_where(d.where): "" for d in checks if d.code == "movement"}
+    status: Status = "warning" if trained or places else "pass"
+    text = "none beyond the scatter"
     if trained:
         is_severe = limit is None or largest > SEVERE * predicted_limit(limit)
-        is_severe &= not is_dwarfed(predictions.document.better, largest, largest)
-        status = "not enough" if is_severe else "warning"
+        if is_severe and not is_dwarfed(predictions.document.better, largest, largest):
+            status = "not enough"
         text = (
             f"{start} {_sizes(trained)}: a base, a table or a joint that moved meanwhile looks "
             "like an error of the model in these data; record it again, firmly screwed down"
         )
     elif places:
-        status, text = (
-            "warning",
-            f"something moved at {joined(list(places))}",
-        )
+        text = f"something moved at {joined(list(places))}"
     rows = [limit_row("drift", status, text, text=text)]
     if tested:
         text = f"{start} {_sizes(tested)}"
@@ -53,14 +50,12 @@ def drifts_of(predictions: Predictions, role: Role) -> dict[str, float]:
     """Return the length of each drift that the fit does not model [m], by its placement's name."""
     drifts: dict[str, float] = {}
     document = predictions.document
-    weighs = document.posterior is not None
-    weighs &= not document.settings.get("as_recorded")
-    for placement in predictions.of_role(role):
-        if placement.measured.kind == "points" or (role == "train" and weighs):
-            continue
-        evidence, length = steady_drift(placement)
-        if evidence > 0:
-            drifts[placement.name] = length
+    weighs = document.posterior and not document.settings.get("as_recorded")
+    for placement in () if role == "train" and weighs else predictions.of_role(role):
+        if placement.measured.kind == "sockets":
+            evidence, length = steady_drift(placement)
+            if evidence > 0:
+                drifts[placement.name] = length
     return drifts
 
 

@@ -1,6 +1,6 @@
 """Predictions of the ball in each sample by all models, and the joint ranges that these cover."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, NamedTuple
@@ -144,10 +144,7 @@ def predict(document: CalibrationDocument, source: str) -> Predictions:
     placements = _predicted(calibration, parts)
     left_out: list[PlacementPrediction] = []
     for number, fold in enumerate(document.folds):
-        fold_parts = [
-            *_parts(document, measured, "train", lambda k, n=number: k != n),
-            *_parts(document, measured, "left_out", lambda k, n=number: k == n),
-        ]
+        fold_parts = [*_parts(document, measured, number)]
         predicted = _predicted(fold.robot(calibration), fold_parts)
         left_out += [p for p in predicted if p.role == "left_out"]
     _check(document, placements, left_out, source)
@@ -189,21 +186,19 @@ class _Part(NamedTuple):
 
 
 def _parts(
-    document: CalibrationDocument,
-    measurements: Sequence[Measurement],
-    role: Role,
-    is_in: Callable[[int | None], bool],
-) -> list[_Part]:
-    """Return the samples trained on by all whose fold's number is in a part, by placement."""
-    parts: list[_Part] = []
+    document: CalibrationDocument, measurements: Sequence[Measurement], fold: int
+) -> Iterator[_Part]:
+    """Yield the samples trained on by placement, and apart from them those that a fold left out."""
+    roles: dict[Role, bool] = {"train": False, "left_out": True}
     for row, measured in zip(document.data, measurements, strict=True):
-        ranks = [i for i, s in enumerate(row.samples) if is_in(s.fold)]
-        if row.role != "train" or not ranks:
-            continue
-        part = replace(measured.only(np.array(ranks)), moved=None)
-        recorded = structs.replace(row, samples=tuple(row.samples[i] for i in ranks))
-        parts.append(_Part(part, role, recorded.by_socket))
-    return parts
+        for role, is_in_fold in roles.items() if row.role == "train" else ():
+            pairs = enumerate(row.samples)
+            ranks = [i for i, s in pairs if (s.fold == fold) == is_in_fold]
+            if ranks:
+                part = replace(measured.only(np.array(ranks)), moved=None)
+                samples = tuple(row.samples[i] for i in ranks)
+                recorded = structs.replace(row, samples=samples)
+                yield _Part(part, role, recorded.by_socket)
 
 
 def _predicted(

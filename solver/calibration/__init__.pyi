@@ -1,4 +1,4 @@
-# keep: Option, SolveOptions, option_table, Method
+# keep: Option, SolveOptions, OPTION_TABLE, Method
 from .calibration import Calibration as Calibration
 from .chance import Comparison as Comparison
 from .chance import differences as differences
@@ -25,10 +25,10 @@ from .option import Method as Method
 from .option import Option as Option
 from .option import UsageError as UsageError
 from .option import joints_named as joints_named
+from .options import OPTION_TABLE as OPTION_TABLE
 from .options import CalibrateOptions as CalibrateOptions
 from .options import SolveOptions as SolveOptions
 from .options import check_keywords as check_keywords
-from .options import option_table as option_table
 from .pipeline import calibrate as calibrate
 from .poses import Setup as Setup
 from .poses import one_pose as one_pose

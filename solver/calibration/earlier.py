@@ -35,7 +35,7 @@ from ..identification.model import (
 )
 from ..identification.robot import BallModel, Origin
 from .fit import fit_robot
-from .options import SolveOptions, UsageError, option_table
+from .options import OPTION_TABLE, SolveOptions, UsageError
 from .tables import METHODS
 
 
@@ -196,7 +196,7 @@ def _fitted_to(
     robot = results.calibrated_robot(document, source).robot
     offset_by_joint = {zero.joint: zero.offset for zero in document.later_zeros}
     zeros = [offset_by_joint.get(joint, 0.0) for joint in robot.joint_names]
-    known_names = document.settings.keys() & option_table().keys()
+    known_names = document.settings.keys() & OPTION_TABLE.keys()
     stored: dict[str, Any] = {name: document.settings[name] for name in known_names}
     stored["accept_distorted"] = True
     if document.arms is not None:  # what ties it to the others is in its posterior

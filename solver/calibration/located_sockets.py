@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import chain, combinations
 
 import numpy as np
 
@@ -34,16 +34,18 @@ def _findings(problem: CalibrationProblem) -> Iterator[Diagnostic]:
     placements = [measured for _, measured in problem.placements]
     seats = _nominal_seats(problem.robot, placements)
     for frame, sockets in by_frame.items():
-        pairs = [(s.coordinates, seats[k]) for s in sockets if (k := _key(s, seats))]
-        if len(pairs) < LEAST or len(pairs) != len(sockets):
+        keys = [*chain.from_iterable(_keys(socket, seats) for socket in sockets)]
+        if len(keys) < max(LEAST, len(sockets)):
             continue
-        table, arm = map(np.array, zip(*pairs, strict=True))
-        errors = {"": _error(table, arm)}
-        for words, rows in _exchanges(sockets):
-            errors.setdefault(words, _error(table[rows], arm))
+        table = np.array([socket.coordinates for socket in sockets])
+        arm = np.array([seats[key] for key in keys])
+        as_given = _error(table, arm)
+        errors = {
+            words: _error(table[rows], arm) for words, rows in _exchanges(sockets)
+        }
         errors["an axis points the other way"] = _error(table, arm, mirrored=True)
         reading = min(errors, key=errors.__getitem__)
-        least, as_given = errors[reading], errors[""]
+        least = errors[reading]
         if as_given > max(WORSE * least, FAR):
             millimetres = f"{1e3 * least:.1f} mm for {1e3 * as_given:.1f}"
             words = (
@@ -70,11 +72,10 @@ def _nominal_seats(
     return seats
 
 
-def _key(socket: SocketAt, seats: dict[Key, np.ndarray]) -> Key | None:
-    """Return the placement and number of a socket of a table; None where none was recorded."""
+def _keys(socket: SocketAt, seats: dict[Key, np.ndarray]) -> list[Key]:
+    """Return the placement and number of a socket of a table; none where it was not recorded."""
     name, number = socket.socket
-    keys = (key for key in seats if key[1] == number and is_called(key[0], name))
-    return next(keys, None)
+    return [key for key in seats if key[1] == number and is_called(key[0], name)][:1]
 
 
 def _exchanges(sockets: Sequence[SocketAt]) -> Iterator[tuple[str, list[int]]]:
@@ -87,7 +88,7 @@ def _exchanges(sockets: Sequence[SocketAt]) -> Iterator[tuple[str, list[int]]]:
     others = {(name, number): (name, 1 - number) for name, number in labels}
     exchanges = {"its sockets 0 and 1 are exchanged": others}
     for name in names:
-        of_base = {label: others[label] for label in labels if label[0] == name}
+        of_base = {key: other for key, other in others.items() if key[0] == name}
         exchanges[f"sockets 0 and 1 of {name} are exchanged in it"] = of_base
     for pair in combinations(names, 2):
         other = dict(zip(pair, reversed(pair), strict=True))

@@ -39,18 +39,6 @@ class Option:
         """The only method that knows the option."""
         return self.group.partition("method ")[2] or None
 
-    @property
-    def help(self) -> str:
-        """The text, with the default where there is one to name."""
-        if self.default in (None, True, False):
-            return self.text
-        return f"{self.text} (default: {self.default})"
-
-    @property
-    def described(self) -> str:
-        """The help, and before it the method that alone knows the option."""
-        return f"({self.method}) {self.help}" if self.method else self.help
-
     def check(self, name: str, value: Any) -> None:
         """Refuse a value that cannot be."""
         words = f"--{name.replace('_', '-')}"

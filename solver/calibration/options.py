@@ -1,10 +1,11 @@
-"""Options of a calibration: a new one is one more field of both classes."""
+"""Options of a calibration: a new one is one more field of both classes, and a row of its table."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, fields, replace
-from functools import partial
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar, cast, get_args
+
+import msgspec
 
 from .. import tables
 from ..identification import data
@@ -18,6 +19,7 @@ else:  # the command line reads the types of the fields, and has words for these
     KnownDistance = SocketAt = str
 
 Optimizer = Literal["gauss-newton", "ipopt"]
+_Class = TypeVar("_Class")
 
 
 class CalibrateOptions(TypedDict, total=False):
@@ -48,138 +50,54 @@ class CalibrateOptions(TypedDict, total=False):
     max_iterations: int | None
 
 
-def _option(
-    text: str,
-    metavar: str | tuple[str, ...] | None = None,
-    unset: Any = None,
-    **about: Any,
-) -> Any:
-    """Field of an option, with the text of its help and what else :class:`Option` holds."""
-    metadata = {"text": text, "metavar": metavar, "group": "fit"}
-    return field(default=unset, metadata=metadata | about)
+OPTION_TABLE = msgspec.json.decode(
+    Path(__file__).with_name("options.json").read_bytes(), type=dict[str, Option]
+)
+"""Documentation of each option by its name."""
+OPTION_TABLE["without"] = replace(
+    OPTION_TABLE["without"], choices=(*EXTENSIONS, "joint-noise")
+)
 
 
-_auto = partial(_option, group="method auto")
-_paper = partial(_option, group="method paper")
+def _documented(options: type[_Class]) -> type[_Class]:
+    """Return a class whose fields, with their defaults, have their rows of the table."""
+    for name, option in OPTION_TABLE.items():
+        unset = vars(options)[name]
+        setattr(options, name, field(default=unset, metadata=asdict(option)))
+    return options
 
 
 @dataclass(frozen=True, kw_only=True)
+@_documented
 class SolveOptions:
-    """Options of a calibration. None, or an empty sequence, stands for the default."""
+    """Options of a calibration, which ``options.json`` documents.
 
-    method: Method = _option(
-        "auto: geometry, elasticity and transmission error, as far as the data support them; "
-        "paper: Eq. (5), geometry alone",
-        unset="auto",
-    )
-    distance: float | Sequence[float] | None = _option(
-        "distance of the sockets' centres in metres, or with its unit as in 100.1mm (default: the "
-        "recording's, or 0.05); 1 mm wrong in 50 makes the arm 2 % too long; measure twice, and "
-        "give both",
-        "M",
-        repeated=True,
-    )
-    free: Sequence[str] = _option(
-        "free parameters: joint names, JOINT.x .. JOINT.yaw, JOINT.xyz or JOINT.rpy; * stands for "
-        "any text",
-        "P",
-        unset=(),
-    )
-    fix: Sequence[str] = _option("fixed parameters, likewise", "P", unset=())
-    as_recorded: bool = _option(
-        "take all as it is: nothing differs between places, no samples are of another socket, no "
-        "placements are empty; method paper sets nothing right",
-        unset=False,
-    )
-    leave_out: Sequence[str] = _option(
-        "leave out a placement, a socket of it, or samples by the numbers that the screen and "
-        "`check` name, as in left:1:3,5-7",
-        "PLACEMENT[:SOCKET[:SAMPLES]]",
-        unset=(),
-    )
-    flange_poses: bool = _option(
-        "each poses.csv holds measured flange poses, whatever its first line lacks",
-        unset=False,
-    )
-    repeatability_mm: float | None = _option(
-        "repeatability of the arm in millimetres, from its data sheet, on which the verdict's "
-        "limits rest (default: what is known of the arm)",
-        "MM",
-        within=(1e-9, 1e4),
-        unit="millimetres",
-    )
-    accept_distorted: bool = _option(
-        "export even a model that does not reproduce the sockets' distance", unset=False
-    )
-    no_proof: bool = _option(
-        "leave nothing out: without --test nothing then proves the fit", unset=False
-    )
-    scale: float | None = _auto(
-        "measured points are divided by it: 1.01 for an instrument whose lengths come out 1 % too "
-        "long, 1 for one that was checked against a known length",
-        "S",
-        within=(0.5, 2.0),
-        unit="a factor near 1",
-    )
-    known: Sequence[str | Path | KnownDistance] = _auto(
-        "further measured distances between sockets, to which the fit keeps as closely as their "
-        "standard deviation S says; or a file with one a line, or a table with from, to, "
-        "distance [mm], deviation [mm]",
-        "A:0-B:0=M[+-S]",
-        unset=(),
-    )
-    sockets_at: str | Path | Sequence[str | Path | SocketAt] = _auto(
-        "measured coordinates of sockets, a CSV file with the columns frame, socket, x [mm], "
-        "y [mm], z [mm], deviation [mm]; the frame `base` is the robot's own",
-        "FILE",
-        unset=(),
-    )
-    distance_deviation: float | None = _auto(
-        "standard deviation of the distance in metres; the default is a caliper's",
-        "M",
-        default=3e-5,
-        within=(1e-12, 1.0),
-        unit="metres",
-    )
-    without: Sequence[str] = _auto(
-        "effects that are not to be tried",
-        unset=(),
-        choices=(*EXTENSIONS, "joint-noise"),
-    )
-    zeros: bool | None = _auto(
-        "the joints' zeros may be off by degrees: for arms made of servos; but of joints that "
-        "slide, or whose angles --fix holds",
-        default=False,
-    )
-    prior: str | Path | None = _auto(
-        "an earlier calibration.json of this very arm: what it knows of geometry, elasticity and "
-        "error curves, and how well, is where this one begins",
-        "CALIBRATION",
-    )
-    remounted: Sequence[str] = _auto(
-        "what was taken off and put back since that calibration",
-        unset=(),
-        choices=("tool", "base"),
-    )
-    payload: float | str | Sequence[str | float] | None = _auto(
-        "mass at the ball beyond the model's, in kilograms; PLACEMENT=KG for one placement, as "
-        "often as needed",
-        "KG",
-        repeated=True,
-    )
-    gravity: Sequence[float] | None = _auto(
-        "acceleration in the base frame in m/s^2, for an arm on a wall or ceiling",
-        ("X", "Y", "Z"),
-        within=(9.0, 11.0),
-        unit="its three components in m/s^2, for an arm that hangs from the ceiling 0 0 9.81",
-    )
-    optimizer: Optimizer | None = _paper(
-        "both reach the same minimum; ipopt is the paper's", default="gauss-newton"
-    )
-    regularization: float | None = _paper("lambda of Eq. (5)", "L", default=1e-4)
-    max_iterations: int | None = _paper(
-        "steps allowed", "N", default=200, within=(1, 10**9), unit="at least 1"
-    )
+    None, or an empty sequence, stands for the default.
+    """
+
+    method: Method = "auto"
+    distance: float | Sequence[float] | None = None
+    free: Sequence[str] = ()
+    fix: Sequence[str] = ()
+    as_recorded: bool = False
+    leave_out: Sequence[str] = ()
+    flange_poses: bool = False
+    repeatability_mm: float | None = None
+    accept_distorted: bool = False
+    no_proof: bool = False
+    scale: float | None = None
+    known: Sequence[str | Path | KnownDistance] = ()
+    sockets_at: str | Path | Sequence[str | Path | SocketAt] = ()
+    distance_deviation: float | None = None
+    without: Sequence[str] = ()
+    zeros: bool | None = None
+    prior: str | Path | None = None
+    remounted: Sequence[str] = ()
+    payload: float | str | Sequence[str | float] | None = None
+    gravity: Sequence[float] | None = None
+    optimizer: Optimizer | None = None
+    regularization: float | None = None
+    max_iterations: int | None = None
 
     def validated(self) -> "SolveOptions":
         """Return the options with defaults filled in, and files read; refuse what cannot be."""
@@ -188,7 +106,7 @@ class SolveOptions:
                 f"method {self.method!r}: choose one of {', '.join(get_args(Method))}"
             )
         filled: dict[str, Any] = {}
-        for name, option in option_table().items():
+        for name, option in OPTION_TABLE.items():
             value = getattr(self, name)
             unset = getattr(SolveOptions, name)
             mine = option.method in (None, self.method)
@@ -255,20 +173,15 @@ class SolveOptions:
     @property
     def deviation(self) -> float:
         """Standard deviation of the distance between a base's sockets [m]."""
-        return self.distance_deviation or option_table()["distance_deviation"].default
+        return self.distance_deviation or OPTION_TABLE["distance_deviation"].default
 
     def as_dict(self) -> dict[str, Any]:
         """Return the options of this method by name, as they stand in ``calibration.json``."""
         return {
             name: _plain(getattr(self, name))
-            for name, option in option_table().items()
+            for name, option in OPTION_TABLE.items()
             if name != "method" and option.method in (None, self.method)
         }
-
-
-def option_table() -> dict[str, Option]:
-    """Return the documentation of each option by its name."""
-    return {entry.name: Option(**entry.metadata) for entry in fields(SolveOptions)}
 
 
 def check_keywords(

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, repeat
 
 import numpy as np
 
@@ -122,15 +122,12 @@ def _by_robot(
     """Return each robot's placements: as given by name, or as each of them says."""
     by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
     listing = ", ".join(robots)
+    groups = placements if isinstance(placements, Mapping) else {None: placements}
     pairs: list[tuple[str | None, Placement]] = []
-    if isinstance(placements, Mapping):
-        for name, group in placements.items():
-            pairs += [(name, placement) for placement in as_list(group)]
-    else:
-        pairs += [
-            (placement.robot_name, placement) for placement in as_list(placements)
-        ]
-    for name, placement in pairs:
+    for group, recordings in groups.items():
+        pairs += zip(repeat(group), as_list(recordings), strict=False)
+    for group, placement in pairs:
+        name = placement.robot_name if group is None else group
         where = placement.where
         if name is None:
             raise UsageError(

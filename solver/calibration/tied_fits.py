@@ -23,19 +23,25 @@ def tied_fits(
         NotConverged: A fit did not converge; names an error in the recordings.
         FrameError: Nothing ties a robot or a frame to the first robot.
     """
-    worlds = list[TiedRobots]()
+    worlds: list[TiedRobots] = []
 
     def fitted() -> list[Fit]:
-        fits, world = _tied_fits(robots, options, progress)
+        begin = time.perf_counter()
+        world = _tied(robots, options, progress)
+        seconds = time.perf_counter() - begin
         worlds.append(world)
+        fits: list[Fit] = []
+        for arm, visitor in zip(robots, world.robots, strict=True):
+            frames = () if fits else world.frames
+            fits.append(fit_of(arm, visitor.fit, seconds, METHODS, frames))
         return fits
 
     return converged_fits(robots, fitted), worlds[0]
 
 
-def _tied_fits(
+def _tied(
     robots: Sequence[CalibrationProblem], options: SolveOptions, progress: Progress
-) -> tuple[list[Fit], TiedRobots]:
+) -> TiedRobots:
     """Fit each robot to its recordings alone, then tie their bases by what they share.
 
     Args:
@@ -45,14 +51,13 @@ def _tied_fits(
     """
     prior = prior_of(options, robots)
     options = options.validated()
-    begin = time.perf_counter()
     places = common_places(
         robots,
         lengths=options.distances,
         sockets_at=options.located,
         deviation=options.deviation,
     )
-    visitors = list[Visitor]()
+    visitors: list[Visitor] = []
     for i, arm in enumerate(robots):
         alone, sockets = places_alone(places, robots, i)
 
@@ -62,10 +67,4 @@ def _tied_fits(
         posterior = posterior_at(alone, arm, options, METHODS, prior, said)
         frame = places.frames.index(arm.base_frame) if i else WORLD
         visitors.append(Visitor(arm.name, frame, sockets, posterior))
-    world = tie(visitors, places)
-    seconds = time.perf_counter() - begin
-    fits = list[Fit]()
-    for arm, visitor in zip(robots, world.robots, strict=True):
-        frames = () if fits else world.frames
-        fits.append(fit_of(arm, visitor.fit, seconds, METHODS, frames))
-    return fits, world
+    return tie(visitors, places)

@@ -99,10 +99,15 @@ class ColumnHypothesis:
         mends = {
             "sign": "the other sign",
             "ratio": " and ".join(f"{abs(factor):.3g} q" for factor in geared),
-            "coupled": self._sum,
             "swap": "their columns put right",
             "zero": f"{' and '.join(degrees)} deg added to what {readings}",
         }
+        if self.coupling is not None:
+            names = self.robot.joint_names
+            joint, other, share = self.coupling
+            part = f"{abs(share):g} {names[other]}".removeprefix("1 ")
+            sign = "+" if share > 0 else "-"
+            mends["coupled"] = f"{names[joint]} {sign} {part} for {names[joint]}"
         blames = [self._blame(kind, indices) for kind, indices in mistakes.items()]
         mending = [mends[kind] for kind in mistakes]
         return f"{' and '.join(blames)}: with {' and '.join(mending)}"
@@ -112,16 +117,6 @@ class ColumnHypothesis:
         """Columns in the joints' order and with their signs, as ``--columns`` takes them."""
         pairs = zip(self.order.tolist(), self.factors.tolist(), strict=True)
         return "q=" + ",".join(f"{'-' * (factor < 0)}{i + 1}" for i, factor in pairs)
-
-    @property
-    def _sum(self) -> str:
-        """Mending of a coupling, in words."""
-        if self.coupling is None:
-            return ""
-        names = self.robot.joint_names
-        joint, other, share = self.coupling
-        part = f"{abs(share):g} {names[other]}".removeprefix("1 ")
-        return f"{names[joint]} {'+' if share > 0 else '-'} {part} for {names[joint]}"
 
     def _blame(
         self,

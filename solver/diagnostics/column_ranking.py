@@ -175,8 +175,7 @@ def _error(ranked: Ranked) -> float:
 
 
 def promising(
-    model: RigidModel,
-    samples: SeatSamples,
+    model: RigidModel, samples: SeatSamples
 ) -> Iterator[list[ColumnHypothesis]]:
     """Yield the best hypotheses that clearly lower the error: of each kind, then combined."""
     robot = model.robot
@@ -200,20 +199,14 @@ def promising(
     yield _likely(_combined(trials, starts), now)
 
 
-def _likely(
-    ranking: Iterable[Ranked],
-    now: float,
-) -> list[ColumnHypothesis]:
+def _likely(ranking: Iterable[Ranked], now: float) -> list[ColumnHypothesis]:
     """Return the hypotheses that are worth a fit, by the error without them [m]."""
     ascending = sorted(ranking, key=_error)
     likely = [ranked for ranked in ascending if ranked.error < PROMISING * now]
     return [ranked.hypothesis for ranked in likely[:MOST]]
 
 
-def _combined(
-    trials: ColumnTrials,
-    starts: Sequence[ColumnHypothesis],
-) -> list[Ranked]:
+def _combined(trials: ColumnTrials, starts: Sequence[ColumnHypothesis]) -> list[Ranked]:
     """Return the best hypotheses that combine signs with quarter turns, or with a ratio.
 
     Args:
@@ -250,10 +243,7 @@ def _several(trials: ColumnTrials) -> list[Ranked]:
     return best + [one for one in geared if NEEDED * one.error < best[0].error]
 
 
-def last_sign(
-    model: RigidModel,
-    samples: SeatSamples,
-) -> list[ColumnHypothesis]:
+def last_sign(model: RigidModel, samples: SeatSamples) -> list[ColumnHypothesis]:
     """Return the last joint's other sign, unless it leaves clearly more."""
     few = samples.thinned(TRIED, FEWEST)
     *_, flipped = signs(model.robot, 1)

@@ -9,7 +9,7 @@ from ..results import Consequence, Diagnostic, Hypothesis
 from .configurations import row_of, where_of
 from .consequence import consequence_of, level_of, nominal_errors
 from .corrections import PLAY_HINT
-from .hypotheses import KINDS, Candidate
+from .hypotheses import Candidate
 from .ranking import HIDDEN
 from .scene_fit import MENDER, Given
 
@@ -20,20 +20,6 @@ LEAST_GAIN = 2e-3
 may look like less."""
 SMALLEST_MOVE = 7.5e-4
 """A base that is knocked moves by more than this [m]; less may be how the arm was guided."""
-UNWEIGHED = (
-    "distance",
-    "scaled",
-    "one_socket",
-    "known",
-    "copies",
-    "repeated",
-    "unexplained",
-    "stuck",
-    "uneven",
-    "soft_base",
-)
-"""Explanations that no fit with them and without them compares: of typed distances, of what the
-fit has as well, or of samples that tell nothing."""
 FITTED = ("length", "angle", "version", "zero")
 """Causes whose numbers are unknowns of the fit: how well it has them, the errors say, unless the
 samples scatter like those of gears with play, which hides zeros."""
@@ -57,17 +43,6 @@ HELD_OUT = (
 """Added to the advice on what is weighed by the model in a placement to train on."""
 UNKNOWNS = ("base_moved", "base_tipped", "drift", "zero_lost", "ball_bent")
 """Differences between places, for which the fit has unknowns."""
-NOT_PLAY = (
-    "socket",
-    "sign",
-    "swap",
-    "order",
-    "ratio",
-    "coupled",
-    "ball_sample",
-    "one_socket",
-)
-"""Causes that cannot be confused with play."""
 ELSEWHERE = "it was recorded elsewhere, by another base or arm; solve leaves it out"
 POINT_ELSEWHERE = "it is of another target, or of another pose; solve leaves it out"
 
@@ -102,11 +77,6 @@ class Finding:
         return bool(trained) and set(trained).isdisjoint(names)
 
     @property
-    def is_weighed(self) -> bool:
-        """True where a fit with it and one without it tell how much it matters."""
-        return self.cause.kind in KINDS and self.hypothesis.name not in UNWEIGHED
-
-    @property
     def is_scattered(self) -> bool:
         """True where samples scatter so much that nothing can be trusted, however fitted."""
         return self.cause.parameters.get("noise_here", 0.0) >= MOST_NOISE
@@ -120,7 +90,7 @@ class Finding:
     @cached_property
     def consequence(self) -> Consequence | None:
         """Its effect on a model; None where no fit tells, or it is held out."""
-        if self.is_held_out or not self.is_weighed:
+        if self.is_held_out or not self.cause.kind.weighed:
             return None
         return consequence_of(self.cause, self.given.trained)
 
@@ -135,15 +105,13 @@ class Finding:
             advice = POINT_ELSEWHERE if cause.of_points else ELSEWHERE
         advice = by_mender(advice, self.given)
         is_error = level == "error"
-        may_be_play = (
-            cause.parameters["noise"] > LOOSE and hypothesis.name not in NOT_PLAY
-        )
+        may_be_play = cause.kind.of_play and cause.parameters["noise"] > LOOSE
         if is_error and may_be_play and not self.zeros:
             advice += PLAY_HINT
         if self.is_held_out and hypothesis.name == "copies":
             level = "note"  # it proves nothing, as the errors held out say
         sound_enough = not (self.is_scattered or self._is_garbage())
-        if self.is_held_out and (self.is_weighed or is_error) and sound_enough:
+        if self.is_held_out and (cause.kind.weighed or is_error) and sound_enough:
             level = "warning"
             advice = without_unknown(advice, self.given.mender) + HELD_OUT
         if self.is_unknown and is_error and sound_enough:

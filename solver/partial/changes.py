@@ -151,13 +151,8 @@ def changes_since(
     system, converged = linear_about(task, wide, lengths=True)
     if not converged:
         return Changes({}), None
-    changes = Changes(
-        probabilities_by_name(
-            [candidate.name for candidate in candidates],
-            log_evidences(system, candidates),
-        )
-    )
-    joints = prior.robot.joint_names
+    names, joints = [c.name for c in candidates], prior.robot.joint_names
+    changes = Changes(probabilities_by_name(names, log_evidences(system, candidates)))
     if changes.likeliest == NOTHING:
         unidentifiable = zero_deviations(system) >= UNIDENTIFIABLE
         changes = replace(changes, untold=tuple(compress(joints, unidentifiable)))

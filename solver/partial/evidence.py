@@ -147,25 +147,21 @@ def shares_beside(
     Joints that read in coarse steps scatter for sure, by the deviations ``rounding`` [rad].
     """
     shares = probabilities(np.append(logs, [*scatters.values()]))
+    of_logs = shares[: logs.size].reshape(logs.shape)
     of_scatters = shares[logs.size :].tolist()
     by_size = dict(zip(scatters, of_scatters, strict=True))
+    size = max(by_size, key=by_size.__getitem__, default=0.0)
+    scatter = Scatter(sum(of_scatters), size)
     coarsest = float(rounding.max())
     if coarsest > SCATTERS[0]:
-        return shares[: logs.size].reshape(logs.shape), Scatter(1.0, coarsest)
-    scatter = Scatter(
-        sum(of_scatters), max(by_size, key=by_size.__getitem__, default=0.0)
-    )
-    return shares[: logs.size].reshape(logs.shape), scatter
+        scatter = Scatter(1.0, coarsest)
+    return of_logs, scatter
 
 
 def geometry_changes(task: Task) -> dict[int, float]:
     """Return the prior standard deviations of a chain all of whose numbers may have changed."""
     parameters = enumerate(task.prior.model.parameters)
-    return {
-        i: GEOMETRY_CHANGES[parameter.unit]
-        for i, parameter in parameters
-        if not parameter.of_ball
-    }
+    return {i: GEOMETRY_CHANGES[p.unit] for i, p in parameters if not p.of_ball}
 
 
 def explanations(task: Task) -> list[Explanation]:

@@ -5,14 +5,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ..assessment import LimitResult, Limits, mm
+from ..assessment import LimitResult, Limits, limit_row, mm
 from ..identification.data import Measurement
-from ..results import Summary
+from ..results import CalibrationDocument, Summary
 from .changes import Changes
 from .evidence import EVERYTHING, LENGTHS, NOTHING
 
 WORSE = 1.5
 """Factor on the errors of the calibration itself, beyond which errors are new."""
+CERTAIN = 0.99
+"""Probability from which the change of a joint's zero is none that small errors excuse."""
 NEXT = {
     "tool": "The ball or tool was moved: find it by mukca tool, or mukca rezero --ball-moved.",
     "base": "The base was moved: leave out --stood.",
@@ -30,15 +32,6 @@ class Reason(NamedTuple):
     """The next step; empty where all is well."""
     as_made: bool = False
     """True where a limit is missed, though nothing became worse since the calibration was made."""
-
-    def followed_by(self, words: str) -> "Reason":
-        """Return the reason with words behind its text."""
-        return self._replace(text=self.text + words)
-
-    def preceded_by(self, words: str) -> "Reason":
-        """Return the reason with a sentence before its text."""
-        text = f"{words}. {self.text[0].upper()}{self.text[1:]}"
-        return self._replace(text=text)
 
 
 @dataclass(frozen=True)
@@ -96,10 +89,9 @@ class LaterErrors:
     @property
     def drifted(self) -> str:
         """The full model's errors now and then, in words."""
-        drifted = f"drifted: {mm(self.new.calibrated.mean_absolute_error)}{self.limit}"
-        if self.before:
-            drifted += f", {mm(self.before)} when it was made"
-        return drifted
+        now = mm(self.new.calibrated.mean_absolute_error)
+        before = f", {mm(self.before)} when it was made" if self.before else ""
+        return f"drifted: {now}{self.limit}{before}"
 
     @property
     def wrong_length(self) -> str:
@@ -178,11 +170,12 @@ def _of_small_errors(changes: Changes, errors: LaterErrors) -> Reason:
     if not changes.likeliest and errors.limits.mean_absolute_error.value is None:
         reason = errors.rows[0].reason
         return Reason(f"whether it still holds is not known: {reason}.")
-    checks = row_of["data_checks"]
+    checks, error = row_of["data_checks"], row_of.get("mean_absolute_error")
     if checks.status != "pass":
-        text = f"within its limits ({errors.figures}), but look: {checks.text}."
-        return Reason(text)
-    error = row_of.get("mean_absolute_error")
+        words = f"errors of {errors.figures}; look"
+        if error is not None and error.status == "pass":
+            words = f"within its limits ({errors.figures}), but look"
+        return Reason(f"{words}: {checks.text}.")
     odds = f": {odds}" if (odds := _odds(changes)) else ""
     if error is None or error.status != "warning":
         return Reason(f"still valid ({errors.figures}){odds}.")
@@ -204,3 +197,41 @@ def _odds(changes: Changes) -> str:
         moved = mm(changes.ball)
         odds += f"; the ball sits {moved} from where it was, or {last} is off"
     return odds
+
+
+def change_rows(
+    changes: Changes,
+    errors: LaterErrors,
+    document: CalibrationDocument,
+    text: str,
+    repeatability: float | None,
+) -> list[LimitResult]:
+    """Return the row that says whether something changed; none where that was not compared."""
+    if not changes.probabilities:
+        return []
+    status = "pass"
+    if changes.changed:
+        is_excused = not errors.failed and _is_excused(
+            changes, document, errors.new, limited=bool(repeatability)
+        )
+        status = "warning" if is_excused else "fail"
+    return [limit_row("validity", status, text[:-1], text=text[:-1])]
+
+
+def _is_excused(
+    changes: Changes, document: CalibrationDocument, new: Summary, *, limited: bool
+) -> bool:
+    """Return whether errors as small as held-out ones, or within given limits, excuse a change.
+
+    They do not excuse that of a joint's zero, but by a calibration without the full model: a rigid
+    chain's own errors look like one. Nor do they excuse a length, which they do not see.
+    """
+    if changes.likeliest == LENGTHS:
+        return False
+    held_out = document.summary.proof
+    before = held_out.calibrated.mean_absolute_error if held_out else 0.0
+    small = new.calibrated.mean_absolute_error <= before
+    if changes.cause is None:
+        return small or limited
+    likely = changes.probabilities[changes.likeliest]
+    return small and document.method != "auto" and likely <= CERTAIN

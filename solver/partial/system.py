@@ -1,13 +1,13 @@
 """Errors of a linear task with their covariance, each sample eliminated alone.
 
-With the slopes G by unknowns of the covariance S = F F^T, and the noise Sigma, which has a block
-for each sample, the errors have the covariance
+With the slopes G by unknowns of the covariance S, and the noise Sigma, which has a block for each
+sample, the errors have the covariance
 
-    C = Sigma + G S G^T = L (1 + W W^T) L^T        Sigma = L L^T        W = L^-1 G F
+    C = Sigma + G S G^T = L (1 + W W^T) L^T    Sigma = L L^T    W = L^-1 K    G S G^T = K K^T
 
 so that by Schur's complement c^T C^-1 c = |c' - W z|^2 + |z|^2 and |C| = |Sigma| |1 + W^T W|, where
 c' = L^-1 c and z = (1 + W^T W)^-1 W^T c' has the least squares: the time grows with the number of
-samples alone. Error curves have more unknowns than there are errors; there C has a root of its own.
+samples alone. Error curves have more unknowns than there are errors: K is as small as the errors.
 """
 
 from dataclasses import dataclass, replace
@@ -99,30 +99,15 @@ class System:
     def whitened(
         self, columns: np.ndarray, noise: NoiseBelief
     ) -> tuple[np.ndarray, float]:
-        """Return X, with X^T X = c^T C^-1 c of columns c, shape (R, n); and ln |C| / 2."""
-        if self.has_more_unknowns:
-            A = self._relative_covariance(noise)
-            white, log_volume = self.in_noise(columns, noise)
-            # Below A, Cholesky's factor of A = R R^T has R^-1 c: NumPy solves no triangle.
-            below = (1 + np.sum(white**2)) * np.eye(white.shape[1])
-            root = np.linalg.cholesky(np.block([[A, white], [white.T, below]]))
-            count = len(A)
-            white, root = root[count:, :count].T, root[:count, :count]
-        else:
-            count = self.task.size
-            both = np.column_stack([self._by_independent, columns])
-            white, log_volume = self.in_noise(both, noise)
-            W, c = white[:, :count], white[:, count:]
-            H = np.eye(count) + W.T @ W
-            z, root = np.linalg.solve(H, W.T @ c), np.linalg.cholesky(H)
-            white = np.concatenate([c - W @ z, z])
-        return white, log_volume + float(np.log(np.diag(root)).sum())
-
-    def _relative_covariance(self, noise: NoiseBelief) -> np.ndarray:
-        """Return L^-1 C L^-T, shape (R, R)."""
-        half, _ = self.in_noise(self._spread, noise)
-        spread, _ = self.in_noise(half.T, noise)
-        return np.eye(len(spread)) + spread
+        """Return X, with X^T X = c^T C^-1 c of columns c, shape (R + r, n); and ln |C| / 2."""
+        count = self._root.shape[1]
+        both = np.column_stack([self._root, columns])
+        white, log_volume = self.in_noise(both, noise)
+        W, c = white[:, :count], white[:, count:]
+        H = np.eye(count) + W.T @ W
+        z, root = np.linalg.solve(H, W.T @ c), np.linalg.cholesky(H)
+        log_volume += float(np.log(np.diag(root)).sum())
+        return np.concatenate([c - W @ z, z]), log_volume
 
     def log_evidence(self, noise: NoiseBelief | None = None) -> float:
         """Return the logarithm of the evidence and of the scales' prior, but for a constant.
@@ -137,8 +122,10 @@ class System:
         return -0.5 * float(np.sum(white**2) + scales @ scales) - log_volume
 
     @cached_property
-    def _by_independent(self) -> np.ndarray:
-        """G F, shape (R, size): slopes by independent unknowns of unit deviation."""
+    def _root(self) -> np.ndarray:
+        """K with G S G^T = K K^T, by independent unknowns of unit deviation, shape (R, r)."""
+        if self.has_more_unknowns:
+            return Gaussian.of(self.errors, self._spread).root
         return self.slopes @ self.task.independent.root
 
     @cached_property
@@ -154,13 +141,12 @@ class System:
     @cached_property
     def change(self) -> np.ndarray:
         """The most probable y less mu, shape (size,)."""
-        columns = np.column_stack([self.errors, self.slopes])
-        white, _ = self.in_noise(columns, self.state.noise)
-        e, G = white[:, 0], white[:, 1:]
+        columns, noise = np.column_stack([self.errors, self.slopes]), self.state.noise
         if not self.has_more_unknowns:
-            return self.task.independent.conditioned(G, e).mean
-        A = self._relative_covariance(self.state.noise)
-        return -self.task.covariance @ (G.T @ np.linalg.solve(A, e))
+            white, _ = self.in_noise(columns, noise)
+            return self.task.independent.conditioned(white[:, 1:], white[:, 0]).mean
+        X, _ = self.whitened(columns, noise)
+        return -self.task.covariance @ (X[:, 1:].T @ X[:, 0])
 
     def _seen(
         self, some: np.ndarray | slice

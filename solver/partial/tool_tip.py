@@ -9,7 +9,7 @@ import numpy as np
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
-from ..identification.data import Pose, measure, one_blas_thread
+from ..identification.data import Measurement, Pose, measure, one_blas_thread
 from ..poses import InverseKinematics, SimulationError
 from .doubts import ChangedZeros, changed_zeros
 from .fit import fit
@@ -157,13 +157,7 @@ def _warnings_of_training(
     calibration: Calibration, touches: Sequence[Placement]
 ) -> tuple[str, ...]:
     """Return a warning where touches are samples of the calibration itself, else nothing."""
-    measured = [
-        # touches repeat the places of their points
-        measure(
-            _by_point(placement, _points_of(placement)), calibration.robot, sockets=1
-        )
-        for placement in touches
-    ]
+    measured = _measured(calibration, touches)
     names = ", ".join(m.name for m in measured if calibration.was_trained_on(m))
     if not names:
         return ()
@@ -175,11 +169,7 @@ def _warnings_of_training(
 
 def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") -> Task:
     """Return the task of a fit to a tip's touches."""
-    points = [_points_of(placement) for placement in placements]
-    data = [
-        measure(_by_point(placement, coordinates), prior.robot, sockets=1)
-        for placement, coordinates in zip(placements, points, strict=True)
-    ]
+    data = _measured(prior, placements)
     counts = [*chain.from_iterable(m.counts for m in data)]
     if sum(counts) < LEAST or min(counts, default=0) < LEAST_EACH:
         names = ", ".join(m.name for m in data)
@@ -191,8 +181,9 @@ def _touches(prior: ArmPrior, placements: Sequence[Placement], stood: str = "") 
     measured = [m.distance_source != "default" for m in data if m.has_distance]
     distances = [*compress(task.distances, measured)]
     first = 0
-    for m, coordinates in zip(data, points, strict=True):
-        for (i, a), (j, b) in combinations(enumerate(coordinates, first), 2):
+    for m, placement in zip(data, placements, strict=True):
+        points = enumerate(_points_of(placement), first)
+        for (i, a), (j, b) in combinations(points, 2):
             distances.append((i, j, math.dist(a, b)))
         first += len(m.sockets)
     noise = NoiseBelief(TOUCH, joint=prior.noise.joint, spread=SPREAD)
@@ -207,16 +198,22 @@ def _points_of(placement: Placement) -> tuple[tuple[float, float, float], ...]:
     )
 
 
-def _by_point(placement: Placement, points: Sequence[tuple[float, ...]]) -> Placement:
-    """Return touches whose points' coordinates are known, each point as a socket."""
-    if not points:
-        return placement
-    samples = [
-        replace(s, point=None, socket=points.index(s.point))
-        for s in placement.samples
-        if s.point
-    ]
-    return replace(placement, samples=tuple(samples))
+def _measured(
+    arm: ArmPrior | Calibration, placements: Sequence[Placement]
+) -> list[Measurement]:
+    """Return checked touches; of points whose coordinates are known each is a socket."""
+    data: list[Measurement] = []
+    for placement in placements:
+        points, samples = _points_of(placement), placement.samples
+        if points:
+            samples = [
+                replace(s, point=None, socket=points.index(s.point))
+                for s in samples
+                if s.point
+            ]
+        touches = replace(placement, samples=tuple(samples))
+        data.append(measure(touches, arm.robot, sockets=1))
+    return data
 
 
 def _turned(tip: np.ndarray, directions: Sequence[np.ndarray]) -> np.ndarray:

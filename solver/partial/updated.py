@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -150,10 +151,12 @@ def updated(
     offsets = np.array([zero.offset for zero in zeros])
     calibrated = _updated_arm(calibration.calibrated, system, offsets, tool)
     document = _updated_document(calibration.document, calibrated, zeros, tool)
-    if zeros:
-        old = calibration.calibrated
-        folds = tuple(_fold_with_zeros(old, fold, offsets) for fold in document.folds)
-        document = structs.replace(document, folds=folds)
+    folds: list[FoldModel] = []
+    for fold in document.folds if zeros else ():
+        # its samples are converted to the new zeros, too
+        robot = _with_zeros(fold.robot(calibration.calibrated), offsets)
+        folds.append(FoldModel.of(robot, fold.ball))
+    document = structs.replace(document, folds=tuple(folds) or document.folds)
     return Calibration(document, calibrated, calibration.source)
 
 
@@ -170,34 +173,19 @@ def _updated_arm(
     if tool:
         of_ball = [parameter.of_ball for parameter in old.parameters]
         change[np.array(of_ball, dtype=bool)] = 0.0
-    values, exported = old.values + change, old.geometry + change
-    if offsets.size:
-        values = _with_zeros(old, values, offsets)
-        exported = _with_zeros(old, exported, offsets)
     robot = old.robot
     if tool:
         text = add_link(robot.text, tool.parent, tool.origin, tool.name)
         robot = replace(robot, text=scan(text, robot.text.source))
     deflection = model.deflection(x[: model.size]).without(JOINT_OFFSET.name)
-    return replace(
+    arm = replace(
         old,
         robot=robot,
-        values=values,
+        values=old.values + change,
         deflection=deflection,
-        exported=exported if deflection.extensions else None,
+        exported=old.geometry + change if deflection.extensions else None,
     )
-
-
-def _fold_with_zeros(
-    old: CalibratedRobot, fold: FoldModel, offsets: np.ndarray
-) -> FoldModel:
-    """Return a fold's model for joints read from new zeros, as its samples are converted to."""
-    robot = fold.robot(old)
-    values = _with_zeros(old, robot.values, offsets)
-    exported = None
-    if robot.exported is not None:
-        exported = _with_zeros(old, robot.exported, offsets)
-    return FoldModel.of(replace(robot, values=values, exported=exported), fold.ball)
+    return _with_zeros(arm, offsets) if offsets.size else arm
 
 
 def _updated_document(
@@ -253,15 +241,15 @@ def urdf_with_zeros(robot: Robot, offsets: Sequence[float]) -> bytes:
     parameters = tuple(all_parameters(robot))
     nominal = BallModel(robot, [p.index for p in parameters]).nominal
     arm = CalibratedRobot(robot, parameters, nominal)
-    values = _with_zeros(arm, nominal, np.array(offsets))
-    return replace(arm, values=values).urdf()
+    return _with_zeros(arm, np.array(offsets)).urdf()
 
 
-def _with_zeros(
-    arm: CalibratedRobot, values: np.ndarray, offsets: np.ndarray
-) -> np.ndarray:
+def _with_zeros(arm: CalibratedRobot, offsets: np.ndarray) -> CalibratedRobot:
+    """Return an arm whose joints are read from new zeros [rad], which go into its geometry."""
+    put = partial(offsets_in_origins, arm.model, arm.parameters, offsets=offsets)
     try:
-        return offsets_in_origins(arm.model, arm.parameters, values, offsets)
+        exported = None if arm.exported is None else put(arm.exported)
+        return replace(arm, values=put(arm.values), exported=exported)
     except KeyError:
         raise UsageError(
             "a joint's new zero goes into the angles of its origin, which this calibration held "

@@ -23,6 +23,7 @@ from ..assessment import (
     limit_row,
     limits_of,
     rows_since,
+    sentence,
 )
 from ..calibration import Calibration, Errors, as_list
 from ..identification.data import (
@@ -35,12 +36,16 @@ from ..identification.data import (
 )
 from ..results import CalibrationDocument, Diagnostic, Summary
 from .changes import Changes, changes_since, tip_words
-from .evidence import LENGTHS, NOTHING
-from .reasons import LaterErrors, Reason, reason_of, rezero_command
+from .evidence import NOTHING
+from .reasons import (
+    LaterErrors,
+    Reason,
+    change_rows,
+    reason_of,
+    rezero_command,
+)
 from .sockets import on_base_of, too_few
 
-CERTAIN = 0.99
-"""Probability from which the change of a joint's zero is none that small errors excuse."""
 SURE_OF_CHANGE = 0.95
 """Probability from which one of many arms is called changed: beside it stands no other evidence."""
 FEW = "few"
@@ -106,7 +111,7 @@ class Validity(Changes):
         """Each explanation that is not ruled out, the most probable first, in words."""
         by_size = sorted(self.probabilities.items(), key=lambda pair: -pair[1])
         words = ", ".join(
-            f"{f'{NOTHING} changed' if name == NOTHING else name} {100 * p:.1f} %"
+            f"{name}{' changed' * (name == NOTHING)} {100 * p:.1f} %"
             for name, p in by_size
             if p > LEAST_SHOWN
         )
@@ -180,13 +185,14 @@ def what_changed(
         then = document.summary.proof or document.summary.train
         rezero = rezero_command(calibration.source, measured)
         since = LaterErrors(new, then, limits, rows, rezero)
-        reason = reason_of(changes, since).followed_by(tip_words(calibration, measured))
-        rows += _change_rows(changes, since, document, reason.text, repeatability)
+        reason = reason_of(changes, since)
+        reason = reason._replace(text=reason.text + tip_words(calibration, measured))
+        rows += change_rows(changes, since, document, reason.text, repeatability)
     length = _length_row(document, measured)
     better = reason.as_made and bool(is_better(document.better, new))
     verdict = judge([*rows, length], seen.hypotheses, better=better)
     if length.status != "pass" and new is not None and verdict.kind == "not_enough":
-        reason = reason.preceded_by(length.text)
+        reason = reason._replace(text=f"{length.text}. {sentence(reason.text)}")
     return Validity(
         **vars(changes),
         errors=errors,
@@ -196,25 +202,6 @@ def what_changed(
         as_made=reason.as_made,
         findings=[f for f in seen.diagnostics if f.level != "note" and f.code != FEW],
     )
-
-
-def _change_rows(
-    changes: Changes,
-    errors: LaterErrors,
-    document: CalibrationDocument,
-    text: str,
-    repeatability: float | None,
-) -> list[LimitResult]:
-    """Return the row that says whether something changed; none where that was not compared."""
-    if not changes.probabilities:
-        return []
-    status = "pass"
-    if changes.changed:
-        is_excused = not errors.failed and _is_excused(
-            changes, document, errors.new, limited=bool(repeatability)
-        )
-        status = "warning" if is_excused else "fail"
-    return [limit_row("validity", status, text[:-1], text=text[:-1])]
 
 
 def _length_row(
@@ -246,22 +233,3 @@ def _summary_now(errors: Errors, now: Metrics | None) -> Summary | None:
     if new is None or now is None:
         return new
     return structs.replace(new, calibrated=now, geometric=None)
-
-
-def _is_excused(
-    changes: Changes, document: CalibrationDocument, new: Summary, *, limited: bool
-) -> bool:
-    """Return whether errors as small as held-out ones, or within given limits, excuse a change.
-
-    They do not excuse that of a joint's zero, but by a calibration without the full model: a rigid
-    chain's own errors look like one. Nor do they excuse a length, which they do not see.
-    """
-    if changes.likeliest == LENGTHS:
-        return False
-    held_out = document.summary.proof
-    before = held_out.calibrated.mean_absolute_error if held_out else 0.0
-    small = new.calibrated.mean_absolute_error <= before
-    if changes.cause is None:
-        return small or limited
-    likely = changes.probabilities[changes.likeliest]
-    return small and document.method != "auto" and likely <= CERTAIN

@@ -56,7 +56,7 @@ class Session:
     @property
     def scales(self) -> np.ndarray:
         """Standard deviations an axis of the distances [m] and angles [rad] that are left."""
-        if self.fit is None:
+        if not self.fit:
             return np.ones(2)
         errors = [self.fit.distances, self.fit.angles]
         return np.maximum(
@@ -65,7 +65,7 @@ class Session:
 
     def evidence(self, scales: np.ndarray) -> float:
         """Return ln L, by the scales of the best posture."""
-        if self.fit is None:
+        if not self.fit:
             return 0.0
         errors = np.array([self.fit.distances, self.fit.angles])
         pulls = errors / scales[:, None]

@@ -21,8 +21,6 @@ from .console import Terminal as Terminal
 from .console import write_error as write_error
 from .lab_file import lab_words as lab_words
 from .options import DISTANCES as DISTANCES
-from .options import SPREADS as SPREADS
-from .options import WINDOWS as WINDOWS
 from .options import DetailsOptions as DetailsOptions
 from .options import JsonOption as JsonOption
 from .options import OutputOptions as OutputOptions

@@ -132,7 +132,7 @@ class Terminal:
         """
         lines = [line_of(row) if len(row) > 1 else row[0] for row in rows]
         columns = _columns(sys.stderr if self.json else sys.stdout)
-        if columns is not None and max(map(len, lines)) > columns:
+        if columns and max(map(len, lines)) > columns:
             heads, *others = rows
             lines = [heads[0], *(in_words(heads, row) for row in others)]
         self.say(*lines)
@@ -217,7 +217,7 @@ def _write(stream: TextIO, texts: "Iterable[str]") -> None:
     """Write lines, on a terminal broken between words."""
     columns = _columns(stream)
     lines = map(cleaned, texts)
-    if columns is not None:
+    if columns:
         lines = chain.from_iterable(wrapped(line, columns) for line in lines)
     # At once, so that a stream that is flushed after each line is flushed once.
     stream.write("".join(f"{line}\n" for line in lines))

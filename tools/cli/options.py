@@ -13,10 +13,6 @@ from .arguments import Options
 
 DISTANCES = (0.01, 3.0)
 """Range of a distance between sockets [m]: they hold balls side by side, in an arm's reach."""
-WINDOWS = (0.02, 10.0)
-"""Range of the time that a sample averages [s]."""
-SPREADS = (1e-9, 0.1)
-"""Range of the standard deviation of an arm that is still [rad]."""
 
 
 class RobotOptions(Options, group="robot"):
@@ -175,7 +171,7 @@ class OutputOptions(JsonOption, group="output"):
 
     def check_out(self) -> None:
         """Refuse a folder whose results would be overwritten, before any work."""
-        if self.out is not None:
+        if self.out:
             results.refuse_existing(self.out, force=self.force)
 
 

@@ -90,7 +90,7 @@ class ServoEmulator(Emulator):
             else:
                 request = self._request(bytes(received[:size]))
                 del received[:size]
-                if request is not None:
+                if request:
                     self._reply(*request)
 
     def _reply(
@@ -144,8 +144,7 @@ class DynamixelEmulator(ServoEmulator):
         return int.from_bytes(received[5:7], "little") + 7
 
     def _request(self, packet: bytes) -> Request | None:
-        checksum = int.from_bytes(packet[-2:], "little")
-        if crc16(packet[:-2]) != checksum:
+        if crc16(packet[:-2]) != int.from_bytes(packet[-2:], "little"):
             return None
         parameters = packet[8:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
         registers = parameters[:4].ljust(4, b"\0")
@@ -160,8 +159,7 @@ class DynamixelEmulator(ServoEmulator):
         return steps % (1 << 32)  # two's complement
 
     def _status(self, servo: int, data: bytes) -> bytes:
-        error = self.errors.get(servo, 0)
-        content = bytes([0x55, error]) + data
+        content = bytes([0x55, self.errors.get(servo, 0)]) + data
         content = content.replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
         length = len(content) + 2
         head = bytes([*self.TABLE["head"], servo])
@@ -189,6 +187,5 @@ class FeetechEmulator(ServoEmulator):
         return abs(steps) | (0x8000 if steps < 0 else 0)
 
     def _status(self, servo: int, data: bytes) -> bytes:
-        error = self.errors.get(servo, 0)
-        body = [servo, len(data) + 2, error, *data]
+        body = [servo, len(data) + 2, self.errors.get(servo, 0), *data]
         return bytes([0xFF, 0xFF, *body, 0xFF - sum(body) % 256])

@@ -40,7 +40,7 @@ class UrEmulator(Emulator):
 
         def receive(received: bytes) -> None:
             self._buffer += received
-            while (package := take_package(self._buffer)) is not None:
+            while package := take_package(self._buffer):
                 self._answer(*package)
 
         self._tcp = TcpServer(self, (endpoint.host, endpoint.port), receive)
@@ -170,8 +170,7 @@ def fast_report(time: int, state: JointState) -> bytes:
 
 def rich_report(state: JointState) -> bytes:
     """Return a report of port 30002."""
-    joints = len(state.position)
-    kind = bytes([6, joints, 0xAA, 0x55, 0, 0]) + b"v2.6.0"
+    kind = bytes([6, len(state.position), 0xAA, 0x55, 0, 0]) + b"v2.6.0"
     return _report(RICH_SIZE, {4: real_report(state)[4:], NORMAL_SIZE: kind})
 
 

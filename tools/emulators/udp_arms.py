@@ -44,8 +44,7 @@ class DatagramEmulator(Emulator):
         self.emit(self._udp.send, datagram, moment, self._target)
         if self.faults.is_active("stranger", moment):
             position = tuple(q + 0.1 for q in state.position)
-            shifted = replace(state, position=position)
-            datagram = self._datagram(shifted, moment)
+            datagram = self._datagram(replace(state, position=position), moment)
             self._stranger.send(datagram, self._target)
 
     @cached_property
@@ -84,7 +83,12 @@ class FrankaEmulator(DatagramEmulator):
         elif command == GET_ROBOT_MODEL.get(int(self.version)):
             self._reply(command, identifier, b"\0" + FRANKA["model"].encode())
 
-    def _connect(self, identifier: int, version: int, port: int) -> None:
+    def _connect(
+        self,
+        identifier: int,
+        version: int,
+        port: int,
+    ) -> None:
         is_unknown = self.faults.is_active("version", self.moment)
         offered = 99 if is_unknown else int(self.version)
         refused = version != offered
@@ -94,7 +98,12 @@ class FrankaEmulator(DatagramEmulator):
             self._target = (client.getpeername()[0], port)
             self.streaming = True
 
-    def _reply(self, command: int, identifier: int, payload: bytes) -> None:
+    def _reply(
+        self,
+        command: int,
+        identifier: int,
+        payload: bytes,
+    ) -> None:
         header = struct.pack("<III", command, identifier, 12 + len(payload))
         self._tcp.send(header + payload)
 

@@ -90,8 +90,7 @@ class Log:
 
     def forces(self, *names: str) -> np.ndarray:
         """Return the contact force's magnitude in phases, row by row, shape (N,) [N]."""
-        rows = self.during(*names)
-        return np.linalg.norm(self.force[rows], axis=1)
+        return np.linalg.norm(self.force[self.during(*names)], axis=1)
 
 
 def run(
@@ -137,8 +136,7 @@ REACHED = 1e-11
 
 def pose_above(point: np.ndarray) -> Pose:
     """Return the pose of a tool that points straight down, its tip at a point."""
-    downwards = np.diag([1.0, -1.0, -1.0])
-    return pin.SE3(downwards, np.asarray(point, dtype=float))
+    return pin.SE3(np.diag([1.0, -1.0, -1.0]), np.asarray(point, dtype=float))
 
 
 def reach(

@@ -89,8 +89,7 @@ def _gl_context() -> Any:
     installed = [name for name, file in LIBRARIES.items() if find_library(file)]
     name = os.environ.get("MUJOCO_GL") or next(iter(installed), "egl")
     try:
-        module = importlib.import_module(f"mujoco.{name}")
-        return module.GLContext(*FRAME)
+        return importlib.import_module(f"mujoco.{name}").GLContext(*FRAME)
     except Exception as error:  # OpenGL fails in as many ways as there are drivers
         reason = " ".join(str(error).split())
         raise PictureError(
@@ -118,10 +117,10 @@ def _animation(pictures: Sequence[Image.Image]) -> bytes:
     """Return a GIF file of pictures, at twice the speed of the motion; the last one stays."""
     # All share the last one's colours: where nothing moves, nothing is stored.
     palette = pictures[-1].quantize(COLOURS)
-    images: list[Image.Image] = []
-    for picture in pictures:
-        image = picture.quantize(palette=palette, dither=Image.Dither.NONE)
-        images.append(image)
+    images = [
+        picture.quantize(palette=palette, dither=Image.Dither.NONE)
+        for picture in pictures
+    ]
     first, *later_images = images
     duration = round(1e3 * INTERVAL / 2)
     gif = io.BytesIO()

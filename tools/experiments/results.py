@@ -135,7 +135,7 @@ PAPER = 0.5
 def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -> str:
     """Return a simulated experiment with both models as HTML, and its pictures by file name."""
     models: list[tuple[str, ModelTrials]] = [("", result)]
-    if result.beside is not None:
+    if result.beside:
         models.insert(0, ("beside.", result.beside))
     return render(
         "simulation.html.j2",
@@ -152,8 +152,8 @@ def simulation_page(result: SimulationDocument, pictures: Mapping[str, bytes]) -
 
 def _plot(result: SimulationDocument) -> Plot:
     """Return the trials one by one, of each model."""
-    models = (result,) if result.beside is None else (result.beside, result)
-    if result.drawing is not None:
+    models = (result.beside, result) if result.beside else (result,)
+    if result.drawing:
         return plot("lines", *map(_lines, models))
     hole = result.hole or PEG
     clearance = (hole - PEG) / 2
@@ -197,5 +197,4 @@ def _square(model: ModelTrials, half: float, x: str, y: str) -> Panel:
     """Return a panel from -half to half [m] both ways, to the same scale."""
     name = Path(model.model).name
     across = Axis(-half, half, x, MM)
-    up = Axis(-half, half, y, MM)
-    return Panel(name, across, up, height=460).grid()
+    return Panel(name, across, Axis(-half, half, y, MM), height=460).grid()

@@ -114,8 +114,7 @@ def _about_z(angle: float) -> list[float]:
 def _geom(body: Any, kind: str, size: Sequence[float], **more: Any) -> None:
     """Add a shape, by MuJoCo's word for its kind, and its sizes [m]."""
     shape = getattr(mujoco.mjtGeom, f"mjGEOM_{kind.upper()}")
-    three_sizes = [*size, 0, 0, 0][:3]
-    body.add_geom(type=shape, size=three_sizes, **more)
+    body.add_geom(type=shape, size=[*size, 0, 0, 0][:3], **more)
 
 
 def _ghost(body: Any, kind: str, size: Sequence[float], **more: Any) -> None:

@@ -168,8 +168,7 @@ def literal(text: str) -> str:
 def _limits(robot: Robot) -> tuple[list[float], list[float]]:
     """Return the limits of the joints as C can write them."""
     lower = robot.lower.clip(min=-FAR)
-    upper = robot.upper.clip(max=FAR)
-    return lower.tolist(), upper.tolist()
+    return lower.tolist(), robot.upper.clip(max=FAR).tolist()
 
 
 def _step(model: PoseModel, place: int, robot: Robot) -> tuple[dict[str, Any], Any]:
@@ -191,7 +190,7 @@ def statements(arguments: dict[str, Any], value: Any) -> str:
     generator = ca.CodeGenerator("model", {"casadi_int": "int"})
     generator.add(function)
     match = _BODY.search(generator.dump())
-    assert match is not None
+    assert match
     text = match[1]
     for i, name in enumerate(arguments):
         text = re.sub(rf"arg\[{i}\]\? arg\[{i}\]\[(\d+)\] : 0", rf"{name}[\1]", text)

@@ -58,8 +58,7 @@ def write(request: Request) -> Exported:
     unknowns = [i for i, p in parameters if of_ball or not p.of_ball]
     unknowns += range(posterior.model.geometry, posterior.model.scalars)
     around = calibrated.load.at(robot, workspace(robot, POSES_AROUND))
-    turn = base_turn(posterior, around)
-    tables = _tables(posterior, unknowns, turn)
+    tables = _tables(posterior, unknowns, base_turn(posterior, around))
     q, slopes = _slopes(posterior, calibrated, flange_joint(request), unknowns)
     noise = posterior.noise
     share = calibration.misfit**2 / noise.information
@@ -171,7 +170,7 @@ def _slopes(
     J_q = by_corrected[:, :m]
     moments = moments_function(robot, load.gravity, load.payload)
     for effect in deflection.effects:
-        if effect.joint_noise is not None:
+        if effect.joint_noise:
             J_q = J_q @ ca.diag(_shares(effect, moments(model.q)[:m]))
     slopes = ca.horzcat(J, J_q)
     rows = ca.vertcat(ca.vec(slopes.T), point)
@@ -204,5 +203,5 @@ def _by_geometry(
 def _shares(effect: Effect, moments: Any) -> Any:
     """Return the noise of each joint's angle as a share of its usual one, shape (m,)."""
     row = np.array(moments.elements(), dtype=object)
-    assert effect.joint_noise is not None
+    assert effect.joint_noise
     return ca.vertcat(*effect.joint_noise(row))

@@ -17,7 +17,7 @@ import numpy as np
 from ...errors import fixed
 from ...solver.calibration import pose_of_numbers
 from ...solver.identification.robot import Joint, turn
-from .request import Exported, Request, losses_without, plain
+from .request import Exported, Request, exported, plain
 
 NEARLY_PARALLEL = math.radians(5.0)
 """Lines with a smaller angle between them get Hayati's form."""
@@ -83,14 +83,8 @@ def dh_table(
     overs = alongs if standard else [Row(), *steps]
     for i, along, over in zip(moving, alongs, overs, strict=True):
         kind = "prismatic" if joints[i].type == "prismatic" else "revolute"
-        row = Row(
-            joints[i].name,
-            kind,
-            over.form or form,
-            along.theta,
-            along.d,
-        )
-        rows.append(row._replace(a=over.a, alpha=over.alpha, beta=over.beta))
+        row = over._replace(joint=joints[i].name, type=kind, form=over.form or form)
+        rows.append(row._replace(theta=along.theta, d=along.d))
     return rows, {"base": base, "flange": flange, "tool": flange @ poses[-1]}
 
 
@@ -174,7 +168,7 @@ def write(request: Request) -> Exported:
     else:
         text = _as_csv([*request.identity.lines(), *explained], rows, frames)
     lines = (*explained, *_printed(rows, frames))
-    return Exported({request.file.name: text.encode()}, losses_without(request), lines)
+    return exported(request, text.encode(), lines)
 
 
 def _as_csv(about: list[str], rows: list[Row], frames: dict[str, np.ndarray]) -> str:

@@ -46,7 +46,7 @@ class Zero:
 def write(request: Request) -> Exported:
     """Return the new file, the URDF that goes with it, and the digests of what they are from."""
     make = request.options.get("servos")
-    if request.like is None or make is None:
+    if not request.like or make is None:
         raise ExportError(
             "--to lerobot needs --like FILE, the arm's present calibration file, and --servos "
             f"{' or '.join(SIGNS)}"
@@ -91,7 +91,10 @@ def write(request: Request) -> Exported:
 
 
 def with_zeros(
-    like: Path, make: str, joints: Sequence[str], ticks: Mapping[str, int]
+    like: Path,
+    make: str,
+    joints: Sequence[str],
+    ticks: Mapping[str, int],
 ) -> bytes:
     """Return lerobot's file, by which the positions of some of an arm's joints grow by ticks."""
     motors = read_lerobot(like)

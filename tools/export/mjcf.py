@@ -26,7 +26,7 @@ from .request import (
     ExportError,
     Request,
     after_last_exported,
-    losses_without,
+    exported,
     plain,
 )
 
@@ -45,7 +45,7 @@ WEIGHT = 0.1
 
 def write(request: Request) -> Exported:
     """Return the model that ``--like`` names, with the calibrated places of its bodies."""
-    if request.like is None:
+    if not request.like:
         raise ExportError(
             "--to mjcf needs --like FILE, your own MuJoCo model, which it corrects"
         )
@@ -76,8 +76,7 @@ def write(request: Request) -> Exported:
     if request.file.resolve().parent != holder.resolve().parent:
         lines.append(f"Put it beside {holder}: what it includes is looked for there.")
     held = after_last_exported(request, robot.joint_names)[:-1]
-    losses = losses_without(request, held)
-    return Exported({request.file.name: text}, losses, tuple(lines))
+    return exported(request, text, lines, held)
 
 
 def sites_on(request: Request, to_body: np.ndarray) -> dict[str, np.ndarray]:

@@ -76,7 +76,7 @@ def _at_zero(request: Request) -> tuple[Any, Any]:
             "mujoco is not installed; install the extra: pip install 'mukca[simulation]'"
         ) from None
     # MuJoCo would warn, and leave a log.
-    if request.like is None or not request.like.is_file():
+    if not request.like or not request.like.is_file():
         raise ExportError(f"--like {request.like}: no such file")
     try:
         model = mujoco.MjModel.from_xml_path(str(request.like))

@@ -14,7 +14,7 @@ from .request import (
     ExportError,
     Request,
     after_last_exported,
-    losses_without,
+    exported,
     redistributed_origins,
 )
 
@@ -50,13 +50,13 @@ def write(request: Request) -> Exported:
         "Its entries are added to the URDF that was calibrated: let that be the one without any "
         "geometric_calibration.",
     )
-    losses = losses_without(request, after_last_exported(request, joints))
-    return Exported({request.file.name: (about + text).encode()}, losses, lines)
+    held = after_last_exported(request, joints)
+    return exported(request, (about + text).encode(), lines, held)
 
 
 def _kept(request: Request) -> str:
     """Return the text of the robot's present file, or one without entries."""
-    if request.like is None:
+    if not request.like:
         return _EMPTY
     try:
         return read_bytes(request.like, LARGEST_DOCUMENT).decode()
@@ -65,7 +65,10 @@ def _kept(request: Request) -> str:
 
 
 def _merged(
-    request: Request, text: str, joints: Sequence[str], entries: Sequence[str]
+    request: Request,
+    text: str,
+    joints: Sequence[str],
+    entries: Sequence[str],
 ) -> str:
     """Return a file's text with other entries of some joints."""
     block = _BLOCK.search(text)

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -245,6 +245,17 @@ def losses_without(
         if loss.largest > 0:
             losses.append(loss)
     return tuple(losses)
+
+
+def exported(
+    request: Request,
+    content: bytes,
+    lines: Iterable[str] = (),
+    uncarried: Collection[str] = (),
+) -> Exported:
+    """Return the one file of an export, and what :func:`losses_without` says of it."""
+    losses = losses_without(request, uncarried)
+    return Exported({request.file.name: content}, losses, tuple(lines))
 
 
 def recorded(request: Request) -> np.ndarray:

@@ -26,8 +26,8 @@ from .request import (
     ExportError,
     Request,
     after_last_exported,
+    exported,
     filled,
-    losses_without,
     plain,
     redistributed_origins,
 )
@@ -75,8 +75,7 @@ def write(request: Request) -> Exported:
         origins=origins,
         hash=name,
     )
-    losses = losses_without(request, after_last_exported(request, keys))
-    return Exported({request.file.name: content}, losses, tuple(lines))
+    return exported(request, content, lines, after_last_exported(request, keys))
 
 
 def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
@@ -92,7 +91,7 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
         set(keys.values()) == set(vendor.keys.values()) or request.format == "xarm"
     )
     fits = complete and moving <= set(keys)
-    if first is not None and fits and first.parent.endswith(vendor.root):
+    if first and fits and first.parent.endswith(vendor.root):
         return keys
     # joint1 .. are many makers' names.
     if first is None or not fits or request.format == "xarm":
@@ -124,8 +123,7 @@ def write_tesseract(request: Request) -> Exported:
     content = filled("tesseract.yaml.j2", about=about, joints=rows)
     ball = request.calibration.robot.ball_joint.name
     line = f'Name it in the SRDF: <calibration_config filename="{request.file.name}"/>'
-    losses = losses_without(request, [ball])
-    return Exported({request.file.name: content}, losses, (line,))
+    return exported(request, content, (line,), [ball])
 
 
 def _number(value: float) -> str:
@@ -137,7 +135,7 @@ def _number(value: float) -> str:
 def _hash(request: Request, keys: Mapping[str, str]) -> tuple[str, str]:
     """Return the key ``hash``, the maker's digest of the factory calibration, and a line on it."""
     like = request.like
-    if like is None:
+    if not like:
         return (
             f"mukca_{request.identity.sha256[:16]}",
             "The driver will log once that the calibration parameters do not match the robot's, "
@@ -157,7 +155,7 @@ def _hash(request: Request, keys: Mapping[str, str]) -> tuple[str, str]:
                 f"{request.calibration.robot.name} has it"
             )
     match = re.search(r"^\s*hash:\s*[\"']?([\w.-]+)[\"']?\s*$", text, re.M)
-    if match is None:
+    if not match:
         raise ExportError(f"{like}: no `hash`; give the file that ur_calibration wrote")
     return match[1], f"`hash` is the robot's own, from {like}."
 
@@ -212,7 +210,7 @@ def write_urdf(request: Request) -> Exported:
         except ModelError as error:
             raise ExportError(f"--tool {tool}: {error}") from None
     lines = tuple(f"{tool} stands fixed on {flange}" for tool in tools)
-    return Exported({request.file.name: text.data}, losses_without(request), lines)
+    return exported(request, text.data, lines)
 
 
 def write_xacro(request: Request) -> Exported:
@@ -237,4 +235,4 @@ def write_xacro(request: Request) -> Exported:
         f'<xacro:calibrated_origin joint="{joints[0].name}"/>  instead of the <origin> of each of '
         "its joints.",
     )
-    return Exported({request.file.name: content}, losses_without(request), lines)
+    return exported(request, content, lines)

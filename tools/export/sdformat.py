@@ -7,7 +7,7 @@ the joint above it. The ball and the tools found are frames.
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
 
-from .request import Exported, ExportError, Request, losses_without, plain
+from .request import Exported, ExportError, Request, exported, plain
 
 WORLD = "world"
 """No link of SDFormat may be called so: it is the world."""
@@ -57,7 +57,7 @@ def write(request: Request) -> Exported:
     dropped = [tag for tag in _DROPPED if urdf.find(tag) is not None]
     if dropped:
         lines.append(f"Left out: what the URDF has in <{'>, <'.join(dropped)}>.")
-    return Exported({request.file.name: text}, losses_without(request), tuple(lines))
+    return exported(request, text, lines)
 
 
 def _names(elements: Iterable[ET.Element]) -> list[str]:

@@ -64,7 +64,7 @@ def write(request: Request) -> Exported:
 def _text(request: Request) -> str:
     """Return the text of ``--like``."""
     like = request.like
-    if like is None or request.file.resolve() == like.resolve():
+    if not like or request.file.resolve() == like.resolve():
         raise ExportError(
             "--to trossen needs --like FILE, what driver.save_configs_to_file wrote of this arm, "
             "and another name for --out"

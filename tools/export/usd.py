@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 
 from .mjcf import align, links_at_zero, sites_on
-from .request import Exported, Request, after_last_exported, losses_without
+from .request import Exported, Request, after_last_exported, exported
 from .usd_stage import UsdJoint, UsdStage
 
 
@@ -57,8 +57,7 @@ def write(request: Request) -> Exported:
     about = "; ".join(request.identity.lines())
     text = stage.text(request.file.parent, about)
     held = after_last_exported(request, robot.joint_names)[:-1]
-    losses = losses_without(request, held)
-    return Exported({request.file.name: text}, losses, tuple(lines))
+    return exported(request, text, lines, held)
 
 
 def _inverse(T: np.ndarray) -> np.ndarray:

@@ -52,7 +52,7 @@ class UsdStage:
             raise ExportError(
                 "usd-core is not installed; install the extra: pip install 'mukca[usd]'"
             ) from None
-        if request.like is None or not request.like.is_file():
+        if not request.like or not request.like.is_file():
             raise ExportError(
                 f"--to usd needs --like FILE, your own USD model; {request.like} is no file"
             )
@@ -98,8 +98,7 @@ class UsdStage:
         if not path:
             return np.eye(4)
         prim = self.stage.GetPrimAtPath(path)
-        rows = UsdGeom.XformCache().GetLocalToWorldTransform(prim)
-        T = np.array(rows).T
+        T = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)).T
         R = T[:3, :3]
         if np.abs(R @ R.T - np.eye(3)).max() > RIGID:
             raise ExportError(
@@ -117,8 +116,7 @@ class UsdStage:
         apart = shape.GetResetXformStack()
         above = np.eye(4)
         if not apart:
-            parent = str(prim.GetParent().GetPath())
-            above = self.world_pose(parent.rstrip("/"))
+            above = self.world_pose(str(prim.GetParent().GetPath()).rstrip("/"))
         local = np.linalg.inv(above) @ world
         local[:3, 3] /= self.unit
         shape.MakeMatrixXform().Set(Gf.Matrix4d(local.T.tolist()))
@@ -150,12 +148,15 @@ class UsdStage:
         T = np.eye(4)
         place = prim.GetAttribute(f"physics:localPos{side}").Get()
         turn = Gf.Quatd(prim.GetAttribute(f"physics:localRot{side}").Get())
-        rotation = Gf.Rotation(turn.GetNormalized())
-        T[:3, :3] = np.array(Gf.Matrix3d(rotation)).T
+        T[:3, :3] = np.array(Gf.Matrix3d(Gf.Rotation(turn.GetNormalized()))).T
         T[:3, 3] = self.unit * np.array(place, dtype=float)
         return T
 
-    def text(self, folder: Path, about: str) -> bytes:
+    def text(
+        self,
+        folder: Path,
+        about: str,
+    ) -> bytes:
         """Return the layer's text, which finds the model from a folder."""
         del self.stage
         self.layer.customLayerData = {"mukca": about}

@@ -46,11 +46,12 @@ def estimated_zeros(request: Request) -> list[JointZero]:
         raise ExportError(
             f"--to {request.format}: no zeros were looked for; solve with --zeros"
         )
-    zeros: list[JointZero] = []
-    for joint, name in zip(joints, names, strict=True):
-        zero = coefficients[name]
-        zeros.append(JointZero(joint, zero.value, zero.standard_deviation))
-    return zeros
+    return [
+        JointZero(joint, zero.value, zero.standard_deviation)
+        for joint, zero in zip(
+            joints, map(coefficients.__getitem__, names), strict=True
+        )
+    ]
 
 
 def _check_signs(request: Request) -> None:

@@ -45,8 +45,7 @@ def read_bag(question: Question) -> Log:
         unpack = bound_chunks()
     except ImportError:
         raise ExtractError("bags need rosbags: pip install 'mukca[bags]'") from None
-    is_folder = question.path.is_dir()
-    entries = question.path.glob("*") if is_folder else [question.path]
+    entries = question.path.glob("*") if question.path.is_dir() else [question.path]
     files = [file for file in entries if not file.is_dir()]
     for file in files:
         require_file(file, largest=None)

@@ -150,7 +150,7 @@ def columns_of(names: Sequence[str], question: Question) -> list[int] | None:
         match = match_joints(names, wanted, in_order=False)
     except ColumnError as error:
         raise ExtractError(which_arm(error, question)) from None
-    return None if match is None else list(match.order)
+    return list(match.order) if match else None
 
 
 def which_arm(error: ColumnError, question: Question) -> str:

@@ -60,7 +60,12 @@ def _band(panel: Panel, number: int, pause: Rest, end: float) -> None:
     panel.text(x, panel.top - 6, str(number), colour)
 
 
-def _curve(panel: Panel, lane: int, times: np.ndarray, positions: np.ndarray) -> None:
+def _curve(
+    panel: Panel,
+    lane: int,
+    times: np.ndarray,
+    positions: np.ndarray,
+) -> None:
     """Draw a joint's positions over the times, both (N,), over the height of its lane."""
     extent = max(np.ptp(positions), 1e-9)
     shares = (positions - positions.min()) / extent

@@ -133,8 +133,7 @@ def read_csv_log(question: Question) -> Log:
     if empty := len(table.rows) - len(rows):
         notes.append(f"{empty} lines without positions are left out")
     table = table.at(rows)
-    numbers = np.array(table.numbers(columns))
-    positions = _in_radians(numbers, columns, question)
+    positions = _in_radians(np.array(table.numbers(columns)), columns, question)
     log = in_parts(_stamps(table, times[0]), positions, None, notes)
     unit = "if time is not in seconds, name its column time[ms], [us] or [ns]"
     require_rate(log, question, unit)
@@ -159,7 +158,7 @@ def _joint_columns(
             match = find_joints(table, question.joints, times)
         except ColumnError as error:
             raise ExtractError(which_arm(error, question)) from None
-        if match is not None:
+        if match:
             return match[0], [*table.notes, *filter(None, match[1:])]
     others = [column.name for column in table.columns if column not in times]
     raise unknown_joints(others, question)
@@ -171,8 +170,7 @@ def _stamps(table: Table, column: Column) -> np.ndarray:
     dates = [seconds_of(cell) for cell in cells]
     if dates and None not in dates:
         return np.array(dates, dtype=float)
-    without_unit = replace(column, unit="")
-    stamps = np.array(table.numbers([without_unit]))[:, 0]
+    stamps = np.array(table.numbers([replace(column, unit="")]))[:, 0]
     fractions = [c for c in table.columns if _NANOSECONDS.fullmatch(c.name)]
     if fractions and not column.unit and not (stamps % 1).any():
         return stamps + 1e-9 * np.array(table.numbers(fractions[:1]))[:, 0]

@@ -187,10 +187,10 @@ def _pairs(
     """Return the sockets of each base, the earlier first; the bases in order of time."""
     centres = [np.median(balls[group], axis=0) for group in groups]
     sockets = range(len(groups))
-    mismatch: dict[tuple[int, int], float] = {}
-    for i, j in combinations(sockets, 2):
-        length = float(np.linalg.norm(centres[i] - centres[j]))
-        mismatch[i, j] = abs(length - distance)
+    mismatch = {
+        (i, j): abs(math.dist(centres[i], centres[j]) - distance)
+        for i, j in combinations(sockets, 2)
+    }
     partner: dict[int, int] = {}
     for pair in sorted(mismatch, key=mismatch.__getitem__):
         if mismatch[pair] > APART * distance:
@@ -232,13 +232,13 @@ def assign(rests: Sequence[Rest], words: Sequence[str]) -> list[Rest]:
     ]
     for word in words:
         match = re.fullmatch(r"([\w.-]+):(\d)=(\d+(?:-\d+)?(?:,\d+(?:-\d+)?)*)", word)
-        if match is None:
+        if not match:
             raise UsageError(
                 f"--assign {word}: write PLACEMENT:SOCKET=RESTS, as in front:0=1-30"
             )
         name, socket, ranges = match.groups()
         for i in _indices(word, ranges, len(rests)):
-            if assigned[i].placement is not None:
+            if assigned[i].placement:
                 raise UsageError(f"--assign {word}: rest {i + 1} is assigned twice")
             assigned[i] = replace(rests[i], placement=name, socket=int(socket), why="")
     return assigned
@@ -264,7 +264,7 @@ def placements_of(
     """Return the files of each placement, by its name."""
     samples: dict[str, list[Sample]] = {}
     for pause in rests:
-        if pause.placement is not None:
+        if pause.placement:
             sample = Session((), socket=pause.socket).sample_at(pause.pose)
             samples.setdefault(pause.placement, []).append(sample)
     joints = tuple(joint_names)

@@ -125,7 +125,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
         stands: tuple[str, Calibration] | None = None
         for name, folders in find_sessions(arm.folder).items() if error is None else ():
             placements = [read_placement(folder) for folder in folders]
-            if stands is not None:
+            if stands:
                 checks.append(_check(arm, name, *stands, placements))
                 # nothing can be left out, or too few samples would be trained on without it
                 counts = [len(placement.samples) for placement in placements]
@@ -135,7 +135,7 @@ def calibrate_arm(arm: ArmFolder) -> FleetArm:
             session = _session(arm, name, calibration)
             sessions.append(session)
             passed = session.status == "pass" or session.kind == "better"
-            if passed or (stands is None and not calibration.document.distorted):
+            if passed or (not stands and not calibration.document.distorted):
                 stands = name, calibration.saved_in(arm.out / name)
     except MukcaError as reason:
         error = " ".join(str(reason).split()).replace(f"{arm.folder}/", "")
@@ -203,7 +203,7 @@ def _check(
         session=name,
         since=since,
         samples=sum(len(placement.samples) for placement in placements),
-        mean_absolute_error=None if new is None else new.loaded.mean_absolute_error,
+        mean_absolute_error=new and new.loaded.mean_absolute_error,
         limit=row and row.limit,
         status="incomplete" if validity.doubtful else validity.verdict.status,
         kind=validity.verdict.kind,
@@ -218,11 +218,11 @@ def _next_step(
     sessions: Sequence[FleetSession], checks: Sequence[FleetCheck], error: str | None
 ) -> str | None:
     """Return the next thing to record or to do; None where all is well."""
-    if error is not None:
+    if error:
         return f"Mend the recordings: {error}"
     last = sessions[-1]
     check = checks[-1] if checks else None
-    if check is not None and check.session != last.name:
+    if check and check.session != last.name:
         if check.status == "pass":
             return None
         since = f" since {check.since}" if check.since else ""
@@ -232,7 +232,7 @@ def _next_step(
     if last.status != "pass":
         cause = last.text.partition(": ")[2].partition(". ")[0]
         return f"{last.todo.text if last.todo else 'Look at its report'}. {cause}"
-    if check is not None and check.changed:
+    if check and check.changed:
         old = f"that of {check.since}" if check.since else "the one before"
         urdf = Path(last.outputs["urdf"]).name
         return f"Load the new {urdf} in place of {old}: {check.reason}"

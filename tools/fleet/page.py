@@ -52,7 +52,7 @@ def _lines(arm: FleetArm, months: Sequence[str]) -> list[FleetMonth]:
             last = max(name for name in names if name < month)
             lines.append(_line(arm, month, None, f"not checked since {last}"))
     lines.sort(key=lambda line: line.session, reverse=True)
-    if arm.error is not None:
+    if arm.error:
         lines.insert(0, _line(arm, "", None, "no new calibration: mend the recordings"))
     return lines
 

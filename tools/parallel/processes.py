@@ -233,7 +233,7 @@ def _prepare(parent: int) -> None:
 
 def _end_with_parent(parent: int) -> None:
     process = multiprocessing.parent_process()
-    if process is not None and process.pid == parent:
+    if process and process.pid == parent:
         wait([process.sentinel])
         sys.stderr.close()
         os._exit(1)

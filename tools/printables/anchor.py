@@ -96,8 +96,7 @@ class AnchoredBase(SocketBase):
 
     def solid(self) -> Solid:
         """Return the part, standing on z = 0."""
-        high = self.plate[0][1]
-        return union(super().solid(), *self._clip(PLATE, high + 1))
+        return union(super().solid(), *self._clip(PLATE, self.plate[0][1] + 1))
 
     def fit_test(self) -> Solid:
         """Return a thin slice of the clip, to try on the arm."""

@@ -60,8 +60,7 @@ def to_manifold(solid: Solid, chord: float = CHORD) -> "Manifold":
             return Manifold.cylinder(height, low, high, count)
         case "prism", height, *outlines:
             polygons = [np.array(outline, dtype=float) for outline in outlines]
-            section = CrossSection(polygons)
-            return Manifold.extrude(section, height)
+            return Manifold.extrude(CrossSection(polygons), height)
         case "moved", *offset:
             parts[0].num_tri()  # evaluates it: what is moved stands at several places
             return parts[0].translate(offset)
@@ -93,8 +92,7 @@ def step_bytes(name: str, solid: Solid) -> bytes:
         raise PrintableError(f"{name}: Open CASCADE does not make one body of it")
     # What Open CASCADE says goes to standard output.
     chatter = _occ("Message_PrinterOStream").get_type_descriptor_s()
-    messenger = _occ("Message").DefaultMessenger_s()
-    messenger.RemovePrinters(chatter)
+    _occ("Message").DefaultMessenger_s().RemovePrinters(chatter)
     writer = _occ("STEPControl_Writer")()
     for key, text in (("product.name", name), ("unit", "MM")):
         _occ("Interface_Static").SetCVal_s(f"write.step.{key}", text)
@@ -111,8 +109,7 @@ def _occ(name: str) -> Any:
     module_name, _, _ = name.partition("_")
     try:
         importlib.import_module("OCP")
-        module = importlib.import_module(f"OCP.{module_name}")
-        return getattr(module, name)
+        return getattr(importlib.import_module(f"OCP.{module_name}"), name)
     except ImportError:
         raise PrintableError(
             "STEP needs Open CASCADE, which is not installed: pip install 'mukca[step]'"
@@ -132,8 +129,7 @@ def _shape(solid: Solid) -> Shape:
         case "prism", height, *outlines:
             bodies = [_extruded(o, height) for o in outlines if signed_area(o) > 0]
             holes = [_extruded(o, height) for o in outlines if signed_area(o) < 0]
-            body = _boolean("Fuse", bodies)
-            return _boolean("Cut", [body, *holes])
+            return _boolean("Cut", [_boolean("Fuse", bodies), *holes])
         case "moved", *offset:
             vector = _occ("gp_Vec")(*offset)
             move = _occ("gp_Trsf")()
@@ -152,8 +148,7 @@ def _shape(solid: Solid) -> Shape:
 def _turn(axis: tuple[int, int, int], angle: float) -> Any:
     """Return a turn about an axis through the origin."""
     origin = _occ("gp_Pnt")(0, 0, 0)
-    direction = _occ("gp_Dir")(*axis)
-    line = _occ("gp_Ax1")(origin, direction)
+    line = _occ("gp_Ax1")(origin, _occ("gp_Dir")(*axis))
     turn = _occ("gp_Trsf")()
     turn.SetRotation(line, angle)
     return turn
@@ -162,13 +157,11 @@ def _turn(axis: tuple[int, int, int], angle: float) -> Any:
 def _extruded(outline: Outline, height: float) -> Shape:
     polygon = _occ("BRepBuilderAPI_MakePolygon")()
     for x, y in outline:
-        corner = _occ("gp_Pnt")(x, y, 0.0)
-        polygon.Add(corner)
+        polygon.Add(_occ("gp_Pnt")(x, y, 0.0))
     polygon.Close()
     face = _occ("BRepBuilderAPI_MakeFace")(polygon.Wire(), True)
     upwards = _occ("gp_Vec")(0.0, 0.0, height)
-    prism = _occ("BRepPrimAPI_MakePrism")(face.Face(), upwards)
-    return prism.Shape()
+    return _occ("BRepPrimAPI_MakePrism")(face.Face(), upwards).Shape()
 
 
 def _boolean(operation: str, shapes: Sequence[Shape]) -> Shape:

@@ -73,8 +73,7 @@ def print_of(body: "Manifold", recipe: Recipe) -> Print:
     plastic, time = layers.mean(axis=0) * top / recipe.layer
     plastic_of_first, _ = layers[0]
     path_of_first = plastic_of_first / recipe.spacing / recipe.layer
-    footprint = figure.slice(recipe.layer / 2)
-    x0, y0, x1, y1 = footprint.bounds()
+    x0, y0, x1, y1 = figure.slice(recipe.layer / 2).bounds()
     is_slender = top > SLENDER * min(x1 - x0, y1 - y0)
     return Print(
         plastic=float(plastic) * 1e-9,
@@ -121,5 +120,4 @@ def _length(section: "CrossSection") -> float:
     """Return the length of an area's outlines [mm]."""
     figure: Any = section
     sides = [ring - np.roll(ring, 1, axis=0) for ring in figure.to_polygons()]
-    lengths = [np.linalg.norm(side, axis=1).sum() for side in sides]
-    return math.fsum(lengths)
+    return math.fsum([np.linalg.norm(side, axis=1).sum() for side in sides])

@@ -60,8 +60,7 @@ def place_holes(
     for columns in ((0.0, PITCH / 2), range(int(PITCH))):
         for x, y in itertools.product(columns, range(int(PITCH))):
             columns_of_grid = _steps(x, area.x0, area.x1)
-            rows_of_grid = _steps(y, area.y0, area.y1)
-            grid = itertools.product(columns_of_grid, rows_of_grid)
+            grid = itertools.product(columns_of_grid, _steps(y, area.y0, area.y1))
             points = list(filter(is_free, grid))
             # Those farthest out along the diagonals, in anticlockwise order.
             corners = [

@@ -127,10 +127,8 @@ def hexagon(apothem: float) -> Outline:
 
 def signed_area(points: Sequence[Point]) -> float:
     """Return the area of a polygon by the shoelace formula, negative if it runs clockwise."""
-    following = (*points[1:], *points[:1])
-    sides = zip(points, following, strict=True)
-    twice = math.fsum(x * v - u * y for (x, y), (u, v) in sides)
-    return twice / 2
+    sides = zip(points, (*points[1:], *points[:1]), strict=True)
+    return math.fsum(x * v - u * y for (x, y), (u, v) in sides) / 2
 
 
 HEIGHT = 5.4

@@ -5,6 +5,8 @@ from .checks import worth_calibrating as worth_calibrating
 from .guidance import SHARE as SHARE
 from .guidance import PoseSelector as PoseSelector
 from .guidance_process import BackgroundGuidance as BackgroundGuidance
+from .neighbours import driver_elsewhere as driver_elsewhere
+from .neighbours import recorded_beside as recorded_beside
 from .options import RecordOptions as RecordOptions
 from .options import joints_of as joints_of
 from .session_alarms import SessionAlarms as SessionAlarms
@@ -13,8 +15,6 @@ from .session_start import page_of as page_of
 from .session_start import with_distance as with_distance
 from .session_start import with_distance_of_base as with_distance_of_base
 from .session_start import with_second_reading as with_second_reading
-from .setup import driver_elsewhere as driver_elsewhere
 from .setup import record_session as record_session
-from .setup import recorded_beside as recorded_beside
 from .stops import record_stops as record_stops
 from .zero_guidance import ZeroSelector as ZeroSelector

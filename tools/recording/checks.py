@@ -59,8 +59,7 @@ def odd_pose(robot: Robot, distance: float, samples: Captures) -> str | None:
         return None
     sockets = np.array([sample.socket for sample in samples])
     *balls, ball = nominal_balls(robot, np.array([s.position for s in samples]))
-    same = sockets[:-1] == sockets[-1]
-    in_socket = np.array(balls)[same]
+    in_socket = np.array(balls)[sockets[:-1] == sockets[-1]]
     is_first = not len(in_socket)
     references = np.array(balls) if is_first else in_socket
     allowed = FAR + distance if is_first else FAR
@@ -88,7 +87,7 @@ def wrong_model(robot: Robot, samples: Captures) -> str | None:
         return None
     models = _shipped(len(robot.actuated))
     scatters = {model.name: _scatter(model, q) for model in models}
-    best = min(scatters, key=lambda name: scatters[name], default=None)
+    best = min(scatters, key=scatters.__getitem__, default=None)
     if best is None or scatters[best] > scatter / WRONG_RATIO or best == robot.name:
         return None
     return (
@@ -122,7 +121,7 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
             signs = np.ones(len(names))
             signs[list(flipped)] = -1
             scatters[flipped] = _scatter(robot, signs * q)
-        best = min(scatters, key=lambda flipped: scatters[flipped])
+        best = min(scatters, key=scatters.__getitem__)
         if scatters[best] < scatter / SIGN_RATIO:
             joints = " and ".join(names[joint] for joint in best)
             return (
@@ -150,15 +149,17 @@ def wrong_distance(robot: Robot, distance: float, samples: Captures) -> float | 
 
 def similar_models(robot: Robot, position: Sequence[float]) -> str | None:
     """Return the names of the other shipped robots that reach a configuration, or None."""
-    names: list[str] = []
-    for model in _shipped(len(robot.actuated)):
-        allowed = [
-            joint.lower - SLACK <= q <= joint.upper + SLACK
-            for joint, q in zip(model.actuated, position, strict=True)
-        ]
-        if all(allowed) and model.name != robot.name:
-            names.append(model.name)
+    q = np.array(position)
+    models = _shipped(len(robot.actuated))
+    names = [
+        model.name for model in models if model.name != robot.name and _allows(model, q)
+    ]
     return " or a ".join(names) or None
+
+
+def _allows(robot: Robot, q: np.ndarray) -> bool:
+    """Return whether a configuration is within a robot's limits."""
+    return bool(((robot.lower - SLACK <= q) & (q <= robot.upper + SLACK)).all())
 
 
 @lru_cache(maxsize=8)

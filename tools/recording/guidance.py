@@ -99,7 +99,7 @@ class PoseSelector:
         target, gain = self._next(state, where, samples, order, position)
         fewest = min(self._counts(samples)[:2]) if self._sockets > 1 else 0
         solved = None
-        if posterior is not None or fewest >= LEAST_SAMPLES:
+        if posterior or fewest >= LEAST_SAMPLES:
             placements = [*self._earlier, self._placement(samples, answers)]
             zeros = self._alarms.coarse
             solved = sufficiency_of(self._model, placements, zeros=zeros)
@@ -122,9 +122,8 @@ class PoseSelector:
             None if alarms else solved, exhausted=exhausted, reaches_goal=reaches_goal
         )
         block_done = self._sockets > 1 and _run(samples, socket) >= BLOCK
-        lift = False
-        if target is not None and samples and samples[-1].socket == order[0]:
-            lift = self._pool.lifted(samples, position, target)
+        stays = bool(samples) and samples[-1].socket == order[0]
+        lift = bool(target) and stays and self._pool.lifted(samples, position, target)
         steps = zip(self._route[0], self._route[1].tolist(), strict=False)
         advice = Advice(
             count=len(samples),
@@ -139,7 +138,7 @@ class PoseSelector:
             fails=solved.fails if solved and not alarms else "",
             route=tuple((k, tuple(q)) for k, q in steps),
         )
-        return advice if posterior is None else with_fit(advice, posterior, samples)
+        return with_fit(advice, posterior, samples) if posterior else advice
 
     def _exhausted(
         self,
@@ -185,17 +184,18 @@ class PoseSelector:
 
         Poses of earlier placements of the arm count as well: a new one begins with what they tell.
         """
-        if posterior is not None:
+        if posterior:
             return design.from_fit(posterior)
-        state, taken = self._prior([samples, *(part.samples for part in self._earlier)])
+        state, taken = self._prior(samples)
         for q, socket in taken:
             state = state.with_samples(q, socket)
         return state
 
     def _prior(
-        self, recorded: Sequence[Captures]
+        self, samples: Captures
     ) -> tuple[design.ParameterCovariance, list[tuple[np.ndarray, int]]]:
-        """Return the covariance before all samples of some placements, and these by socket."""
+        """Return the covariance before all samples of all placements, and these by socket."""
+        recorded = [samples, *(part.samples for part in self._earlier)]
         count = self._sockets
         state = design.from_prior(self._model, SEAT, count * len(recorded))
         taken: list[tuple[np.ndarray, int]] = []
@@ -235,17 +235,18 @@ class PoseSelector:
         position: Sequence[float] | None,
     ) -> tuple[Configuration | None, float]:
         """Return the next pose of a short way, and the gain of the pose that teaches most."""
-        pools = {k: self._pool.candidates(samples, k) for k in dict.fromkeys(order)}
+        # a socket without a sample is near the others, in the order or not
+        sockets = dict.fromkeys([*order, *range(self._sockets)])
+        pools = {k: self._pool.candidates(samples, k) for k in sockets}
         reached = [pool for pool in pools.values() if len(pool)]
         if not reached:
             self._route = _NO_ROUTE
             return None, 0.0
-        # a socket without a sample is near the others
-        pools = {k: pool if len(pool) else reached[0] for k, pool in pools.items()}
+        pools = {k: pools[k] if len(pools[k]) else reached[0] for k in order}
         start = None if position is None else np.array(position)
         route = self._rest(order)
         if self._curved:
-            prior = self._prior([samples, *(part.samples for part in self._earlier)])
+            prior = self._prior(samples)
             way = design.CurveAnnealing(*prior, pools, order, start).way(route)
         else:
             way = design.plan_poses(state, where, pools, order, start, route)

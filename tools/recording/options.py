@@ -14,17 +14,13 @@ from ...recorder import (
     read_metadata,
 )
 from ...recorder.session import TARGET
-from ...recorder.stream import STILL, WINDOW, JointLimits
+from ...recorder.stream import WINDOW, JointLimits
 from ...recorder.terminal import ConsoleKeyboard, Keyboard, Script
 from ...solver.calibration import SolveOptions, UsageError
 from ...solver.identification.robot import Robot
 from ..cli import (
-    DISTANCES,
-    SPREADS,
-    WINDOWS,
     Options,
     RobotOptions,
-    option,
     part,
 )
 
@@ -41,130 +37,37 @@ HELD = 6
 
 
 class _SessionOptions(Options, group="recording"):
-    driver: str = option(
-        ...,
-        "the arm's driver and address, as in franka:172.16.0.2; mukca drivers lists them",
-        "NAME[:ADDRESS]",
-    )
-    out: Path = option(
-        ...,
-        "folder of this placement; if it is there, the recording goes on",
-        "DIR/PLACEMENT",
-    )
-    robot_name: str | None = option(
-        None, "which of several robots it is, as solve --robot NAME=R has it", "NAME"
-    )
-    distance: float | None = option(
-        None,
-        "distance of the centres of sockets 0 and 1 in metres, measured with a caliper "
-        "(default: that of a recording that goes on; else you are asked)",
-        "M",
-        between=DISTANCES,
-    )
-    sockets: int | None = option(
-        None,
-        "number of sockets, 1 to 10 (default: {})",
-        "N",
-        between=(1, 10),
-        usual=SOCKETS,
-        unless="quick",
-    )
-    target: int | None = option(
-        None,
-        "samples for each socket (default: {})",
-        "N",
-        between=(1, 10_000),
-        usual=TARGET,
-    )
-    window: float = option(
-        WINDOW, "seconds that a capture averages", "S", between=WINDOWS
-    )
-    still: float | None = option(
-        None,
-        "an arm whose standard deviation over the window is larger is not still (default: {}, "
-        "or the step of its encoders)",
-        "RAD",
-        between=SPREADS,
-        usual=STILL,
-    )
-    keys: Path | None = option(None, "read keys from a script", "FILE")
-    keep_stream: bool = option(
-        False, "also keep every state in a compact file, which mukca extract reads"
-    )
+    driver: str
+    out: Path
+    robot_name: str | None = None
+    distance: float | None = None
+    sockets: int | None = None
+    target: int | None = None
+    window: float = WINDOW
+    still: float | None = None
+    keys: Path | None = None
+    keep_stream: bool = False
 
 
 class _HandOptions(Options, group="hands and ears"):
-    auto: bool = option(
-        False,
-        "capture without a key wherever the arm rests at a new, plausible pose; press a key at"
-        " each change of socket",
-    )
-    key: Sequence[str] = option(
-        (),
-        "let keys do something, as in capture=Enter,PageDown for a foot pedal or a presenter: "
-        "capture, undo, redo, delete, relabel, measure, next, avoid, finish, help, yes, new, keep",
-        "ACTION=KEY,...",
-        repeated=True,
-    )
-    sound: Literal["bell", "off"] = option(
-        "bell",
-        "the terminal's bell: once for a capture, twice for a refusal, three times for a "
-        "socket done, and a pattern each for an alarm, ENOUGH and NEXT PLACE",
-    )
-    say: bool = option(
-        False,
-        "also say captures, refusals, alarms and ends aloud, by spd-say, espeak-ng, espeak or say",
-    )
+    auto: bool = False
+    key: Sequence[str] = ()
+    sound: Literal["bell", "off"] = "bell"
+    say: bool = False
 
 
 class _GuideOptions(Options, group="guide"):
-    goal_mm: float | None = option(
-        None,
-        "aim for this predicted error of distances in the workspace (default: what mukca solve"
-        " asks)",
-        "MM",
-        between=(1e-3, 1e3),
-        unless="calibration no_guide quick keys",
-    )
-    turn: float | None = option(
-        None,
-        "turn no joint farther than this from where the session began, to spare cables",
-        "DEG",
-        between=(30, 360),
-        unless="no_guide quick keys",
-    )
-    page: bool = option(
-        False,
-        "also show the session on a page for a tablet beside the arm; the page only reads, and"
-        " the screen has its address",
-    )
-    page_host: str = option(
-        "127.0.0.1",
-        "address that serves the page; 0.0.0.0 lets the whole network see it (default: this "
-        "computer alone)",
-        "HOST",
-        needs="page",
-    )
-    no_guide: bool = option(False, "record without a fit: no advice, no alarms")
+    goal_mm: float | None = None
+    turn: float | None = None
+    page: bool = False
+    page_host: str = "127.0.0.1"
+    no_guide: bool = False
 
 
 class _TestOptions(Options, group="in two minutes"):
-    quick: bool = option(
-        False, "take ten poses in one socket: is this arm worth calibrating?"
-    )
-    stops: bool = option(
-        False,
-        "lead each joint to both of its stops once, without a ball; mukca rezero --stops then "
-        "tells zeros",
-        unless="quick calibration keys",
-    )
-    calibration: Path | None = option(
-        None,
-        "say whether this calibration still holds (exit status 1 if not). Without --quick: "
-        "take {} samples in each of two sockets, at poses that tell the joints' zeros best",
-        "FILE",
-        usual=HELD,
-    )
+    quick: bool = False
+    stops: bool = False
+    calibration: Path | None = None
 
 
 class _LoadOptions(Options, group="load, for noticing a hand on the arm"):
@@ -172,15 +75,11 @@ class _LoadOptions(Options, group="load, for noticing a hand on the arm"):
 
 
 class _NoteOptions(Options, group="notes, kept with the recording"):
-    operator: str | None = option(None, "who records", "NAME")
-    serial_number: str | None = option(None, "serial number of the arm", "TEXT")
-    warm_up: float | None = option(
-        None, "minutes since power-on", "MIN", between=(0, 1e6)
-    )
-    temperature: float | None = option(
-        None, "temperature in degrees Celsius", "C", between=(-100, 200)
-    )
-    notes: str | None = option(None, "anything else worth keeping", "TEXT")
+    operator: str | None = None
+    serial_number: str | None = None
+    warm_up: float | None = None
+    temperature: float | None = None
+    notes: str | None = None
 
 
 class RecordOptions(
@@ -214,7 +113,7 @@ class RecordOptions(
             keyboard = ConsoleKeyboard(msvcrt)
         elif has_keyboard():
             keyboard = Keyboard()
-        if self.keys is not None:
+        if self.keys:
             try:
                 file = stack.enter_context(self.keys.open("rb"))
             except OSError as error:

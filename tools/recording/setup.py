@@ -4,33 +4,23 @@ import gc
 import logging
 import math
 from collections.abc import Generator
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
-from operator import itemgetter
-from pathlib import Path
 from typing import Any
 
 from ...recorder import (
     DEFAULT_DISTANCE,
-    METADATA,
-    READINGS_CHANGED,
-    SAMPLES,
-    Placement,
-    RecordingError,
     StreamLog,
     next_log_file,
-    read_metadata,
-    read_placement,
-    read_sessions,
 )
 from ...recorder.session import BLOCK, Session
 from ...recorder.stream import STILL, ContactDetector, Stream, StreamMonitor
 from ...recorder.terminal import Lines, Outcome, Recorder, Screen, Speech, keys_with
-from ...solver.identification.robot import Robot
 from ..cli import Terminal, one_arm
 from .checks import gravity_of, odd_pose
 from .guidance_process import BackgroundGuidance
+from .neighbours import recorded_beside
 from .options import RecordOptions
 from .session_start import SessionStart
 
@@ -116,7 +106,7 @@ def _guidance(start: SessionStart, distance: float) -> BackgroundGuidance:
         "sockets": start.metadata.sockets,
         "turn": math.inf if options.turn is None else math.radians(options.turn),
     }
-    if options.calibration is not None:
+    if options.calibration:
         settings["calibration"] = one_arm(options.calibration)
         settings["target"] = options.samples
     else:
@@ -134,7 +124,7 @@ def _title(options: RecordOptions, robot: str, session: Session) -> str:
 
 
 @contextmanager
-def _undisturbed() -> Generator[None, None, None]:
+def _undisturbed() -> Generator[None]:
     """Keep the library's log off the screen, and garbage collection off all that is loaded."""
     log = logging.getLogger("mukca")
     before = (log.handlers, log.propagate)
@@ -156,71 +146,3 @@ def _display(terminal: Terminal) -> Screen | Lines:
     if full_screen and console.file.isatty():
         return Screen(console)
     return Lines(console, brief=terminal.brief)
-
-
-PRACTICE = "mock"
-"""Driver of simulated arms: its address is a file of poses, not an arm's."""
-
-
-def driver_elsewhere(driver: str) -> str | None:
-    """Return a driver with the base elsewhere; None for a simulated arm with no base left.
-
-    A simulated arm stays at the base of its folder, so the next folder beside it has another.
-    """
-    name, _, address = driver.partition(":")
-    if name != PRACTICE:
-        return driver
-    path, mark, options = address.partition("?")
-    here = Path(path)
-    for folder in sorted({file.parent for file in here.parent.glob("*/*.csv")}):
-        if folder > here and _origin(folder).get("driver") != PRACTICE:
-            return f"{PRACTICE}:{folder}{mark}{options}"
-    return None
-
-
-def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:
-    """Return the earlier placements of this arm in neighbouring folders, oldest first.
-
-    Those of another model are left out, and those whose :func:`_origin` is another. So are those
-    before joints read otherwise: they tell nothing of the readings now.
-    """
-    if read_metadata(out / METADATA).get(READINGS_CHANGED) is True:
-        return ()
-    origin = _origin(out)
-    earlier: list[tuple[float, bool, Placement]] = []  # begin [s], readings changed
-    for file in out.parent.glob(f"*/{SAMPLES}"):
-        folder = file.parent
-        if folder.resolve() == out.resolve():
-            continue
-        with suppress(RecordingError):
-            metadata = read_metadata(folder / METADATA)
-            origin_there = _origin(folder)
-            names = origin.keys() & origin_there.keys()
-            is_same = all(origin[name] == origin_there[name] for name in names)
-            if is_same and metadata.get("model_sha256") == robot.sha256:
-                placement = read_placement(folder).for_joints(robot.joint_names)
-                changed = metadata.get(READINGS_CHANGED) is True
-                earlier.append((placement.samples[0].time or 0.0, changed, placement))
-    placements: list[Placement] = []
-    for _, changed, placement in sorted(earlier, key=itemgetter(0)):
-        placements = [*([] if changed else placements), placement]
-    return tuple(placements)
-
-
-def _origin(folder: Path) -> dict[str, object]:
-    """Return what tells one arm's placements from another's, as far as it was written down.
-
-    These are the robot's name, its serial number and its address, each as last written. A session
-    in one socket has another purpose than one in several.
-    """
-    file = folder / METADATA
-    origin = {**read_metadata(file)}
-    for session in read_sessions(file):
-        origin |= session
-    driver = origin.get("driver")
-    if isinstance(driver, str) and driver.partition(":")[0] == PRACTICE:
-        origin["driver"] = PRACTICE
-    if "sockets" in origin:
-        origin["one_socket"] = origin["sockets"] == 1
-    names = ("robot_name", "serial_number", "driver", "one_socket")
-    return {name: origin[name] for name in names if name in origin}

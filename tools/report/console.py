@@ -27,7 +27,7 @@ _STYLES = {
 def show(console: Console, report: ReportDocument) -> None:
     """Print the report in short."""
     show_answer(console, report.verdict)
-    if report.error_parts is not None:
+    if report.error_parts:
         console.print(Text(report.error_parts.text))
     show_limits(console, report.verdict, report.limits, report.todo)
     console.print(_placements(console, report))

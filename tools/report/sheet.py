@@ -116,7 +116,7 @@ def sheet_of(
         lead = "each by a fit to all others; calibrated.urdf is by the fit to all"
     parts = plural(held_out.placements, "placement")
     trained = report.summary.train
-    if trained is not None and held_out.placements > trained.placements:
+    if trained and held_out.placements > trained.placements:
         parts = f"{held_out.placements} regions of joint space"
     samples = plural(held_out.samples, "sample")
     errors = Section(
@@ -124,7 +124,7 @@ def sheet_of(
         lead=f"{parts}, {samples}, {lead}.",
         heads=("model", "mean", "95 % below", "largest"),
         rows=_rows(report.summary),
-        paragraphs=[] if report.error_parts is None else [report.error_parts.text],
+        paragraphs=[report.error_parts.text] if report.error_parts else [],
     )
     limits = Section(
         title="Limits",
@@ -218,19 +218,19 @@ def _rows(summary: RoleSummaries) -> list[list[str]]:
     rows: list[list[str]] = []
 
     def add(title: str, metrics: Metrics, quantiles: Quantiles | None) -> None:
-        p95 = UNKNOWN if quantiles is None else mm(quantiles.p95, 3)
-        largest = metrics.max_error if quantiles is None else quantiles.max
+        p95 = mm(quantiles.p95, 3) if quantiles else UNKNOWN
+        largest = quantiles.max if quantiles else metrics.max_error
         mean = mm(metrics.mean_absolute_error, 3)
         rows.append([title, mean, p95, mm(largest, 3)])
 
     add("nominal model", held_out.nominal, by_model.nominal)
     refitted = held_out.ball_refitted
-    if refitted is not None:
+    if refitted:
         add("nominal model, ball refitted", refitted, None)
         if refitted.mean_absolute_error < held_out.nominal.mean_absolute_error:
             rows.reverse()
     add("calibrated.urdf", held_out.loaded, by_model.loaded)
-    if held_out.geometric is not None:
+    if held_out.geometric:
         add("corrected joint positions", held_out.calibrated, by_model.calibrated)
     return rows
 
@@ -240,7 +240,7 @@ def _limit_row(row: LimitResult) -> list[str]:
     words = "not measured" if row.found is None else mm(row.found, 3)
     if row.found is not None and row.deviation is not None:
         words += f" \N{PLUS-MINUS SIGN}{mm(BAND * row.deviation, 3)}"
-    if row.interval is not None:
+    if row.interval:
         low, high = mm(row.interval.low, 3), mm(row.interval.high, 3)
         words = f"{mm(row.interval.value, 3)} ({low} to {high})"
     columns = ["", words] if row.name in PREDICTED else [words, ""]

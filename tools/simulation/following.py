@@ -95,8 +95,7 @@ class FollowingHand:
         self._rows_led = {0}
         self._poses = list[tuple[float, ...]]()
         self._efforts = list[list[float]]()
-        first_socket = int(self._session.sockets[0])
-        self._rest_at(self._session.positions[0], first_socket)
+        self._rest_at(self._session.positions[0], int(self._session.sockets[0]))
         self._motion = LedMotion(self._poses, move=arm.motion.move)
         self._arm = replace(
             arm,
@@ -120,8 +119,7 @@ class FollowingHand:
         """Put the base elsewhere, within the arm's reach, for another placement."""
         (base,) = reachable_bases(self._truth, self._generator, 1, self._distance)
         self._sockets = np.array(base.sockets)
-        rows_at_old_place = range(len(self._session.positions))
-        self._rows_led |= set(rows_at_old_place)
+        self._rows_led |= set(range(len(self._session.positions)))
         self._lead(None, 0)
 
     def follow(self, view: View) -> None:

@@ -258,8 +258,7 @@ def lead(
             readings = readings + how.deflection.by_name[effect.name] * shares
     if how.resolution == 0:
         return readings
-    steps = np.round(readings / how.resolution)
-    return how.resolution * steps
+    return how.resolution * np.round(readings / how.resolution)
 
 
 def _seated(
@@ -311,8 +310,7 @@ def reachable_bases(
         if all(distance > 0.2 * reach for distance in distances):
             # Several ways lead there, as a person would see.
             with suppress(SimulationError):
-                seats = np.repeat(base.sockets, 5, axis=0)
-                guide.reach(seats, generator, rounds=2)
+                guide.reach(np.repeat(base.sockets, 5, axis=0), generator, rounds=2)
                 bases.append(base)
         if len(bases) == count:
             return bases

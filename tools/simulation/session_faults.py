@@ -48,8 +48,7 @@ class Session:
 
     def aside(self, size: float) -> np.ndarray:
         """A random vector in space of some length."""
-        direction = self.generator.normal(size=3)
-        return size * _unit(direction)
+        return size * _unit(self.generator.normal(size=3))
 
     def by_cause(self, flaw: str, size: float) -> np.ndarray:
         """By how much a flaw moves the balls, by the columns of its cause, shape (N, 3) [m]."""
@@ -78,8 +77,7 @@ def _bent_ball(s: Session, size: float) -> np.ndarray:
     parameters = all_parameters(s.robot)
     place = [p.index for p in parameters if p.of_ball and p.unit == "m"]
     model = BallModel(s.robot, place)
-    linear = model.linearise(model.nominal, s.positions)
-    return linear.by_parameters @ s.aside(size)
+    return model.linearise(model.nominal, s.positions).by_parameters @ s.aside(size)
 
 
 def _lost_zero(s: Session, size: float) -> np.ndarray:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ... import JointState, PolledDriver, Reason, clock, match_joints
+from ... import JointState, ModelNames, PolledDriver, Reason, clock, match_joints
 from ...transport import FreshAnswers, SerialLine, parse_options
 from .joint_maps import OPTIONS, TICKS, ServoMap, choose_map
 
@@ -111,7 +111,7 @@ class ServoArm(PolledDriver):
     make: ClassVar[Make]
     resolution = 2 * math.pi / TICKS
 
-    def __init__(self, address: str, joint_names: Sequence[str] | None = None) -> None:
+    def __init__(self, address: str, joint_names: ModelNames = None) -> None:
         port, _, query = address.partition("?")
         options = parse_options(query, ("baud", "rate", *OPTIONS))
         if not port:

@@ -197,6 +197,11 @@ class Kind:
     which the fit has as unknowns, or a ``distance`` between sockets; empty for neither."""
     at_ball: bool = False
     """True where its size is how far it moves the ball at most, not its unknowns'."""
+    weighed: bool = True
+    """True where a fit with it and one without it tell how much it matters. None compares typed
+    distances, what the fit has as well, samples that tell nothing, or the meaning of columns."""
+    of_play: bool = True
+    """False where it cannot be confused with play."""
 
     def text(self, p: Parameters) -> str:
         """Return its sentence."""

@@ -40,6 +40,7 @@ from .known import spaced as spaced
 from .lengths import AGREEING as AGREEING
 from .lengths import Readings as Readings
 from .lengths import agreed_length as agreed_length
+from .lengths import check_distance as check_distance
 from .lengths import metres as metres
 from .lengths import millimetres as millimetres
 from .lengths import readings_of as readings_of
@@ -75,6 +76,5 @@ from .samples import Clock as Clock
 from .samples import SampleRows as SampleRows
 from .samples import Samples as Samples
 from .samples import joined as joined
-from .socket_distance import check_distance as check_distance
 from .tips import TipSamples as TipSamples
 from .tips import tip_shift as tip_shift

@@ -11,9 +11,8 @@ from ....errors import MukcaError
 from ....recorder import Placement, numbers_of
 from ..robot import BallModel, Robot
 from .copies import check_distinct
-from .efforts import with_plausible_efforts
 from .instrument import check_orientations, other_columns
-from .lengths import Readings
+from .lengths import Readings, stated_length
 from .measurements import (
     LimitsError,
     Load,
@@ -21,8 +20,8 @@ from .measurements import (
     MeasurementError,
     TooFewError,
 )
+from .plausibility import with_plausible_efforts
 from .sample_choice import counting, without_single
-from .socket_distance import stated_length
 
 LEAST_POINTS = 4
 """Three points determine the instrument's frame, and nothing else."""

@@ -9,9 +9,9 @@ from math import log
 import numpy as np
 
 from ....errors import NotConverged, fixed
+from ..data import FrameError, fit_pose
 from ..effects import EFFECTS, EXTENSIONS
-from ..inference import FitPosterior
-from .cross_validation import held_out_errors, mean_fall
+from ..inference import FitPosterior, stepped
 from .model_averaging import averaged, model_probabilities
 from .model_search import best_of
 
@@ -22,6 +22,9 @@ log(20), for which errors of 48 that bend would be 2 % smaller after 10 + 10 sam
 LIKELY = 0.01
 """Models less probable than this are left out of the mean."""
 ENOUGH_PLACEMENTS = 3
+PARTS = 5
+"""Placements are divided into at most this many parts, and each part is left out of a fit once. One
+fit for each placement would take too long where there are many."""
 NO_MASSES = "not known without masses in the URDF, or measured torques"
 
 
@@ -84,15 +87,53 @@ def choose_models(models: Sequence[FitPosterior]) -> ModelChoice:
     reason = ""
     if len(best.data.placements) >= ENOUGH_PLACEMENTS:
         try:
-            fall = mean_fall(held_out_errors(geometric), held_out_errors(best))
+            falls = _held_out_errors(geometric) - _held_out_errors(best)
         except NotConverged:
             reason = "; the fit does not settle without each placement"
             return ModelChoice([geometric], reason)
+        falls = falls[np.isfinite(falls)]
+        mean, deviation = falls.mean(), falls.std(ddof=1) / np.sqrt(len(falls))
         reason = (
             f"; where one placement is left out, all together lower errors by "
-            f"{1e3 * fall.mean:.4f} +- {1e3 * fall.deviation:.4f} mm"
+            f"{1e3 * mean:.4f} +- {1e3 * deviation:.4f} mm"
         )
-        if fall.mean <= fall.deviation:
+        if mean <= deviation:
             return ModelChoice([geometric], reason)
     probable = compress(models, model_probabilities(models) > LIKELY)
     return ModelChoice([*probable], reason)
+
+
+def _held_out_errors(posterior: FitPosterior) -> np.ndarray:
+    """Return each placement's error by a fit to others [m]; NaN where a frame is not tied then."""
+    names = posterior.data.placements
+    errors = np.full(len(names), np.nan)
+    for part in range(min(PARTS, len(names))):
+        held_out = names[part::PARTS]
+        try:
+            others = posterior.data.without(held_out)
+            x = stepped(posterior, others).x
+        except FrameError:
+            continue
+        for k in range(part, len(names), PARTS):
+            errors[k] = _mean_error(posterior, x, names[k])
+    return errors
+
+
+def _mean_error(posterior: FitPosterior, x: np.ndarray, placement: str) -> float:
+    """Return the mean distance of balls from their socket's mean or measured place [m]."""
+    data = posterior.data
+    samples = data.only(data.rows_of(placement))
+    points = posterior.model.predict(x, samples)
+    sockets = samples.sockets
+    errors: list[np.ndarray] = []
+    for socket in np.unique(sockets[sockets >= 0]):
+        balls = points[sockets == socket]
+        errors.append(balls - balls.mean(axis=0))
+    by_instrument = sockets < 0
+    if by_instrument.any():
+        balls = points[by_instrument]
+        measured = samples.points[by_instrument]
+        pose = fit_pose(measured, balls)
+        errors.append(balls - pose.apply(measured))
+    distances = np.linalg.norm(np.concatenate(errors), axis=1)
+    return float(distances.mean())

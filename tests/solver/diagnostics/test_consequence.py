@@ -41,5 +41,5 @@ def test_a_move_counts_by_what_it_does_to_the_placements_trained_on(panda, recor
 def test_a_zero_that_is_off_throughout_a_placement_is_told_so(look, change, placements):
     off = change(placements[1], lambda q: q + np.deg2rad(0.6) * np.eye(7)[3])
     (finding,) = look([placements[0], off, placements[2]]).diagnostics
-    assert "throughout left" in finding.text and "sample" not in str(finding)
+    assert "throughout left" in finding.text and "sample " not in str(finding)
     assert finding.level == "error" and finding.consequence.workspace > 3e-4

@@ -99,7 +99,7 @@ def test_an_instrument_that_moved_is_an_unknown_of_the_fit(panda, points):
     calibration = calibrate(panda, points(moved), **RIGID)
     assert len(calibration.document.data) == 1
     (told,) = [d for d in calibration.document.checks if d.code == "movement"]
-    assert "moved by" in told.text and "sample 26" in told.text
+    assert "moved by" in told.text and "point 26" in told.text
     kept = calibrate(panda, points(moved), as_recorded=True, **RIGID)
     errors = [c.document.summary.train.calibrated.mean_absolute_error for c in (calibration, kept)]
     assert 3 * errors[0] < errors[1]

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from contextlib import redirect_stdout, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import get_type_hints
 
@@ -15,9 +16,12 @@ from cases import by_table
 from kept import compare
 
 import mukca
+from mukca.recorder import SOCKETS
+from mukca.recorder.stream import STILL
 from mukca.solver.assessment.verdict import STAMPS
-from mukca.solver.calibration import CalibrateOptions, SolveOptions, option_table
+from mukca.solver.calibration import OPTION_TABLE, CalibrateOptions, SolveOptions
 from mukca.tools.cli import VERBS, main
+from mukca.tools.recording import RecordOptions
 
 SCREENS = Path(__file__).with_name("screens")
 
@@ -67,6 +71,15 @@ def test_the_help_of_solve_has_each_verdict_with_its_status():
             assert title in statuses[1 if status == "fail" else 2]
 
 
+def test_the_help_of_record_has_the_defaults_that_hold():
+    options = RecordOptions(driver="mock", out=Path("new"), robot="panda")
+    words = " ".join(shown("record", "--help-all").split())
+    assert f"1 to 10 (default: {SOCKETS})" in words
+    assert f"samples for each socket (default: {options.samples})" in words
+    assert f"is not still (default: {STILL}, or" in words
+    assert f"take {replace(options, calibration=Path('arm')).samples} samples in each" in words
+
+
 @by_table("line", "words")
 def test_tab_completes_what_was_begun(tmp_path, line, words):
     pytest.importorskip("argcomplete")
@@ -87,7 +100,7 @@ def test_help_and_types_tell_the_options_that_there_are():
     shown = pydoc.plain(pydoc.render_doc(mukca.calibrate))
     of_methods = re.split(r"Of\s+(?:both|``)", shown)[1:]
     for method, words in zip((None, "auto", "paper"), of_methods, strict=True):
-        options = [name for name, option in option_table().items() if option.method == method]
+        options = [name for name, option in OPTION_TABLE.items() if option.method == method]
         names = words.partition(":")[2].partition(".")[0]
         assert re.findall(r"\w+", names) == options
     assert "\n    Calibrate a robot from recordings.\n" in shown

@@ -13,7 +13,13 @@ from mukca.recorder import Sample, sample_files
 from mukca.recorder.session import Advice, Alarm, Session, View
 from mukca.solver.results import write_files
 from mukca.tools.cli import main
-from mukca.tools.recording import SessionAlarms, driver_elsewhere, joints_of, recorded_beside
+from mukca.tools.recording import (
+    SessionAlarms,
+    ZeroSelector,
+    driver_elsewhere,
+    joints_of,
+    recorded_beside,
+)
 from mukca.tools.simulation import following_hand
 
 pytestmark = pytest.mark.slow
@@ -53,6 +59,21 @@ def test_it_waits_for_the_capture_and_goes_where_it_is_asked_to(panda, session, 
     assert np.abs(np.subtract(at, second)).max() < 0.05 < np.abs(np.subtract(at, first)).max()
     led.session = led.session.switched(1)
     assert np.abs(np.subtract(led.rest(tuple(third)), third)).max() < 0.05
+
+
+def test_it_goes_on_in_the_next_socket_where_zeros_are_to_be_told(
+    panda, session, simulated, virtual_time
+):
+    """No pose in that socket is known yet, and none in the first is wanted any more."""
+    led = Led(panda, f"{session / 'front'}?follow")
+    selector = ZeroSelector(simulated.calibration, 0.05, target=6)
+    for socket in 6 * [0] + 6 * [1]:
+        led.session = led.session.switched(socket)
+        advice = selector.advise(led.session.live, socket, led.hand.rest)
+        led.rest(advice.target)
+        assert led.session.refusal(led.hand.rest) is None
+        led.capture()
+    assert selector.advise(led.session.live, 1).enough
 
 
 def led_with(robot, session, fault=""):

@@ -68,3 +68,18 @@ def test_sessions_of_an_emulated_arm_find_a_zero_and_a_tip(
     assert main(words) == 0
     found = mukca.load_calibration(tmp_path / "tip").document.tools[-1]
     assert np.array(found.xyz[:2]) == pytest.approx(TIP[:2], abs=1e-3)
+
+
+def test_a_session_ends_with_the_words_of_validate(simulated, cal, tmp_path, scripted, capsys):
+    """Here the ball lay in the other socket for a sample."""
+    hand = write_rows(tmp_path / "hand.csv", simulated.read({}).positions.tolist())
+    out = tmp_path / "since"
+    words = ["--distance", "0.05", "--no-guide", "--calibration", str(cal)]
+    done = scripted(out, "a*7 s a*9 q", *words, hand=hand)
+    assert main(["validate", str(cal), str(out)]) == done.status == 0
+    verdict = next(line for line in done.output.splitlines() if line.startswith("Verdict: "))
+    assert verdict in capsys.readouterr().out.splitlines()
+    assert "sample 8 lies in socket 0" in done.errors
+    assert main(["validate", str(cal), str(out), "--as-recorded"]) == 1
+    said = capsys.readouterr().out
+    assert "errors of" in said and "within its limits" not in said

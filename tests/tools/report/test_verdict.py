@@ -474,6 +474,22 @@ def test_another_placement_is_recorded_beside_the_others(document, report):
     assert report(document)["todo"][0]["command"].endswith(" --out ../another")
 
 
+def test_a_simulated_arm_is_recorded_at_its_next_base(document, report, tmp_path):
+    (row,) = untested(document, 1)["data"]
+    hand = tmp_path / "hand"
+    for name in ("front", "left"):
+        (hand / name).mkdir(parents=True)
+        (hand / name / "samples.csv").touch()
+    folder = tmp_path / "recordings" / "front"
+    folder.mkdir(parents=True)
+    row["files"] = [str(folder / Path(file).name) for file in row["files"]]
+    for name, proposed in (("front", f"mock:{hand}/left?follow"), ("left", "NAME:ADDRESS")):
+        metadata = {"sessions": [{"driver": f"mock:{hand}/{name}?follow"}]}
+        (folder / "placement.json").write_text(json.dumps(metadata))
+        command = shlex.split(report(document)["todo"][0]["command"])
+        assert command[command.index("--driver") + 1] == proposed
+
+
 def test_what_lies_beside_the_recordings_is_not_recorded_again(document, report, session):
     figures = report(untested(document, 1))
     (step,) = figures["todo"]

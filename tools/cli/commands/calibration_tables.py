@@ -47,7 +47,7 @@ def short_rows(errors: "calibration.Errors") -> list[list[str]]:
     rows += _others(len(errors))
     for role, title in results.ROLES.items():
         summary: results.Summary | None = getattr(errors.summary, role)
-        if summary is not None:
+        if summary:
             removed = _removed(summary)
             rows.append(["= mean", title, removed, *_figures(summary, two=two)])
     return rows
@@ -73,7 +73,7 @@ def left_out_rows(errors: "calibration.Errors") -> list[list[str]]:
             rows.append([name[-LONGEST:], samples, *cells])
     rows += _others(len(trained))
     summary = errors.summary
-    assert summary.train is not None and summary.left_out is not None
+    assert summary.train and summary.left_out
     cells = _beside_trained(summary.left_out, summary.train, two=two)
     return [*rows, ["= mean", _removed(summary.left_out), *cells]]
 
@@ -126,11 +126,11 @@ def _figures(row: "results.MetricsByModel", *, two: bool) -> list[str]:
 def show_details(terminal: cli.Terminal, calibrated: "calibration.Calibration") -> None:
     """Print the figures of one robot."""
     terminal.say(assessment.distance_text(calibrated.document.placements))
-    if calibrated.document.scale is not None:
+    if calibrated.document.scale:
         terminal.say(f"Size: {assessment.scale_text(calibrated.document.scale)}.")
     show_errors(calibrated.errors, terminal)
     _show_matrix(calibrated, terminal)
-    if calibrated.document.error_patterns is not None:
+    if calibrated.document.error_patterns:
         terminal.say(calibrated.document.error_patterns.text)
     _show_parameters(calibrated.result.parameters, terminal)
     terminal.say(*_remarks(calibrated.document))
@@ -174,7 +174,7 @@ def _remarks(result: "results.CalibrationDocument") -> list[str]:
     lines += result.choices or ()
     lines += _frame_lines(result.frames or ())
     lines += assessment.intervals_in_words(result.better)
-    if result.uncertainty is not None:
+    if result.uncertainty:
         lines += [f"Not observable: {text}." for text in result.uncertainty.cannot_see]
     return lines
 

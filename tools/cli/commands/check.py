@@ -76,12 +76,12 @@ class _Checked:
         recordings = assessment.Recordings(
             placements,
             (),
-            None if accuracy is None else accuracy.scale,
+            accuracy and accuracy.scale,
             assumed=[m.distance for m in in_sockets if m.distance_source == "default"],
             readings=max((m.distance_readings for m in in_sockets), default=1),
             tied=bool(self.problem.options.distances),
             causes=self.survey.hypotheses,
-            better=None if accuracy is None else accuracy.better,
+            better=accuracy and accuracy.better,
         )
         rows = assessment.recording_rows(self.findings, recordings, recordings.better)
         return assessment.judge(rows, self.survey.hypotheses)
@@ -96,9 +96,9 @@ class _Checked:
         answer = NOTHING_WRONG
         if count:
             answer = f"No error was seen; {assessment.plural(count, 'remark')}."
-        better = None if self.accuracy is None else self.accuracy.better
+        better = self.accuracy and self.accuracy.better
         doubts = [row.text for row in verdict.reasons if row.name == "samples"]
-        if better is not None and better.probability < assessment.SURE:
+        if better and better.probability < assessment.SURE:
             odds = assessment.in_100(better.probability)
             doubts.append(f"a calibration is better with a chance of {odds} only")
         return " ".join([answer, *(f"{text[0].upper()}{text[1:]}." for text in doubts)])
@@ -116,7 +116,7 @@ class _Checked:
         total = sum(sum(measured.counts) for measured in problem.measurements)
         count = assessment.plural(len(problem.measurements), "placement")
         text = f"In all {total} samples in {count}"
-        if accuracy is not None:
+        if accuracy:
             repeatability = assessment.repeatability_of(
                 problem.robot, problem.options.repeatability_mm
             )
@@ -135,9 +135,9 @@ class _Checked:
             "findings": [finding.as_dict() for finding in self.shared],
             "placements": [_row(inspection) for inspection in survey.placements],
             "hypotheses": [asdict(hypothesis) for hypothesis in survey.hypotheses],
-            "scale": None if accuracy is None else accuracy.scale.as_dict(),
+            "scale": accuracy and accuracy.scale.as_dict(),
             "predicted_distance_deviation": accuracy and accuracy.distance_deviation,
-            "better": None if accuracy is None else accuracy.better.as_dict(),
+            "better": accuracy and accuracy.better.as_dict(),
             "next_placement": {"text": self.next_placement},
             "warnings": list(self.problem.warnings),
             "verdict": self.verdict.as_said(),
@@ -147,7 +147,7 @@ class _Checked:
 def run_check(options: _CheckOptions, terminal: cli.Terminal) -> int:
     """Print one line for each thing seen, and which placement to record next."""
     options.check_out()
-    if options.calibration is not None:
+    if options.calibration:
         names = {field.name for field in fields(ValidateOptions)} & set(vars(options))
         same = {name: getattr(options, name) for name in names}
         return run_validate(ValidateOptions(**same), terminal)
@@ -190,7 +190,7 @@ def _checked(problem: "calibration.InspectedProblem") -> _Checked:
         settings.deviation,
         zeros=bool(settings.zeros),
     )
-    if accuracy is not None and not accuracy.distorted:
+    if accuracy and not accuracy.distorted:
         problem = problem.sized(accuracy.scale)
         if (accuracy.scale.deviation or 0.0) <= SIZE_LOST:
             return _Checked(problem, problem.checks, accuracy)

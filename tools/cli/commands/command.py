@@ -41,7 +41,7 @@ class _PathOptions(PayloadOptions, JsonOption):
     def setup(self) -> "Setup":
         """Return the tool and the payload on the arm."""
         tool = self.tool
-        if tool is not None and "," in tool:
+        if tool and "," in tool:
             try:
                 pose = calibration.pose_of_numbers(list(map(float, tool.split(","))))
                 tool = calibration.one_pose(pose, "pose", ON_FLANGE)
@@ -78,7 +78,7 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
                 points = rows.shape[1] == 3
                 poses = rows if points else pose_of_numbers(rows)
                 path = calibrated.command_path(poses, start, prefer, **setup)
-                if before is not None:
+                if before:
                     step = np.stack([before, path.positions[0]])
                     flange = calibrated.kinematics(**setup).flange
                     if find_jumps(step, flange, not points):
@@ -173,7 +173,7 @@ def written(
     JSON has them all at the end.
     """
     out = None if str(options.out) == "-" else options.out
-    if out is not None:
+    if out:
         results.refuse_existing(out.parent, [out.name], force=options.force)
     head = io.StringIO()
     csv.writer(head, lineterminator="").writerow(header)
@@ -191,10 +191,10 @@ def written(
     if str(source) == "-":
         write()
     yield write
-    if out is not None:
+    if out:
         results.write_files(out.parent, {out.name: ("\n".join(lines) + "\n").encode()})
         terminal.say(f"Wrote {plural(len(lines) - 1, 'row')} to {out}")
-    outputs = [] if out is None else [str(out)]
+    outputs = [str(out)] if out else []
     terminal.emit({"columns": [*header], "rows": values, "outputs": outputs})
 
 

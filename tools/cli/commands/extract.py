@@ -37,14 +37,7 @@ class _ExtractOptions(cli.RobotOptions, cli.OutputOptions):
     units: str | None = None
     efforts: bool = False
     window: float = WINDOW
-    still: float | None = cli.option(
-        None,
-        "an arm whose standard deviation over the window is larger is not still (default: {}, "
-        "or the step of its encoders)",
-        "RAD",
-        between=cli.SPREADS,
-        usual=STILL,
-    )
+    still: float | None = None
     out: Path | None = None
 
 
@@ -63,7 +56,7 @@ def run_extract(options: _ExtractOptions, terminal: cli.Terminal) -> int:
         _show(rests, log, terminal)
     folders = extract.placements_of(rests, robot.joint_names, options.distance)
     outputs: dict[str, str] = {}
-    if options.out is not None and folders:
+    if options.out and folders:
         metadata = {
             "robot": robot.name,
             "joints": list(robot.joint_names),

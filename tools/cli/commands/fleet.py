@@ -73,7 +73,7 @@ def _aligned(row: Sequence[str]) -> str:
 
 
 def _steps(arms: "Sequence[fleet.FleetArm]") -> list[str]:
-    return [f"{arm.name}: {arm.again}" for arm in arms if arm.again is not None]
+    return [f"{arm.name}: {arm.again}" for arm in arms if arm.again]
 
 
 def show_details(result: "fleet.FleetDocument", terminal: cli.Terminal) -> None:

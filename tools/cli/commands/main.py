@@ -57,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]  (closed by the caller)
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
     reconfigure = getattr(sys.stdout, "reconfigure", None)
-    if reconfigure is not None:
+    if reconfigure:
         errors = sys.stdout.errors
         # No name stops a command, and whoever waits for a line gets it, through a pipe, too.
         reconfigure(
@@ -144,7 +144,7 @@ def run_verb(arguments: argparse.Namespace, terminal: Terminal) -> int:
     from .. import read_options
 
     about = verb_of(arguments.verb)
-    assert about is not None  # it was parsed
+    assert about  # it was parsed
     options = read_options(arguments)
     if about.name in LIVE:
         return about.run(options, terminal)

@@ -123,7 +123,7 @@ def _balls(options: _PrintPartsOptions) -> Mapping[str, printables.BallPart]:
         mounts["bolt-circle"] = printables.bolt_circle(
             options.bolt_circle_mm, bolts, options.screw or "M6"
         )
-    if options.grip_mm is not None:
+    if options.grip_mm:
         mounts["gripper"] = printables.grip(*options.grip_mm)
     if "none" in (names := options.mount or ()) and (mounts or len(names) > 1):
         raise printables.PrintableError("--mount none stands alone")

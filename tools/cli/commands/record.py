@@ -12,13 +12,14 @@ from types import FrameType
 
 from .... import recorder
 from ....recorder import terminal as recorder_terminal
-from ....solver import calibration, partial
+from ....solver import calibration
 from ....solver.assessment import plural
 from ....solver.calibration import UsageError
 from ... import recording, simulation
 from ...recording import RecordOptions
 from ...report import figures
 from .. import Terminal, one_arm
+from .validate import judged
 
 LEAST_POSES = 5
 """Poses below which a quick session says nothing."""
@@ -72,7 +73,9 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         terminal.say(words)
         return status
     placement = recorder.read_placement(options.out)
-    changes = partial.what_changed(calibrated, placement, ball_moved=options.quick)
+    settings = calibration.SolveOptions()
+    changes, done = judged(calibrated, [placement], settings, ball_moved=options.quick)
+    terminal.warn(*map(str, done))
     terminal.say(changes.text, *changes.not_shown)
     return changes.verdict.exit_status
 
@@ -90,7 +93,7 @@ def _calibration_of(
     options: RecordOptions, joint_names: Sequence[str]
 ) -> "calibration.Calibration | None":
     """Return the calibration that samples are held against; refuse that of another robot."""
-    if options.calibration is None:
+    if not options.calibration:
         return None
     calibrated = calibration.load_calibration(one_arm(options.calibration))
     if calibrated.robot.joint_names != joint_names:
@@ -145,7 +148,7 @@ def _recorded(
 
 
 @contextmanager
-def _interruptible() -> Generator[None, None, None]:
+def _interruptible() -> Generator[None]:
     """Let Ctrl-C end the program at once while it loads and connects, with nothing open to lose."""
 
     def end(number: int, frame: FrameType | None) -> None:

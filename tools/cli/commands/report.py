@@ -53,18 +53,18 @@ def _report(options: _ReportOptions, terminal: cli.Terminal) -> int:
     document_of_report, files = report.build_report(result)
     sheet = options.certificate
     signed: dict[str, bytes] = {}
-    if sheet is not None:
+    if sheet:
         notes = _notes(options.note)
         kind = sheet.suffix.lower()
         content = report.certificate(document, document_of_report, kind, notes)
         signed[sheet.name] = content
         new_files(sheet.parent, signed, force=options.force)
-    folder = options.calibration.parent if options.out is None else options.out
+    folder = options.out or options.calibration.parent
     written = _report_written(options, folder, files)
     report.show(terminal.console, document_of_report)
     written_with = document.provenance.output_sha256
     terminal.say(written, *results.missing_beside(options.calibration, written_with))
-    if sheet is not None:
+    if sheet:
         write_report(sheet.parent, signed, force=options.force)
         terminal.say(f"Wrote {sheet}, to print on one A4 page and to sign")
     if options.open:
@@ -142,7 +142,7 @@ def emit_with_page(
     ``save`` writes the results that belong to the page, as :meth:`.Calibration.save` does.
     """
     outputs = dict[str, str]()
-    if options.out is not None:
+    if options.out:
         verb = type(options).__name__.strip("_").removesuffix("Options").lower()
         values = {"title": f"mukca {verb}", "lines": lines, "result": result}
         html = report.render("found.html.j2", values, found=values)
@@ -194,7 +194,7 @@ def run_compare(options: _CompareOptions, terminal: cli.Terminal) -> int:
         data = figures.shared_data(contenders.values())
     result = figures.compare(contenders, data)
     show_comparison(terminal, result)
-    if options.out is not None:
+    if options.out:
         files = write_files(options.out, report.build_comparison(result))
         page = files["compare.html"]
         terminal.say(f"Wrote {page}")

@@ -64,7 +64,7 @@ def run_simulate(options: Experiment, terminal: Terminal) -> int:
     """Run the trials, and show their results."""
     words = [options.model]
     out = options.out
-    if out is not None:
+    if out:
         refuse_existing(out, FILES, force=options.force)
         words.insert(0, "calibrated" if options.model == "nominal" else "nominal")
     _load_mujoco()
@@ -93,7 +93,7 @@ def run_simulate(options: Experiment, terminal: Terminal) -> int:
         hole=hole,
         beside=other[0] if other else None,
     )
-    if out is not None:
+    if out:
         result = _write(out, result, models, terminal)
     terminal.emit(result)
     return 0
@@ -148,10 +148,10 @@ def _lines(results: "experiments.ModelTrials", hole_mm: float | None) -> list[st
     """Return the results at each place for people."""
     places: list[tuple[str, str, experiments.Insertions | experiments.Drawing]] = []
     for name, trials in (("centre", results.centre), ("cross", results.cross)):
-        if trials is not None:
+        if trials:
             done = f"{trials.inserted} of {trials.trials} into {hole_mm:g} mm"
             places.append((name, f"{done}; above the hole off by", trials))
-    if (drawn := results.drawing) is not None:
+    if drawn := results.drawing:
         apart = f"{1e3 * drawn.spread:.2f} mm on average, {1e3 * drawn.max_spread:.2f} mm at most"
         done = f"{drawn.retracings} lines apart by {apart}; off the figure by"
         places.append(("drawing", done, drawn))
@@ -218,7 +218,7 @@ def run_demo(options: _DemoOptions, terminal: Terminal) -> int:
             NEXT.format(hand=out / "hand" / names[0]),
         )
         summary = load_calibration(calibrated).errors.summary.left_out
-        assert summary is not None  # there are three placements
+        assert summary  # there are three placements
         before = summary.before.mean_absolute_error
         now = summary.loaded.mean_absolute_error
         report = calibrated / "report.html"

@@ -58,9 +58,8 @@ def run_solve(options: _CalibrateOptions, terminal: Terminal) -> int:
     refusals = list(filter(None, (arm.refusal() for arm in arms.values())))
     outputs: dict[str, str] = {}
     if options.out and not refusals:
-        pages = report.report_files
         # The folder was looked at before it held the recordings of tables.
-        outputs = result.save(options.out, force=True, pages=pages)
+        outputs = result.save(options.out, force=True, pages=report.report_files)
     for name, arm in arms.items():
         saved = arm.saved_in(options.out / name) if options.out and outputs else arm
         _show_steps(name, saved, terminal, details=options.details)
@@ -98,7 +97,7 @@ def _show_answer(
     report.show_answer(terminal.console, verdict)
     if options.details:
         show_details(terminal, arm)
-        if document.error_parts is not None:
+        if document.error_parts:
             terminal.say(document.error_parts.text)
     else:
         show_errors(arm.errors, terminal, short=True)
@@ -135,7 +134,7 @@ def calibrated(
     test: dict[str, list[recorder.Placement]] = {}
     for name, robot in robots.items():
         to_fit, held_out = _read(training[name], tested[name], how)
-        if options.out is not None:
+        if options.out:
             keep = partial(_kept, robot=robot, out=options.out, terminal=terminal)
             to_fit, held_out = list(map(keep, to_fit)), list(map(keep, held_out))
         train |= {name: to_fit} if to_fit else {}
@@ -159,7 +158,7 @@ def _read(
     train = list[recorder.Placement]()
     test = list[recorder.Placement]()
     for placement in recorder.read_placements(*training, *tested, **how):
-        is_trained = placement.path is not None and placement.path.resolve() in folders
+        is_trained = placement.path and placement.path.resolve() in folders
         (train if is_trained else test).append(placement)
     return train or recorder.read_placements(*training, **how), test
 

@@ -85,7 +85,7 @@ class _Monitor:
             if trouble != last:
                 last = trouble
                 terminal.warn(last or "states come again")
-            if state is not None:
+            if state:
                 terminal.emit(self._as_json(state))
 
     def show(self, draw: Callable[[], None], seconds: float) -> None:
@@ -167,7 +167,7 @@ class _Monitor:
         rows: list[list[str]] = []
         for index, name in enumerate(self._driver.joint_names):
             cells = [""] * 3
-            if (state := self._state) is not None:
+            if state := self._state:
                 angle = state.position[index]
                 effort = fixed(state.effort[index], 2) if state.effort else ""
                 cells = [fixed(math.degrees(angle), 3), fixed(angle, 5), effort]

@@ -37,7 +37,7 @@ def run_tool(options: _ToolOptions, terminal: Terminal) -> int:
     calibrated = calibration.load_calibration(one_arm(options.calibration))
     arm = calibrated.robot
     face = None
-    if options.face is not None:
+    if options.face:
         (first,), (second,) = (touches([file], arm) for file in options.face)
         face = first, second
     tool = partial.tool(
@@ -133,7 +133,7 @@ def run_rezero(options: _RezeroOptions, terminal: Terminal) -> int:
         distance=options.distance,
     )
     finish(zeros, options, terminal)
-    if options.out is not None and zeros.changed:
+    if options.out and zeros.changed:
         terminal.say(
             "Set the zeros in the robot instead, or load these: one of both, never both."
         )

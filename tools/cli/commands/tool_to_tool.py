@@ -145,8 +145,7 @@ def lines_of(rows: Sequence[ToolToTool], limit: float | None) -> list[str]:
     heads = "mean error, 95 % below, largest [mm]"
     lines = [answer, f"{'tool to tool':24} {'model':18} {heads:>32}"]
     for row in rows:
-        names = " to ".join(row.robots)
-        lines.append(_line(names, "calibrated.urdf", row.loaded))
+        lines.append(_line(" to ".join(row.robots), "calibrated.urdf", row.loaded))
         if row.calibrated != row.loaded:
             lines.append(_line("", "corrected joints", row.calibrated))
     for row in rows:

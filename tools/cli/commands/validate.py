@@ -4,7 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial as partial_of
 from pathlib import Path
+from typing import Any
 
+from ....recorder import Placement
 from ....solver import calibration, partial, results
 from ....solver.calibration import SolveOptions
 from ....solver.identification import data
@@ -46,6 +48,34 @@ def run_validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     return 1 if status_of(rows, limit) == "fail" else 0
 
 
+def judged(
+    calibrated: calibration.Calibration,
+    placements: Sequence[Placement],
+    settings: SolveOptions,
+    **options: Any,
+) -> tuple[partial.Validity, list[results.Diagnostic]]:
+    """Return what changed since a calibration, and what was set right of the samples for that.
+
+    They are set right where they do not pass as recorded. Options are those of ``what_changed``.
+    """
+    allowed = metres(settings.validated().repeatability_mm)
+    judge = partial_of(
+        partial.what_changed,
+        calibrated,
+        distance=settings.distance,
+        repeatability=allowed,
+        **options,
+    )
+    validity = judge(placements)
+    if validity.verdict.status == "pass" or settings.as_recorded:
+        return validity, []
+    load = calibrated.load
+    settings = replace(settings, payload=load.payload, gravity=load.gravity)
+    robot = calibrated.robot
+    mending, done = calibration.placements_set_right(robot, placements, settings)
+    return judge(mending) if done else validity, done
+
+
 @cli.for_each_arm
 def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     """Show errors on placements, those trained on marked; then what changed, and the next step."""
@@ -57,20 +87,12 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     placements = settings.payloads.carried_by(placements, others=True)
     if settings.distance is None:
         placements = [partial.on_base_of(calibrated, one) for one in placements]
-    load = calibrated.load
-    settings = replace(settings, payload=load.payload, gravity=load.gravity)
     for placement in placements:
         m = data.measure(placement, robot, settings.distance, sockets=1)
         where = robot.joint_names, m.positions, m.name
         terminal.warn(*results.beyond_words(calibrated.document.curves, *where))
-    allowed = metres(settings.validated().repeatability_mm)
-    judge = partial_of(partial.what_changed, calibrated, repeatability=allowed)
-    validity = judge(placements, options.stood, settings.distance)
-    if validity.verdict.status != "pass" and not settings.as_recorded:
-        mending, done = calibration.placements_set_right(robot, placements, settings)
-        terminal.warn(*map(str, done))
-        if done:
-            validity = judge(mending, options.stood, settings.distance)
+    validity, done = judged(calibrated, placements, settings, stood=options.stood)
+    terminal.warn(*map(str, done))
     terminal.warn(*validity.warnings)
     errors = validity.errors
     for finding in validity.findings:
@@ -80,7 +102,7 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     lines = [*validity.odds, *validity.not_shown] if is_proved else []
     terminal.say(validity.text)
     show_errors(errors, terminal, short=len(errors) > MOST_PLACEMENTS)
-    if is_proved and errors.summary.train is not None:
+    if is_proved and errors.summary.train:
         lines.append(
             "The calibration was trained on some of these placements: their errors prove little."
         )

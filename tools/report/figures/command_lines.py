@@ -19,6 +19,7 @@ from ....solver.calibration import SolveOptions
 from ....solver.identification.data import agreed_length, readings_of
 from ....solver.identification.robot import BALL_LINK
 from ....solver.results import CalibrationDocument, GivenArm, Role
+from ...recording import driver_elsewhere
 
 _LINKS = ("base", "tip", "flange")
 """Settings that name the links of a robot."""
@@ -26,11 +27,14 @@ _CHAIN = (*_LINKS, "ball")
 
 
 def record_command(document: CalibrationDocument) -> str:
-    """Return the command that records another placement, as the last one was recorded."""
-    driver, distance = _recorded(Path(document.data[0].folder) / METADATA)
+    """Return the command that records another placement, as the last one was recorded.
+
+    It names no driver where that is a simulated arm with no base left.
+    """
+    driver, distance = _recorded(Path(document.data[-1].folder) / METADATA)
     readings = readings_of(document.settings.get("distance"))
     options = {
-        "driver": driver or "NAME:ADDRESS",
+        "driver": driver_elsewhere(driver) or "NAME:ADDRESS",
         "distance": agreed_length(readings) if readings else distance,
         "robot_name": document.arm_name if document.arms else None,
         "out": _folder_beside(document),
@@ -76,7 +80,7 @@ def solve_command(
     """
     roles = moves or {}
     settings = {**document.settings, **(settings_given or {})}
-    arms = () if document.arms is None else document.arms.arms
+    arms = document.arms.arms if document.arms else ()
 
     def folders(role: Role) -> list[str]:
         rows = [(row.folder, roles.get(row.name, row.role)) for row in document.data]

@@ -118,7 +118,7 @@ def comparison_sentence(result: ComparisonDocument, pair: ComparedPair) -> str:
     Of two calibrations the words say how far they are apart, and whether chance alone explains it.
     """
     rows = [pair.placements[i] for i in result.fair]
-    change = 0.0 if pair.summary is None else pair.summary.mean
+    change = pair.summary.mean if pair.summary else 0.0
     return text(
         "comparison",
         a=result.models[pair.a].name,

@@ -117,7 +117,7 @@ def unused_placements(result: Assessment) -> list[UnusedPlacement]:
 
     Several arms share their recordings' folders, so nothing is looked for there.
     """
-    if result.predictions.document.arms is not None:
+    if result.predictions.document.arms:
         return []
     return sorted(_unused(result), key=lambda placement: -placement.gap)
 

@@ -148,7 +148,7 @@ class _Contest:
         first, second = calibrations[a], calibrations[b]
         workspace: Apart | None = None
         by_chance: tuple[Apart | None, ...] = (None,) * len(self.data)
-        if first is not None and second is not None:
+        if first and second:
             workspace, by_chance = differences(first, second, self.data)
         curves = (one and one.document.curves for one in (first, second))
         A = np.concatenate([points[a] for points in self.points])

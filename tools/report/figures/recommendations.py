@@ -105,7 +105,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
         yield Step(text, command, "a smaller error, as far as postures differ")
         return
     text = f"Record another placement {_place_in_words(result)}, all varied, {SAMPLES_ADVISED}"
-    if document.arms is not None:
+    if document.arms:
         text += ", with each of the arms, into folders of one name"
     text += ", and train on it too"
     if not is_proved:
@@ -116,7 +116,7 @@ def _steps(result: Assessment) -> Iterator[Step]:
 def _is_to_be_read_again(result: Assessment) -> bool:
     """Tell whether the arm came out so long or short that its base is read a second time."""
     document = result.predictions.document
-    if document.scale is None or result.verdict.status_of("scale") == "warning":
+    if not document.scale or result.verdict.status_of("scale") == "warning":
         return False  # the URDF explains it
     is_doubted = abs(document.scale.value) >= DOUBTED_SIZE
     return is_doubted and most_readings(document.placements) == 1
@@ -127,7 +127,7 @@ def _train_on_held_out(result: Assessment) -> Iterator[Step]:
     document = result.predictions.document
     several = sum(row.role == "test" for row in result.placements) > 1
     farthest = farthest_held_out(result) if several else None
-    if farthest is None:
+    if not farthest:
         return
     index, gap = farthest
     name = result.placements[index].name
@@ -170,7 +170,7 @@ def _place_in_words(result: Assessment) -> str:
     gap = float(np.linalg.norm(places - place, axis=1).min())
     if gap < BESIDE:
         return "higher or lower than the others, which lie all round"
-    if result.predictions.document.arms is not None:
+    if result.predictions.document.arms:
         return "far from the others"
     return f"about {area(as_point(place))}, {gap:.2f} m from the others"
 
@@ -265,7 +265,7 @@ def _forecast(
     document: CalibrationDocument, name: str | None, text: str, command: str
 ) -> Step:
     """Return a step with what the posterior forecasts of it, where it does."""
-    rows = () if document.outlook is None else document.outlook.forecasts
+    rows = document.outlook.forecasts if document.outlook else ()
     forecasts = {row.placement: row.share for row in rows if row.share is not None}
     if document.better is None or name not in forecasts:
         why = "only --method auto makes one"

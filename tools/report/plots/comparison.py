@@ -63,7 +63,7 @@ def _errors(result: ComparisonDocument) -> Plot:
     ranked = sorted(
         (model.summary.mean_absolute_error, model.name)
         for model in result.models
-        if model.summary is not None
+        if model.summary
     )
     models = result.models
     return plot(

@@ -64,8 +64,7 @@ def _positions(covered: Coverage, joints: list[int], unit: str) -> Panel:
     high = max(high, low + 1e-6 / factor)
     title = f"positions, {words}; socket 0 above, others below"
     names = [row.name for row in rows]
-    axis = Axis(low, high, words, factor)
-    panel = named_rows(title, names, axis, pitch=_PITCH)
+    panel = named_rows(title, names, Axis(low, high, words, factor), pitch=_PITCH)
     panel.bars(limits[:, 0], limits[:, 1], "range", thick=26)
     for (row, joint), role in product(enumerate(joints), ("test", "train")):
         marks = ""

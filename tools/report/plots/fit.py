@@ -54,7 +54,7 @@ def _curve(report: ReportDocument, term: str, role: str) -> Curve:
     return [
         (iteration, max(getattr(part, term), _SMALLEST**2) ** 0.5)
         for iteration, part in parts
-        if part is not None
+        if part
     ]
 
 

@@ -30,7 +30,7 @@ LEAST_BLANK = 10.0
 def display_of(name: str, unit: str) -> Display:
     """Return the looks of a parameter, or of a group of them, by its name and SI unit."""
     effect = effect_named(name)
-    if effect is not None:
+    if effect:
         return effect.display
     return _ORIGINS.get(unit, Display(unit))
 
@@ -138,7 +138,7 @@ def groups(report: ReportDocument) -> Plot | None:
 
 def joints(report: ReportDocument) -> Plot | None:
     """Displacement of the ball by each joint's calibrated numbers."""
-    if report.outlook is None or not report.outlook.joints:
+    if not report.outlook or not report.outlook.joints:
         return None
     rows = report.outlook.joints
     names = [row.joint for row in rows]
@@ -162,7 +162,7 @@ def joints(report: ReportDocument) -> Plot | None:
 
 def error_curves(report: ReportDocument) -> Plot | None:
     """Error curve of each joint, with a band of one standard deviation."""
-    if report.curves is None or not report.curves.joints:
+    if not report.curves or not report.curves.joints:
         return None
     curves = report.curves.joints
     ends = [np.abs(curve.values) + curve.deviations for curve in curves]

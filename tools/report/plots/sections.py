@@ -38,8 +38,7 @@ def errors_by_placement(report: ReportDocument) -> Plot:
     panel.bars(before, after, "link")
     for (_, mark), values in zip(LOADED, (before, after), strict=True):
         panel.dots(values, [f"{mark} {role}" for role in roles], mark)
-    limit = report.limits.mean_absolute_error.value
-    panel.threshold("limit {} mm", x=limit)
+    panel.threshold("limit {} mm", x=report.limits.mean_absolute_error.value)
     judged_role, _ = report.summary.judged
     columns = zip(after, before, names, roles, strict=True)
     return plot(

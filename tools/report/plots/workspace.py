@@ -22,7 +22,7 @@ NEIGHBOURS = ((0, 1), (0, -1), (-1, 0), (1, 0))
 
 def error_map(report: ReportDocument) -> Plot | None:
     """Standard deviation of distances from the trained placements to each place, from above."""
-    outlook = None if report.outlook is None else report.outlook.map
+    outlook = report.outlook and report.outlook.map
     if outlook is None:
         return None
     places = from_above(outlook.cells)
@@ -39,8 +39,7 @@ def error_map(report: ReportDocument) -> Plot | None:
     limits = {row.name: row.limit for row in report.verdict.limits}
     limit = limits.get("predicted_distance")
     if limit is not None:
-        beyond = places[deviations > limit]
-        _outline(panel, beyond.tolist(), outlook.width)
+        _outline(panel, places[deviations > limit].tolist(), outlook.width)
     panel.grid()
     panel.dot(0, 0, "base", "the robot's base", size=7)
     for row in report.placements:
@@ -163,8 +162,7 @@ def _draw_arms(panel: Panel, flat: np.ndarray, arms: ArmsDocument) -> None:
     for i, arm in enumerate(arms.arms):
         mark = f"arm model-{i % COLOURS}"
         for posture in arm.postures:
-            points = np.array(posture) @ flat
-            panel.line(points.tolist(), mark)
+            panel.line((np.array(posture) @ flat).tolist(), mark)
     for socket in arms.sockets:
         if len(socket.robots) > 1:
             hint = f"{socket.name}, visited by {joined(socket.robots)}"
