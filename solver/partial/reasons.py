@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ...recorder import Placement
 from ..assessment import LimitResult, Limits, limit_row, mm
+from ..identification.data import Measurement
 from ..results import CalibrationDocument, Summary
 from .changes import Changes
 from .evidence import EVERYTHING, LENGTHS, NOTHING
@@ -108,11 +108,13 @@ class LaterErrors:
         return missed and bool(known)
 
 
-def rezero_command(source: str, data: Sequence[Placement]) -> str:
+def rezero_command(source: str, data: Sequence[Measurement]) -> str:
     """Return the command that finds zeros by the samples, and by a calibration's file."""
     folder = source.removesuffix("/calibration.json")
-    folders = dict.fromkeys(str(placement.where) for placement in data)
-    return shlex.join(["mukca", "rezero", folder, *folders])
+    folders = dict.fromkeys(str(m.placement.where) for m in data)
+    typed = {m.distance for m in data if m.distance_source == "given"}
+    command = shlex.join(["mukca", "rezero", folder, *folders])
+    return command + "".join(f" --distance {distance:.7g}" for distance in typed)
 
 
 def reason_of(changes: Changes, errors: LaterErrors) -> Reason:
