@@ -15,6 +15,7 @@ from typing import cast
 from .folders import FILES, find_placements, holes_in, unread
 from .holes import read_holes
 from .metadata import METADATA, read_keys
+from .named_columns import with_columns
 from .placement import Placement
 from .placement_names import distinctly_named, placement_name
 from .points import read_points
@@ -43,7 +44,7 @@ def read_placements(
         as_recorded: True refuses a placement that cannot be read. By default one beside others is
             left out, and the first placement's remarks say so.
         columns: What the tables' columns are, as ``q=joint_1..6 [deg]`` and ``x=7 [mm]``; none to
-            find them by names.
+            find them by names. Without a table, the joints of the folders, as ``q=1,-2,3``.
         on: Column by which rows of two tables belong together; empty for their order.
 
     Returns:
@@ -62,9 +63,12 @@ def read_placements(
             raise RecordingError(f"{path!r:.60}: no path; name the folders one by one")
     placements: list[Placement] = []
     skipped: list[RecordingError] = []
-    for folder in find_placements(map(Path, paths)):
+    folders = [*find_placements(map(Path, paths))]
+    tables = [path for path in folders if not path.is_dir()]
+    for folder in folders:
+        named = columns if folder in (tables or folders) else ()
         try:
-            placements.append(read_placement(folder, columns, on))
+            placements.append(read_placement(folder, named, on))
         except RecordingError as error:
             if as_recorded:
                 raise
@@ -112,6 +116,8 @@ def read_placement(
         )
     else:
         placement = read_points(file, name)
+    if columns:
+        placement = with_columns(placement, columns)
     keys = vars(read_keys(folder / METADATA))
     stated = {key: value for key, value in keys.items() if value is not None}
     if placement.kind == "points":

@@ -64,7 +64,7 @@ def read_holes(folder: Path, holes: Sequence[tuple[int, Path]]) -> Placement:
         joint_names=names if has_header else None,
         files=tuple(table.file for _, table in tables),
         remarks=tuple(remarks),
-        labels=tables[0][1].labels,
+        labels=tuple(tables[0][1].labels),
         beside=tuple(column.name for column in beside),
     )
 

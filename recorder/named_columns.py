@@ -7,13 +7,14 @@ too, from 1, as in ``q=1..6 [deg]``.
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
 
 from .columns import Column, column_of
 from .coordinates import AXES, TURNS
+from .placement import Placement, reordered_sample
 from .recording_error import RecordingError
 from .tables import Table
 from .words import ANGLES, LENGTHS, SIZES
@@ -60,6 +61,44 @@ def named_columns(table: Table, words_of_user: Sequence[str]) -> NamedColumns:
         numbers[name] = np.hstack([*columns_before, np.stack(sums, axis=1)])
         joints += [column_of(0, part).name for part in parts] if name == "q" else []
     return NamedColumns(numbers, tuple(joints), tuple(used))
+
+
+def with_columns(placement: Placement, words_of_user: Sequence[str]) -> Placement:
+    """Return a folder's placement by the columns that a user names, in chain order, with signs.
+
+    Raises:
+        RecordingError: They are more than single columns of joint positions, or are not there.
+    """
+    names = placement.joint_names or ()
+    count = len(placement.samples[0].position)
+    numbers = [str(i + 1) for i in range(count)]
+    columns = [*numbers, *names]
+    parts: list[str] = []
+    where = f"{placement.where}: --columns"
+    for words in words_of_user:
+        name, joints, unit = _parsed(words)
+        if name != "q" or unit:
+            raise RecordingError(
+                f"{where} {words!r}: of samples in a folder name joints alone, as in 'q=1,-2,3'"
+            )
+        parts += joints
+    plain = [part.removeprefix("-") for part in parts]
+    if absent := {*plain}.difference(columns):
+        raise RecordingError(f"{where}: no {absent}; there are {', '.join(columns)}")
+    order = [columns.index(part) % count for part in plain]
+    signs = np.where([part in columns for part in parts], 1.0, -1.0)
+    samples = [reordered_sample(sample, order) for sample in placement.samples]
+    turned = [
+        replace(s, effort=s.effort and tuple((signs * s.effort).tolist()))
+        for s in samples
+    ]
+    renamed = replace(
+        placement,
+        samples=tuple(turned),
+        joint_names=names if names and plain in (numbers, [*names]) else None,
+        remarks=(*placement.remarks, f"{where} {' '.join(words_of_user)}"),
+    )
+    return renamed.with_positions(renamed.positions * signs)
 
 
 def _parsed(words: str) -> tuple[str, list[str], str]:

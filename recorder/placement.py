@@ -189,7 +189,7 @@ class Placement:
         match = self._order(joint_names)
         if not match:
             return self
-        samples = [_reordered(sample, match.order) for sample in self.samples]
+        samples = [reordered_sample(sample, match.order) for sample in self.samples]
         filled = [s for s in samples if not all(map(math.isnan, s.position))] or samples
         for sample in filled:
             for name, value in zip(joint_names, sample.position, strict=True):
@@ -246,7 +246,7 @@ class Placement:
             raise RecordingError(f"{error}; {words}") from None
 
 
-def _reordered(sample: Sample, order: Sequence[int]) -> Sample:
+def reordered_sample(sample: Sample, order: Sequence[int]) -> Sample:
     """Return a sample with its joints in another order."""
 
     def reordered(values: Sequence[float]) -> tuple[float, ...]:

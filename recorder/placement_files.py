@@ -32,12 +32,12 @@ def hole_files(placement: Placement) -> Files:
 
 
 def write_holes(placement: Placement, folder: Path) -> None:
-    """Write ``hole_0.csv``, ``hole_1.csv``, ... into a folder, without a ``placement.json``.
+    """Write :func:`hole_files` into a folder.
 
     The folder is made if it does not exist; files of these names are overwritten.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    files = hole_files(replace(placement, distance=None))
+    files = hole_files(placement)
     replace_files({folder / name: content for name, content in files.items()})
 
 

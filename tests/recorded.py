@@ -1,5 +1,7 @@
 """Recordings of simulated arms: at bases that stand where a test says, or anywhere in reach."""
 
+from dataclasses import replace
+
 import numpy as np
 from altered import moved
 
@@ -60,8 +62,8 @@ def recorded_by_servos(name, seed, count, distance=0.05):
 
 
 def write_sockets(folder, placement):
-    """Write a placement as a file of joint positions for each socket."""
-    write_holes(placement, folder)
+    """Write a placement as a file of joint positions for each socket, and no distance."""
+    write_holes(replace(placement, distance=None), folder)
 
 
 def readings_in(folder):

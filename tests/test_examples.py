@@ -104,6 +104,28 @@ def snippets(page):
     return re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
 
 
+def test_what_pages_simulate_can_be_tried(tmp_path, monkeypatch, command):
+    """A motor that changed, touches of a tool, and recordings of one's own URDF."""
+    monkeypatch.chdir(tmp_path)
+    (changed,) = snippets("zeros.md")
+    rigid = "places, without=['compliance', 'tilt', 'transmission'])"
+    exec(changed.replace("places)", rigid), {})
+    status, out, _ = command("rezero", "calibrated", "today", "--joint", "panda_joint4")
+    (degrees,) = re.findall(r"\((-\S+) deg\) to what it reads", out)
+    assert status == 0 and abs(float(degrees) + 2) < 0.1
+    shutil.rmtree("calibrated")
+    touched, *_ = snippets("hold.md")
+    exec(touched.replace("places)", rigid), {})
+    status, out, _ = command("tool", "calibrated", "spike.csv", "--json")
+    assert np.allclose(json.loads(out)["xyz"], (0.02, -0.01, 0.12), atol=1e-3), out
+    shipped = EXAMPLES.parent / "solver/identification/robot/shipped/ur5e.urdf"
+    shutil.copy(shipped, "my_arm.urdf")
+    recorded, *_ = snippets("new-arm.md")
+    exec(recorded, {})
+    read = mukca.read_placements("recordings")
+    assert [placement.distance for placement in read] == [0.1001] * 3
+
+
 def test_the_code_in_the_documents_runs(tmp_path, session, monkeypatch):
     for name in ("front", "left", "right"):
         shutil.copytree(session / name, tmp_path / "recordings" / name)

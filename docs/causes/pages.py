@@ -21,6 +21,7 @@ EXAMPLE = {
     "likely": 0.05, "offset": 0.02, "error": 8e-3, "sense": "too large", "step": 0.01,
     "known": "front:0-left:0=0.4",
     "gravity": [0.0, 0.0, 9.81], "option": "0 0 9.81",
+    "columns": "q=1,2,3,-4,5,6,7",
     "source": "as you gave it: measure it again and pass the reading with --distance",
 }  # fmt: skip
 POINT = {**EXAMPLE, "point": 18}
@@ -79,7 +80,8 @@ LOOKS = {
 }
 """How each looks in recordings."""
 OF_COLUMNS = {
-    "sign": "joint 4 (joint_4) looks sign-flipped: with -q the error falls from 63 to 0.11 mm",
+    "sign": "joint 4 (joint_4) looks sign-flipped: with the other sign the error falls "
+    "from 63 to 0.11 mm",
     "swap": "joints 2 and 3 (joint_2, joint_3) look swapped: with their columns put right the "
     "error falls from 63 to 0.11 mm",
     "order": "the columns look out of order: 7, 6, 5, 4, 3, 2, 1: with their columns put right the "

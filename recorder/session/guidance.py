@@ -78,6 +78,8 @@ class Advice:
     """True if the goal is reached, and no fault is seen."""
     near_only: bool = False
     """True if that is so near the recorded places, and not yet in the whole workspace."""
+    alone: bool = True
+    """True where no earlier placement is beside this one, which leaves nothing to hold out."""
     exhausted: bool = False
     """True if it is not reached, and more samples at this placement would hardly help."""
     target: Configuration | None = None

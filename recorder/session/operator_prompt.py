@@ -179,7 +179,8 @@ def _enough_for(session: Session, advice: Advice, hint: str) -> str:
         return "m types the sockets' distance, without which solve gives no PASS; q finishes"
     if advice.near_only:
         return "for this place: q finishes; for all the workspace train on two: n, base elsewhere"
-    place = "" if advice.unit == "mrad" else "; for PASS hold out another place"
+    lacks = advice.alone and advice.unit == "mm"
+    place = "; for PASS record another place" if lacks else ""
     return f"q finishes{hint}; the goal is reached{place}"
 
 

@@ -55,6 +55,7 @@ from .scale_check import distance_row as distance_row
 from .scale_check import distance_text as distance_text
 from .scale_check import distortion_row as distortion_row
 from .scale_check import joints_wrong as joints_wrong
+from .scale_check import measured_distances as measured_distances
 from .scale_check import most_readings as most_readings
 from .scale_check import scale_text as scale_text
 from .verdict import Kind as Kind

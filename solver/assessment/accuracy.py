@@ -79,7 +79,7 @@ def predicted_in_words(
         )
     return (
         f"{words}; even {high} mm would be within the {mm(allowed)} that this arm is allowed, "
-        "so no other placement seems needed"
+        "which asks for no other placement"
     )
 
 

@@ -19,7 +19,13 @@ from .errors import (
     placement_reports,
     role_summaries,
 )
-from .held_out import between_row, error_rows, held_out_rows, measured_errors
+from .held_out import (
+    between_row,
+    error_rows,
+    held_out_rows,
+    measured_errors,
+    worse_in_words,
+)
 from .limits import LimitResult, Limits, Options, limits_of
 from .predictions import Coverage, Predictions, coverage, predict
 from .scale_check import rests_on
@@ -78,6 +84,7 @@ def assess(document: CalibrationDocument, source: str, options: Options) -> Asse
         rests_on(document),
         causes,
         measured_errors(predictions),
+        worse_in_words(document),
     )
     tolerance = TOLERANCE if options.task is None else options.task
     figures = (

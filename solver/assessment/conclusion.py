@@ -44,6 +44,7 @@ def conclude(
     rests_on: Sequence[Premise] = (),
     causes: Sequence[Hypothesis] = (),
     measured: MeasuredErrors | None = None,
+    worse: Sequence[str] = (),
 ) -> Verdict:
     """Return the verdict on a calibration.
 
@@ -54,6 +55,7 @@ def conclude(
         rests_on: What the answer relies on.
         causes: Explanations of the recordings, the most probable first.
         measured: True errors at held-out points, the authority where there are any.
+        worse: Sentences on unseen placements whose errors grew.
     """
     contradiction = [
         row for row in rows if row.status == "fail" and row.name not in LIMITS
@@ -78,6 +80,8 @@ def conclude(
         rests_on=tuple(rests_on),
     )
     lines = _answer(verdict, rows, first, odds, certain=bool(certain))
+    if verdict.use:
+        lines += worse
     if verdict.use or not (contradiction or doubts):
         lines += corrected_joints_in_words(verdict, held_out)
     if measured is not None:

@@ -18,7 +18,7 @@ from ..identification.data import (
     is_copy,
     mean_metrics,
 )
-from ..results import PlacementErrors
+from ..results import CalibrationDocument, PlacementErrors
 from .errors import KnownDistanceErrors
 from .formatting import joined, mm
 from .limits import (
@@ -174,6 +174,18 @@ def measured_errors(predictions: Predictions) -> MeasuredErrors | None:
         sum(sum(row.samples) for row in rows),
         "not trained on" if is_held_out else "left out in turn",
     )
+
+
+def worse_in_words(document: CalibrationDocument) -> list[str]:
+    """Return a sentence on each unseen placement whose errors grew; none where all fell."""
+    zeros = bool(document.settings.get("zeros"))
+    why = "; some zeros may rest on it alone" if zeros else ""
+    return [
+        f"At {row.name} it is worse than your file ({mm(row.before.mean_absolute_error, 3)} > "
+        f"{mm(row.loaded.mean_absolute_error, 3)}) by the fit that did not see it{why}."
+        for row in document.unseen
+        if row.loaded.mean_absolute_error > row.before.mean_absolute_error
+    ]
 
 
 def _deviations_of(

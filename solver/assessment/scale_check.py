@@ -135,6 +135,12 @@ def assumed_distances(document: CalibrationDocument) -> list[float]:
     return [row.distance or 0.0 for row in rows if _source(row, document) not in _TYPED]
 
 
+def measured_distances(document: CalibrationDocument) -> set[float]:
+    """Return the distances trained on that a person or a recording said [m]."""
+    rows = _with_distance(document.placements)
+    return {row.distance or 0.0 for row in rows if _source(row, document) in _TYPED}
+
+
 def most_readings(placements: Sequence[PlacementErrors]) -> int:
     """Return how many readings agree on the distance of a placement trained on, at the most."""
     return max(

@@ -6,6 +6,7 @@ from importlib.resources import files as resources
 
 import numpy as np
 
+from ..assessment import area, mm
 from ..identification.data import CALIPER_DEVIATION, SEAT_DEVIATION, as_point
 from ..identification.model import Noise, extend
 from ..identification.robot import Robot, choose_parameters
@@ -14,7 +15,7 @@ from ..studies import arm_length, unit
 from .information import ParameterCovariance, Workspace, from_prior, workspace_of
 from .pose_route import annealing
 from .reachability import Reach
-from .sites import Site, in_words, site_at, sites_around
+from .sites import Site, site_at, sites_around
 
 SAMPLES = 12
 """Samples in each socket of the placement that is proposed."""
@@ -81,14 +82,25 @@ def next_base_advice(
     reach: Reach,
     position: np.ndarray,
     distance: float,
+    place: np.ndarray,
+    now: float | None = None,
 ) -> tuple[str, ...]:
-    """Return lines on the best next placement: its place, its gain, and ways to a larger one.
+    """Return lines on the next placement: its place, its gain, and ways to a larger one.
 
-    ``state`` is the covariance after this placement, whose two sockets are ``position``,
-    shape (2, 3) [m], so far apart [m].
+    Args:
+        state: The covariance after this placement.
+        where: Distances to be known.
+        reach: Of the arm.
+        position: Of this placement's two sockets, shape (2, 3) [m].
+        distance: Between them [m].
+        place: Where another placement serves best, shape (3,) [m]. If the arm does not reach it,
+            the best place that it reaches is taken.
+        now: Error of distances that ``mukca solve`` predicts [m]; None where it predicts none.
     """
+    aside = unit(np.array([-place[1], place[0], 0.0]))
+    farthest = site_at(reach, place, distance, aside)
     middle = position.mean(axis=0)
-    sites = sites_around(reach, middle, distance)
+    sites = [farthest] if farthest else sites_around(reach, middle, distance)
     if not sites:
         return ()
     along = unit(position[1] - position[0])
@@ -98,24 +110,23 @@ def next_base_advice(
     longer = None
     if distance < LONG:
         longer = site_at(reach, site.middle, LONG, site.along)
-    way = in_words(as_point(middle), as_point(site.middle))
+    ratio = now / state.error(where) if now else 1.0
+
+    def error(after: ParameterCovariance) -> str:
+        return mm(ratio * after.error(where))
+
     lines = [
-        f"Here distances in the workspace are known to {_error(state, where)}. A second "
-        f"placement, seen from the robot {way}, brings {_error(then, where)};",
-        f"with the distance between both bases measured to 0.1 mm {_error(tied, where)}",
+        f"Here distances in the workspace are known to {error(state)}. Another placement, "
+        f"seen from the robot about {area(as_point(site.middle))}, brings {error(then)};",
+        f"with the distance between both bases measured to 0.1 mm {error(tied)}",
     ]
     if longer is None:
         lines[-1] += "."
     else:
         lines[-1] += ";"
-        error = _error(with_site(state, longer, where, SAMPLES), where)
-        lines.append(f"with sockets {1e3 * LONG:g} mm apart there {error}.")
+        then = with_site(state, longer, where, SAMPLES)
+        lines.append(f"with sockets {1e3 * LONG:g} mm apart there {error(then)}.")
     return tuple(lines)
-
-
-def _error(state: ParameterCovariance, where: Workspace) -> str:
-    """Return a predicted error for people."""
-    return f"{1e3 * state.error(where):.2f} mm"
 
 
 @dataclass(frozen=True)

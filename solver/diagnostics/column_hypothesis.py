@@ -97,7 +97,7 @@ class ColumnHypothesis:
         degrees = [fixed(np.rad2deg(-self.offsets[joint]), 1, "+") for joint in joints]
         readings = "it reads" if len(joints) == 1 else "they read"
         mends = {
-            "sign": "-q",
+            "sign": "the other sign",
             "ratio": " and ".join(f"{abs(factor):.3g} q" for factor in geared),
             "swap": "their columns put right",
             "zero": f"{' and '.join(degrees)} deg added to what {readings}",
@@ -111,6 +111,12 @@ class ColumnHypothesis:
         blames = [self._blame(kind, indices) for kind, indices in mistakes.items()]
         mending = [mends[kind] for kind in mistakes]
         return f"{' and '.join(blames)}: with {' and '.join(mending)}"
+
+    @property
+    def columns(self) -> str:
+        """Columns in the joints' order and with their signs, as ``--columns`` takes them."""
+        pairs = zip(self.order.tolist(), self.factors.tolist(), strict=True)
+        return "q=" + ",".join(f"{'-' * (factor < 0)}{i + 1}" for i, factor in pairs)
 
     def _blame(
         self,

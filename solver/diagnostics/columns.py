@@ -160,12 +160,12 @@ def _kind(
     _, *others = mistakes
     kinds = [OF_COLUMNS[name] for name in (hypothesis.name, *others)]
     flips = len(mistakes.get("sign", ()))
-    advice = [kind.advice for kind in kinds]
+    steps = (kind.advice.replace("{columns}", hypothesis.columns) for kind in kinds)
     return replace(
         kinds[0],
         prior=math.prod(kind.prior for kind in kinds) * FURTHER ** max(flips - 1, 0),
         form=form.replace("{", "{{").replace("}", "}}"),
-        advice="; ".join(advice),
+        advice="; ".join(steps),
     )
 
 

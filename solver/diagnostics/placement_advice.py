@@ -13,6 +13,8 @@ POINTS_HINT = (
     "Measured points need no socket: "
     "spread the next ones over the workspace, and hold some out."
 )
+AS_FAR = 0.9
+"""Share of the largest distance from which a place is as far: one that is 15 degrees on is not."""
 ASIDE = 0.1
 """Sine of the direction from which a place is beside the robot."""
 
@@ -86,10 +88,11 @@ def farthest_place(centres: np.ndarray) -> np.ndarray:
     """Return a place in front or beside, farthest from centres of shape (P, 3), shape (3,) [m]."""
     radius = np.linalg.norm(centres[:, :2], axis=1).mean()
     height = centres[:, 2].mean()
-    angles = np.deg2rad(np.arange(-90, 91, 15))
+    angles = np.deg2rad(np.arange(90, -91, -15))
     x = radius * np.cos(angles)
     y = radius * np.sin(angles)
     ring = np.column_stack([x, y, np.full(len(angles), height)])
     distances = np.linalg.norm(ring[:, None] - centres, axis=2)
     gaps = distances.min(axis=1)
-    return ring[int(np.argmax(gaps))]
+    # a base before the robot has two: the left one, whoever measured where it stands
+    return ring[int(np.argmax(gaps > AS_FAR * gaps.max()))]

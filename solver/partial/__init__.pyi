@@ -10,6 +10,7 @@ from .prior import zero_covariance as zero_covariance
 from .readings import LEAST_ANGLE as LEAST_ANGLE
 from .readings import LEAST_PLACE as LEAST_PLACE
 from .readings import SURE as SURE
+from .sockets import on_base_of as on_base_of
 from .tool_tip import Tool as Tool
 from .tool_tip import tool as tool
 from .validity import Validity as Validity

@@ -9,7 +9,13 @@ from ..identification.data import Measurement, check_distinct, measure, one_blas
 from ..identification.robot import Robot
 from .found_zeros import Zeros, still_off
 from .prior import ANGLE, LENGTH, TOLERANCES, prior_of
-from .sockets import new_samples, require_samples, similar_postures, socket_task
+from .sockets import (
+    new_samples,
+    on_base_of,
+    require_samples,
+    similar_postures,
+    socket_task,
+)
 from .system import System
 from .task import Task
 from .zero_posterior import ZeroPosterior, find_zeros
@@ -45,7 +51,8 @@ def rezero(
         stood: Placement of the calibration whose base still stands where it stood. One socket of it
             is enough then, and the first joint's zero is told, too.
         ball_moved: The ball was taken off since, and sits elsewhere.
-        distance: Between the sockets' centres [m]; None for the recording's.
+        distance: Between the sockets' centres [m]; None for the recording's, or where that states
+            none, the one of the calibration's base.
 
     Raises:
         UsageError: No such joint or placement, a calibration that leaves no posterior or is another
@@ -55,9 +62,12 @@ def rezero(
     prior = prior_of(arm)
     robot = prior.robot
     numbers = _joint_numbers(robot, joints)
+    placements = as_list(data)
+    if distance is None:
+        placements = [on_base_of(arm, placement) for placement in placements]
     measured = [
         measure(placement, robot, distance, sockets=1, load=prior.load)
-        for placement in as_list(data)
+        for placement in placements
     ]
     check_distinct(measured)
     measured, new, remarks = new_samples(arm, measured)

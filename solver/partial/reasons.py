@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ...recorder import Placement
 from ..assessment import LimitResult, Limits, limit_row, mm
+from ..identification.data import Measurement
 from ..results import CalibrationDocument, Summary
 from .changes import Changes
 from .evidence import EVERYTHING, LENGTHS, NOTHING
@@ -110,17 +110,19 @@ class LaterErrors:
         return missed and bool(known)
 
 
-def rezero_command(source: str, data: Sequence[Placement]) -> str:
+def rezero_command(source: str, data: Sequence[Measurement]) -> str:
     """Return the command that finds zeros by the samples, and by a calibration's file.
 
     By points that is a new fit, from the arm as it was calibrated.
     """
     folder = source.removesuffix("/calibration.json")
-    folders = dict.fromkeys(str(placement.where) for placement in data)
-    if any(placement.kind == "points" for placement in data):
+    folders = dict.fromkeys(str(m.placement.where) for m in data)
+    if any(m.kind == "points" for m in data):
         urdf = f"{folder}/calibrated.urdf"
         return shlex.join(["mukca", "solve", *folders, "--robot", urdf, "--zeros"])
-    return shlex.join(["mukca", "rezero", folder, *folders])
+    typed = {m.distance for m in data if m.distance_source == "given"}
+    command = shlex.join(["mukca", "rezero", folder, *folders])
+    return command + "".join(f" --distance {distance:.7g}" for distance in typed)
 
 
 def reason_of(changes: Changes, errors: LaterErrors) -> Reason:

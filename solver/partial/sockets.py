@@ -7,6 +7,8 @@ from itertools import chain, compress
 
 import numpy as np
 
+from ...recorder import Placement
+from ..assessment import measured_distances
 from ..calibration import Calibration, UsageError
 from ..identification.data import Measurement, measure
 from ..identification.robot import Robot
@@ -95,6 +97,28 @@ def point_task(prior: ArmPrior, data: Sequence[Measurement]) -> Task:
 def _noise_of(prior: ArmPrior) -> NoiseBelief:
     """Return the belief that samples are as noisy as those of the calibration."""
     return NoiseBelief(prior.noise.space, joint=prior.noise.joint, nu=prior.noise.nu)
+
+
+def on_base_of(arm: Calibration | Robot, placement: Placement) -> Placement:
+    """Return samples that state no distance with that of the calibration's base, and a remark."""
+    is_stated = placement.distance is not None and not placement.distance_assumed
+    is_apart = placement.kind != "points" and len(set(placement.sockets)) > 1
+    if is_stated or not is_apart or not isinstance(arm, Calibration):
+        return placement
+    distances = measured_distances(arm.document)
+    if len(distances) != 1:
+        return placement
+    (distance,) = distances
+    remark = (
+        f"{placement.name}: states no distance, so that of the calibration's base is taken, "
+        f"{1e3 * distance:.5g} mm; for another base give --distance"
+    )
+    return replace(
+        placement,
+        distance=distance,
+        distance_assumed=False,
+        remarks=(*placement.remarks, remark),
+    )
 
 
 def similar_postures(data: Sequence[Measurement]) -> bool:

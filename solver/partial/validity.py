@@ -44,7 +44,7 @@ from .reasons import (
     reason_of,
     rezero_command,
 )
-from .sockets import too_few
+from .sockets import on_base_of, too_few
 
 SURE_OF_CHANGE = 0.95
 """Probability from which one of many arms is called changed: beside it stands no other evidence."""
@@ -156,7 +156,8 @@ def what_changed(
         calibration: The calibration.
         data: Samples since, 6 in each of two sockets; of points, frame and target are refitted.
         stood: Placement of the calibration whose base still stands where it stood, or should.
-        distance: Between the sockets' centres [m]; None for the recording's.
+        distance: Between the sockets' centres [m]; None for the recording's, or where that states
+            none, the one of the calibration's base.
         repeatability: Of the arm, from which its limits follow [m]; None for what is known of it.
         ball_moved: The ball may have been taken off since, which is no change then.
 
@@ -165,7 +166,10 @@ def what_changed(
         MeasurementError: Samples of another arm.
     """
     document = calibration.document
-    measured = _as_read_now(calibration, as_list(data), distance)
+    placements = as_list(data)
+    if distance is None:
+        placements = [on_base_of(calibration, placement) for placement in placements]
+    measured = _as_read_now(calibration, placements, distance)
     changes, now = changes_since(calibration, measured, stood, ball_moved=ball_moved)
     errors = calibration.errors_of(measured, other_tip=True)
     new = _summary_now(errors, now)
@@ -182,7 +186,7 @@ def what_changed(
         changes = replace(changes, untold=())
     else:
         then = document.summary.proof or document.summary.train
-        rezero = rezero_command(calibration.source, as_list(data))
+        rezero = rezero_command(calibration.source, measured)
         by_points = any(m.kind == "points" for m in measured)
         since = LaterErrors(new, then, limits, rows, rezero, by_points)
         reason = reason_of(changes, since)

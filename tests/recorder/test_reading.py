@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from altered import write_samples
 from cases import by_table
 from hypothesis import given
 from hypothesis import strategies as st
+from recorded import write_sockets
 
 import mukca
 from mukca.recorder import read_sessions
@@ -225,3 +228,25 @@ def test_both_forms_in_one_folder_are_refused(tmp_path):
     recorded(holes(tmp_path, "1,2\n"), HEADER, GOOD)
     with pytest.raises(mukca.MukcaError, match="both"):
         read(tmp_path)
+
+
+@pytest.mark.parametrize("write", [write_sockets, write_samples])
+def test_columns_turn_a_sign_of_samples_in_folders(write, tmp_path):
+    _, (recorded,) = mukca.simulate_recordings(mukca.load_robot("panda"), 1, samples=8)
+    signs = np.where(np.arange(7) == 1, -1.0, 1.0)
+    write(tmp_path / "flip", recorded.with_positions(recorded.positions * signs))
+    (read,) = mukca.read_placements(tmp_path / "flip", columns=["q=1,-2,3..7"])
+    np.testing.assert_array_equal(read.positions, recorded.positions)
+    # a joint by its number in the file's order, wherever it stands
+    (read,) = mukca.read_placements(tmp_path / "flip", columns=["q=7,1..6"])
+    np.testing.assert_array_equal(
+        read.for_joints(mukca.load_robot("panda").joint_names).positions[:, 0],
+        recorded.positions[:, 6],
+    )
+
+
+@pytest.mark.parametrize("words", ["q=1..8", "q=1..7 [deg]", "x=8", "q=elbow"])
+def test_columns_that_samples_in_folders_lack_are_refused(words, tmp_path, refused):
+    _, (recorded,) = mukca.simulate_recordings(mukca.load_robot("panda"), 1, samples=8)
+    write_sockets(tmp_path / "rec", recorded)
+    refused("--columns", "check", tmp_path / "rec", "--robot", "panda", "--columns", words)

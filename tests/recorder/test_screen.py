@@ -149,7 +149,8 @@ def test_enough_says_what_for_and_what_else_is_asked():
         assert prompt.words == "ENOUGH" and "q finishes" in prompt.reason
         return prompt.reason
 
-    assert "for PASS hold out another place" in reason(enough)
+    assert "for PASS record another place" in reason(enough)
+    assert "PASS" not in reason(replace(enough, alone=False))
     assert "PASS" not in reason(replace(enough, unit="mrad"))
     near = replace(enough, near_only=True)
     assert "for this place" in reason(near) and "train on two: n" in reason(near)

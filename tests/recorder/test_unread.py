@@ -5,6 +5,7 @@ from altered import write_rows
 from cases import by_table
 from recorded import PLACES, recorded_at
 
+from mukca import read_placements
 from mukca.recorder import write_holes
 
 
@@ -54,3 +55,9 @@ def test_held_out_placements_hide_nothing(rows, beside, command):
 def test_a_folder_without_any_placement_names_what_is_there(tmp_path, refused, name, told):
     write_rows(tmp_path / name, [[0.1] * 7] * 2)
     refused(told, "info", tmp_path)
+
+
+def test_files_of_sockets_keep_the_distance(rows, tmp_path):
+    write_holes(rows, tmp_path / "front")
+    (read,) = read_placements(tmp_path / "front")
+    assert read.distance == rows.distance and not read.distance_assumed

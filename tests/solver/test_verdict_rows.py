@@ -144,7 +144,7 @@ def test_a_figure_about_its_limit_neither_keeps_nor_misses_it(simulated):
             0.8e-3,
             None,
             1e-4,
-            "be within the 0.90 mm that this arm is allowed, so no other placement seems needed",
+            "be within the 0.90 mm that this arm is allowed, which asks for no other placement",
         ),
         (
             1.0e-3,
@@ -156,7 +156,7 @@ def test_a_figure_about_its_limit_neither_keeps_nor_misses_it(simulated):
             1.0e-3,
             1.1,
             1e-4,
-            "be within the 1.10 mm that this arm is allowed, so no other placement seems needed",
+            "be within the 1.10 mm that this arm is allowed, which asks for no other placement",
         ),
         (1.0e-3, None, None, "whether that is enough follows from your arm's --repeatability-mm"),
     ],

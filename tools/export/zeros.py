@@ -11,11 +11,9 @@ import numpy as np
 from ...errors import fixed, read_bytes
 from ...solver.identification.effects import JOINT_OFFSET
 from ...solver.identification.inference import offsets_in_origins
-from ...solver.identification.selection import DECIDED
+from ...solver.identification.selection import is_decided
 from .request import ExportError, Request
 
-TELLING = 2.0
-"""A zero of so many deviations is written, too: less is left of it than there was."""
 UNDECIDED = "not decided by the data, left as it is"
 
 
@@ -30,7 +28,7 @@ class JointZero(NamedTuple):
     @property
     def decided(self) -> bool:
         """True if the data tell enough of it to be written."""
-        return self.deviation <= max(DECIDED, abs(self.zero) / TELLING)
+        return is_decided(self.zero, self.deviation)
 
     def __str__(self) -> str:
         zero = fixed(math.degrees(self.zero), 2, "+")

@@ -15,7 +15,7 @@ from ...solver.identification.robot import Robot
 from .checks import goal_for
 from .pose_pool import SEAT, Captures, PosePool, positions_in
 from .session_alarms import SessionAlarms, is_short
-from .sufficiency import StoppingRule, rigid_fit, sufficiency_of, with_fit
+from .sufficiency import StoppingRule, Sufficiency, rigid_fit, sufficiency_of, with_fit
 
 MIN_FITTED = 6
 """Samples in each of two sockets from which on a fit is tried."""
@@ -67,6 +67,7 @@ class PoseSelector:
         self._history: dict[int, float] = {}
         self._rule = StoppingRule(near_suffices=goal is None)
         self._route = _NO_ROUTE
+        self._solved: Sufficiency | None = None
 
     def alarms(self, samples: Captures, answers: Answers = NO_ANSWERS) -> Alarms:
         """Return the faults that the operator has not answered, the most probable first.
@@ -103,6 +104,7 @@ class PoseSelector:
             placements = [*self._earlier, self._placement(samples, answers)]
             zeros = self._alarms.coarse
             solved = sufficiency_of(self._model, placements, zeros=zeros)
+        self._solved = solved
         predicted = (solved and solved.predicted) or rigid
         goal = self._given or (solved and solved.asked) or self._goal
         reserve = goal * rigid / predicted
@@ -134,6 +136,7 @@ class PoseSelector:
             **end._asdict(),
             target=target,
             lift=lift,
+            alone=not self._earlier,
             alarms=alarms,
             fails=solved.fails if solved and not alarms else "",
             route=tuple((k, tuple(q)) for k, q in steps),
@@ -207,15 +210,21 @@ class PoseSelector:
         return state, taken
 
     def closing(self, samples: Captures) -> tuple[str, ...]:
-        """Return the gain of another placement, in words; this takes some seconds."""
+        """Return the gain of another placement, in words; this takes some seconds.
+
+        The error now is that of the last advice.
+        """
         if self._sockets != 2 or min(self._counts(samples)) == 0:
             return ()
         state = self._covariance(samples, self._fitted(samples))
         centres = [self._pool.centre(samples, k) for k in (0, 1)]
         base = np.array([c for c in centres if c is not None])
+        place = self._pool.place_beside([samples, *(p.samples for p in self._earlier)])
+        now = self._solved and self._solved.error
         where = design.workspace_of(self._model, state.x)
         reach = self._pool.reach
-        lines = design.next_base_advice(state, where, reach, base, self._distance)
+        distance = self._distance
+        lines = design.next_base_advice(state, where, reach, base, distance, place, now)
         if self._curved and len(self._earlier) < CURVES:
             return (*lines, design.curve_advice(self._robot))
         return tuple(lines)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...recorder import Sample
 from ...recorder.session import NO_ANSWERS, Answers
-from ...solver import design
+from ...solver import design, diagnostics
 from ...solver.identification.data import CALIPER_DEVIATION
 from ...solver.identification.model import Noise, extend
 from ...solver.identification.robot import Robot, choose_parameters
@@ -48,6 +48,13 @@ class PosePool:
             return None
         points = self.model.ball.points(self.model.ball.nominal, q)
         return np.asarray(np.median(points, axis=0))
+
+    def place_beside(self, recorded: Sequence[Captures]) -> np.ndarray:
+        """Return a place of the base, far from those of some samples, shape (3,) [m]."""
+        ball = self.model.ball
+        q = [np.array([s.position for s in samples]) for samples in recorded]
+        points = [ball.points(ball.nominal, positions) for positions in q]
+        return diagnostics.farthest_place(np.array([p.mean(axis=0) for p in points]))
 
     def with_distance(
         self,

@@ -28,6 +28,8 @@ class Sufficiency:
     predicted: float | None
     """Upper end of the 68 % interval of the error of distances in the workspace [m]; None where
     ``mukca solve`` refuses the samples."""
+    error: float | None
+    """That error itself [m]."""
     asked: float | None
     """The limit on it [m]; None where nothing is known of the arm's repeatability."""
     enough: bool
@@ -87,7 +89,9 @@ def sufficiency_of(
             model.robot, _whole(placements), zeros=zeros or None, no_proof=True
         )
     except MukcaError as error:
-        return Sufficiency(None, None, enough=False, sized=False, fails=str(error))
+        return Sufficiency(
+            None, None, None, enough=False, sized=False, fails=str(error)
+        )
     verdict = solved.verdict
     row = next((row for row in verdict.limits if row.name == WORKSPACE), None)
     if row is None or row.found is None:
@@ -104,6 +108,7 @@ def sufficiency_of(
     deviation = size.deviation or 0.0 if size else 0.0
     return Sufficiency(
         predicted=row.found if row.interval is None else row.interval.high,
+        error=row.found,
         asked=row.limit,
         enough=bool(verdict.use and not failing and counts.min() >= LEAST_SAMPLES),
         sized=not size or size_level(abs(size.value) + deviation, deviation) is None,

@@ -195,25 +195,27 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
     lower = np.where(endless, -_ENDLESS, robot.lower)
     upper = np.where(endless, _ENDLESS, robot.upper)
     excess = np.maximum(lower - positions, positions - upper)
-    row, column = np.unravel_index(int(np.argmax(excess)), excess.shape)
-    joint = robot.actuated[int(column)]
+    row, column = divmod(int(np.argmax(excess)), len(lower))
+    joint = robot.actuated[column]
+    value = positions[row, column]
     slides = joint.type == "prismatic"
-    where = placement.samples[int(row)].where or placement.name
+    where = placement.samples[row].where or placement.name
     text = (
-        f"{where}: joint {joint.name!r} at {positions[row, column]:.4g} is outside its limits, "
+        f"{where}: joint {joint.name!r} at {value:.4g} is outside its limits, "
         f"{lower[column]:.4g} to {upper[column]:.4g} {'m' if slides else 'rad'}"
     )
-    if excess[row, column] > _FAR_OUTSIDE:
+    if excess.max() > _FAR_OUTSIDE:
         turned = -positions[:, column]
         if lower[column] <= turned.min() and turned.max() <= upper[column]:
             raise LimitsError(
-                f"{text}; all of its column lies inside with the other sign: is it sign-flipped?"
+                f"{text}; all of its column lies inside with the other sign: is it sign-flipped? "
+                f"Then turn it by --columns q=1..{column},-{column + 1},{column + 2}..{len(lower)}"
             )
         unit = "lengths are metres" if slides else "angles are radians"
         guess = "is it another robot?"
-        if len(robot.actuated) in np.bincount(placement.sockets):
+        if len(lower) in np.bincount(placement.sockets):
             guess = "is it another robot, or is a line a joint, where it should be a sample?"
-        if slides and abs(positions[row, column]) > _LONGEST_SLIDE:
+        if slides and abs(value) > _LONGEST_SLIDE:
             guess = "are these millimetres? a header of JOINT [mm] is read as such"
         elif not slides and abs(positions).max() > 2 * np.pi:
             advice = placement.advice("a header of JOINT [deg] is read as such")
@@ -221,5 +223,5 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
         raise LimitsError(
             f"{text}; {unit} ({guess}), in the order of the chain's joints"
         )
-    if excess[row, column] > _BARELY_OUTSIDE:
+    if excess.max() > _BARELY_OUTSIDE:
         warnings.append(text)

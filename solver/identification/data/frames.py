@@ -4,7 +4,7 @@ The first robot's base is the *world*; where trackers, tables and other bases st
 from what they share: a socket, or a ball that was measured.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 
@@ -232,47 +232,32 @@ def _placed(frame: FrameObservations, world: np.ndarray) -> Pose:
         )
     pose = fit_pose(inner, outer)
     misfit = np.linalg.norm(pose.apply(inner) - outer, axis=1)
-    typical = float(np.median(misfit))
+    what = f"{wheres[0]}: coordinates of frame {frame.name!r}"
+    is_off = misfit > MAX_ERROR
     if len(inner) > 3:
-        check_handedness(
-            inner, outer, f"{wheres[0]}: coordinates of frame {frame.name!r}"
-        )
-        if typical > MAX_ERROR:
-            count = np.count_nonzero(misfit > MAX_ERROR)
+        check_handedness(inner, outer, what)
+        if 2 * is_off.sum() > len(inner):
             raise FrameError(
-                f"{wheres[0]}: {count} of {len(misfit)} places of frame {frame.name!r} are more "
-                f"than {MAX_ERROR:g} m from where the nominal model has the ball: is a joint's "
-                "zero or sign other than the model's, are columns exchanged, or is it another "
-                "frame? mukca check compares these"
+                f"{what} are more than {MAX_ERROR:g} m from where the nominal model has the ball, "
+                f"{is_off.sum()} of {len(inner)}: is a joint's zero or sign other than the "
+                "model's, are columns exchanged, or is it another frame? mukca check tells"
             )
-    is_off = (misfit > STANDS_OUT * np.quantile(misfit, MOST)) | (len(inner) < 4)
+        is_off &= misfit > STANDS_OUT * np.quantile(misfit, MOST)
     advice = f"by the other places of frame {frame.name!r}; a wrong line, unit or frame"
-    _check_near(np.where(is_off, misfit, 0.0), wheres, f", {advice}")
+    _check_near(is_off * misfit, wheres, f", {advice}")
     return pose
 
 
-def typical_misfit(
-    inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False
-) -> float:
+def _misfit(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) -> float:
     """Return the median distance that the best pose leaves between points, or the best mirror."""
     pose = fit_pose(inner, outer, mirrored=mirrored)
     return float(np.median(np.linalg.norm(pose.apply(inner) - outer, axis=1)))
 
 
-def check_handedness(
-    inner: np.ndarray, outer: np.ndarray, what: str, others: Iterable[np.ndarray] = ()
-) -> None:
-    """Refuse points that fit better mirrored, by far, both of shape (N, 3) [m].
-
-    ``others`` are where the points are by simpler mistakes, which are right if they fit as well.
-    """
-    typical = typical_misfit(inner, outer)
-    of_mirror = typical_misfit(inner, outer, mirrored=True)
-    if (
-        typical > 0.01
-        and of_mirror < MIRRORED * typical
-        and all(of_mirror < typical_misfit(inner, other) for other in others)
-    ):
+def check_handedness(inner: np.ndarray, outer: np.ndarray, what: str) -> None:
+    """Refuse points that fit others far better mirrored, both of shape (N, 3) [m]."""
+    of_mirror = _misfit(inner, outer, mirrored=True)
+    if _misfit(inner, outer) > max(0.01, of_mirror / MIRRORED):
         advice = "swap two axes, or change the sign of one"
         raise FrameError(f"{what} are mirrored (left-handed): {advice}")
 

@@ -102,7 +102,7 @@ def other_columns(
     for j, name in enumerate(names):
         mended = q.copy()
         mended[:, j] *= -1
-        yield f"joint {j + 1} ({name}) looks sign-flipped: with -q they fit", mended
+        yield f"joint {j + 1} ({name}) looks sign-flipped: turned, they fit", mended
     for pair in combinations(range(len(names)), 2):
         mended = q.copy()
         mended[:, pair] = q[:, pair[::-1]]

@@ -2,7 +2,7 @@ from .candidates import follows_order as follows_order
 from .candidates import orders as orders
 from .candidates import set_ups as set_ups
 from .differences import with_differences as with_differences
-from .joint_offsets import DECIDED as DECIDED
+from .joint_offsets import is_decided as is_decided
 from .joint_offsets import joint_offsets_in_words as joint_offsets_in_words
 from .model_averaging import beside_curves as beside_curves
 from .model_choice import ModelChoice as ModelChoice

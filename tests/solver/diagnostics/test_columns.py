@@ -24,7 +24,11 @@ def flipped(joint):
 @pytest.mark.parametrize(
     ("mistake", "code", "words"),
     [
-        (flipped(1), "sign", "joint 2 (panda_joint2) looks sign-flipped: with -q the error falls"),
+        (
+            flipped(1),
+            "sign",
+            "joint 2 (panda_joint2) looks sign-flipped: with the other sign the error falls",
+        ),
         (flipped(6), "sign", "joint 7 (panda_joint7) looks sign-flipped"),
         (lambda q: q[[2, 1, 0, 3, 4, 5, 6]], "swap", "joints 1 and 3 (panda_joint1, panda_joint3)"),
         (lambda q: q + 0.35 * np.eye(7)[2], "zero", "joint 3 (panda_joint3) looks off: with -"),
@@ -36,6 +40,11 @@ def test_a_mistake_in_all_files_is_found(look, change, placements, mistake, code
     level = "warning" if code == "zero" else "error"  # the fit has zeros as unknowns
     assert (finding.level, finding.where) == (level, "all placements")
     assert words in finding.text, finding.text
+    assert " -q" not in finding.text
+    if code == "sign":
+        joint = int(words.split()[1])
+        column = ",".join(f"{'-' * (k == joint)}{k}" for k in range(1, 8))
+        assert f"--columns 'q={column}'" in finding.advice
 
 
 def within(robot, placements):
@@ -91,7 +100,10 @@ def test_signs_are_told_from_those_of_the_mirrored_arm(panda, change):
     flip = [1, 1, 1, -1, 1, -1, 1]
     measured = within(panda, [change(p, lambda q: flip * q) for p in recorded])
     (seen,) = inspect_all(panda, measured).shared
-    assert "joints 4 and 6 (panda_joint4, panda_joint6) look sign-flipped: with -q" in seen.text
+    assert (
+        "joints 4 and 6 (panda_joint4, panda_joint6) look sign-flipped: with the other sign"
+        in seen.text
+    )
 
 
 @pytest.mark.parametrize(
@@ -111,7 +123,7 @@ def test_signs_are_told_from_those_of_the_mirrored_arm(panda, change):
         (
             (1, -1, -1, -0.5, 1),
             (0, 0, 0, 0, 0),
-            "2 and 3 and 4 .* joint 4 .* geared: with -q and 2 q",
+            "2 and 3 and 4 .* joint 4 .* geared: with the other sign and 2 q",
         ),
     ],
 )
@@ -169,7 +181,7 @@ def test_angles_that_were_converted_twice_are_asked_for_their_unit(look, change,
 
 
 def test_a_sign_that_leaves_the_limits_is_told(look, change, placements):
-    with pytest.raises(MukcaError, match=r"panda_joint4.*is it sign-flipped"):
+    with pytest.raises(MukcaError, match=r"panda_joint4.*is it sign-flipped\? .* q=1..3,-4,5..7"):
         look([change(placement, flipped(3)) for placement in placements])
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from altered import with_errors, write_samples
 from msgspec import structs
+from recorded import RIGID, write_sockets
 
 import mukca
 from mukca import Calibration
@@ -237,3 +238,22 @@ def test_a_zero_has_one_sign_wherever_it_is_told(simulated, panda):
     assert offsets == pytest.approx([5e-3] * 3, abs=5e-4)
     for text in (by_check.text, by_validate.text, by_rezero.brief):
         assert "deg" in text and "to what it reads" in text and "+0.2" in text
+
+
+@pytest.mark.slow
+def test_samples_that_state_no_distance_are_of_the_calibrations_base(simulated, tmp_path, command):
+    """A base of 100 mm: the zero is found as by a distance stated, and the command carries one."""
+    robot = mukca.load_robot("panda")
+    _, (*train, later) = mukca.simulate_recordings(robot, 3, distance=0.1, seed=6, samples=12)
+    mukca.calibrate(robot, train, **RIGID).save(tmp_path / "cal")
+    words = "--joint", "panda_joint4"
+    shifted = later.with_positions(later.positions + 0.02 * (np.arange(7) == 3))
+    write_sockets(tmp_path / "since", shifted)
+    at = tmp_path / "cal", tmp_path / "since"
+    status, out, err = command("rezero", *at, *words)
+    assert status == 0 and "panda_joint4: add -0.0" in out
+    assert "base is taken, 100 mm; for another base give --distance" in out + err
+    status, out, _ = command("validate", *at)
+    assert status == 1 and "rezero" in out and "--distance" not in out.split("rezero")[1]
+    _, stated, _ = command("validate", *at, "--distance", 0.1)
+    assert "--joint panda_joint4" in stated and "--distance 0.1" in stated.split("rezero")[1]

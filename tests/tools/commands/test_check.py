@@ -40,6 +40,13 @@ def test_good_recordings_are_told_by_what_they_would_bring(session, run):
     assert "sockets 50 mm apart (by the recording)" in told
 
 
+def test_one_place_asks_for_another_to_pass(session, run):
+    said = "for PASS record another"
+    for folder, alone in ((session / "front", True), (session, False)):
+        _, told = run("check", str(folder), "--robot", "panda")
+        assert (said in told) == alone
+
+
 def test_a_wrong_distance_is_told_before_the_fit(session, command):
     words = ["check", session, "--robot", "panda", "--distance", "0.12", "--json"]
     status, out, told = command(*words)

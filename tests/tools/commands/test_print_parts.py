@@ -17,8 +17,10 @@ def run(*words):
     return main(["print-parts", *map(str, words)])
 
 
-def test_one_command_writes_the_base_and_the_ball(tmp_path, capsys):
-    assert run("--out", tmp_path / "parts", "--mount", "franka-hand") == 0
+@pytest.mark.parametrize("mount", ["franka-hand", "panda"])
+def test_one_command_writes_the_base_and_the_ball(tmp_path, capsys, mount):
+    """A part has one name, by whichever of its names it was asked for."""
+    assert run("--out", tmp_path / "parts", "--mount", mount) == 0
     shown = capsys.readouterr().out
     assert sorted(file.name for file in (tmp_path / "parts").iterdir()) == [
         "ball-franka-hand.3mf", "ball-franka-hand.stl", "ball-franka-hand.svg",

@@ -1,6 +1,7 @@
 """Advice while recording: poses a hand can reach, an honest gauge, and an end."""
 
 import os
+import re
 import signal
 from contextlib import closing
 from dataclasses import replace
@@ -156,13 +157,29 @@ def test_the_goal_is_what_solve_asks(name, goal):
 
 
 def test_what_is_predicted_and_asked_is_what_solve_says(panda, samples):
-    advice = PoseSelector(panda, 0.05).advise(samples, 1)
+    selector = PoseSelector(panda, 0.05)
+    advice = selector.advise(samples, 1)
     placement = mukca.Placement("here", tuple(samples), panda.joint_names, 0.05)
-    verdict = mukca.calibrate(panda, placement).verdict
+    solved = mukca.calibrate(panda, placement)
+    verdict = solved.verdict
     (row,) = (row for row in verdict.limits if row.name == "predicted_distance")
     assert (advice.predicted, advice.goal) == (row.interval.high, row.limit)
     assert advice.enough == (verdict.kind != "not_enough")
     assert advice.near_only == (verdict.kind != "not_enough" and row.status != "pass")
+    words, *_ = selector.closing(samples)
+    assert f"are known to {1e3 * row.found:.2f} mm. Another placement" in words
+    x, side, z = re.fullmatch(
+        r".* about (?:(.+) m ahead, )?(.+) m to its left, (.+) m up.*", words
+    ).groups()
+    text = solved.document.next_placement.text
+    place = re.search(r"x (\S+), y (\S+), z (\S+) m in the frame .* left", text).groups()
+    assert np.allclose([float(x or 0), float(side), float(z)], np.float64(place), atol=0.02)
+
+
+def test_what_is_held_out_is_beside_it_already(panda, session, samples):
+    for name, alone in ((None, True), ("left", False)):
+        parts = [read(session / name)] if name else []
+        assert PoseSelector(panda, 0.05, parts=parts).advise(samples, 1).alone == alone
 
 
 def test_what_was_enough_stays_enough_while_solve_asks_for_no_more(panda, samples, monkeypatch):
@@ -194,7 +211,7 @@ def test_samples_that_solve_refuses_are_an_end(panda, samples):
 def test_another_placement_is_weighed(coach, samples):
     words = coach.closing(samples)
     assert (
-        "A second placement, seen from the robot 0." in words[0]
+        "Another placement, seen from the robot about 0." in words[0]
         and "measured to 0.1 mm" in words[1]
     )
     now = float(words[0].split(" known to ")[1].split()[0])

@@ -16,7 +16,7 @@ def test_no_place_is_asked_for_that_lies_beside_the_others():
         single.placements = [SimpleNamespace(position=position) for position in ring]
         return recommendations._place_in_words(single)
 
-    assert words([0]) == "about 0.50 m to its right, 0.10 m up, 0.71 m from the others"
+    assert words([0]) == "about 0.50 m to its left, 0.10 m up, 0.71 m from the others"
     assert words(range(-90, 91, 20)) == "higher or lower than the others, which lie all round"
 
 

@@ -469,7 +469,7 @@ def test_another_placement_is_recorded_beside_the_others(document, report):
         row["files"] = [str(front.parent / folder / Path(file).name) for file in row["files"]]
         (step,) = report(document)["todo"]
         assert step["command"].endswith(f" --out {front.parent / out}")
-        assert "to its right, 0.10 up, 0." in step["text"].replace(" m", "")
+        assert "to its left, 0.10 up, 0." in step["text"].replace(" m", "")
     row["files"] = [Path(file).name for file in row["files"]]  # of a solve in the placement itself
     assert report(document)["todo"][0]["command"].endswith(" --out ../another")
 
@@ -620,3 +620,15 @@ def test_a_base_that_creeps_is_no_pass_where_it_was_trained(panda, session, tmp_
     mukca.write_report(found, tmp_path)
     answers = json.loads((tmp_path / "report.json").read_text())["answers"]
     assert answers["data"]["text"].startswith("Yes, but the ball drifts in its sockets")
+
+
+@pytest.mark.parametrize("zeros", [False, True])
+def test_a_place_that_became_worse_is_named(document, report, zeros):
+    before = report(document)["verdict"]
+    assert before["use"] and not any("worse than" in line for line in before["answer"])
+    row = next(row for row in document["placements"] if row["role"] == "test")
+    (row["ball_refitted"] or row["nominal"])["mean_absolute_error"] = 1e-6
+    document["settings"]["zeros"] = zeros
+    after = report(document)["verdict"]["answer"]
+    (line,) = (line for line in after if "worse than your file (0.001 mm >" in line)
+    assert f"At {row['name']} " in line and ("zeros" in line) is zeros

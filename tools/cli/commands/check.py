@@ -27,6 +27,8 @@ DISTANCE = "scale"
 """Code of findings on distances."""
 TESTED = "Solve tests its fit, and may find twice as much."
 """Said of the accuracy by a fit that nothing was left out of."""
+ALONE = "One place proves nothing about others: for PASS record another."
+"""Said beside it of a single placement, which leaves nothing to hold out."""
 NOTHING_WRONG = "Nothing wrong was seen."
 
 
@@ -122,7 +124,10 @@ class _Checked:
             )
             now = accuracy.better.workspace.now
             words = assessment.predicted_in_words(now, accuracy.length, repeatability)
-            return f"{text}. By a quick fit, {words}. {TESTED}"
+            alone = (
+                ALONE if [m.kind for _, m in problem.placements] == ["sockets"] else ""
+            )
+            return f"{text}. By a quick fit, {words}. {TESTED} {alone}".rstrip()
         why = "a fit to them does not settle"
         if _are_broken(self.findings):
             why = "mend the errors first"

@@ -127,9 +127,12 @@ def _balls(options: _PrintPartsOptions) -> Mapping[str, printables.BallPart]:
         mounts["gripper"] = printables.grip(*options.grip_mm)
     if "none" in (names := options.mount or ()) and (mounts or len(names) > 1):
         raise printables.PrintableError("--mount none stands alone")
-    mounts = {
-        name: printables.find_mount(name) for name in names if name != "none"
-    } | mounts
+    named: dict[str, printables.Mount] = {}
+    for alias in filter("none".__ne__, names):
+        mount = printables.find_mount(alias)
+        shipped = (name for name, one in printables.MOUNTS.items() if one is mount)
+        named[next(shipped, alias)] = mount
+    mounts = named | mounts
     if options.mount is None:
         mounts = mounts or dict(printables.MOUNTS)
     if options.reach_mm is not None and len(mounts) != 1:

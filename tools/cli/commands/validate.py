@@ -85,6 +85,8 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     settings = options.settings
     placements = cli.read_data(options.data, settings, options.table)
     placements = settings.payloads.carried_by(placements, others=True)
+    if settings.distance is None:
+        placements = [partial.on_base_of(calibrated, one) for one in placements]
     for placement in placements:
         m = data.measure(placement, robot, settings.distance, sockets=1)
         where = robot.joint_names, m.positions, m.name
