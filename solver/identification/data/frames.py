@@ -10,7 +10,7 @@ from itertools import compress
 
 import numpy as np
 
-from ....errors import MukcaError
+from ....errors import MukcaError, NotConverged
 from ..robot import Origin, cross_matrices, matrix_rpy, rpy_of, turn
 
 MAX_ERROR = 0.25
@@ -20,10 +20,8 @@ UNLIKE = 20.0
 """Coordinates whose spread is this many times that of the ball are not in metres."""
 SAME = 1e-6
 """Coordinates whose spread is less than this share of the ball's are no measurements."""
-STANDS_OUT = 4.0
-"""A line is wrong that is so many times as far off as most; where all are, the model is."""
-MOST = 0.75
-"""Share of the lines that most are."""
+STANDS_OUT = 8.0
+"""A line is wrong that is so many times as far off as the median; where all are, the model is."""
 MIRRORED = 0.2
 """Coordinates fit much better mirrored, if that leaves less than this share of the error."""
 REWEIGHTINGS = 20
@@ -236,40 +234,37 @@ def _placed(frame: FrameObservations, world: np.ndarray) -> Pose:
     is_off = misfit > MAX_ERROR
     if len(inner) > 3:
         check_handedness(inner, outer, what)
-        if 2 * is_off.sum() > len(inner):
-            raise FrameError(
+        if is_off.mean() > 0.5:
+            raise NotConverged(
                 f"{what} are more than {MAX_ERROR:g} m from where the nominal model has the ball, "
                 f"{is_off.sum()} of {len(inner)}: is a joint's zero or sign other than the "
                 "model's, are columns exchanged, or is it another frame? mukca check tells"
             )
-        is_off &= misfit > STANDS_OUT * np.quantile(misfit, MOST)
-    advice = f"by the other places of frame {frame.name!r}; a wrong line, unit or frame"
-    _check_near(is_off * misfit, wheres, f", {advice}")
+        is_off &= misfit > STANDS_OUT * np.median(misfit)
+    words = f"by the other places of frame {frame.name!r}; a wrong line, unit or frame"
+    _check_near(is_off * misfit, wheres, f", {words}")
     return pose
-
-
-def _misfit(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) -> float:
-    """Return the median distance that the best pose leaves between points, or the best mirror."""
-    pose = fit_pose(inner, outer, mirrored=mirrored)
-    return float(np.median(np.linalg.norm(pose.apply(inner) - outer, axis=1)))
 
 
 def check_handedness(inner: np.ndarray, outer: np.ndarray, what: str) -> None:
     """Refuse points that fit others far better mirrored, both of shape (N, 3) [m]."""
-    of_mirror = _misfit(inner, outer, mirrored=True)
-    if _misfit(inner, outer) > max(0.01, of_mirror / MIRRORED):
-        advice = "swap two axes, or change the sign of one"
-        raise FrameError(f"{what} are mirrored (left-handed): {advice}")
+    poses = fit_pose(inner, outer), fit_pose(inner, outer, mirrored=True)
+    errors = [np.linalg.norm(pose.apply(inner) - outer, axis=1) for pose in poses]
+    typical, of_mirror = np.median(errors, axis=1)
+    if typical > max(0.01, of_mirror / MIRRORED):
+        raise FrameError(
+            f"{what} are mirrored (left-handed): swap two axes, or change the sign of one"
+        )
 
 
 def _check_near(misfit: np.ndarray, wheres: Sequence[str], words: str) -> None:
     """Refuse places that are far from the nominal model's balls [m]; ``words`` end the message."""
     worst = int(np.argmax(misfit))
     if misfit[worst] > MAX_ERROR:
-        distance = f"{misfit[worst]:.3g} m from where the nominal model has the ball"
-        others = np.count_nonzero(misfit > MAX_ERROR) - 1
-        more = f" (and {others} more)" if others else ""
-        raise FrameError(f"{wheres[worst]}{more}: {distance}{words}")
+        raise FrameError(
+            f"{wheres[worst]}: {misfit[worst]:.3g} m from where the nominal model has the ball "
+            f"({np.sum(misfit > MAX_ERROR)} such){words}"
+        )
 
 
 def check_base(measured: FrameObservations, visited: FrameObservations) -> None:

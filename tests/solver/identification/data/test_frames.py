@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from cases import by_table
 
+from mukca.errors import NotConverged
 from mukca.solver.identification.data import (
     FrameError,
     FrameObservations,
@@ -64,10 +65,10 @@ def test_a_line_is_blamed_only_where_few_are_off(points):
     """How many they are is told; where most are, the model is looked at, not a line."""
     wrong = pose(6).apply(points)
     wrong[[3, 7]] += 2
-    with pytest.raises(FrameError, match=r"f:\d .and 1 more.: .* m from where the nominal"):
+    with pytest.raises(FrameError, match=r"f:\d: .* m from where the nominal .* .2 such.,"):
         place_frames([landmarks(points, "world"), landmarks(wrong)])
     scattered = pose(6).apply(2 * points[::-1] ** 2)
-    with pytest.raises(FrameError, match=r"^f:0: .* \d+ of 12: is a joint's zero or sign"):
+    with pytest.raises(NotConverged, match=r"^f:0: .* \d+ of 12: is a joint's zero or sign"):
         place_frames([landmarks(4 * points, "world"), landmarks(4 * scattered)])
     bent = points + 0.7 * np.abs(points) * points[::-1]
     worst = np.linalg.norm(fit_pose(bent, points).apply(bent) - points, axis=1).max()
