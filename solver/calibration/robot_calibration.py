@@ -8,6 +8,7 @@ import numpy as np
 
 from ...errors import NotConverged
 from ..identification import Prior, Progress
+from ..identification.data import FrameError
 from ..identification.robot import Robot
 from ..results import CalibratedRobot, CalibrationDocument, Fit, Study
 from ..tables import in_placements
@@ -24,10 +25,11 @@ def converged_fits(
 
     Raises:
         NotConverged: They did not converge to finite numbers; names an error in the recordings.
+        FrameError: Places are far from the nominal model's, and no error in the recordings is why.
     """
     try:
         fits = fitted()
-    except NotConverged:
+    except (NotConverged, FrameError):
         for finding in chain.from_iterable(problem.checks for problem in problems):
             if finding.level == "error":
                 words = f"the fit did not converge; {finding}"

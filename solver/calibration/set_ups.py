@@ -15,6 +15,7 @@ from ..identification.data import (
     Measurement,
     Pose,
     RobotRecordings,
+    check_handedness,
     evaluate,
     fit_pose,
     hand_eye,
@@ -35,6 +36,27 @@ ENOUGH = 10
 FAR_TURNED = 0.1
 """A target turned by more between two placements was put on otherwise [rad]; the fit has unknowns
 for less."""
+
+
+def right_handed(problem: CalibrationProblem) -> CalibrationProblem:
+    """Return recordings whose points no mirror explains far better than the nominal robot.
+
+    Joints of other signs may explain a mirror exactly: so this comes before all explanations.
+    One sign that explains as much is simpler.
+
+    Raises:
+        FrameError: Coordinates are left-handed.
+    """
+    nominal = CalibratedRobot(problem.robot)
+    for m in (m for _, m in problem.placements if is_own(m)):
+        balls = nominal.predict(m)
+        mirror = evaluate(balls, with_points(m, -m.points)).mean_absolute_error
+        signs = 2 * m.positions[:, None] * np.eye(m.positions.shape[1])  # (N, m, m)
+        flipped = [nominal.predict(m.shifted(-turn)) for turn in signs.swapaxes(0, 1)]
+        if all(evaluate(one, m).mean_absolute_error > mirror for one in flipped):
+            what = f"{m.wheres[0]}: coordinates of frame {m.frame!r}"
+            check_handedness(m.points, balls, what)
+    return problem
 
 
 def set_up_anew(problem: CalibrationProblem) -> CalibrationProblem:

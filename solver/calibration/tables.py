@@ -16,11 +16,11 @@ from .fit import Methods
 from .folds import with_folds
 from .located_sockets import tables_of_sockets
 from .outlook import OUTLOOK
-from .set_ups import set_up_anew
+from .set_ups import right_handed, set_up_anew
 
 METHODS = Methods(with_joint_curves, studies.project_to_geometry)
 PROOF = partial(with_folds, methods=METHODS)
-CHECKS = (set_up_anew, inspected, lone_sockets, tables_of_sockets)
+CHECKS = (right_handed, set_up_anew, inspected, lone_sockets, tables_of_sockets)
 STUDIES: Sequence[Study] = (
     *studies.STUDIES,
     findings.CHECKS,

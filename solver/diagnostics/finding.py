@@ -156,7 +156,7 @@ class Finding:
         if name == "gain":
             return abs(p["offset"]) < LEAST_GAIN
         if name in FITTED:
-            return p["noise"] <= LOOSE
+            return p["noise"] <= LOOSE and not self._is_out_of_reach()
         smallest = {
             "base_moved": SMALLEST_MOVE,
             "base_tipped": SMALLEST_MOVE,
@@ -172,6 +172,11 @@ class Finding:
         floors = zip(scene.measurements, scene.floors, strict=False)
         here = [floor for m, floor in floors if m.name == self.placement]
         return any(floor > GARBAGE for floor in here)
+
+    def _is_out_of_reach(self) -> bool:
+        """Tell whether no placement by itself is fitted from where the nominal model has it."""
+        floors = self.cause.scene.floors
+        return bool(floors) and min(floors) > GARBAGE
 
     def _is_noise(self) -> bool:
         """Tell whether it is noise that a fit averages out, and far from the nominal errors."""

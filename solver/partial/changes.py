@@ -1,4 +1,4 @@
-"""Changes since a calibration, by the evidence of samples in sockets."""
+"""Changes since a calibration, by the evidence of samples in sockets, or of measured points."""
 
 import math
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ from .evidence import (
     log_evidences,
 )
 from .fit import fit, next_step
-from .sockets import prior_by_all_samples, socket_task
+from .sockets import point_task, prior_by_all_samples, socket_task
 from .task import Task
 from .zeros import UNIDENTIFIABLE, fit_with_zeros, zero_deviations
 
@@ -81,10 +81,10 @@ class NearestCause:
 
 @dataclass(frozen=True)
 class Changes:
-    """Posterior probabilities of what changed, by samples in sockets."""
+    """Posterior probabilities of what changed, by samples in sockets or by measured points."""
 
     probabilities: dict[str, float]
-    """Of each explanation; empty without samples in sockets, or where no fit converged."""
+    """Of each explanation; empty for sockets beside points, or where no fit converged."""
     cause: NearestCause | None = None
     """The joint that changed; None for another change."""
     ball: float | None = None
@@ -135,13 +135,15 @@ def changes_since(
     ball_moved: bool,
 ) -> tuple[Changes, Metrics | None]:
     """Return what changed, and the errors with the ball's new place where it was remounted."""
-    if any(m.kind == "points" for m in data):
+    kinds = {m.kind for m in data}
+    if len(kinds) > 1:
         return Changes({}), None
     step = -(-sum(len(m.positions) for m in data) // MOST_SAMPLES)
     data = [m.only(np.arange(0, len(m.positions), step)) for m in data]
     prior = prior_by_all_samples(calibration)
-    task = socket_task(prior, data, stood)
-    if ball_moved:
+    by_points = kinds == {"points"}
+    task = point_task(prior, data) if by_points else socket_task(prior, data, stood)
+    if ball_moved and not by_points:
         task = task.freeing(dict.fromkeys(prior.ball, PUT_ON_AGAIN))
     candidates = explanations(task)
     wide = dict[int, float]()
@@ -161,7 +163,7 @@ def changes_since(
         if cause is None:
             return Changes({}), None
         changes = replace(changes, cause=cause)
-    if not ball_moved:
+    if by_points or not ball_moved:
         return changes, None
     system = fit(task.with_exact_arm)
     shift = system.shift[prior.ball]
@@ -185,8 +187,9 @@ def _nearest_cause(
     offset = float(system.shift[zeros[joint]])
     offsets = offset * (np.arange(len(zeros)) == joint)
     shifted = [m.shifted(offsets) for m in data]
-    arm, robot = calibration.calibrated, task.prior.robot
-    metrics = mean_metrics([evaluate(arm.predict(m), m) for m in shifted])
+    robot = task.prior.robot
+    errors = calibration.errors_of(shifted, other_tip=True)
+    metrics = mean_metrics([row.calibrated for row in errors])
     unit = "m" if robot.actuated[joint].type == "prismatic" else "rad"
     return NearestCause(
         robot.joint_names[joint], offset, metrics.mean_absolute_error, unit

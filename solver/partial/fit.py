@@ -16,6 +16,7 @@ from itertools import product
 
 import numpy as np
 
+from ..identification.data import fit_pose
 from ..identification.model import student_weights
 from ..identification.robot import turn
 from .linear import linear
@@ -61,17 +62,20 @@ def _start(task: Task) -> State:
     x[: len(prior.mean)] = prior.mean
     count = len(rows.names)
     new = [k for k in range(count) if k not in task.known]
-    tool = place = np.eye(3)
+    tool = np.eye(3)
+    places = np.tile(tool, (count, 1, 1))
     if start is None:
         flanges = prior.flanges(x, rows)
         tips = flanges.p + flanges.R @ prior.tip(x)
         for k in new:
-            tips_there = tips[rows.places == k]
-            x[task.places[k, :3]] = np.median(tips_there, axis=0)
+            here = rows.places == k
+            x[task.places[k, :3]] = np.median(tips[here], axis=0)
+            if rows.framed:
+                frame = fit_pose(rows.right[here, :3, 3], tips[here])
+                x[task.places[k, :3]], places[k] = frame.translation, frame.rotation
     else:
-        tool, place = start.tool.rotation, start.frame.rotation
+        tool, places = start.tool.rotation, places @ start.frame.rotation
         x[task.places[new, :3]] = start.frame.translation
-    places = np.tile(place, (count, 1, 1))
     weights = np.ones(len(rows.q))
     return State(x, tool, places, task.noise, weights)
 
@@ -80,10 +84,12 @@ def _moved(system: System) -> State:
     """Return the state at the most probable unknowns."""
     task, state = system.task, system.state
     x = task.mean(state.x) + system.change
-    if not task.rows.turns:
-        return replace(state, x=x)
     turns = task.places[:, 3:]
-    tool = turn(x[task.tool_turn]) @ state.tool
+    if not turns.size:
+        return replace(state, x=x)
+    tool = state.tool
+    if task.rows.turns:
+        tool = turn(x[task.tool_turn]) @ tool
     places = turn(x[turns]) @ state.places
     x[task.tool_turn] = x[turns] = 0.0
     return replace(state, x=x, tool=tool, places=places)

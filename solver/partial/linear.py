@@ -66,7 +66,7 @@ def _slopes(
         G[:, :, task.tool_turn] = _at_end(by_turns, arms)
         G[:, :3, task.scale.start] = arms - reaches
     moved_back = np.tile(-np.eye(6), (N, 1, 1))
-    by_place = _at_end(moved_back, reaches)[:, :, : rows.axes]
+    by_place = _at_end(moved_back, reaches)[:, :, : rows.place_axes]
     samples = np.arange(N)[:, None]
     G[samples, :, task.places[rows.places]] = by_place.transpose(0, 2, 1)
     return G

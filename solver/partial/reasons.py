@@ -46,6 +46,8 @@ class LaterErrors:
     """Rows of the verdict: limits, and the checks of the data."""
     rezero: str
     """Command that finds zeros by the later samples."""
+    by_points: bool = False
+    """True of points that an instrument measured, which ``mukca rezero`` does not take."""
 
     @property
     def failed(self) -> list[LimitResult]:
@@ -109,9 +111,15 @@ class LaterErrors:
 
 
 def rezero_command(source: str, data: Sequence[Measurement]) -> str:
-    """Return the command that finds zeros by the samples, and by a calibration's file."""
+    """Return the command that finds zeros by the samples, and by a calibration's file.
+
+    By points that is a new fit, from the arm as it was calibrated.
+    """
     folder = source.removesuffix("/calibration.json")
     folders = dict.fromkeys(str(m.placement.where) for m in data)
+    if any(m.kind == "points" for m in data):
+        urdf = f"{folder}/calibrated.urdf"
+        return shlex.join(["mukca", "solve", *folders, "--robot", urdf, "--zeros"])
     typed = {m.distance for m in data if m.distance_source == "given"}
     command = shlex.join(["mukca", "rezero", folder, *folders])
     return command + "".join(f" --distance {distance:.7g}" for distance in typed)
@@ -126,7 +134,9 @@ def reason_of(changes: Changes, errors: LaterErrors) -> Reason:
         )
     if changes.cause is not None:
         text = f"{errors.drifted}; {changes.cause.text(changes.share)}."
-        command = f"{errors.rezero} --joint {shlex.quote(changes.likeliest)}"
+        command = errors.rezero
+        if not errors.by_points:
+            command += f" --joint {shlex.quote(changes.likeliest)}"
         return Reason(text, f"This finds the joint's new zero: {command}")
     if not changes.changed and (corrected := _kept_when_corrected(errors)):
         return corrected

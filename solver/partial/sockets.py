@@ -14,7 +14,7 @@ from ..identification.data import Measurement, measure
 from ..identification.robot import Robot
 from .fit import fit
 from .prior import SOCKET, ArmPrior, prior_of
-from .task import NoiseBelief, Rows, Task
+from .task import FAR, NoiseBelief, Rows, Task
 
 SIMILAR = 0.2
 """Largest range of a joint over the samples of a socket whose postures are similar [rad], [m]."""
@@ -78,8 +78,25 @@ def socket_task(prior: ArmPrior, data: Sequence[Measurement], stood: str = "") -
         if m.has_distance:
             distances.append((first, first + 1, m.distance))
         first += len(m.sockets)
-    noise = NoiseBelief(prior.noise.space, joint=prior.noise.joint, nu=prior.noise.nu)
-    return Task(prior, rows, noise, distances=distances)
+    return Task(prior, rows, _noise_of(prior), distances=distances)
+
+
+def point_task(prior: ArmPrior, data: Sequence[Measurement]) -> Task:
+    """Return the task of a fit to measured points, each placement in a frame of its own.
+
+    The target is put on anew from day to day: its place on the flange is free.
+    """
+    places = np.repeat(np.arange(len(data)), [len(m.points) for m in data])
+    rows = Rows.of(prior, data, places, tuple(f"frame at {m.name}" for m in data))
+    right = rows.right.copy()
+    right[:, :3, 3] = np.concatenate([m.points for m in data])
+    task = Task(prior, replace(rows, right=right, framed=True), _noise_of(prior))
+    return task.freeing(dict.fromkeys(prior.ball.tolist(), FAR))
+
+
+def _noise_of(prior: ArmPrior) -> NoiseBelief:
+    """Return the belief that samples are as noisy as those of the calibration."""
+    return NoiseBelief(prior.noise.space, joint=prior.noise.joint, nu=prior.noise.nu)
 
 
 def on_base_of(arm: Calibration | Robot, placement: Placement) -> Placement:

@@ -46,6 +46,8 @@ class Rows(Samples):
     """R, likewise."""
     turns: bool = False
     """True where orientations were measured, too."""
+    framed: bool = False
+    """True where each place is the frame of an instrument, in which R says where the tip was."""
 
     @staticmethod
     def of(
@@ -72,6 +74,11 @@ class Rows(Samples):
     def axes(self) -> int:
         """Number of errors of a sample, 3 or 6."""
         return 6 if self.turns else 3
+
+    @property
+    def place_axes(self) -> int:
+        """Number of unknowns of a place: 6 of one that turns, or 3."""
+        return 6 if self.turns or self.framed else 3
 
     @cached_property
     def rounding(self) -> np.ndarray:
@@ -139,12 +146,12 @@ class Task:
     def size(self) -> int:
         """Number of all unknowns."""
         new = len(self.rows.names) - len(self.known)
-        return self.scale.stop + self.rows.axes * new
+        return self.scale.stop + self.rows.place_axes * new
 
     @cached_property
     def places(self) -> np.ndarray:
-        """Indices of each place's unknowns, those of new places at the end, shape (K, axes)."""
-        axes = self.rows.axes
+        """Indices of each place's unknowns, those of new places at the end, (K, place_axes)."""
+        axes = self.rows.place_axes
         end = self.scale.stop
         begins: list[int] = []
         for name in self.rows.names:

@@ -122,9 +122,12 @@ class Validity(Changes):
         """A sentence on the zeros whose change would not show, where nothing changed."""
         if not self.untold:
             return ()
+        advice = "mukca rezero says what to record for them"
+        if any(m.kind == "points" for m in self.measured):
+            advice = "it looks like another place of the instrument or of its target"
         return (
             f"A change of these joints' zeros would not show in such samples: "
-            f"{', '.join(self.untold)}; mukca rezero says what to record for them.",
+            f"{', '.join(self.untold)}; {advice}.",
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -184,7 +187,8 @@ def what_changed(
     else:
         then = document.summary.proof or document.summary.train
         rezero = rezero_command(calibration.source, measured)
-        since = LaterErrors(new, then, limits, rows, rezero)
+        by_points = any(m.kind == "points" for m in measured)
+        since = LaterErrors(new, then, limits, rows, rezero, by_points)
         reason = reason_of(changes, since)
         reason = reason._replace(text=reason.text + tip_words(calibration, measured))
         rows += change_rows(changes, since, document, reason.text, repeatability)

@@ -4,7 +4,7 @@ import hashlib
 import json
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
@@ -122,10 +122,15 @@ class Loss:
     """[m]."""
     anywhere: float
     """Mean over random poses of the whole workspace [m]."""
+    of_ball: bool = False
+    """True where it is the ball's own place, which another tool does not need."""
 
     def __str__(self) -> str:
+        lost = f"Not in this format: {self.what}"
+        if self.of_ball:
+            return lost
         return (
-            f"Not in this format: {self.what}. Without it the ball is off by "
+            f"{lost}. Without it the ball is off by "
             f"{1e3 * self.mean:.3f} mm on average at the recorded poses "
             f"({1e3 * self.largest:.3f} at most), and by {1e3 * self.anywhere:.3f} mm elsewhere"
         )
@@ -237,11 +242,11 @@ def losses_without(
     joints = [parameter.joint for parameter in calibrated.parameters]
     for name in dict.fromkeys(joint for joint in joints if joint in uncarried):
         words = f"the origin of {name}"
-        if name == robot.ball_joint.name:
-            words = f"the ball's place on {robot.ball_joint.parent} (no loss for another tool)"
+        if of_ball := name == robot.ball_joint.name:
+            words = f"the ball's place on {robot.ball_joint.parent}; it matters to the ball alone"
         values = np.where([joint == name for joint in joints], nominal, exported)
         balls = [calibrated.model.points(values, q) for q in poses]
-        loss = _loss(words, balls, geometric)
+        loss = replace(_loss(words, balls, geometric), of_ball=of_ball)
         if loss.largest > 0:
             losses.append(loss)
     return tuple(losses)

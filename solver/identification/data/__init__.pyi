@@ -15,6 +15,7 @@ from .frames import FrameObservations as FrameObservations
 from .frames import Pose as Pose
 from .frames import as_point as as_point
 from .frames import check_base as check_base
+from .frames import check_handedness as check_handedness
 from .frames import fit_pose as fit_pose
 from .frames import kabsch as kabsch
 from .frames import kabsch_rotation as kabsch_rotation

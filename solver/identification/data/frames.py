@@ -20,6 +20,10 @@ UNLIKE = 20.0
 """Coordinates whose spread is this many times that of the ball are not in metres."""
 SAME = 1e-6
 """Coordinates whose spread is less than this share of the ball's are no measurements."""
+STANDS_OUT = 4.0
+"""A line is wrong that is so many times as far off as most; where all are, the model is."""
+MOST = 0.75
+"""Share of the lines that most are."""
 MIRRORED = 0.2
 """Coordinates fit much better mirrored, if that leaves less than this share of the error."""
 REWEIGHTINGS = 20
@@ -228,20 +232,34 @@ def _placed(frame: FrameObservations, world: np.ndarray) -> Pose:
         )
     pose = fit_pose(inner, outer)
     misfit = np.linalg.norm(pose.apply(inner) - outer, axis=1)
+    what = f"{wheres[0]}: coordinates of frame {frame.name!r}"
+    is_off = misfit > MAX_ERROR
     if len(inner) > 3:
-        mirror = fit_pose(inner, outer, mirrored=True)
-        typical = float(np.median(misfit))
-        typical_of_mirror = np.median(
-            np.linalg.norm(mirror.apply(inner) - outer, axis=1)
-        )
-        if typical > 0.01 and typical_of_mirror < MIRRORED * typical:
+        check_handedness(inner, outer, what)
+        if 2 * is_off.sum() > len(inner):
             raise FrameError(
-                f"{wheres[0]}: coordinates of frame {frame.name!r} are mirrored (left-handed): "
-                "swap two axes, or change the sign of one"
+                f"{what} are more than {MAX_ERROR:g} m from where the nominal model has the ball, "
+                f"{is_off.sum()} of {len(inner)}: is a joint's zero or sign other than the "
+                "model's, are columns exchanged, or is it another frame? mukca check tells"
             )
+        is_off &= misfit > STANDS_OUT * np.quantile(misfit, MOST)
     advice = f"by the other places of frame {frame.name!r}; a wrong line, unit or frame"
-    _check_near(misfit, wheres, f", {advice}")
+    _check_near(is_off * misfit, wheres, f", {advice}")
     return pose
+
+
+def _misfit(inner: np.ndarray, outer: np.ndarray, *, mirrored: bool = False) -> float:
+    """Return the median distance that the best pose leaves between points, or the best mirror."""
+    pose = fit_pose(inner, outer, mirrored=mirrored)
+    return float(np.median(np.linalg.norm(pose.apply(inner) - outer, axis=1)))
+
+
+def check_handedness(inner: np.ndarray, outer: np.ndarray, what: str) -> None:
+    """Refuse points that fit others far better mirrored, both of shape (N, 3) [m]."""
+    of_mirror = _misfit(inner, outer, mirrored=True)
+    if _misfit(inner, outer) > max(0.01, of_mirror / MIRRORED):
+        advice = "swap two axes, or change the sign of one"
+        raise FrameError(f"{what} are mirrored (left-handed): {advice}")
 
 
 def _check_near(misfit: np.ndarray, wheres: Sequence[str], words: str) -> None:
@@ -249,7 +267,9 @@ def _check_near(misfit: np.ndarray, wheres: Sequence[str], words: str) -> None:
     worst = int(np.argmax(misfit))
     if misfit[worst] > MAX_ERROR:
         distance = f"{misfit[worst]:.3g} m from where the nominal model has the ball"
-        raise FrameError(f"{wheres[worst]}: {distance}{words}")
+        others = np.count_nonzero(misfit > MAX_ERROR) - 1
+        more = f" (and {others} more)" if others else ""
+        raise FrameError(f"{wheres[worst]}{more}: {distance}{words}")
 
 
 def check_base(measured: FrameObservations, visited: FrameObservations) -> None:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from recorded import RIGID
 
-from mukca import calibrate
+from mukca import MukcaError, calibrate
 from mukca.recorder import Placement, Sample
-from mukca.solver.calibration import quaternion_of
+from mukca.solver.calibration import SolveOptions, problem_in_any_reach, quaternion_of
+from mukca.solver.identification.data import FrameError
 from mukca.solver.identification.robot import BallModel, turn, workspace
 
 HALF = 25
@@ -192,3 +193,33 @@ def test_sound_poses_are_sound_and_a_zero_of_the_last_joint_is_a_turn_of_the_tar
     for wrong in (lambda q: q, lambda q: q + 0.1 * np.eye(7)[6]):
         survey = look(poses(wrong))
         assert survey.hypotheses[0].name == "sound" and not survey.shared
+
+
+def quarter_turned(q, y):
+    return q + np.pi / 2 * np.eye(7)[1], y
+
+
+def mirrored(q, y):
+    return q, y * [1, -1, 1]
+
+
+def first_sign_turned(q, y):
+    return q * [-1, 1, 1, 1, 1, 1, 1], y
+
+
+def test_a_joint_that_no_fit_reaches_is_an_error_that_solve_names_too(panda, points):
+    """Never a line of the table, though most points are far from the nominal model's."""
+    wide = tuple(replace(joint, lower=-7.0, upper=7.0) for joint in panda.joints)
+    robot = replace(panda, joints=wide)
+    (finding, *_) = problem_in_any_reach(robot, points(quarter_turned), SolveOptions()).checks
+    assert (finding.level, finding.code) == ("error", "zero")
+    with pytest.raises(MukcaError, match=r"the fit did not converge; .* .panda_joint2. looks off"):
+        calibrate(robot, points(quarter_turned), **RIGID)
+
+
+def test_a_left_handed_frame_is_told_before_signs_that_explain_it(panda, points):
+    """But one sign that explains as much is a sign."""
+    with pytest.raises(FrameError, match=r"mirrored .left-handed.: swap two axes"):
+        problem_in_any_reach(panda, points(mirrored), SolveOptions())
+    problem = problem_in_any_reach(panda, points(first_sign_turned), SolveOptions())
+    assert problem.hypotheses[0].name == "sign"

@@ -13,8 +13,10 @@ from recorded import RIGID, write_sockets
 
 import mukca
 from mukca import Calibration
+from mukca.recorder import Placement, Sample
 from mukca.solver.diagnostics import inspect_all
 from mukca.solver.identification.data import measure
+from mukca.solver.identification.robot import turn, workspace
 
 
 @pytest.mark.parametrize(("offsets", "likeliest"), [({}, "nothing"), ({3: 3e-3}, "panda_joint4")])
@@ -24,6 +26,27 @@ def test_nothing_and_a_joint_are_told_apart(simulated, offsets, likeliest):
     assert sum(found.probabilities.values()) == pytest.approx(1)
     assert found.verdict.exit_status == (1 if offsets else 0)
     assert repr(found) == "\n".join((found.text, *found.odds, *found.not_shown))
+
+
+@pytest.mark.parametrize(("offset", "likeliest"), [(0.0, "nothing"), (3e-3, "panda_joint4")])
+def test_measured_points_tell_the_joint_too(simulated, offset, likeliest):
+    """Wherever the instrument stands, and its target sits; joint 1 turns as the instrument does."""
+    arm = simulated.with_tip(simulated.truth.model.origins(simulated.truth.values)[-1, :3] + 4e-3)
+    q, noise = workspace(arm, 24), np.random.default_rng(4).normal(0, 3e-5, (24, 3))
+    balls = replace(simulated.truth, robot=arm, values=np.zeros(0), parameters=()).ball(q)
+    y = (balls + noise) @ turn(np.array([0.3, 2.0, -0.4])) + 1.0
+    names = arm.joint_names
+    read = q - offset * np.eye(len(names))[3]
+    rows = zip(read.tolist(), y.tolist(), strict=True)
+    samples = [Sample(tuple(a), 0, point=tuple(b)) for a, b in rows]
+    points = Placement("points", tuple(samples), names)
+    found = mukca.what_changed(simulated.calibration, points)
+    assert found.likeliest == likeliest and found.changed == (found.verdict.status == "fail")
+    if offset:
+        assert found.cause.offset == pytest.approx(offset, abs=2e-4)
+        assert "mukca solve points --robot" in found.text and "--zeros" in found.text
+    else:
+        assert found.untold[0] == "panda_joint1" and "place of the instr" in found.not_shown[0]
 
 
 def test_a_change_is_named_though_each_is_less_probable_than_none(simulated):

@@ -83,6 +83,13 @@ def test_where_the_base_frame_stands_has_no_price(export, calibrations, tmp_path
     assert loss["largest"] < 1e-9
 
 
+def test_the_place_of_the_ball_alone_is_lost_without_a_price(export, calibrations, tmp_path):
+    """It is decimetres, which alarm, and none of the arm's."""
+    _, *told = export(calibrations / "ur5e.json", "--to", "ur", "--out", tmp_path / "a.yaml")
+    (line,) = [line for line in "".join(told).splitlines() if "the ball's place" in line]
+    assert "matters to the ball alone" in line and " mm" not in line
+
+
 def test_a_calibration_of_pure_geometry_loses_nothing(export, calibrations, tmp_path):
     file = calibrations / "fitted.json"
     _, out, _ = export(file, "--to", "mdh", "--out", tmp_path / "a.json", "--json")

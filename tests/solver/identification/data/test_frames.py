@@ -58,3 +58,18 @@ def test_coordinates_that_cannot_be_are_refused(points, factors, shift_of_one, w
     wrong[7] += shift_of_one
     with pytest.raises(FrameError, match=words):
         place_frames([landmarks(points, "world"), landmarks(wrong)])
+
+
+def test_a_line_is_blamed_only_where_few_are_off(points):
+    """How many they are is told; where most are, the model is looked at, not a line."""
+    wrong = pose(6).apply(points)
+    wrong[[3, 7]] += 2
+    with pytest.raises(FrameError, match=r"f:\d .and 1 more.: .* m from where the nominal"):
+        place_frames([landmarks(points, "world"), landmarks(wrong)])
+    scattered = pose(6).apply(2 * points[::-1] ** 2)
+    with pytest.raises(FrameError, match=r"^f:0: .* \d+ of 12: is a joint's zero or sign"):
+        place_frames([landmarks(4 * points, "world"), landmarks(4 * scattered)])
+    bent = points + 0.7 * np.abs(points) * points[::-1]
+    worst = np.linalg.norm(fit_pose(bent, points).apply(bent) - points, axis=1).max()
+    larger = 0.3 / worst
+    place_frames([landmarks(larger * points, "world"), landmarks(larger * bent)])
