@@ -34,6 +34,8 @@ MOST_NOISE = 5e-3
 GARBAGE = 1e-2
 """A placement that leaves more than this when fitted alone is no recording of a ball in a socket
 [m]."""
+OUT_OF_REACH = 0.1
+"""Where each placement leaves more, no fit gets from the nominal model to the arm [m]."""
 LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 HELD_OUT = (
@@ -176,7 +178,7 @@ class Finding:
     def _is_out_of_reach(self) -> bool:
         """Tell whether no placement by itself is fitted from where the nominal model has it."""
         floors = self.cause.scene.floors
-        return bool(floors) and min(floors) > GARBAGE
+        return bool(floors) and min(floors) > OUT_OF_REACH
 
     def _is_noise(self) -> bool:
         """Tell whether it is noise that a fit averages out, and far from the nominal errors."""

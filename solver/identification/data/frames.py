@@ -237,8 +237,8 @@ def _placed(frame: FrameObservations, world: np.ndarray) -> Pose:
         if is_off.mean() > 0.5:
             raise NotConverged(
                 f"{what} are more than {MAX_ERROR:g} m from where the nominal model has the ball, "
-                f"{is_off.sum()} of {len(inner)}: is a joint's zero or sign other than the "
-                "model's, are columns exchanged, or is it another frame? mukca check tells"
+                f"{is_off.sum()} of {len(inner)}. Is a joint's zero or sign other than the "
+                "model's, are columns exchanged, or is it another frame? mukca check shows it"
             )
         is_off &= misfit > STANDS_OUT * np.median(misfit)
     words = f"by the other places of frame {frame.name!r}; a wrong line, unit or frame"

@@ -68,7 +68,7 @@ def test_a_line_is_blamed_only_where_few_are_off(points):
     with pytest.raises(FrameError, match=r"f:\d: .* m from where the nominal .* .2 such.,"):
         place_frames([landmarks(points, "world"), landmarks(wrong)])
     scattered = pose(6).apply(2 * points[::-1] ** 2)
-    with pytest.raises(NotConverged, match=r"^f:0: .* \d+ of 12: is a joint's zero or sign"):
+    with pytest.raises(NotConverged, match=r"^f:0: .* \d+ of 12. Is a joint's zero or sign"):
         place_frames([landmarks(4 * points, "world"), landmarks(4 * scattered)])
     bent = points + 0.7 * np.abs(points) * points[::-1]
     worst = np.linalg.norm(fit_pose(bent, points).apply(bent) - points, axis=1).max()
