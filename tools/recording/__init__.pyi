@@ -5,6 +5,7 @@ from .checks import worth_calibrating as worth_calibrating
 from .guidance import SHARE as SHARE
 from .guidance import PoseSelector as PoseSelector
 from .guidance_process import BackgroundGuidance as BackgroundGuidance
+from .later_samples import judged as judged
 from .neighbours import driver_elsewhere as driver_elsewhere
 from .neighbours import recorded_beside as recorded_beside
 from .options import RecordOptions as RecordOptions

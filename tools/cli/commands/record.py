@@ -19,7 +19,6 @@ from ... import recording, simulation
 from ...recording import RecordOptions
 from ...report import figures
 from .. import Terminal, one_arm
-from .validate import judged
 
 LEAST_POSES = 5
 """Poses below which a quick session says nothing."""
@@ -74,7 +73,9 @@ def run_record(options: RecordOptions, terminal: Terminal) -> int:
         return status
     placement = recorder.read_placement(options.out)
     settings = calibration.SolveOptions()
-    changes, done = judged(calibrated, [placement], settings, ball_moved=options.quick)
+    changes, done = recording.judged(
+        calibrated, [placement], settings, ball_moved=options.quick
+    )
     terminal.warn(*map(str, done))
     terminal.say(changes.text, *changes.not_shown)
     return changes.verdict.exit_status

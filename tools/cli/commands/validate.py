@@ -1,16 +1,12 @@
 """``mukca validate``: a calibration on other recordings, and the tools of two arms."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import partial as partial_of
 from pathlib import Path
-from typing import Any
 
-from ....recorder import Placement
 from ....solver import calibration, partial, results
 from ....solver.calibration import SolveOptions
 from ....solver.identification import data
-from ... import cli
+from ... import cli, recording
 from .calibration_tables import show_errors
 from .report import emit_with_page, metres
 from .tool_to_tool import compare_tools, document_of, lines_of, status_of
@@ -48,34 +44,6 @@ def run_validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     return 1 if status_of(rows, limit) == "fail" else 0
 
 
-def judged(
-    calibrated: calibration.Calibration,
-    placements: Sequence[Placement],
-    settings: SolveOptions,
-    **options: Any,
-) -> tuple[partial.Validity, list[results.Diagnostic]]:
-    """Return what changed since a calibration, and what was set right of the samples for that.
-
-    They are set right where they do not pass as recorded. Options are those of ``what_changed``.
-    """
-    allowed = metres(settings.validated().repeatability_mm)
-    judge = partial_of(
-        partial.what_changed,
-        calibrated,
-        distance=settings.distance,
-        repeatability=allowed,
-        **options,
-    )
-    validity = judge(placements)
-    if validity.verdict.status == "pass" or settings.as_recorded:
-        return validity, []
-    load = calibrated.load
-    settings = replace(settings, payload=load.payload, gravity=load.gravity)
-    robot = calibrated.robot
-    mending, done = calibration.placements_set_right(robot, placements, settings)
-    return judge(mending) if done else validity, done
-
-
 @cli.for_each_arm
 def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
     """Show errors on placements, those trained on marked; then what changed, and the next step."""
@@ -91,7 +59,9 @@ def _validate(options: ValidateOptions, terminal: cli.Terminal) -> int:
         m = data.measure(placement, robot, settings.distance, sockets=1)
         where = robot.joint_names, m.positions, m.name
         terminal.warn(*results.beyond_words(calibrated.document.curves, *where))
-    validity, done = judged(calibrated, placements, settings, stood=options.stood)
+    validity, done = recording.judged(
+        calibrated, placements, settings, stood=options.stood
+    )
     terminal.warn(*map(str, done))
     terminal.warn(*validity.warnings)
     errors = validity.errors
