@@ -84,8 +84,11 @@ def with_columns(placement: Placement, words_of_user: Sequence[str]) -> Placemen
         parts += joints
     plain = [part.removeprefix("-") for part in parts]
     if absent := {*plain}.difference(columns):
-        raise RecordingError(f"{where}: no {absent}; there are {', '.join(columns)}")
+        lacking = ", ".join(sorted(absent))
+        raise RecordingError(f"{where}: no {lacking}; there are {', '.join(columns)}")
     order = [columns.index(part) % count for part in plain]
+    if len({*order}) < len(order):
+        raise RecordingError(f"{where}: {', '.join(parts)}: a joint is named twice")
     signs = np.where([part in columns for part in parts], 1.0, -1.0)
     samples = [reordered_sample(sample, order) for sample in placement.samples]
     turned = [

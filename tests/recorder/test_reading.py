@@ -245,8 +245,9 @@ def test_columns_turn_a_sign_of_samples_in_folders(write, tmp_path):
     )
 
 
-@pytest.mark.parametrize("words", ["q=1..8", "q=1..7 [deg]", "x=8", "q=elbow"])
+@pytest.mark.parametrize("words", ["q=1..8", "q=1,2,2,4..7", "q=1..7 [deg]", "x=8", "q=elbow"])
 def test_columns_that_samples_in_folders_lack_are_refused(words, tmp_path, refused):
     _, (recorded,) = mukca.simulate_recordings(mukca.load_robot("panda"), 1, samples=8)
     write_sockets(tmp_path / "rec", recorded)
-    refused("--columns", "check", tmp_path / "rec", "--robot", "panda", "--columns", words)
+    said = refused("--columns", "check", tmp_path / "rec", "--robot", "panda", "--columns", words)
+    assert not {*"{}"} & {*said}
