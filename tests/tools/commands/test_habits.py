@@ -77,6 +77,7 @@ def test_each_verb_that_computes_breaks_its_silence(monkeypatch, capsys):
 def test_a_number_of_another_country_or_unit_is_met_with_the_right_one(refused, session):
     front = session / "front"
     refused("did you mean 0.05?", "check", front, "--robot", "panda", "--distance", "50")
+    refused("as in 50.1mm", "check", front, "--robot", "panda", "--distance", "50.1xx")
     for typed, meant in (("0,05", "0.05"), ("50,5mm", "50.5mm")):
         words = ("check", front, "--robot", "panda", "--distance", typed)
         refused(f"did you mean '{meant}'?", *words)

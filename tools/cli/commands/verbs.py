@@ -123,6 +123,8 @@ OPTION = re.compile(r"--?[A-Za-z]")
 PLAIN = {
     r"^argument (\S+): invalid \w+ value: ('-?\d+),(\d+\w*')": r"\1 \2,\3: not a number; "
     r"did you mean \2.\3?",
+    r"^argument (\S+): invalid (?:milli)?metres value: (.*)": r"\1 \2: no length; type it with its "
+    "unit, as in 50.1mm",
     r"^argument (\S+): invalid int value: (.*)": r"\1 \2: not a whole number",
     r"^argument (\S+): invalid \w+ value: (.*)": r"\1 \2: not a number",
     r"^argument (\S+): invalid choice: (\S+) \(choose from (.*)\)": r"\1 \2: choose among \3; "
