@@ -118,8 +118,9 @@ def read_placement(
         placement = read_points(file, name)
     if columns:
         placement = with_columns(placement, columns)
-    keys = vars(read_keys(folder / METADATA))
-    stated = {key: value for key, value in keys.items() if value is not None}
+    keys = read_keys(folder / METADATA)
+    stated = {key: value for key, value in vars(keys).items() if value is not None}
+    stated["remarks"] = (*placement.remarks, *keys.remarks)
     if placement.kind == "points":
         stated.pop("distance", None)
     return replace(placement, **stated)

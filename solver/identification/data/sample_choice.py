@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from ....errors import JOINT_POSITION
-from ....recorder import Placement, distinct, without_turns
+from ....recorder import Placement, distinct, require_near, without_turns
 from ..robot import Robot
-from .plausibility import require_near, with_steps_told, without_lost_rows
+from .plausibility import with_steps_told, without_lost_rows
 
 
 def counting(placement: Placement, robot: Robot, *, whole: bool) -> Placement:
     """Return the samples of a placement that count; all of them if it is ``whole``.
 
     Raises:
-        MeasurementError: A place is too far away for any arm.
+        RecordingError: A place is too far away for any arm.
     """
     require_near(placement)
     same_turns = unwound(placement, robot)

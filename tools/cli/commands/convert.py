@@ -51,6 +51,8 @@ def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
     refuse_existing(options.out, force=options.force)
     folders = recorder.find_placements([options.path])
     placements = {f: recorder.read_placement(f, **options.table) for f in folders}
+    for placement in placements.values():
+        recorder.require_near(placement)
     outs = [options.out / ("" if f == options.path else f.name) for f in folders]
     for folder, out in zip(folders, outs, strict=True):
         if out.resolve() == folder.resolve():
