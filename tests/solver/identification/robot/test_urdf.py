@@ -99,7 +99,8 @@ def test_masses_beside_the_chain_are_carried_along(odd):
     [
         '<xacro:property name="reach" value="0.85"/>',
         '<xacro:property name="twice" value="${2 * reach}"/>',
-        '<xacro:property name="at"><origin xyz="1 2 3"/></xacro:property>',
+        '<xacro:property name="at"><origin xyz="1 ${2 * reach} 3"/></xacro:property>',
+        '<xacro:arg name="prefix" default="$(env ARM)"/>',
     ],
 )
 def test_properties_that_nothing_uses_change_nothing(odd, line):
