@@ -56,9 +56,9 @@ def _describe(folder: Path, table: Mapping[str, Any]) -> dict[str, Any]:
     # a line of words, such as a second header, is no sample
     rows = ~np.isnan(placement.positions).all(axis=1)
     positions = placement.positions[rows]
-    if np.isnan(positions).all(axis=0).any():
+    for joint in np.flatnonzero(np.isnan(positions).all(axis=0)).tolist():
         raise recorder.RecordingError(
-            f"{placement.first_file}: a column of a joint holds no number"
+            f"{placement.first_file}: the column of joint {joint + 1} holds no number"
         )
     sockets = placement.sockets[rows].tolist()
     unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))

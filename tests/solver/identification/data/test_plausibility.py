@@ -71,6 +71,8 @@ def test_a_joint_that_reads_what_none_can_is_refused_by_all_verbs(panda, folder,
     data = placed(panda)
     data[4, 2] = -9e9
     refused(":6: a joint is -9e+09: radians are expected", "info", folder(data))
+    data[:, 2] = 1e308
+    refused("points.csv: the column of joint 3 holds no number", "info", folder(data))
 
 
 def test_a_frame_at_the_other_end_of_a_hall_is_none_of_these(panda, folder, command):
