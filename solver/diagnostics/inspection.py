@@ -241,6 +241,8 @@ def _unexplained(
     if measured.kind == "points":
         sample = measured.placement.samples[int(measured.order[worst])]
         worst_row = sample.where or sample.named
-        advice = f"the worst is {worst_row}: are all of one target, in a right-handed frame?"
+        advice = (
+            f"the worst is {worst_row}: are all of one target, in a right-handed frame?"
+        )
     level = "error" if floor > GARBAGE else "warning"
     return Diagnostic(level, "floor", where_of([measured]), text, advice)
