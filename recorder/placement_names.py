@@ -82,9 +82,8 @@ def distinct(placement: Placement) -> Placement:
         "another one and do not count"
     )
     if len(lines) == len(copies):
-        listed = ", ".join(lines[:LISTED])
-        ellipsis = ", .." if len(lines) > LISTED else ""
-        remark = f"{remark} ({listed}{ellipsis})"
+        lines[LISTED:] = [".."] * (len(lines) > LISTED)
+        remark = f"{remark} ({', '.join(lines)})"
     return replace(placement, samples=samples, remarks=(*placement.remarks, remark))
 
 

@@ -59,8 +59,8 @@ def without_lost_rows(placement: Placement, robot: Robot) -> Placement:
     ]
     if len(told) > LISTED:
         told[LISTED:] = [f"{told[LISTED]}, one of {len(told)} such rows"]
-    remarks = (*placement.remarks, *told)
-    return replace(placement, samples=tuple(samples), remarks=remarks)
+    told[:0] = placement.remarks
+    return replace(placement, samples=tuple(samples), remarks=tuple(told))
 
 
 def steps_of(q: np.ndarray) -> np.ndarray:
@@ -93,13 +93,11 @@ def with_steps_told(placement: Placement, robot: Robot) -> Placement:
     q = placement.positions
     steps = steps_of(q)
     slopes = BallModel(robot, []).linearise(np.zeros(0), q).by_joints
-    squares: np.ndarray = np.sum((slopes * steps) ** 2, axis=2)
-    size = UNIFORM * float(squares.mean()) ** 0.5
+    square = len(steps) * float(np.mean((slopes * steps) ** 2))
+    size = UNIFORM * square**0.5
     if size < COARSE:
         return placement
-    where = placement.where
-    if placement.kind == "points":
-        where = placement.first_file
+    where = placement.first_file if placement.kind == "points" else placement.where
     told = (
         f"{where}: the joints read in steps of {1e3 * steps.max():.3g} mrad; "
         f"rounding to them scatters the ball by {1e3 * size:.2f} mm: write all digits"
@@ -158,8 +156,7 @@ def with_plausible_efforts(placement: Placement, robot: Robot, load: Load) -> Pl
     q = placement.positions
     if efforts is None or len(q) < ENOUGH or robot.masses_assumed:
         return placement
-    moments = gravity_moments(robot, q, load.gravity, load.payload)
-    tau = moments[:, : q.shape[1]]
+    tau = gravity_moments(robot, q, load.gravity, load.payload)[:, : q.shape[1]]
     loaded = np.sqrt(np.mean(tau**2, axis=0)) > CARRIES
     tau = tau[:, loaded]
     e = efforts[:, loaded]
@@ -182,5 +179,8 @@ def with_plausible_efforts(placement: Placement, robot: Robot, load: Load) -> Pl
         f"{placement.where}: efforts are {slope:.3g} times the model's gravity torque "
         f"(correlation {correlation:.3f}); {reason}? The model's torque takes their place"
     )
-    samples = tuple(replace(sample, effort=None) for sample in placement.samples)
-    return replace(placement, samples=samples, remarks=(*placement.remarks, remark))
+    return replace(
+        placement,
+        samples=tuple(replace(sample, effort=None) for sample in placement.samples),
+        remarks=(*placement.remarks, remark),
+    )

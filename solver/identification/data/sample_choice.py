@@ -32,8 +32,9 @@ def unwound(placement: Placement, robot: Robot) -> Placement:
     turning = [joint.type != "prismatic" for joint in robot.actuated]
     if JOINT_POSITION.doubt(placement.positions[:, turning].ravel().tolist()):
         return placement
-    positions = without_turns(placement.positions, robot.lower, robot.upper, turning)
-    return placement.with_positions(positions)
+    return placement.with_positions(
+        without_turns(placement.positions, robot.lower, robot.upper, turning)
+    )
 
 
 def counted_once(placement: Placement) -> Placement:
@@ -41,8 +42,7 @@ def counted_once(placement: Placement) -> Placement:
     counted = distinct(placement)
     counts = np.bincount(counted.sockets)
     before = np.bincount(placement.sockets)
-    same_counts = bool(((counts == 1) & (before > 1)).any())
-    return placement if same_counts else counted
+    return placement if ((counts == 1) & (before > 1)).any() else counted
 
 
 def without_single(placement: Placement, warnings: list[str]) -> Placement:
