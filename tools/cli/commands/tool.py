@@ -177,7 +177,9 @@ def _zeros_by_stops(options: _RezeroOptions, terminal: Terminal) -> int:
 
 def arm_of(file: Path) -> "calibration.Calibration | robot.Robot":
     """Return a calibration by its file or folder, or a nominal robot by its name or URDF."""
-    if str(file) in robot.shipped_robots() or file.suffix == ".urdf":
+    if str(file) in robot.shipped_robots() or robot.urdf_of(str(file)).endswith(
+        ".urdf"
+    ):
         return robot.load_robot(file)
     return calibration.load_calibration(one_arm(file))
 
