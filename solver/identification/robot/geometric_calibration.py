@@ -15,7 +15,9 @@ from .urdf_text import ModelError, Origin, UrdfText
 
 ON_ROBOT = "/etc/calibration/master_calibration.yaml"
 _EMPTY = "robot_state_publisher:\n  geometric_calibration:\n"
-_BLOCK = re.compile(r"^([ \t]*)geometric_calibration:[ \t]*(?:\{\}[ \t]*)?(?:#.*)?$\n?", re.M)
+_BLOCK = re.compile(
+    r"^([ \t]*)geometric_calibration:[ \t]*(?:\{\}[ \t]*)?(?:#.*)?$\n?", re.M
+)
 _ENTRY = re.compile(
     rf"(\w+)_d({'|'.join(COMPONENTS)})[ \t]*:[ \t]*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
 )

@@ -150,8 +150,8 @@ def parse_robot(
         ModelError: The text has no such chain.
     """
     root = find_root(text)
-    hint = "; name the ball's link by --tip, or put a ball on a link by --flange LINK --ball X Y Z"
-    require_link(text, tip, hint)
+    if tip not in text.links:
+        require_link(text, tip, _advice(text))
     base = base or root
     require_link(text, base)
     joints = find_chain(text, base, tip)
@@ -174,6 +174,25 @@ def parse_robot(
         bodies or crude_bodies(joints),
         masses_assumed=not bodies,
     )
+
+
+def _advice(text: UrdfText) -> str:
+    """Return how to name the ball's link, with a link behind the most joints that turn."""
+    flange = max(reversed([*text.links]), key=lambda link: _rank(text, link))
+    return (
+        f"; name the link that carries the ball or reflector, as in --flange {flange} --ball X Y Z "
+        "(of measured points leave --ball out), or the link at its centre by --tip"
+    )
+
+
+def _rank(text: UrdfText, link: str) -> tuple[int, int]:
+    """Return how many joints above a link turn, and less how many slide, as fingers do."""
+    kinds: list[str] = []
+    while link in text.parents:
+        joint, link = text.parents[link]
+        kinds.append(text.joints[joint].attributes.get("type", ""))
+    sliding = kinds.count("prismatic")
+    return len(kinds) - kinds.count("fixed") - sliding, -sliding
 
 
 def _check_sizes(
