@@ -67,7 +67,8 @@ def _by_names(table: Table, name: str) -> Placement:
         words = f"{error}; or say which columns they are"
         if isinstance(error, NoColumnsError):
             lacking = "no header tells its joints and x, y, z"
-            words = f"{table.file}: {lacking}; say which columns they are"
+            read = "; ".join((f"{table.file}: {lacking}", *table.notes))
+            words = f"{read}; say which columns they are"
         raise RecordingError(
             f"{words}, here or by mukca convert, as in {suggestion(table)}"
         ) from error
