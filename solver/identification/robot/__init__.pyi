@@ -25,7 +25,6 @@ from .kinematics import written_frames as written_frames
 from .model_file import from_folder as from_folder
 from .model_file import load_robot as load_robot
 from .model_file import nominal_text as nominal_text
-from .model_file import shipped_robots as shipped_robots
 from .parameters import COMPONENTS as COMPONENTS
 from .parameters import Parameter as Parameter
 from .parameters import all_parameters as all_parameters
@@ -45,6 +44,7 @@ from .segments import link_poses as link_poses
 from .urdf import BALL_LINK as BALL_LINK
 from .urdf import Robot as Robot
 from .urdf import parse_robot as parse_robot
+from .urdf import shipped_robots as shipped_robots
 from .urdf import urdf_of as urdf_of
 from .urdf_edits import add_comment as add_comment
 from .urdf_edits import add_link as add_link

@@ -7,25 +7,24 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
-from importlib.resources import files
 from pathlib import Path
 
 from ....errors import LARGEST_DOCUMENT, read_bytes
-from .chain import require_link
+from .chain import find_root, require_link
 from .geometric_calibration import added
-from .urdf import BALL_LINK, Robot, parse_robot, three_numbers, urdf_of
+from .urdf import (
+    BALL_LINK,
+    Robot,
+    parse_robot,
+    shipped_robots,
+    three_numbers,
+    urdf_of,
+)
 from .urdf_edits import add_link
 from .urdf_text import ModelError, Origin, UrdfText, scan
 
 OWN_BALL = "printed_ball"
 """Link of a ball that the user puts on a model that has one already."""
-
-
-def shipped_robots() -> dict[str, Path]:
-    """Return the robots that come with the package: name and file."""
-    folder = Path(str(files("mukca.solver.identification.robot"))) / "shipped"
-    models = sorted(folder.glob("*.urdf"))
-    return {file.stem: file for file in models}
 
 
 def load_robot(
@@ -60,6 +59,9 @@ def load_robot(
     if flange is not None:
         tip = OWN_BALL if tip == BALL_LINK and tip in text.links else tip
         text = _with_ball(text, flange, Origin(centre or (0.0, 0.0, 0.0)), tip)
+    find_root(text)  # it is a tree
+    if tip not in text.links:
+        require_link(text, tip, _advice(text))
     loaded = parse_robot(text, base=base, tip=tip)
     place = None if centre is None else list(centre)
     loaded_with = {"base": base, "tip": tip, "flange": flange, "ball": place}
@@ -119,3 +121,22 @@ def _with_ball(
             f"{error}; leave out --flange, or give the new ball another name, as in "
             "--tip printed_ball"
         ) from None
+
+
+def _advice(text: UrdfText) -> str:
+    """Return how to name the ball's link, with a link behind the most joints that turn."""
+    flange = max(reversed([*text.links]), key=lambda link: _rank(text, link))
+    return (
+        f"; name the link that carries the ball or reflector, as in --flange {flange} --ball X Y Z "
+        "(of measured points leave --ball out), or the link at its centre by --tip"
+    )
+
+
+def _rank(text: UrdfText, link: str) -> tuple[int, int]:
+    """Return how many joints above a link turn, and less how many slide, as fingers do."""
+    kinds: list[str] = []
+    while link in text.parents:
+        joint, link = text.parents[link]
+        kinds.append(text.joints[joint].attributes.get("type", ""))
+    sliding = kinds.count("prismatic")
+    return len(kinds) - kinds.count("fixed") - sliding, -sliding

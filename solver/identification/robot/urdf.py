@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -114,6 +116,13 @@ class Robot:
         return replace(self, bodies=(*self.bodies, body))
 
 
+def shipped_robots() -> dict[str, Path]:
+    """Return the robots that come with the package: name and file."""
+    folder = Path(str(files("mukca.solver.identification.robot"))) / "shipped"
+    models = sorted(folder.glob("*.urdf"))
+    return {file.stem: file for file in models}
+
+
 def urdf_of(source: str) -> str:
     """Return what a robot's source names as its URDF, without a YAML file that is added to it."""
     both = re.fullmatch(r"(.+)\+.+\.ya?ml", source)
@@ -150,8 +159,7 @@ def parse_robot(
         ModelError: The text has no such chain.
     """
     root = find_root(text)
-    if tip not in text.links:
-        require_link(text, tip, _advice(text))
+    require_link(text, tip)
     base = base or root
     require_link(text, base)
     joints = find_chain(text, base, tip)
@@ -174,25 +182,6 @@ def parse_robot(
         bodies or crude_bodies(joints),
         masses_assumed=not bodies,
     )
-
-
-def _advice(text: UrdfText) -> str:
-    """Return how to name the ball's link, with a link behind the most joints that turn."""
-    flange = max(reversed([*text.links]), key=lambda link: _rank(text, link))
-    return (
-        f"; name the link that carries the ball or reflector, as in --flange {flange} --ball X Y Z "
-        "(of measured points leave --ball out), or the link at its centre by --tip"
-    )
-
-
-def _rank(text: UrdfText, link: str) -> tuple[int, int]:
-    """Return how many joints above a link turn, and less how many slide, as fingers do."""
-    kinds: list[str] = []
-    while link in text.parents:
-        joint, link = text.parents[link]
-        kinds.append(text.joints[joint].attributes.get("type", ""))
-    sliding = kinds.count("prismatic")
-    return len(kinds) - kinds.count("fixed") - sliding, -sliding
 
 
 def _check_sizes(

@@ -240,7 +240,7 @@ def _views(
     if path.is_dir() and (path / POSES).is_file():
         path = path / POSES
     if path.suffix == ".csv" and path.is_file() and path.name != recorder.SAMPLES:
-        return [recorder.read_points(path, path.stem)]
+        return [replace(recorder.read_table_placement(path), name=path.stem)]
     if not (path / cameras.JOINTS).is_file():
         return recorder.read_placements(path)
     columns, rows, square, marker = options.board
