@@ -60,7 +60,6 @@ from .placement_names import measured_points as measured_points
 from .placement_names import placement_name as placement_name
 from .placement_names import repeated_rows as repeated_rows
 from .placement_names import require_near as require_near
-from .points import read_points as read_points
 from .recording_error import EmptyRecordingError as EmptyRecordingError
 from .recording_error import RecordingError as RecordingError
 from .sample import LAST_SOCKET as LAST_SOCKET
@@ -85,6 +84,7 @@ from .stops import read_stops as read_stops
 from .stream_log import StreamLog as StreamLog
 from .stream_log import next_log_file as next_log_file
 from .stream_log import read_stream_log as read_stream_log
+from .table_placement import read_table_placement as read_table_placement
 from .tables import Table as Table
 from .tables import scale_of as scale_of
 from .tables import table_of as table_of
