@@ -53,26 +53,23 @@ def of_origin(
 
     The axes are those of :func:`.link_axes`, so that how a URDF's frames are drawn does not count.
     """
-    along_axes: list[np.ndarray] = []
-    anyhow: list[np.ndarray] = []
-    axes: list[Parameters] = []
-    joints: list[Parameters] = []
-    for joint in scene.robot.joints:
+    along_axes: list[tuple[Parameters, np.ndarray]] = []
+    anyhow: list[tuple[Parameters, np.ndarray]] = []
+    for joint in scene.robot.joints[:-1]:  # the ball's is the last
         directions = _directions(scene, joint, unit)
-        if joint is scene.robot.ball_joint or not directions.any():
+        if not directions.any():
             continue
-        joints.append({"joint": joint.name})
-        anyhow.append(directions)
+        anyhow.append(({"joint": joint.name}, directions))
         for axis, direction in zip(AXES, directions.T, strict=True):
             if direction.any():
-                axes.append({"joint": joint.name, "axis": axis})
-                along_axes.append(direction[:, None])
-    for names, directions in (axes, along_axes), (joints, anyhow):
-        if names:
+                names = {"joint": joint.name, "axis": axis}
+                along_axes.append((names, direction[:, None]))
+    for pairs in (along_axes, anyhow):
+        if pairs:
             yield Block(
                 scene.all_samples,
-                scene.by_geometry @ np.array(directions),
-                names,
+                scene.by_geometry @ np.array([directions for _, directions in pairs]),
+                [names for names, _ in pairs],
                 widths,
             )
 

@@ -31,6 +31,8 @@ FAR = 0.03
 """A larger move is not linear beside the distance of the sockets [m]."""
 KNOWN = (1e-3, 0.1)
 """Typical errors of a known distance beside those of bases [m]."""
+NEAR = 0.1
+"""Share of their distance within which sockets may be one."""
 SHARES = (0.01, 0.1, 1.0, 10.0)
 """Typical shares by which a distance is wrong."""
 OF_INSTRUMENTS = (3e-3, 0.03)
@@ -64,10 +66,10 @@ def changes(
             3,
         )
         columns = after[:, None, :, None, None] * of_candidates
-        names: list[Parameters] = []
-        for cut in cuts.tolist():
-            name = {**scene.sample(place, cut), "throughout": float(cut == 0)}
-            names += [name] * candidates
+        names = [
+            {**scene.sample(place, cut), "throughout": float(cut == 0)}
+            for cut in np.repeat(cuts, candidates).tolist()
+        ]
         yield of_samples(
             rows,
             columns,
@@ -257,22 +259,17 @@ def between(scene: Scene) -> Iterable[Block]:
         yield _of_length(row, 1.0, sourced, widths=MOVES)
 
 
-NEAR = 0.1
-"""Part of their distance by which sockets may be one [1]."""
-
-
 def of_one_socket(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements whose ball was in one socket throughout: each, or all."""
     lengths = list(_length_by_length(scene, on_base=True))
     for row, names in lengths:
         yield _of_length(row, -names["given"], names, fixed=True)
-    if len(lengths) > 1 and all(n["expected"] < NEAR * n["given"] for _, n in lengths):
-        changes = np.array(
-            [-length.distance * length.on_base for length in scene.known]
-        )
-        columns = DISTANCE_WEIGHT * changes[None, :, None]
-        size = {key: lengths[0][1][key] for key in ("expected", "given")}
-        yield Block(scene.all_lengths, columns, [size], fixed=True)
+    are_near = scene.expected < NEAR * scene.distances
+    if len(lengths) > 1 and are_near[scene.on_base].all():
+        _, first = lengths[0]
+        size = {key: first[key] for key in ("expected", "given")}
+        changes = _of_bases(scene, scene.distances)
+        yield Block(scene.all_lengths, -changes[None, :, None], [size], fixed=True)
 
 
 def of_known(scene: Scene) -> Iterable[Block]:
@@ -283,7 +280,7 @@ def of_known(scene: Scene) -> Iterable[Block]:
 
 def of_distance(scene: Scene) -> Iterable[Block]:
     """Return blocks of a share by which all distances of bases are too long, or all points."""
-    columns = _of_bases(scene)
+    columns = _of_bases(scene, scene.expected)
     if columns.any():
         yield Block(
             scene.all_lengths,
@@ -306,7 +303,7 @@ def of_distance(scene: Scene) -> Iterable[Block]:
 
 def of_model(scene: Scene) -> Iterable[Block]:
     """Return the block of one share by which all lengths of the model are too short."""
-    columns = np.append(scene.offsets, _of_bases(scene))
+    columns = np.append(scene.offsets, _of_bases(scene, scene.expected))
     if not columns.any():
         return
     rows = scene.all_lengths
@@ -320,13 +317,9 @@ def of_model(scene: Scene) -> Iterable[Block]:
     )
 
 
-def _of_bases(scene: Scene) -> np.ndarray:
-    """Return the changes of all distances for each share that those of bases are too long, (K,)."""
-    return (
-        DISTANCE_WEIGHT
-        * scene.expected
-        * np.array([length.on_base for length in scene.known])
-    )
+def _of_bases(scene: Scene, lengths: np.ndarray) -> np.ndarray:
+    """Return the residuals of all distances of such lengths [m], zero beside those of bases."""
+    return DISTANCE_WEIGHT * lengths * scene.on_base
 
 
 def share(
@@ -336,12 +329,12 @@ def share(
 ) -> Parameters:
     """Return the share, and how far apart the sockets would be."""
     value = float(values[0])
-    lengths = [length.distance for length in scene.known if length.on_base]
-    if "frame" in parameters or not lengths or not lengths[0]:
+    lengths = scene.distances[scene.on_base]
+    if "frame" in parameters or not lengths[:1].any():
         return {"share": value / max(1 - value, 0.1)}
     first = next(m for m in scene.measurements if m.has_distance)
     return {
-        **sockets_by_share(value, lengths[0]),
+        **sockets_by_share(value, float(lengths[0])),
         "source": SOURCES[first.distance_source],
     }
 

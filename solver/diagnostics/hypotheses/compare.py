@@ -84,12 +84,9 @@ class Candidate:
     def of_points(self) -> bool:
         """True where it concerns points that an instrument measured, and no sockets."""
         (names,) = self.block.parameters
-        if "frame" in names:
-            return True
-        measurements = self.scene.measurements
-        if "placement" in names:
-            measurements = [self.scene.measured(names["placement"])]
-        return all(m.kind == "points" for m in measurements)
+        placement = names.get("placement")
+        measured = [m for m in self.scene.measurements if placement in (None, m.name)]
+        return "frame" in names or all(m.kind == "points" for m in measured)
 
     @property
     def of_all(self) -> bool:
@@ -132,7 +129,7 @@ class Candidate:
         log_prior = math.log(kind.prior / count)
         return replace(
             self,
-            kind=replace(kind, scene_after=_as_it_is),
+            kind=replace(kind, scene_after=lambda scene, _: scene),
             block=replace(self.block, parameters=[parameters]),
             log_evidence=self.log_evidence + log_prior,
         )
@@ -148,13 +145,6 @@ class Candidate:
         columns = columns * max(block.widths)
         explained = (*scene.explained, (block.rows, columns, self.shift))
         return replace(scene, explained=explained).recentred(self.sigma)
-
-
-def _as_it_is(
-    scene: Scene,
-    _: object,
-) -> Scene:
-    return scene
 
 
 class Comparison:

@@ -209,12 +209,12 @@ class Kind:
             return self.sentence(p)
         named = dict(p)
         if "sample" in p:
-            place = p.get("place", p["sample"] + 1)
-            named |= {"first": sample_named(p), "nth": p.get("number") or place}
-            since = f"throughout {p.get('placement')}, unlike elsewhere"
-            named["since"] = (
-                since if p.get("throughout") else f"from {named['first']} on"
-            )
+            first = sample_named(p)
+            since = f"from {first} on"
+            if p.get("throughout"):
+                since = f"throughout {p.get('placement')}, unlike elsewhere"
+            nth = p.get("number") or p.get("place", p["sample"] + 1)
+            named |= {"first": first, "nth": nth, "since": since}
         return _Sentences().vformat(self.form, (), named)
 
 
@@ -222,7 +222,7 @@ _WORDS = json.loads((resources(__package__ or "") / "causes.json").read_bytes())
 """Prior probabilities and words of all explanations, in the order in which they are compared."""
 
 
-def nothing(scene: Scene) -> Iterable[Block]:
+def nothing(_: Scene) -> Iterable[Block]:
     """Return the candidate that changes no residuals, and has no parameters."""
     return (without_columns({}),)
 
@@ -237,10 +237,10 @@ def kind_of(
     """Return the explanation with the words of a key."""
     words: dict[str, Any] = {
         "name": key,
+        "code": key,
         **_WORDS[key],
         **more,
     }
-    words.setdefault("code", words["name"])
     return Kind(
         **words,
         blocks=blocks,

@@ -93,7 +93,7 @@ class Scene(LoadedArm):
         by_fitted = self.linear.by_unknowns[:, :, : len(self.x)]
         fitted = by_fitted @ self.x
         of_samples = self.seats - self.centres[self.sockets] - fitted
-        of_lengths = self.expected - [length.distance for length in self.known]
+        of_lengths = self.expected - self.distances
         residuals = np.append(of_samples, DISTANCE_WEIGHT * of_lengths)
         for rows, _, shift in self.explained:
             residuals[rows] -= shift
@@ -108,6 +108,16 @@ class Scene(LoadedArm):
     def spans(self) -> np.ndarray:
         """Vectors between sockets of known distances, as the fit has them, shape (K, 3) [m]."""
         return self.spans_of(self.centres)
+
+    @cached_property
+    def distances(self) -> np.ndarray:
+        """Known distances as measured, shape (K,) [m]."""
+        return np.array([length.distance for length in self.known])
+
+    @cached_property
+    def on_base(self) -> np.ndarray:
+        """True for those between the sockets of one base, shape (K,)."""
+        return np.array([length.on_base for length in self.known], dtype=bool)
 
     @cached_property
     def expected(self) -> np.ndarray:
@@ -159,13 +169,11 @@ class Scene(LoadedArm):
 
     def _by_calipers(self) -> np.ndarray:
         """Return those of K distances by the errors of their measurement, shape (K, bases + K)."""
-        known = self.known
-        on_base = np.array([length.on_base for length in known], dtype=bool)
-        distances = np.array([length.distance for length in known])
-        deviations = np.array([length.deviation for length in known])
-        is_of_base = distances[:, None] == np.unique(distances[on_base])
-        of_bases = is_of_base * (on_base * deviations)[:, None]
-        each = np.where(on_base, SEAT_DEVIATION, deviations)
+        deviations = np.array([length.deviation for length in self.known])
+        bases = np.unique(self.distances[self.on_base])
+        is_of_base = self.distances[:, None] == bases
+        of_bases = is_of_base * (self.on_base * deviations)[:, None]
+        each = np.where(self.on_base, SEAT_DEVIATION, deviations)
         return DISTANCE_WEIGHT * np.hstack([of_bases, np.diag(each)])
 
     @cached_property
