@@ -235,21 +235,15 @@ class Calibration(FittedModel):
 
         Only samples that the calibration was made of are converted: they are older.
         """
-        offset_by_joint = {
-            zero.joint: zero.offset for zero in self.document.later_zeros
-        }
-        offsets = np.array(
-            [offset_by_joint.get(name, 0.0) for name in self.robot.joint_names]
-        )
-        before = (row.shifted(offsets.tolist()) for row in self.document.data)
-        if not offsets.any() or not any(_are_in(measured, row) for row in before):
+        offsets = self.document.later_offsets
+        before = (row.shifted(offsets) for row in self.document.data)
+        if not any(offsets) or not any(_are_in(measured, row) for row in before):
             return measured
         remark = (
             f"{measured.name}: read before zeros changed, and taken as joints read now"
         )
-        return replace(
-            measured.shifted(-offsets), warnings=(*measured.warnings, remark)
-        )
+        read_now = measured.shifted(np.negative(offsets))
+        return replace(read_now, warnings=(*measured.warnings, remark))
 
     def __repr__(self) -> str:
         doc = self.document

@@ -98,11 +98,9 @@ def posterior_of(document: results.CalibrationDocument, source: str) -> Posterio
     """
     arm, options = _fitted_to(document, source)
     stored = document.posterior
-    settings = document.settings
-    chained = document.curves is not None and settings.get("prior")
-    if stored is not None and not (
-        document.later_zeros or settings.get("zeros") or chained
-    ):
+    chained = document.curves is not None and options.prior
+    changed = document.later_zeros or options.zeros or chained
+    if stored is not None and not changed:
         return _stored(document, stored, arm, options, source)
     if document.arms is not None:
         raise UsageError(
@@ -194,8 +192,6 @@ def _fitted_to(
     if document.method != "auto":
         raise UsageError(f"{source}: give a calibration by --method auto")
     robot = results.calibrated_robot(document, source).robot
-    offset_by_joint = {zero.joint: zero.offset for zero in document.later_zeros}
-    zeros = [offset_by_joint.get(joint, 0.0) for joint in robot.joint_names]
     known_names = document.settings.keys() & OPTION_TABLE.keys()
     stored: dict[str, Any] = {name: document.settings[name] for name in known_names}
     stored["accept_distorted"] = True
@@ -205,7 +201,8 @@ def _fitted_to(
     train: list[Measurement] = []
     for part in document.data:
         if part.role == "train":
-            recorded = part.shifted(zeros).placement(robot.joint_names)
+            original = part.shifted(document.later_offsets)
+            recorded = original.placement(robot.joint_names)
             measured = measure(
                 replace(recorded, files=()), robot, options.distance, sockets=1
             )

@@ -11,12 +11,13 @@ from typing import cast
 import numpy as np
 
 from ...errors import MukcaError
-from ...recorder import Placement, RecordingError, Sample, distinctly_named
+from ...recorder import Placement, RecordingError, distinctly_named
 from .. import results
 from ..identification.data import (
     Measurement,
     TooFewError,
     as_flange_poses,
+    as_point,
     check_distinct,
     measure,
     spaced,
@@ -53,10 +54,10 @@ def at_scale(placement: Placement, scale: float | None) -> Placement:
     """Return a placement whose measured points are divided by an instrument's scale."""
     if placement.kind != "points" or scale is None:
         return placement
-    samples = list[Sample]()
-    for sample in placement.samples:
-        x, y, z = np.divide(sample.point or np.nan, scale).tolist()
-        samples.append(replace(sample, point=(x, y, z)))
+    samples = (
+        replace(s, point=as_point(np.divide(s.point or np.nan, scale)))
+        for s in placement.samples
+    )
     return replace(placement, samples=tuple(samples))
 
 
@@ -101,9 +102,7 @@ def _locked_angles(robot: Robot, options: SolveOptions) -> Iterator[str]:
     variable = {parameter.joint for parameter in parameters if parameter.unit == "rad"}
     joints = [joint for joint in robot.actuated if joint.name in variable]
     near = math.sin(LOCKED)
-    locked = [
-        joint.name for joint in joints if abs(math.cos(joint.origin.rpy[1])) < near
-    ]
+    locked = [j.name for j in joints if abs(math.cos(j.origin.rpy[1])) < near]
     if locked:
         yield (
             f"{', '.join(locked)}: a pitch near 90 degrees makes roll and yaw one turn, and the "
@@ -201,14 +200,11 @@ def _measured(
 def as_list(placements: object) -> list[Placement]:
     """Return placements as a list; one stands for itself, and a path is refused."""
     several = isinstance(placements, Iterable) and not isinstance(placements, str)
-    items: list[object] = (
-        list(cast("Iterable[object]", placements)) if several else [placements]
-    )
-    checked_items: list[Placement] = []
-    for item in items:
-        if not isinstance(item, Placement):
+    items = cast("Iterable[Placement]", placements if several else [placements])
+    checked_items = list(items)
+    for item in checked_items:
+        if not isinstance(item, Placement):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise UsageError(
                 f"{item!r:.60}: no placement; read it by mukca.read_placements"
             )
-        checked_items.append(item)
     return checked_items

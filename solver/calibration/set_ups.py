@@ -15,6 +15,7 @@ from ..identification.data import (
     Measurement,
     Pose,
     RobotRecordings,
+    as_point,
     check_handedness,
     evaluate,
     fit_pose,
@@ -131,8 +132,7 @@ def with_points(
     """Return a placement with other measured points, and orientations."""
     samples: list[Sample] = []
     for k, sample in enumerate(measured.placement.samples):
-        x, y, z = points[k].tolist()
-        sample = replace(sample, point=(x, y, z))
+        sample = replace(sample, point=as_point(points[k]))
         if rotations is not None:
             (turn,) = quaternion_of(rotations[[k]]).tolist()
             sample = replace(sample, orientation=tuple(turn))

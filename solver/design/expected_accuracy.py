@@ -6,6 +6,7 @@ All of it follows from the posterior's covariance, to first order; docs/model.md
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -104,12 +105,9 @@ def error_map(
     corners = np.floor(from_above / width)
     cells, cell = np.unique(corners, axis=0, return_inverse=True)
     cell = cell.ravel()
-    rows: list[tuple[float, float, float]] = []
-    for k, middle in enumerate((cells + 0.5) * width):
-        variance = np.median(variances[cell == k])
-        row = np.append(middle, np.sqrt(variance))
-        rows.append(as_point(row))
-    return ErrorMap(width, tuple(rows))
+    deviations = [np.median(variances[cell == k]) ** 0.5 for k in range(len(cells))]
+    rows = np.column_stack([(cells + 0.5) * width, deviations])
+    return ErrorMap(width, tuple(map(as_point, rows)))
 
 
 def joint_effects(
@@ -128,17 +126,14 @@ def joint_effects(
     joints = list(dict.fromkeys(owners))
     changes = np.equal.outer(joints, owners) * x
 
-    def squares(J: np.ndarray) -> np.ndarray:
-        offsets = J - J.mean(axis=0)
-        displacements = offsets @ changes.T
+    def squares(balls: Prediction) -> np.ndarray:
+        J = balls.by_unknowns
+        displacements = (J - J.mean(axis=0)) @ changes.T
         return np.sum(displacements**2, axis=1)
 
-    recorded: list[np.ndarray] = []
-    for samples in by_socket:
-        _, J, _ = model.linearise(x, samples)
-        recorded.append(squares(J))
+    recorded = [squares(model.linearise(x, samples)) for samples in by_socket]
     at_samples = np.concatenate(recorded).mean(axis=0)
-    anywhere = squares(poses.by_unknowns).mean(axis=0)
+    anywhere = squares(poses).mean(axis=0)
     columns = np.sqrt([at_samples, anywhere]).tolist()
     return tuple(map(JointEffect, joints, *columns))
 
@@ -206,15 +201,9 @@ def _better(
     of_ball = np.array([p.of_ball for p in model.parameters])
     nominal = np.where(of_ball, posterior.values, model.ball.nominal)
 
-    def nominal_points(q: np.ndarray) -> np.ndarray:
-        return model.ball.points(nominal, q)
-
-    def calibrated_points(q: np.ndarray) -> np.ndarray:
-        return posterior.predict(load.at(model.robot, q))
-
-    return better_than_nominal(
-        posterior,
-        load,
-        Models([nominal_points], calibrated_points, corrected=False),
-        recorded,
+    models = Models(
+        [partial(model.ball.points, nominal)],
+        lambda q: posterior.predict(load.at(model.robot, q)),
+        corrected=False,
     )
+    return better_than_nominal(posterior, load, models, recorded)

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..identification.robot import Robot, link_poses, workspace
 from ..poses import InverseKinematics
+from ..studies import damped_steps
 
 MARGIN = 0.05
 """Distance of a pose from each end of a joint's range, as a share of it."""
@@ -139,12 +140,7 @@ class Reach:
         """
         for _ in range(3):
             pose, slopes = self._guide.ball_and_neck(q)
-            J = slopes[:, :3]
-            across = J.transpose(0, 2, 1)
-            stiffness = J @ across + 1e-6 * np.eye(3)
-            offsets = seats - pose[:, :3]
-            steps = across @ np.linalg.solve(stiffness, offsets[:, :, None])
-            q = q + steps[:, :, 0]
+            q = q + damped_steps(slopes[:, :3], seats - pose[:, :3], 1e-6)
         return q
 
     def _balls(self, q: np.ndarray) -> np.ndarray:

@@ -84,10 +84,8 @@ def _suspects(
     noisy = likeliest.parameters["noise"] > MUCH * scene.noise
     if len(scene.places) < 2:
         return {}
-    places = zip(
-        [measured.name for measured in scene.measurements], scene.places, strict=True
-    )
-    return {name: rows for name, rows in places if noisy or name == accused}
+    places = zip(scene.measurements, scene.places, strict=True)
+    return {m.name: rows for m, rows in places if noisy or m.name == accused}
 
 
 def _possible(

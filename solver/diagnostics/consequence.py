@@ -165,8 +165,8 @@ class _Fit:
     def nominal_error(self, q: np.ndarray) -> float:
         """Return the errors of distances by the nominal model with the ball of the fit [m]."""
         unknowns = np.zeros_like(self.unknowns)
-        of_ball = [i for i, p in enumerate(self.scene.parameters) if p.of_ball]
-        unknowns[of_ball] = self.unknowns[of_ball]
+        for i, parameter in enumerate(self.scene.parameters):
+            unknowns[i] = parameter.of_ball * self.unknowns[i]
         return spread(self.points(q) - self._predict(unknowns, q))
 
     def _predict(

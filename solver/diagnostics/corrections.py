@@ -50,9 +50,8 @@ def correction_of(
 ) -> Correction | None:
     """Return what sets a placement's cause right; None where nothing does."""
     name, p = cause.kind.name, cause.parameters
-    if name not in ACTIONS or (
-        name == "ball_sample" and diagnostic.code != "elsewhere"
-    ):
+    is_near = name == "ball_sample" and diagnostic.code != "elsewhere"
+    if name not in ACTIONS or is_near:
         return None
     if name == "one_socket":
         socket, *others = measured.sockets

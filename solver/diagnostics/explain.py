@@ -50,7 +50,7 @@ class Acceptance:
             return []
         if self.separate is None:
             return [ranking.best]
-        likeliest = max(ranking.shares, key=lambda name: ranking.shares[name])
+        likeliest = max(ranking.shares, key=ranking.shares.__getitem__)
         of_kind = [c for c in ranking.candidates if c.kind.name == likeliest]
         of_kind.sort(key=lambda candidate: -candidate.log_evidence)
         first, *others = of_kind
@@ -58,12 +58,9 @@ class Acceptance:
         alike = (c for c in before if c.of_all and c.residuals & first.residuals)
         if first is ranking.sound or (first.of_all and any(alike)):
             return []
-        separate = [
-            candidate
-            for candidate in others
-            if first.kind.separate and ranking.factor(candidate) > self.separate
-        ]
-        return [first, *separate]
+        if not first.kind.separate:
+            return [first]
+        return [first, *(c for c in others if ranking.factor(c) > self.separate)]
 
 
 SURE = math.log(9)

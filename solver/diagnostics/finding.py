@@ -158,7 +158,8 @@ class Finding:
         if name == "gain":
             return abs(p["offset"]) < LEAST_GAIN
         if name in FITTED:
-            return p["noise"] <= LOOSE and not self._is_out_of_reach()
+            floors = self.cause.scene.floors
+            return p["noise"] <= LOOSE and min(floors, default=0.0) <= OUT_OF_REACH
         smallest = {
             "base_moved": SMALLEST_MOVE,
             "base_tipped": SMALLEST_MOVE,
@@ -172,13 +173,7 @@ class Finding:
         scene = self.cause.scene
         # none beside a cause of all
         floors = zip(scene.measurements, scene.floors, strict=False)
-        here = [floor for m, floor in floors if m.name == self.placement]
-        return any(floor > GARBAGE for floor in here)
-
-    def _is_out_of_reach(self) -> bool:
-        """Tell whether no placement by itself is fitted from where the nominal model has it."""
-        floors = self.cause.scene.floors
-        return bool(floors) and min(floors) > OUT_OF_REACH
+        return any(m.name == self.placement and floor > GARBAGE for m, floor in floors)
 
     def _is_noise(self) -> bool:
         """Tell whether it is noise that a fit averages out, and far from the nominal errors."""

@@ -61,10 +61,7 @@ class LiveCheck:
         if not placements[-1].samples or count < LEAST:
             return ()
 
-        def rank(
-            scene: Scene,
-            before: Sequence[Candidate],
-        ) -> Ranking:
+        def rank(scene: Scene, before: Sequence[Candidate]) -> Ranking:
             ranking = self._of_arms(scene)
             causes = of_sockets(self._model, self.scene, placements, ranking, before)
             return ranking.beside([*causes])
@@ -108,9 +105,9 @@ class LiveCheck:
         """Return balls that were probably not seated, as the only causes."""
         ranking = self._of_arms(scene)
         balls = [
-            candidate
-            for candidate in ranking.candidates
-            if candidate.kind.name == "ball_sample" and ranking.factor(candidate) > 0
+            c
+            for c in ranking.candidates
+            if c.kind.name == "ball_sample" and ranking.factor(c) > 0
         ]
         return Ranking([ranking.sound], -math.inf).beside(balls)
 

@@ -37,7 +37,8 @@ def next_placement(
         words.append(POINTS_HINT)
     if not good:
         return " ".join(words)
-    rich = [one for one in good if _is_rich(one)]
+    # enough samples in two sockets, to train on the placement alone
+    rich = [p for p in good if sum(n >= FEWEST for n in p.measured.counts) > 1]
     if len(rich) > 1:
         first, second = max(combinations(rich, 2), key=_distance)
         best = f"{first.measured.name} and {second.measured.name}"
@@ -47,12 +48,6 @@ def next_placement(
     centres = np.array([one.centre for one in good])
     words.append(_next_place(robot, centres))
     return " ".join(words)
-
-
-def _is_rich(inspection: Inspection) -> bool:
-    """Tell whether enough samples in two sockets are there to train on the placement alone."""
-    counts = sorted(inspection.measured.counts)
-    return len(counts) > 1 and counts[-2] >= FEWEST
 
 
 def _distance(pair: tuple[Inspection, Inspection]) -> float:
@@ -67,16 +62,13 @@ def _next_place(
 ) -> str:
     """Return in words where to record beside placements at centres of shape (P, 3) [m]."""
     place = farthest_place(centres)
-    x, y, z = place.tolist()
-    pairs = zip("xyz", (x, y, z), strict=True)
-    xyz = ", ".join(f"{axis} {fixed(value, 2, '+')}" for axis, value in pairs)
+    x, y, z = [fixed(value, 2, "+") for value in place.tolist()]
+    xyz = f"x {x}, y {y}, z {z}"
     distances = np.linalg.norm(centres - place, axis=1)
-    aside = y / float(np.hypot(x, y))
+    aside = place[1] / np.hypot(*place[:2])
     side = "front"
-    if aside > ASIDE:
-        side = "left"
-    elif aside < -ASIDE:
-        side = "right"
+    if abs(aside) > ASIDE:
+        side = "left" if aside > 0 else "right"
     return (
         f"If you record another placement, put the base near {xyz} m in the frame of {robot.base} "
         f"(to its {side}), {distances.min():.2f} m from the nearest so far, or as far that way as "

@@ -100,10 +100,10 @@ class Ranking:
 
 def ranking_of(comparisons: Iterable[Comparison]) -> Ranking:
     """Return the explanations by the most probable arm, and their evidence over all arms."""
-    rankings = [
-        Ranking(comparison.candidates[:1], -math.inf).beside(comparison.candidates[1:])
-        for comparison in comparisons
-    ]
+    rankings: list[Ranking] = []
+    for comparison in comparisons:
+        sound, *causes = comparison.candidates
+        rankings.append(Ranking([sound], -math.inf).beside(causes))
     of_sound = np.array([ranking.sound.log_evidence for ranking in rankings])
     of_causes = of_sound + [ranking.total_factor for ranking in rankings]
     of_arms = np.logaddexp(of_sound, of_causes)
@@ -166,9 +166,8 @@ def outliers(
     # the samples that are far from the place of their seat, the farthest first
     _, elsewhere = nearest_sockets(scene)
     limit = max(LEAST, FAR * float(np.median(errors)))
-    farthest = np.argsort(-errors)
-    is_off = (errors > limit) & ~elsewhere
-    rows = farthest[is_off[farthest]].tolist()
+    far = np.flatnonzero((errors > limit) & ~elsewhere)
+    rows = far[np.argsort(-errors[far])].tolist()
     if not 2 <= len(rows) <= MOST * len(scene.q):
         return []
     causes = [_cause(ranking.sound, row, errors[row]) for row in rows]

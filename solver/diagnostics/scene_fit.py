@@ -93,9 +93,7 @@ def scene_of(
     )
     if floors is None:
         floors = list(fitted_alone(model.robot, measurements).values())
-    thinned = [_thinned(measured) for measured in measurements]
-    thin = [measured for measured, _ in thinned]
-    numbers = [numbers for _, numbers in thinned]
+    thin, numbers = zip(*map(_thinned, measurements), strict=True)
     pairs = zip(thin, standing_out(floors), strict=True)
     sound = [measured for measured, usual in pairs if usual is None]
     fit = model.fit(samples_of(sound or thin).thinned(ABOUT, FEW), start=start)
@@ -111,7 +109,7 @@ def scene_of(
     return Scene(
         robot=model.robot,
         parameters=model.parameters,
-        measurements=tuple(thin),
+        measurements=thin,
         known=tuple(length for length in places.known if length.distance),
         x=fit.x,
         by_scale=model.by_scale,

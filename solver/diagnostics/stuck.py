@@ -162,10 +162,10 @@ def _circles(
     joint: int,
 ) -> np.ndarray:
     """Return the balls of N samples with a joint at A angles all round, shape (A, N, 3) [m]."""
-    turned = np.repeat(q[None], len(ANGLES), axis=0)
-    turned[:, :, joint] += ANGLES[:, None]
-    points = model.points(x, turned.reshape(-1, q.shape[1]))
-    return points.reshape(len(ANGLES), len(q), 3)
+    of_joint = np.eye(q.shape[1])[joint]
+    turned = q + ANGLES[:, None, None] * of_joint
+    points = model.points(x, turned.reshape(-1, len(of_joint)))
+    return points.reshape(*turned.shape[:2], 3)
 
 
 def _meeting(circles: np.ndarray) -> np.ndarray:

@@ -5,19 +5,20 @@ from dataclasses import replace
 
 from ...recorder import Placement
 from ..calibration import Calibration, UsageError, as_list
-from ..identification.data import Measurement, check_distinct, measure, one_blas_thread
+from ..identification.data import Measurement, one_blas_thread
 from ..identification.robot import Robot
 from .found_zeros import Zeros, still_off
 from .prior import ANGLE, LENGTH, TOLERANCES, prior_of
 from .sockets import (
     new_samples,
-    on_base_of,
     require_samples,
+    samples_on_base,
     similar_postures,
     socket_task,
 )
 from .task import Task
 from .zero_posterior import ZeroPosterior, find_zeros
+from .zeros import another_arm
 
 OTHER_ARM = 5.0
 """Factor on the errors of the calibration, beyond which zeros alone do not explain the samples."""
@@ -60,14 +61,7 @@ def rezero(
     prior = prior_of(arm)
     robot = prior.robot
     numbers = _joint_numbers(robot, joints)
-    placements = as_list(data)
-    if distance is None:
-        placements = [on_base_of(arm, placement) for placement in placements]
-    measured = [
-        measure(placement, robot, distance, sockets=1, load=prior.load)
-        for placement in placements
-    ]
-    check_distinct(measured)
+    measured = samples_on_base(arm, prior.load, as_list(data), distance)
     measured, new, remarks = new_samples(arm, measured)
     task = _remarked(socket_task(prior, measured, stood), measured, remarks)
     if ball_moved:
@@ -125,8 +119,8 @@ def _refuse_other_arm(arm: Calibration | Robot, posterior: ZeroPosterior) -> Non
     if isinstance(arm, Calibration):
         changed = any(zero.offset for zero in posterior.joints)
         limit = OTHER_ARM * system.task.prior.noise.space if changed else ANOTHER
-    scatter = posterior.scatter_text and posterior.is_of_another_arm
-    if scatter or system.rms_error > limit:
+    is_another = posterior.scatter_text and another_arm(system)
+    if is_another or system.rms_error > limit:
         raise UsageError(still_off(system))
 
 

@@ -107,8 +107,8 @@ class LaterErrors:
         """True where the distance of the sockets alone is beyond its limit."""
         names = {row.name for row in self.failed}
         known = self.new.loaded.distance_error and self.limits.distance_error.value
-        missed = "distance_error" in names and "mean_absolute_error" not in names
-        return missed and bool(known)
+        errors = names & {"distance_error", "mean_absolute_error"}
+        return bool(known) and errors == {"distance_error"}
 
 
 def later_errors(
@@ -162,9 +162,12 @@ def reason_of(changes: Changes, errors: LaterErrors) -> Reason:
     if changes.changed:
         text = f"{errors.drifted}; {changes.change} ({changes.share})."
         return Reason(text, NEXT[changes.likeliest])
-    if any(row.name == "mean_absolute_error" for row in errors.failed):
-        return _of_large_errors(errors)
-    return _of_small_errors(changes, errors)
+    if all(row.name != "mean_absolute_error" for row in errors.failed):
+        return _of_small_errors(changes, errors)
+    if errors.is_no_worse:
+        text = f"beyond its limit ({errors.figures}), {errors.since_made}."
+        return Reason(text, "Calibrate again with more placements.", as_made=True)
+    return Reason(f"{errors.drifted}. No single joint explains it: calibrate again.")
 
 
 def _kept_when_corrected(errors: LaterErrors) -> Reason | None:
@@ -178,15 +181,6 @@ def _kept_when_corrected(errors: LaterErrors) -> Reason | None:
         "Where these matter, command them: mukca command.",
         as_made=True,
     )
-
-
-def _of_large_errors(errors: LaterErrors) -> Reason:
-    """Return the reason where nothing changed, but the errors are beyond their limit."""
-    if errors.is_no_worse:
-        text = f"beyond its limit ({errors.figures}), {errors.since_made}."
-        return Reason(text, "Calibrate again with more placements.", as_made=True)
-    text = f"{errors.drifted}. No single joint explains it: calibrate again."
-    return Reason(text)
 
 
 def _of_small_errors(changes: Changes, errors: LaterErrors) -> Reason:

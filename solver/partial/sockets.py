@@ -10,7 +10,13 @@ import numpy as np
 from ...recorder import Placement
 from ..assessment import measured_distances
 from ..calibration import Calibration, UsageError
-from ..identification.data import Measurement, measure
+from ..identification.data import (
+    Load,
+    Measurement,
+    Readings,
+    check_distinct,
+    measure,
+)
 from ..identification.robot import Robot
 from .fit import fit
 from .prior import SOCKET, ArmPrior, prior_of
@@ -119,6 +125,24 @@ def on_base_of(arm: Calibration | Robot, placement: Placement) -> Placement:
         distance_assumed=False,
         remarks=(*placement.remarks, remark),
     )
+
+
+def samples_on_base(
+    arm: Calibration | Robot,
+    load: Load,
+    placements: Sequence[Placement],
+    distance: Readings | None,
+) -> list[Measurement]:
+    """Return checked placements, by the distance of the calibration's base where none is known."""
+    robot = arm if isinstance(arm, Robot) else arm.robot
+    if distance is None:
+        placements = [on_base_of(arm, placement) for placement in placements]
+    measured = [
+        measure(placement, robot, distance, sockets=1, load=load)
+        for placement in placements
+    ]
+    check_distinct(measured)
+    return measured
 
 
 def similar_postures(data: Sequence[Measurement]) -> bool:

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..identification.data import CALIPER_DEVIATION, Pose
 from ..identification.model import Gaussian
+from ..results import rms
 from .task import NoiseBelief, State, Task
 
 OUTLIER = 0.25
@@ -202,7 +203,7 @@ class System:
     @property
     def rms_error(self) -> float:
         """Root mean square of the residuals, axis by axis [m]."""
-        return float(np.sqrt(np.mean(self.residuals**2)))
+        return rms(self.residuals)
 
     def outliers(self, noun: str) -> dict[int, str]:
         """Return the outliers among the samples, and where each stands, or its number."""

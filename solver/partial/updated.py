@@ -80,7 +80,7 @@ class Found:
         figures = msgspec.to_builtins(
             values, enc_hook=lambda value: np.asarray(value).tolist()
         )
-        return {**msgspec.to_builtins(self.frame), **figures}
+        return {**self.frame.as_dict(), **figures}
 
     def save(
         self,
@@ -169,10 +169,9 @@ def _updated_arm(
     """Return an arm with the estimates of a fit; the offsets of zeros are empty where none is."""
     model, x = system.task.prior.model, system.state.x
     changes = dict(zip(model.names, system.shift, strict=False))
-    change = np.array([changes[parameter.name] for parameter in old.parameters])
-    if tool:
-        of_ball = [parameter.of_ball for parameter in old.parameters]
-        change[np.array(of_ball, dtype=bool)] = 0.0
+    change = np.array(
+        [0.0 if tool and p.of_ball else changes[p.name] for p in old.parameters]
+    )
     robot = old.robot
     if tool:
         text = add_link(robot.text, tool.parent, tool.origin, tool.name)
@@ -218,17 +217,13 @@ def _updated_document(
         tools=(*document.tools, *([tool] if tool else [])),
     )
     if zeros:
-        before = {zero.joint: zero.offset for zero in document.later_zeros}
         offsets = [-zero.offset for zero in zeros]
+        later = zip(zeros, document.later_offsets, strict=True)
         document = structs.replace(
             document,
             later_zeros=tuple(
-                LaterZero(
-                    joint=zero.joint,
-                    offset=before.get(zero.joint, 0.0) + zero.offset,
-                    standard_deviation=zero.standard_deviation,
-                )
-                for zero in zeros
+                LaterZero.filled(zero, offset=before + zero.offset)
+                for zero, before in later
             ),
             coefficients=_coefficients(document.coefficients or (), zeros),
             data=tuple(data.shifted(offsets) for data in document.data),
@@ -265,10 +260,7 @@ def _coefficients(
     for zero in zeros:
         (name,) = JOINT_OFFSET.coefficient_names([zero.joint])
         before = by_name[name].value if name in by_name else 0.0
-        by_name[name] = Coefficient(
-            name=name,
-            unit="rad",
-            value=before + zero.offset,
-            standard_deviation=zero.standard_deviation,
+        by_name[name] = Coefficient.filled(
+            zero, name=name, unit="rad", value=before + zero.offset
         )
     return tuple(by_name.values())

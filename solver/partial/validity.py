@@ -30,8 +30,6 @@ from ..identification.data import (
     Measurement,
     Metrics,
     Readings,
-    check_distinct,
-    measure,
     one_blas_thread,
 )
 from ..results import CalibrationDocument, Diagnostic, Summary
@@ -43,7 +41,7 @@ from .reasons import (
     later_errors,
     reason_of,
 )
-from .sockets import on_base_of, too_few
+from .sockets import samples_on_base, too_few
 
 SURE_OF_CHANGE = 0.95
 """Probability from which one of many arms is called changed: beside it stands no other evidence."""
@@ -214,14 +212,8 @@ def _as_read_now(
     calibration: Calibration, placements: Sequence[Placement], distance: Readings | None
 ) -> list[Measurement]:
     """Return checked placements, their joints as zeros found since read them."""
-    robot, load = calibration.robot, calibration.load
-    if distance is None:
-        placements = [on_base_of(calibration, placement) for placement in placements]
-    measured = [
-        measure(calibration.at_scale(placement), robot, distance, sockets=1, load=load)
-        for placement in placements
-    ]
-    check_distinct(measured)
+    at_scale = [*map(calibration.at_scale, placements)]
+    measured = samples_on_base(calibration, calibration.load, at_scale, distance)
     return [*map(calibration.as_read_now, measured)]
 
 

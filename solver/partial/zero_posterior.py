@@ -29,7 +29,6 @@ from .zeros import (
     UNIDENTIFIABLE,
     ZERO_CHANGED,
     JointZero,
-    another_arm,
     fit_with_zeros,
     zero_deviations,
 )
@@ -63,11 +62,6 @@ class ZeroPosterior:
     def scatter_text(self) -> str:
         """A sentence that all joints scatter alike; empty where they do not."""
         return "" if self.scatter.probability < SURE else str(self.scatter)
-
-    @property
-    def is_of_another_arm(self) -> bool:
-        """True where a different arm explains the samples far better."""
-        return bool(another_arm(self.system))
 
 
 def find_zeros(

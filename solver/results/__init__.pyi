@@ -30,6 +30,7 @@ from .curves import CurveAgreement as CurveAgreement
 from .curves import agreement as agreement
 from .curves import agreement_words as agreement_words
 from .curves import beyond_words as beyond_words
+from .curves import rms as rms
 from .curves import sampled_ranges as sampled_ranges
 from .estimates import Coefficient as Coefficient
 from .estimates import Correlation as Correlation

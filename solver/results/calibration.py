@@ -253,6 +253,12 @@ class CalibrationDocument(Result):
     posterior: estimates.StoredPosterior | None = None
     """None by the paper's method, of several robots, and in older files."""
 
+    @property
+    def later_offsets(self) -> list[float]:
+        """Offsets of all joints by the zeros found since, in chain order [rad, m]."""
+        offsets = {zero.joint: zero.offset for zero in self.later_zeros}
+        return [offsets.get(name, 0.0) for name in self.model.joint_names]
+
 
 def calibrated_robot(document: CalibrationDocument, source: str) -> CalibratedRobot:
     """Return the robot that a calibration describes, which messages name by its source."""

@@ -68,7 +68,7 @@ class BaseLength(NamedTuple):
         """Return that between two sockets."""
         offset = second.centre - first.centre
         value = float(np.linalg.norm(offset))
-        u = offset / max(value, 1e-12)
+        u = unit(offset)
         slope = u @ (second.slopes - first.slopes)
         noise = u @ (first.noise + second.noise) @ u
         return cls(value, slope, float(noise))

@@ -11,6 +11,7 @@ from ..results import (
     beyond_words,
     sampled_ranges,
 )
+from .projections import rounded, variances_of
 
 
 def error_curves(
@@ -40,21 +41,16 @@ def error_curves(
     for k, joint in enumerate(model.robot.actuated):
         if joint.type == "prismatic":
             continue
-        variances = np.sum((B @ Sigma[k::m, k::m]) * B, axis=1)
+        variances = variances_of(B, Sigma[k::m, k::m])
         positions = posterior.data.q[:, k]
         curve = JointCurve(
             joint=joint.name,
-            values=_rounded(B @ coefficients[:, k]),
-            deviations=_rounded(np.sqrt(variances.clip(min=0))),
+            values=rounded(B @ coefficients[:, k], 9),
+            deviations=rounded(np.sqrt(variances.clip(min=0)), 9),
             sampled=sampled_ranges(positions, group.length),
         )
         joints.append(curve)
     return ErrorCurves(amplitude=group.width, length=group.length, joints=tuple(joints))
-
-
-def _rounded(values: np.ndarray) -> tuple[float, ...]:
-    """Return angles to a nanoradian, so that a file is not full of digits."""
-    return tuple(np.round(values, 9).tolist())
 
 
 def warnings(

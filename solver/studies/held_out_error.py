@@ -20,7 +20,7 @@ from ..identification.inference import Posterior
 from ..identification.model import probabilities
 from ..results import ErrorParts, Fit, Interval, Measurements, Study
 from .evidence import NOISES, Background
-from .projections import basis_of, block_diagonal, rows_of
+from .projections import basis_of, block_diagonal, kernels, rows_of
 from .uncertainty import covariance_of
 
 MOST = 72
@@ -49,18 +49,14 @@ def error_parts(unseen: UnseenSockets) -> ErrorParts | None:
     thinned = _thinned(unseen)
     if not thinned:
         return None
-    balls: list[np.ndarray] = []
-    slopes: list[np.ndarray] = []
+    parts: list[tuple[np.ndarray, ...]] = []
     wants: list[np.ndarray] = []
-    noises: list[np.ndarray] = []
     for posterior, seats in thinned:
-        ball, J, by_joint = posterior.linearise(joined(seats))
+        balls, J, slopes = posterior.linearise(joined(seats))
         rows = rows_of(J)
-        balls.append(ball)
-        slopes.append(by_joint)
         wants.append(rows @ covariance_of(posterior) @ rows.T)
-        noises += [*posterior.noise.as_gaussian(by_joint)]
-    points, by_joints = np.concatenate(balls), np.concatenate(slopes)
+        parts.append((balls, slopes, posterior.noise.as_gaussian(slopes)))
+    points, by_joints, noises = map(np.concatenate, zip(*parts, strict=True))
     sockets = [part for _, seats in thinned for part in seats]
     across = _contrasts([len(part.q) for part in sockets]).T
     want = across @ block_diagonal(wants) @ across.T
@@ -152,15 +148,10 @@ def _roots(
     how the ball moves by a joint, j_a j_b^T times exp(-2 sin^2((q_a - q_b) / 2) / l^2) of its
     angle, or times the sign by which gravity pushes it in both.
     """
-    q = samples.q
-    differences = q[:, None] - q
-    squares = np.sum(differences**2, axis=2)
-    for length in LENGTHS:
-        root = _root(np.exp(-0.5 * squares / length**2))
-        yield np.kron(root, np.eye(3))
-    half_sines = np.sin(differences / 2)
-    for j in range(q.shape[1]):
-        sines = half_sines[:, :, j]
+    for K in kernels(samples.q, LENGTHS):
+        yield np.kron(_root(K), np.eye(3))
+    for j, angles in enumerate(samples.q.T):
+        sines = np.sin(np.subtract.outer(angles, angles) / 2)
         roots = [_root(np.exp(-2 * (sines / length) ** 2)) for length in TURNS]
         for root in (*roots, np.sign(samples.moments[:, j, None])):
             yield rows_of(by_joints[:, :, j, None] * root[:, None])

@@ -76,10 +76,8 @@ def _evidence_of(
     root = _root(covariance_of(posterior))
     size = len(root)
     bases = BaseErrors.of(posterior, placements)
-    rows: list[np.ndarray] = []
-    for measured in placements:
-        if measured.kind == "sockets":
-            rows += _evidence(bases, load, measured)
+    in_sockets = [m for m in placements if m.kind == "sockets"]
+    rows = [row for m in in_sockets for row in _evidence(bases, load, m)]
     if not rows:
         return None
     root = block_diagonal([root, np.eye(len(bases.distances))])

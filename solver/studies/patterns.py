@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..identification.data import Load, Measurement, Pose, fit_frames, targets
+from ..identification.data import Load, fit_frames, targets
 from ..identification.robot import Robot
 from ..results import (
     ErrorPattern,
@@ -23,7 +23,7 @@ from .evidence import (
     of_trained,
 )
 from .pattern_quantities import Quantity, quantities_of
-from .projections import block_diagonal, rows_of, unit
+from .projections import block_diagonal, rounded, rows_of, unit
 
 MOST = 360
 """Samples that are looked at, at most, evenly chosen."""
@@ -95,7 +95,12 @@ def _rows(
         still = m.at_rest(points)
         frames = fit_frames([(still, m)])
         errors = still - targets(still, m, frames)
-        seats = _by_frame(m, frames[m.frame]) if frames else _by_sockets(m)
+        if frames:
+            widths = np.repeat([TURN, SEAT], 3)
+            seats = widths * frames[m.frame].slopes(m.points)
+        else:
+            in_socket = np.repeat(np.eye(len(m.counts)), m.counts, axis=0)
+            seats = SEAT * np.kron(in_socket, np.eye(3)).reshape(*points.shape, -1)
         time = m.order / max(len(q) - 1, 1)
         placement = np.full(len(q), k)
         slopes.append((posterior, J[::step]))
@@ -105,22 +110,6 @@ def _rows(
     joined = [np.concatenate(column) for column in columns]
     by_places = block_diagonal(map(rows_of, seats))
     return PatternRows._make([*joined, by_places]), slopes
-
-
-def _by_frame(
-    measured: Measurement,
-    frame: Pose,
-) -> np.ndarray:
-    """Return B of balls that were measured in a frame, shape (N, 3, 6) [m]."""
-    widths = np.repeat([TURN, SEAT], 3)
-    return widths * frame.slopes(measured.points)
-
-
-def _by_sockets(measured: Measurement) -> np.ndarray:
-    """Return B of samples in sockets, one after the other, shape (N, 3, k) [m]."""
-    in_socket = np.repeat(np.eye(len(measured.counts)), measured.counts, axis=0)
-    by_centres = np.kron(in_socket, np.eye(3))
-    return SEAT * by_centres.reshape(len(in_socket), 3, -1)
 
 
 def _pattern(
@@ -142,15 +131,18 @@ def _pattern(
     band = BAND * np.sqrt(weights**2 @ evidence.deviations**2)
     mean_square = float(np.sum(field**2)) / len(field)
     step = -(-len(at) // DRAWN)
+    drawn = {
+        "at": at[::step],
+        "errors": errors[::step],
+        "grid": grid,
+        "mean": weights @ errors,
+        "band": band,
+    }
     return ErrorPattern(
         over=over,
         unit=quantity.unit,
         along=quantity.along,
-        at=_rounded(at[::step]),
-        errors=_rounded(errors[::step]),
-        grid=_rounded(grid),
-        mean=_rounded(weights @ errors),
-        band=_rounded(band),
+        **{name: rounded(values, 7) for name, values in drawn.items()},
         size=mean_square**0.5,
         log_odds=log_odds - float(np.log(tried)),
     )
@@ -178,10 +170,6 @@ def _drift_directions(
         time = rows.time[is_here]
         directions[is_here] = unit((time - time.mean()) @ field[is_here])
     return directions
-
-
-def _rounded(values: np.ndarray) -> tuple[float, ...]:
-    return tuple(np.round(values, 7).tolist())
 
 
 ERROR_PATTERNS = Study("error_patterns", error_patterns)

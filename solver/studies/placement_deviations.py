@@ -19,7 +19,6 @@ counting samples, so errors of any distribution keep it (Vovk, Gammerman and Sha
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -205,12 +204,12 @@ def _unseen(
 ) -> list[tuple[Posterior, HeldOut]]:
     """Return what folds leave out, each place with the posterior of its fold."""
     robot, load = measurements.robot, fit.calibrated.load
-    pairs: list[tuple[Posterior, HeldOut]] = []
-    for posterior, unseen in measurements.unseen(fit):
-        for measured in unseen:
-            places = HeldOut.of(robot, load, measured)
-            pairs += zip(repeat(posterior), places, strict=False)
-    return pairs
+    return [
+        (posterior, place)
+        for posterior, unseen in measurements.unseen(fit)
+        for measured in unseen
+        for place in HeldOut.of(robot, load, measured)
+    ]
 
 
 def _expected(

@@ -9,7 +9,7 @@ from ..identification.data import Load, Measurement
 from ..identification.inference import Posterior
 from ..identification.robot import BallModel, Robot, workspace
 from ..results import DistanceDeviation
-from .projections import bisected, pair_lengths
+from .projections import bisected, damped_steps, pair_lengths
 from .uncertainty import distance_deviations
 
 SWAY = 0.3
@@ -59,7 +59,8 @@ def poses_near(
     q = q + generator.normal(0, SWAY, q.shape)
     for _ in range(ROUNDS):
         linear = ball.linearise(ball.nominal, q)
-        steps = _steps(linear.by_joints, targets - linear.points)
+        damping = DAMPING * np.sum(linear.by_joints**2, axis=(1, 2))[:, None, None]
+        steps = damped_steps(linear.by_joints, targets - linear.points, damping)
         q = q + steps.clip(-SWAY, SWAY)
     offsets = ball.points(ball.nominal, q) - targets
     is_there = np.linalg.norm(offsets, axis=1) < OFF * arm_length(robot)
@@ -81,23 +82,6 @@ def _within_limits(
     turns = np.ceil(np.abs(excess) / TURN) * np.sign(excess)
     inside = q - TURN * turns
     return np.all((inside >= robot.lower) & (inside <= robot.upper), axis=1)
-
-
-def _steps(
-    J: np.ndarray,
-    shifts: np.ndarray,
-) -> np.ndarray:
-    """Return J^T (J J^T + d 1)^-1 s: damped steps of the joints that shift balls, shape (N, m).
-
-    Args:
-        J: Derivatives of the balls by the joints, shape (N, 3, m).
-        shifts: s, shape (N, 3) [m].
-    """
-    across = J.swapaxes(1, 2)
-    stiffness = J @ across
-    traces: np.ndarray = np.trace(stiffness, axis1=1, axis2=2)
-    damped = stiffness + DAMPING * traces[:, None, None] * np.eye(3)
-    return (across @ np.linalg.solve(damped, shifts[:, :, None]))[:, :, 0]
 
 
 WITHIN_ONE, LARGE_GAP = 0.6827, 4.0

@@ -1,6 +1,6 @@
 """Numbers: matrices less what others span, or of blocks; rows chosen evenly; bisection."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -45,6 +45,31 @@ def block_diagonal(blocks: Iterable[np.ndarray]) -> np.ndarray:
         matrix[rows, columns] = part
         begin = end
     return matrix
+
+
+def rounded(values: np.ndarray, digits: int) -> tuple[float, ...]:
+    """Return numbers of few digits, so that a file is not full of them."""
+    return tuple(np.round(values, digits).tolist())
+
+
+def kernels(q: np.ndarray, lengths: Sequence[float]) -> np.ndarray:
+    """Return exp(-|q_i - q_j|^2 / 2 l^2) of N joint positions by each length, shape (L, N, N)."""
+    squares = np.sum((q[:, None] - q) ** 2, axis=2)
+    return np.exp(-0.5 * squares / np.reshape(lengths, (-1, 1, 1)) ** 2)
+
+
+def damped_steps(
+    J: np.ndarray,
+    errors: np.ndarray,
+    damping: float | np.ndarray,
+) -> np.ndarray:
+    """Return J^T (J J^T + d 1)^-1 e: steps of joints that move balls by errors, shape (N, m).
+
+    Of derivatives J, shape (N, 3, m), and errors e, (N, 3).
+    """
+    across = J.swapaxes(1, 2)
+    damped = J @ across + damping * np.eye(3)
+    return (across @ np.linalg.solve(damped, errors[:, :, None]))[:, :, 0]
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:

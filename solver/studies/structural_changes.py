@@ -1,6 +1,7 @@
 """Changes of the free geometry that no ball can show, by the chain of joints alone."""
 
 from collections.abc import Iterator, Mapping
+from functools import reduce
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -51,8 +52,7 @@ class FreeChain:
         self._places: dict[int, list[int]] = {}
         place = {p.index: i for i, p in enumerate(model.parameters)}
         for joint in range(len(self.links)):
-            begin = 6 * joint
-            numbers = range(begin, begin + 6)
+            numbers = range(6 * joint, 6 * joint + 6)
             if place.keys() >= {*numbers}:
                 self._places[joint] = [place[number] for number in numbers]
 
@@ -85,7 +85,8 @@ class FreeChain:
         joint = self.links[first]
         frame = self.frames[first]
         next_frame = self.frames[second]
-        to_second = self._between(first, second).inverse()
+        fixed = [Pose(f[:, 1:4], f[:, 0]) for f in self.frames[first + 1 : second]]
+        to_second = reduce(Pose.__matmul__, fixed, IDENTITY).inverse()
         axis = np.array(joint.axis)
         outward = frame[:, 1:4] @ axis
         back = -to_second.rotation @ axis
@@ -107,18 +108,6 @@ class FreeChain:
         if second == self.ball:
             next_name = "the ball"
         yield self.change(f"{joint.name}'s offset against {next_name}", turns)
-
-    def _between(
-        self,
-        first: int,
-        second: int,
-    ) -> Pose:
-        """Return the pose of the fixed origins between two joints, one after the other."""
-        pose = IDENTITY
-        for frame in self.frames[first + 1 : second]:
-            rotation = frame[:, 1:4]
-            pose = pose @ Pose(rotation, frame[:, 0])
-        return pose
 
 
 def _rates(

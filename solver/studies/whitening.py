@@ -9,7 +9,7 @@ import numpy as np
 
 from ..identification.inference import Posterior
 from ..identification.model import Gaussian, probabilities
-from .projections import basis_of, evenly, outside, rows_of
+from .projections import basis_of, evenly, kernels, outside, rows_of
 
 
 class WhitenedSamples(NamedTuple):
@@ -69,18 +69,18 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     """
     P = posterior.covariance
     q, residuals, A = samples_in_sockets(posterior)
-    kernels = _kernels(q)
+    K = kernels(q, LENGTHS)
     some = evenly(len(q), MOST)
     shared = _shared_variance(
         residuals[some],
         A[some],
         P,
-        kernels[:, some[:, None], some],
+        K[:, some[:, None], some],
     )
     R = Gaussian.of(np.zeros(len(P)), P).root
     W = (A @ R).transpose(1, 0, 2)  # axis, sample, unknown
     across = W.swapaxes(1, 2)
-    rho_K = np.tensordot(shared, kernels, axes=1)
+    rho_K = np.tensordot(shared, K, axes=1)
     correlated = np.sum(across @ rho_K @ W, axis=0)
     information = np.sum(across @ W, axis=0)
     eigenvalues, axes = np.linalg.eigh(information)
@@ -90,17 +90,11 @@ def with_correlated_errors(posterior: Posterior) -> np.ndarray:
     return root @ (independent + correlated) @ root.T
 
 
-def _kernels(q: np.ndarray) -> np.ndarray:
-    """Return K of N joint positions over each of L lengths, shape (L, N, N)."""
-    squares = np.sum((q[:, None] - q) ** 2, axis=2)
-    return np.exp(-0.5 * squares / np.reshape(LENGTHS, (-1, 1, 1)) ** 2)
-
-
 def _shared_variance(
     u: np.ndarray,
     A: np.ndarray,
     P: np.ndarray,
-    kernels: np.ndarray,
+    K: np.ndarray,
 ) -> np.ndarray:
     """Return the share rho of errors that is alike over each length, its mean by the evidence.
 
@@ -111,7 +105,7 @@ def _shared_variance(
         u: Whitened residuals, shape (N, 3).
         A: Whitened derivatives by all unknowns, shape (N, 3, n).
         P: Posterior covariance of these, shape (n, n).
-        kernels: K over each length, shape (L, N, N).
+        K: Over each length, shape (L, N, N).
     """
     numbers = u.size
     by_axis = A.transpose(1, 0, 2).reshape(numbers, -1)
@@ -121,7 +115,7 @@ def _shared_variance(
     axes = axes[:, is_left]
     errors = axes.T @ u.T.ravel() / eigenvalues[is_left]
     V = axes.reshape(3, len(u), -1)
-    inner = np.sum(V.swapaxes(1, 2) @ (kernels[:, None] @ V), axis=1)
+    inner = np.sum(V.swapaxes(1, 2) @ (K[:, None] @ V), axis=1)
     k, turns = np.linalg.eigh(inner)
     squares = (errors @ turns) ** 2
     k = k.clip(min=0.0)[:, None]

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...identification.effects import TILT
 from ...identification.robot import COMPONENTS, Joint, link_axes
+from ...results import rms
 from .base import changes
 from .kinds import Block, Parameters, of_samples
 from .scene import Scene
@@ -157,11 +158,10 @@ def of_soft_base(scene: Scene) -> Iterable[Block]:
     if TILT not in scene.effects or not samples.moments.any():
         return
     m = scene.q.shape[1]
-    turns = TILT.turns(samples)
-    squares = np.sum(turns[:, [0, m]] ** 2, axis=1)
+    turns = np.linalg.norm(TILT.turns(samples)[:, [0, m]], axis=1)
     first = scene.model.slices[scene.effects.index(TILT)].start
     by_first_joint = scene.linear.by_unknowns[:, :, [first, first + m]]
-    columns = -by_first_joint / max(float(squares.mean()) ** 0.5, 1e-6)
+    columns = -by_first_joint / max(rms(turns), 1e-6)
     yield of_samples(
         scene.every,
         columns,
@@ -211,7 +211,7 @@ def of_slips(scene: Scene) -> Iterable[Block]:
 
 def slipped(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
     """Return how far a joint is off where it slips, root mean square [rad, m]."""
-    return {"offset": float(np.sqrt(np.mean(values**2)))}
+    return {"offset": rms(values)}
 
 
 def of_lag(scene: Scene) -> Iterable[Block]:

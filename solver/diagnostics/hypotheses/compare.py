@@ -129,7 +129,7 @@ class Candidate:
         log_prior = math.log(kind.prior / count)
         return replace(
             self,
-            kind=replace(kind, scene_after=lambda scene, _: scene),
+            kind=replace(kind, scene_after=_as_it_is),
             block=replace(self.block, parameters=[parameters]),
             log_evidence=self.log_evidence + log_prior,
         )
@@ -145,6 +145,10 @@ class Candidate:
         columns = columns * max(block.widths)
         explained = (*scene.explained, (block.rows, columns, self.shift))
         return replace(scene, explained=explained).recentred(self.sigma)
+
+
+def _as_it_is(scene: Scene, _: object) -> Scene:
+    return scene
 
 
 class Comparison:

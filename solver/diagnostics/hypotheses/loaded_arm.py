@@ -11,6 +11,7 @@ from ...identification.data import STANDARD_LOAD, Known, Load, Measurement, Samp
 from ...identification.effects import CURVE, EFFECTS, GAIN, Effect
 from ...identification.model import ExtendedModel, Prediction, design_matrix, extend
 from ...identification.robot import Parameter, Robot, crude_bodies
+from ...results import rms
 from .samples import Seat, SeatSamples, samples_of, seats_of
 
 SMALLEST_TURN = 1e-6
@@ -230,12 +231,9 @@ class LoadedArm:
         widths = [np.zeros(0)]
         for effect in self.effects:
             turns = effect.turns(samples)
-            usual = float(np.mean(turns**2)) ** 0.5
-            shift = effect.typical_shift
-            if effect.learned:
-                shift *= self.wide
-            coefficients = turns.shape[1]
-            widths.append(np.full(coefficients, shift / max(usual, SMALLEST_TURN)))
+            shift = effect.typical_shift * (self.wide if effect.learned else 1.0)
+            width = shift / max(rms(turns), SMALLEST_TURN)
+            widths.append(np.full(turns.shape[1], width))
         return np.concatenate(widths)
 
     @property

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...identification.data import UNIFORM, steps_of
+from ...results import rms
 from .ball import loose_here, scattered_placements
 from .evidence import INDEPENDENT
 from .kinds import Block, NoisePrior, without_columns
@@ -97,8 +98,7 @@ def _effect(
 ) -> float:
     """Return the noise of the ball per axis by steps of the joints [m]."""
     shifts = UNIFORM * scene.by_joints * steps_of_joints
-    squares = np.sum(shifts**2, axis=2)
-    return float(squares.mean()) ** 0.5
+    return rms(np.linalg.norm(shifts, axis=2))
 
 
 def pushed(scene: Scene) -> Iterable[Block]:
