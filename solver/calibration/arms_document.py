@@ -62,16 +62,13 @@ def common_document(
     standing = [0, *(i for i, pose in enumerate(relative.values(), 1) if pose.xyz)]
     arms: list[results.GivenArm] = []
     for i, (name, calibration) in enumerate(calibrations.items()):
-        document = calibration.document
-        folders: dict[str, list[str]] = {"train": [], "test": []}
-        for row in document.data:
-            folders[row.role].append(row.folder)
+        data = calibration.document.data
         arm = results.GivenArm(
             name=name,
-            robot=document.robot,
+            robot=calibration.document.robot,
             options=dict(calibration.robot.loaded_with),
-            train=tuple(folders["train"]),
-            test=tuple(folders["test"]),
+            train=tuple(row.folder for row in data if row.role == "train"),
+            test=tuple(row.folder for row in data if row.role == "test"),
             postures=_postures(world, i) if i in standing else [],
         )
         arms.append(arm)

@@ -45,11 +45,9 @@ def _fitted(
     """Return a fit and the errors of its model, before any study."""
     calibrated, full, robot = fit.calibrated, fit.full, problem.robot
     ball = ball_refitted(problem)
-    errors = placement_errors(
-        calibrated, ball, problem.measurements, problem.placements
-    )
+    rows = placement_errors(calibrated, ball, problem.measurements, problem.placements)
     left_out = left_out_errors(problem.folds)
-    errors = Errors([*errors, *left_out])
+    errors = Errors([*rows, *left_out])
     is_unknown = full is not None and fit.posterior is None
     model = results.FoldModel.of(calibrated, ball)
     return results.CalibrationDocument(

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..identification.data import Measurement, SocketAt, is_called, kabsch
 from ..identification.robot import BallModel, Robot
-from ..results import Diagnostic
+from ..results import Diagnostic, rms
 from .fit import CalibrationProblem
 
 LEAST = 4
@@ -23,8 +23,7 @@ def tables_of_sockets(problem: CalibrationProblem) -> CalibrationProblem:
 
     The nominal arm has the sockets to some millimetres, wherever the table's frame lies.
     """
-    findings = tuple(_findings(problem))
-    return replace(problem, checks=(*problem.checks, *findings))
+    return replace(problem, checks=(*problem.checks, *_findings(problem)))
 
 
 def _findings(problem: CalibrationProblem) -> Iterator[Diagnostic]:
@@ -102,4 +101,4 @@ def _exchanges(sockets: Sequence[SocketAt]) -> Iterator[tuple[str, list[int]]]:
 def _error(table: np.ndarray, arm: np.ndarray, *, mirrored: bool = False) -> float:
     """Return the root mean square distance that the best pose of a table leaves [m]."""
     errors = kabsch(table, arm, mirrored=mirrored).apply(table) - arm
-    return float(np.linalg.norm(errors)) / len(arm) ** 0.5
+    return rms(np.linalg.norm(errors, axis=1))

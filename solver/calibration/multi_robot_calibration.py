@@ -174,9 +174,11 @@ class MultiRobotCalibration(Mapping[str, Calibration]):
     def as_dict(self) -> dict[str, Any]:
         """Return everything by name, as the command line's JSON has it."""
         robots = {name: arm.result.as_dict() for name, arm in self.items()}
-        rows = list[dict[str, Any]]()
-        for name, result in robots.items():
-            rows += [{**row, "robot": name} for row in result["placements"]]
+        rows = [
+            {**row, "robot": name}
+            for name, result in robots.items()
+            for row in result["placements"]
+        ]
         errors = Errors(chain(*(arm.document.placements for arm in self.values())))
         first = next(iter(robots.values()))
         same = ("method", "optimizer", "iterations", "converged", "solve_seconds")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 
 import numpy as np
@@ -92,12 +93,7 @@ def calibrate_robot(
         sockets_at=in_placements(options.located, *names),
     )
 
-    def fitted() -> list[Fit]:
-        known = prior(problem)
-        return [
-            fit_robot(problem, settings, tables.methods, prior=known, progress=progress)
-        ]
-
-    (fit,) = converged_fits([problem], fitted)
+    fitted = partial(fit_robot, problem, settings, tables.methods, progress=progress)
+    (fit,) = converged_fits([problem], lambda: [fitted(prior=prior(problem))])
     proven = tables.prove(problem, fit, prior, progress)
     return document_of(proven, fit, tables.studies), fit.calibrated

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import chain, repeat
+from itertools import chain
 
 import numpy as np
 
@@ -123,9 +123,7 @@ def _by_robot(
     by_robot: dict[str, list[Placement]] = {name: [] for name in robots}
     listing = ", ".join(robots)
     groups = placements if isinstance(placements, Mapping) else {None: placements}
-    pairs: list[tuple[str | None, Placement]] = []
-    for group, recordings in groups.items():
-        pairs += zip(repeat(group), as_list(recordings), strict=False)
+    pairs = [(g, p) for g, recordings in groups.items() for p in as_list(recordings)]
     for group, placement in pairs:
         name = placement.robot_name if group is None else group
         where = placement.where

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..identification.data import IDENTITY, Measurement, Pose
-from ..results import CalibratedRobot
+from ..results import CalibratedRobot, rms
 
 DEVIATIONS = np.repeat([0.01, 0.1], 3)
 """Standard deviations of a base's turn about the balls, and of its shift, before the fit [rad, m].
@@ -97,6 +97,5 @@ def _moved(pose: Pose, points: np.ndarray, targets: np.ndarray) -> FittedPose:
         H = precision * S.T @ S + np.diag(DEVIATIONS**-2)
         change = np.linalg.solve(H, precision * S.T @ (e + S @ change))
     motion = IDENTITY.moved(change)
-    errors: np.ndarray = np.linalg.norm(outer - motion.apply(inner), axis=1)
-    moved = centre @ motion @ centre.inverse() @ pose
-    return FittedPose(moved, float(np.mean(errors**2) ** 0.5))
+    errors = np.linalg.norm(outer - motion.apply(inner), axis=1)
+    return FittedPose(centre @ motion @ centre.inverse() @ pose, rms(errors))

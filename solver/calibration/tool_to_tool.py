@@ -91,5 +91,5 @@ def _errors(
 
 def _spread(errors: np.ndarray) -> Spread:
     """Return the mean, the 95th percentile and the largest of some errors."""
-    p95 = float(np.quantile(errors, 0.95))
-    return Spread(mean=float(errors.mean()), p95=p95, max=float(errors.max()))
+    p95, largest = np.quantile(errors, [0.95, 1.0]).tolist()
+    return Spread(mean=float(errors.mean()), p95=p95, max=largest)

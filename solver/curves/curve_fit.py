@@ -66,7 +66,7 @@ class CurveFit:
     def parts_of_noise(self) -> tuple[np.ndarray, ...]:
         """Parts of M by each source's seat and by its joints, as blocks of shape (N, 3, 3)."""
         slopes = self.samples.slopes
-        by_joints = slopes @ slopes.transpose(0, 2, 1)
+        by_joints = slopes @ slopes.swapaxes(1, 2)
         parts: list[np.ndarray] = []
         for k, noise in enumerate(self.state.noises):
             shares = (self.samples.sources == k) / self.weights

@@ -98,7 +98,7 @@ class CurveAnnealing(Annealing):
         H_d = H[:, d]
         K_aa = K[rows[:, :, None], rows[:, None]]
         K_ad = K[rows][:, :, d]
-        of_samples = K_aa - H_a @ H_a.transpose(0, 2, 1)
+        of_samples = K_aa - H_a @ H_a.swapaxes(1, 2)
         before = np.diag(K)[d]
         gains = np.sum(H_d**2, axis=0)
         return Prospect(

@@ -230,7 +230,7 @@ class Prospect(NamedTuple):
         """Return that of samples with whitened rows A, shape (N, 3, n), for F, (size, J)."""
         size = len(F)
         across = A @ covariance
-        of_samples = across @ A.transpose(0, 2, 1)
+        of_samples = across @ A.swapaxes(1, 2)
         by_numbers = covariance[:size, :size] @ F
         return cls(
             cross=across[:, :, :size] @ F,

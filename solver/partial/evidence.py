@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..identification.model import log_bayes_factor, probabilities
-from .fit import fit, next_step
-from .linear import linear
+from .fit import fit, linear, next_step
 from .system import System
 from .task import Task
 
@@ -178,17 +177,14 @@ def explanations(task: Task) -> list[Explanation]:
         candidates += changes_of(joint, share, [zero])
     candidates += changes_of("tool", PRIOR["tool"], ball)
     candidates += changes_of("base", PRIOR["base"], base)
-    return [
-        *candidates,
-        Explanation(EVERYTHING, PRIOR[EVERYTHING], geometry_changes(task)),
-    ]
+    everything = Explanation(EVERYTHING, PRIOR[EVERYTHING], geometry_changes(task))
+    return [*candidates, everything]
 
 
 def changes_of(name: str, prior: float, unknowns: Sequence[int]) -> list[Explanation]:
     """Return the hypotheses that unknowns changed by what is typical; none without unknowns."""
-    if not unknowns:
-        return []
     return [
         Explanation(name, prior / len(TYPICAL), dict.fromkeys(unknowns, width))
         for width in TYPICAL
+        if unknowns
     ]

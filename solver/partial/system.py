@@ -69,7 +69,7 @@ class System:
         axes = J.shape[1]
         scales = np.repeat([noise.place, noise.turn], 3)[:axes]
         variances = noise.joint**2 + self.task.rows.rounding**2
-        of_joints = variances * J @ J.transpose(0, 2, 1)
+        of_joints = variances * J @ J.swapaxes(1, 2)
         return np.diag(scales**2) + of_joints
 
     def weighted_blocks(self, noise: NoiseBelief) -> np.ndarray:
@@ -184,7 +184,7 @@ class System:
         posterior, slopes, _ = self._seen(slice(0))
         of_samples = slopes[: N * axes]
         root = (of_samples @ posterior.root).reshape(N, axes, -1)
-        Q = root @ root.transpose(0, 2, 1)
+        Q = root @ root.swapaxes(1, 2)
         blocks = self.weighted_blocks(self.state.noise)
         shares = np.linalg.solve(blocks - Q, self.residuals[:, :, None])
         return (blocks @ shares)[:, :, 0]

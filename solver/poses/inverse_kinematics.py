@@ -204,7 +204,7 @@ class InverseKinematics:
             pose, jacobian = self.ball_and_neck(q[moving])
             error = (targets[moving] - pose[:, :rows])[:, :, None]
             J = jacobian[:, :rows]
-            transposed = J.transpose(0, 2, 1)
+            transposed = J.swapaxes(1, 2)
             dual_step = np.linalg.solve(J @ transposed + damping, error)
             dq = (transposed @ dual_step)[:, :, 0]
             longest = np.abs(dq).max(axis=1).clip(1e-9)

@@ -20,11 +20,11 @@ from .projections import damped_steps as damped_steps
 from .projections import pair_lengths as pair_lengths
 from .projections import unit as unit
 from .projections import variances_of as variances_of
-from .size import model_of as model_of
 from .table import STUDIES as STUDIES
 from .uncertainty import correlations as correlations
 from .uncertainty import covariance_of as covariance_of
 from .uncertainty import distance_slopes as distance_slopes
+from .uncertainty import model_of as model_of
 from .uncertainty import observability_index as observability_index
 from .uncertainty import predicted_deviation as predicted_deviation
 from .uncertainty import scale as scale

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..identification.data import IDENTITY, WORLD, Places, Pose, as_point
-from ..results import Fit, FramePose, Measurements, Study
+from ..results import Fit, FramePose, Measurements, Study, rms
 
 
 def frames(
@@ -55,8 +55,7 @@ def frame_pose(
     if items:
         coordinates = np.array([item.coordinates for item in items])
         seats = centres[[item.socket for item in items]]
-        squares = np.sum((seats - pose.apply(coordinates)) ** 2, axis=1)
-        error = float(squares.mean()) ** 0.5
+        error = rms(np.linalg.norm(seats - pose.apply(coordinates), axis=1))
     return FramePose(
         name="base" if frame == WORLD else places.frames[frame],
         xyz=pose.origin.xyz,

@@ -117,13 +117,10 @@ def _uses(
     nearby = load.at(robot, q)
     anywhere = load.at(robot, workspace(robot, 2 * PAIRS))
 
-    def point(errors: np.ndarray) -> np.ndarray:
-        return rows_of(without_mean(errors, places))
-
     uses = [
         *_in_sockets(posterior),
         *_measured(posterior),
-        _use(posterior, nearby, point),
+        _use(posterior, nearby, lambda errors: rows_of(without_mean(errors, places))),
         _distances(posterior, nearby),
         _distances(posterior, anywhere),
     ]
@@ -146,13 +143,11 @@ def _in_sockets(posterior: Posterior) -> Iterator[Use]:
     pairs = np.nonzero(np.triu(bases[:, None] != bases))
     between_bases = _lengths(posterior.centres[visited], *pairs)
 
-    def point(errors: np.ndarray) -> np.ndarray:
-        return rows_of(roots * without_mean(errors, sockets))
-
-    def distance(errors: np.ndarray) -> np.ndarray:
-        return between_bases(np.tensordot(means, errors, axes=1))
-
-    for difference in (point, distance):
+    differences: tuple[Difference, ...] = (
+        lambda errors: rows_of(roots * without_mean(errors, sockets)),
+        lambda errors: between_bases(np.tensordot(means, errors, axes=1)),
+    )
+    for difference in differences:
         use = _use(posterior, samples, difference)
         yield replace(use, targets=posterior.centres[sockets])
 
@@ -174,13 +169,7 @@ def _measured(posterior: Posterior) -> Iterator[Use]:
         samples = data.only(rows)
         Q = basis_of(IDENTITY.slopes(posterior.predict(samples)))
 
-        def point(
-            errors: np.ndarray,
-            Q: np.ndarray = Q,
-        ) -> np.ndarray:
-            return outside(rows_of(errors), Q)
-
-        yield _use(posterior, samples, point)
+        yield _use(posterior, samples, lambda errors, Q=Q: outside(rows_of(errors), Q))
         first = np.tile(rows, PARTNERS)
         seconds = [generator.permutation(rows) for _ in range(PARTNERS)]
         yield _distances(posterior, data.only(np.concatenate([first, *seconds])))
@@ -209,10 +198,9 @@ def _lengths(
     directions = unit(offsets)
     directions[np.linalg.norm(offsets, axis=1) <= SAME] = 0.0
 
-    def difference(errors: np.ndarray) -> np.ndarray:
-        return np.einsum("ni,nik->nk", directions, errors[second] - errors[first])
-
-    return difference
+    return lambda errors: np.einsum(
+        "ni,nik->nk", directions, errors[second] - errors[first]
+    )
 
 
 def _use(

@@ -7,6 +7,7 @@ both models follow.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -109,15 +110,16 @@ def _improvement(
     loaded = pair_lengths(models.loaded(q))
     before = np.min(by_nominal, axis=0)
     now = errors(loaded)
-    corrected = errors(lengths) if models.corrected else None
+    corrected: dict[str, Any] = {}
+    if models.corrected:
+        by_full = errors(lengths)
+        corrected["corrected"] = _interval(by_full)
+        corrected["corrected_probability"] = _share(by_full < before)
     return Improvement(
         before=_interval(before),
         now=_interval(now),
         probability=_share(now < before),
-        corrected=None if corrected is None else _interval(corrected),
-        corrected_probability=(
-            None if corrected is None else _share(corrected < before)
-        ),
+        **corrected,
     )
 
 

@@ -90,13 +90,14 @@ def tail(places: Iterable[tuple[Posterior, HeldOut]]) -> float:
 
 def _misfit(samples: "ByAxes") -> float:
     """Return f, by which the mean of the squares is that of three normal numbers."""
-
-    def is_beyond(squares: np.ndarray) -> np.ndarray:
-        return np.array([_squares(samples, square).mean() > AXES for square in squares])
-
     low = np.zeros(1)
-    squares = bisected(is_beyond, low, low + LARGEST, HALVINGS)
-    return float(squares[0]) ** 0.5
+    (square,) = bisected(
+        lambda squares: _squares(samples, squares[0]).mean(keepdims=True) > AXES,
+        low,
+        low + LARGEST,
+        HALVINGS,
+    )
+    return float(square) ** 0.5
 
 
 def within(

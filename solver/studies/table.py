@@ -8,7 +8,7 @@ from .identifiability import UNCERTAINTY
 from .improvement import BETTER
 from .patterns import ERROR_PATTERNS
 from .placement_deviations import LEFT_OUT, MISFIT, PLACEMENTS, TAIL
-from .size import SCALE
+from .uncertainty import SCALE
 
 STUDIES: tuple[Study, ...] = (
     PLACEMENTS,

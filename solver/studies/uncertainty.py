@@ -7,8 +7,8 @@ import numpy as np
 
 from ..identification.data import IDENTITY, Samples
 from ..identification.inference import Posterior
-from ..identification.model import ExtendedModel, submatrix
-from ..results import Correlation, Scale
+from ..identification.model import ExtendedModel, extend, submatrix
+from ..results import Correlation, Fit, Measurements, Scale, Study
 from .projections import (
     basis_of,
     outside,
@@ -64,20 +64,13 @@ def observability_index(posterior: Posterior) -> float:
     scaled = linear.by_parameters * widths
     motions = IDENTITY.slopes(linear.points)
     shifts = motions[:, :, 3:]
-    centred: list[np.ndarray] = []
-
-    def add(
-        rows: np.ndarray,
-        changes: np.ndarray,
-    ) -> None:
-        if rows.any():
-            Q = basis_of(changes[rows])
-            centred.append(outside(rows_of(scaled[rows]), Q))
-
-    for k in range(data.socket_count):
-        add(data.sockets == k, shifts)
-    for k in range(len(data.frames)):
-        add(data.measured_in == k, motions)
+    places = [(data.sockets == k, shifts) for k in range(data.socket_count)]
+    places += [(data.measured_in == k, motions) for k in range(len(data.frames))]
+    centred = [
+        outside(rows_of(scaled[rows]), basis_of(changes[rows]))
+        for rows, changes in places
+        if rows.any()
+    ]
     slopes = np.concatenate(centred)
     values = np.linalg.svd(slopes, compute_uv=False)
     log_mean = np.mean(np.log(values[values > 1e-6 * values[0]]))
@@ -142,8 +135,7 @@ def _sum_of_squares(
     n = len(samples.q)
     covariance = posterior.of_unknowns
     sums = np.zeros((3, len(covariance)))
-    total = 0.0
-    noise = 0.0
+    total = noise = 0.0
     for begin in range(0, n, BATCH):
         some = slice(begin, begin + BATCH)
         _, J, by_joints = posterior.linearise(samples.only(some))
@@ -179,3 +171,31 @@ def scale(posterior: Posterior) -> Scale:
     slope = posterior.model.by_scale()
     variance = float(slope @ covariance_of(posterior) @ slope)
     return Scale(value=float(slope @ posterior.x), deviation=variance**0.5)
+
+
+def model_of(fit: Fit) -> tuple[ExtendedModel, np.ndarray]:
+    """Return the model of a fit, and its most probable unknowns, shape (size,)."""
+    if fit.posterior is not None:
+        return fit.posterior.model, fit.posterior.x
+    arm = fit.calibrated
+    model = extend(arm.robot, arm.parameters, rotation_numbers=arm.rotation_numbers)
+    return model, arm.values - arm.model.nominal
+
+
+def scale_of(
+    fit: Fit,
+    _: Measurements,
+) -> Scale:
+    """Return by how much the arm came out larger than its model."""
+    if fit.posterior is not None:
+        return scale(fit.posterior)
+    model, x = model_of(fit)
+    slopes = model.by_scale()
+    value = float(slopes @ x)
+    if fit.covariance is None:
+        return Scale(value=value)
+    deviation = float(slopes @ fit.covariance @ slopes) ** 0.5
+    return Scale(value=value, deviation=deviation)
+
+
+SCALE = Study("scale", scale_of, needs_posterior=False)

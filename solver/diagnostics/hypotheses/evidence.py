@@ -152,7 +152,7 @@ class LinearEvidence:
         else:
             pairs = DA[..., :, None] * DA[..., None, :]
             explained = np.tensordot(shares, pairs, 1)
-        squares = A @ A.transpose(0, 2, 1) - explained
+        squares = A @ A.swapaxes(1, 2) - explained
         of_residuals = np.tensordot(shares * self._along, DA, 1)
         pulls = A @ self.r[block.rows] - of_residuals
         M = squares / s2[:, None, None, None]

@@ -116,7 +116,7 @@ def pushed(scene: Scene) -> Iterable[Block]:
 def pushed_here(scene: Scene) -> Iterable[Block]:
     """Return blocks of placements in which the joints were turned so, unlike in the others."""
     J = scene.by_joints
-    covariances = J @ J.transpose(0, 2, 1)
+    covariances = J @ J.swapaxes(1, 2)
     roots = np.linalg.cholesky(covariances + 1e-6 * np.eye(3))
     for block in loose_here(scene, roots, PUSHED_HERE):
         (names,) = block.parameters
@@ -139,7 +139,7 @@ def _gain(
     log_even = np.log(max(variance, 1e-14))
     alike = -1.5 * len(errors) * (log_even + 1)
     J = scene.by_joints * width
-    squares, axes = np.linalg.eigh(J @ J.transpose(0, 2, 1))
+    squares, axes = np.linalg.eigh(J @ J.swapaxes(1, 2))
     of_joints = squares * trials[:, None, None] ** 2
     of_ball = scene.noise * np.array([1.0, 0.5])
     variances = of_joints + of_ball[:, None, None, None] ** 2

@@ -192,10 +192,10 @@ class Scene(LoadedArm):
         if not self.zeros:
             return None
         J = self.linear.by_joints * (self.play / self.noise)
-        of_play = J @ J.transpose(0, 2, 1)
+        of_play = J @ J.swapaxes(1, 2)
         variances, axes = np.linalg.eigh(np.eye(3) + of_play)
         scaled = axes * variances[:, None] ** -0.5
-        return scaled @ axes.transpose(0, 2, 1)
+        return scaled @ axes.swapaxes(1, 2)
 
     # What a fit of the nuisance parameters leaves
 
