@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from ..diagnostics import cause
+from ..diagnostics import SIZE_BY_DISTANCE, cause
 from ..results import Better, Document, Hypothesis
 from .formatting import joined
 from .limits import LIMITS, LimitResult, Status
@@ -17,7 +17,7 @@ INSTRUMENT = (
     "an instrument measured the held-out points, "
     "so a wrong size of the arm shows in their errors"
 )
-NO_MORE_SAMPLES = "No more samples are needed, only one length."
+NO_MORE_SAMPLES = "The samples are enough; only the sockets' distance is missing."
 """Said where nothing but the distance of the sockets is missing."""
 NEEDED = ("mean_absolute_error", "distance_error", "data_checks")
 """Rows without which nothing is validated."""
@@ -151,13 +151,19 @@ def verdict_of(
 ) -> Verdict:
     """Return the verdict of a status, with its rows and reasons."""
     likeliest = cause(causes)
-    words = f"{sentence(likeliest)} " if likeliest else ""
+    texts = [reasons_in_words(rows, status)]
+    is_size = bool(causes) and causes[0].name in SIZE_BY_DISTANCE
+    broken = {row.name for row in rows if row.status in ("fail", "not enough")}
+    if likeliest and status != "pass" and not (is_size and "scale" in broken):
+        texts.insert(0, sentence(likeliest))
+    if lacks_a_length_alone(rows):
+        texts.reverse()
     return Verdict(
         status=status,
         kind=kind,
         scope=scope,
         title=STAMPS[status, kind],
-        text=words * (status != "pass") + reasons_in_words(rows, status),
+        text=" ".join(filter(None, texts)) or "Nothing was held against a limit.",
         limits=tuple(filter(is_limit, rows)),
         reasons=tuple(filter(is_reason, rows)),
     )
@@ -204,4 +210,4 @@ def reasons_in_words(rows: Sequence[LimitResult], status: Outcome) -> str:
     if status != "pass" and not broken:
         words += [sentence(row.text) for row in gaps[:1]]
     words += [*broken, *texts("warning")]
-    return " ".join(words) or "Nothing was held against a limit."
+    return " ".join(words)

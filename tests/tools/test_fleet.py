@@ -175,4 +175,4 @@ def test_what_to_do_goes_with_its_reason(session, tmp_path, answer):
     words = ("--robot", "panda", "--method", "paper", "--out", tmp_path / "out")
     (row,) = answer("fleet", tmp_path / "fleet", *words, "--processes", "1", status=3)["arms"]
     assert row["again"].startswith("Measure the distance of the sockets' centres, and type it")
-    assert "only one length" in row["again"]
+    assert "only the sockets' distance" in row["again"]

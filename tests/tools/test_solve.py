@@ -57,7 +57,7 @@ def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session):
     status, out, _ = run("solve", "front", "--robot", "panda")
     assert status == 1 and "Verdict: BETTER" in out and "nothing was left out" in out
     assert out.startswith(
-        "With calibrated.urdf, a distance anywhere in the workspace is wrong by about "
+        "With the new URDF, a distance anywhere in the workspace is wrong by about "
     )
     assert out.strip().splitlines()[-1].startswith("Nothing was written")
     assert "the report" not in out
@@ -147,7 +147,7 @@ def test_a_placement_named_for_the_test_is_left_out_of_a_folder_to_train_on(run,
     _, out, err = run("solve", ".", *words, "right")
     roles = {p["name"].split("/")[-1]: p["role"] for p in json.loads(out)["placements"]}
     assert roles == {"front": "train", "left": "train", "right": "test"}
-    assert "right: held out, so left out of the training" in err and "warning" not in err
+    assert "right: only tested on" in err and "warning" not in err
     status, _, err = run("solve", ".", "right", *words, "right")
     assert status == 2 and "right: trained on, so it cannot be held out as well" in err
     status, _, err = run("solve", ".", *words, "front", "left", "right")

@@ -1,6 +1,7 @@
 """Arms of a command line: their placements, and a verb for each of them in turn."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields, replace
 from functools import wraps
 from pathlib import Path
@@ -28,6 +29,15 @@ def one_arm(file: Path) -> Path:
         folders = ", ".join(str(path.parent) for path in files.values())
         raise UsageError(f"{file}: holds several robots; name one of {folders}")
     return files[""]
+
+
+def load_to_use(file: Path, terminal: Terminal) -> "calibration.Calibration":
+    """Return a calibration, with a warning where its verdict is not to load it."""
+    loaded = calibration.load_calibration(file)
+    with suppress(MukcaError):  # not every file can be judged
+        if not loaded.verdict.use:
+            terminal.warn(f"{file}: {loaded.verdict.title}: do not use it yet")
+    return loaded
 
 
 def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal], int]:
@@ -148,8 +158,8 @@ def split_by_robot(
             else:
                 trained.append(path.name)
     lines = {
-        "held out, so left out of the training": held_out,
-        "trained on, so left out of the test": trained,
+        "only tested on": held_out,
+        "only trained on": trained,
     }
     remarks = [f"{', '.join(names)}: {why}" for why, names in lines.items() if names]
     return training, tested, [*remarks, *dict.fromkeys(unread)]

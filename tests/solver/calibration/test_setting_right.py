@@ -80,7 +80,7 @@ def test_a_move_of_what_is_held_out_counts_in_its_errors(panda, moved):
     found = solved(panda, moved[0], moved[1])
     assert found.document.summary.test.calibrated.mean_absolute_error > 1e-3
     (told,) = [check for check in found.document.checks if check.where.startswith("left")]
-    assert told.code == "moved" and "was only tested on" in told.advice
+    assert told.code == "moved" and "only the test used this placement" in told.advice
     assert "allows for" not in told.advice  # nothing is fitted to it
 
 
@@ -214,7 +214,7 @@ def test_a_held_out_placement_is_judged_with_its_drift(panda, placements, sound)
     assert (told.code, told.where) == (
         "drift",
         "left",
-    ) and "was only tested on" in told.advice
+    ) and "only the test used this placement" in told.advice
     steady, moved = (
         one.summary.test.calibrated.mean_absolute_error for one in (sound.document, document)
     )

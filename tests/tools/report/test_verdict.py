@@ -87,7 +87,7 @@ def test_without_held_out_data_nothing_is_validated(document, rows):
     status, limits, text = rows(document)
     assert status == "incomplete"
     assert limits["mean_absolute_error"] == "not evaluated"
-    assert "Left-out error (MAE): nothing was left out" in text
+    assert "Mean left-out error: nothing was left out" in text
 
 
 def test_places_that_are_one_are_named_where_nothing_could_be_left_out(panda, session):

@@ -11,6 +11,7 @@ from ...report.figures import cross_placement
 
 MOST_ROWS = 6
 """Placements in the short table, the worst ones."""
+HEAD = "mean error of the ball, mm"
 LONGEST = 26
 """Letters of a placement's name there."""
 
@@ -36,7 +37,7 @@ def short_rows(errors: "calibration.Errors") -> list[list[str]]:
     """
     names = short_names([row.name for row in errors])
     two = any(row.geometric is not None for row in errors)
-    heads = ["mean error, mm", "", "samples", "before", "now"]
+    heads = [HEAD, "", "samples", "before", "now"]
     rows = [[*heads, "corrected joints"] if two else heads]
     worst = sorted(errors, key=lambda row: -row.loaded.mean_absolute_error)[:MOST_ROWS]
     for name, row in zip(names, errors, strict=True):
@@ -48,8 +49,7 @@ def short_rows(errors: "calibration.Errors") -> list[list[str]]:
     for role, title in results.ROLES.items():
         summary: results.Summary | None = getattr(errors.summary, role)
         if summary:
-            removed = _removed(summary)
-            rows.append(["= mean", title, removed, *_figures(summary, two=two)])
+            rows.append([_mean(summary), title, "", *_figures(summary, two=two)])
     return rows
 
 
@@ -60,7 +60,7 @@ def left_out_rows(errors: "calibration.Errors") -> list[list[str]]:
     """
     trained = [row for row in errors if row.role == "train"]
     two = any(row.geometric is not None for row in errors)
-    heads = ["mean error, mm", "samples", "before", "left out", "trained on"]
+    heads = [HEAD, "samples", "before", "left out", "trained on"]
     rows = [[*heads, "corrected joints"] if two else heads]
     left_out = [errors.left_out(row.name) for row in trained]
     sizes = sorted(row.loaded.mean_absolute_error for row in left_out if row)
@@ -75,7 +75,7 @@ def left_out_rows(errors: "calibration.Errors") -> list[list[str]]:
     summary = errors.summary
     assert summary.train and summary.left_out
     cells = _beside_trained(summary.left_out, summary.train, two=two)
-    return [*rows, ["= mean", _removed(summary.left_out), *cells]]
+    return [*rows, [_mean(summary.left_out), "", *cells]]
 
 
 def _beside_trained(
@@ -99,8 +99,8 @@ def _others(count: int) -> list[list[str]]:
     return [[f"  and {plural(count - MOST_ROWS, 'placement')} with smaller errors"]]
 
 
-def _removed(summary: "results.Summary") -> str:
-    return f"{fixed(-100 * summary.removed_when_loaded, 1, '+')} %"
+def _mean(summary: "results.Summary") -> str:
+    return f"= mean ({fixed(-100 * summary.removed_when_loaded, 1, '+')} %)"
 
 
 def aligned(row: Sequence[str]) -> str:

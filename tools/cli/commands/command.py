@@ -17,7 +17,7 @@ from ....recorder import POSE_FORMS, RecordingError
 from ....solver import calibration, results
 from ....solver.assessment import plural
 from ....solver.calibration import UsageError
-from .. import JsonOption, PayloadOptions, Terminal, one_arm
+from .. import JsonOption, PayloadOptions, Terminal, load_to_use, one_arm
 from .tool import numbers
 
 if TYPE_CHECKING:
@@ -65,9 +65,9 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
     """Write the joint positions, each row near the one before."""
     import numpy as np
 
-    from ....solver.calibration import find_jumps, load_calibration, pose_of_numbers
+    from ....solver.calibration import find_jumps, pose_of_numbers
 
-    calibrated = load_calibration(one_arm(options.calibration))
+    calibrated = load_to_use(one_arm(options.calibration), terminal)
     setup = options.setup()
     start, prefer = options.start, options.prefer
     before = None
@@ -209,7 +209,7 @@ def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
     """Write the pose of the tool for each row, as place and quaternion, and its deviation."""
     import numpy as np
 
-    calibrated = calibration.load_calibration(one_arm(options.calibration))
+    calibrated = load_to_use(one_arm(options.calibration), terminal)
     setup = options.setup()
     joints = len(calibrated.robot.joint_names)
     start = numbers(options.relative_to, "--relative-to", (joints,)) or None

@@ -1,16 +1,13 @@
 """``mukca convert`` and ``export``: recordings and calibrations as other programs read them."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, replace
 from itertools import chain, pairwise
 from pathlib import Path
 from typing import Literal
 
 from .... import recorder
-from ....errors import MukcaError
 from ....recorder import Placement
-from ....solver import calibration
 from ....solver.calibration import UsageError
 from ....solver.results import OutputError, refuse_existing, write_files
 from ... import export
@@ -21,6 +18,7 @@ from .. import (
     TableOptions,
     Terminal,
     for_each_arm,
+    load_to_use,
     option,
 )
 
@@ -144,18 +142,13 @@ class _ExportOptions(PayloadOptions, JsonOption):
 def run_export(options: _ExportOptions, terminal: Terminal) -> int:
     """Write the files, and print what the format cannot express."""
     tools = _tools(options.tool)
-    loaded = calibration.load_calibration(options.calibration)
+    loaded = load_to_use(options.calibration, terminal)
     if loaded.document.distorted:
         places = ", ".join(loaded.document.distorted)
         terminal.warn(
             f"{options.calibration}: the model does not reproduce the sockets' distance at "
             f"{places}; it was accepted by --accept-distorted"
         )
-    with suppress(MukcaError):  # not every file that can be exported can be judged
-        if loaded.verdict.status == "fail":
-            terminal.warn(
-                f"{options.calibration}: {loaded.verdict.title}: do not use it yet"
-            )
     names = ("serial_number", "force", "like", "joints", "servos", "flange", "rows")
     settings = {name: getattr(options, name) for name in names}
     settings |= {"tools": tools, "payload": options.carried}

@@ -244,5 +244,7 @@ def _show(
     axes = zip("xyz", first, strict=True)
     place = " ".join(f"{axis} {fixed(value, 2, '+')}" for axis, value in axes)
     place += " m in the frame of the robot's base"
-    steps = ", then from there ".join([place, *moves])
-    terminal.say(f"Placements, in this order, as seen from the robot: {steps}.")
+    moves = [f"; from {i} to {i + 1}: {move}" for i, move in enumerate(moves, 1)]
+    terminal.say(
+        f"Put the socket base, as seen from the robot: 1 at {place}{''.join(moves)}."
+    )
