@@ -63,9 +63,7 @@ def distance_text(placements: Sequence[PlacementErrors]) -> str:
         origin = f" ({_SOURCES[source]})" if source in _SOURCES else ""
         parts.append(f"{distance} mm{place}{origin}")
     if not parts and points:
-        return (
-            f"Scale: from the points that an instrument measured at {joined(points)}."
-        )
+        return f"Lengths are the instrument's, at {joined(points)}."
     if not parts:
         return "Distance of the sockets: none in the placements trained on."
     return f"Distance of the sockets: {'; '.join(parts)}."

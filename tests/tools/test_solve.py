@@ -108,6 +108,8 @@ def test_results_are_overwritten_only_by_force(run, tmp_path):
     assert status == 3 and ("NOT ENOUGH" in out) != ("load it instead of" in out)
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert not [f for f in tmp_path.iterdir() if f.name.startswith(".")]
+    export = ("export", str(tmp_path), "--to", "dh", "--out", str(tmp_path / "dh.csv"))
+    assert "NOT ENOUGH DATA: do not use it yet" in run(*export)[2]
 
 
 def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path):
@@ -123,8 +125,9 @@ def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path):
     assert "load it instead of" not in out
     assert (tmp_path / "c/calibrated.urdf").exists()
     words = ("export", str(tmp_path / "c"), "--to", "dh", "--out", str(tmp_path / "dh.csv"))
-    status, _, err = run(*words)
-    assert status == 0 and "FAIL: do not use it yet" in err
+    for words in (words, ("poses", str(tmp_path / "c"), "front/hole_0.csv")):
+        status, _, err = run(*words)
+        assert status == 0 and "FAIL: do not use it yet" in err
 
 
 def test_not_converged_is_status_1_and_no_result(run, tmp_path):
