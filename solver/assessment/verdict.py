@@ -150,14 +150,11 @@ def verdict_of(
     scope: Scope | None = None,
 ) -> Verdict:
     """Return the verdict of a status, with its rows and reasons."""
-    likeliest = cause(causes)
     texts = [reasons_in_words(rows, status)]
-    is_size = bool(causes) and causes[0].name in SIZE_BY_DISTANCE
-    broken = {row.name for row in rows if row.status in ("fail", "not enough")}
-    if likeliest and status != "pass" and not (is_size and "scale" in broken):
-        texts.insert(0, sentence(likeliest))
-    if lacks_a_length_alone(rows):
-        texts.reverse()
+    of_size = any(one.name in SIZE_BY_DISTANCE for one in causes[:1])
+    if status != "pass" and not (of_size and "scale" in _lacking(rows)):
+        likeliest = cause(causes)
+        texts.insert(lacks_a_length_alone(rows), likeliest and sentence(likeliest))
     return Verdict(
         status=status,
         kind=kind,
@@ -169,10 +166,14 @@ def verdict_of(
     )
 
 
+def _lacking(rows: Iterable[LimitResult]) -> list[str]:
+    """Return the names of rows that bar a PASS."""
+    return [row.name for row in rows if row.status in ("fail", "not enough")]
+
+
 def lacks_a_length_alone(rows: Iterable[LimitResult]) -> bool:
     """Tell whether a PASS wants nothing but the distance of the sockets."""
-    lacking = [row.name for row in rows if row.status in ("fail", "not enough")]
-    return lacking == ["distance_given"]
+    return _lacking(rows) == ["distance_given"]
 
 
 def is_limit(row: LimitResult) -> bool:

@@ -25,6 +25,9 @@ class Errors(tuple[results.PlacementErrors, ...]):
     Those of placements that folds left out come last.
     """
 
+    title = "errors of the ball in mm: before -> by calibrated.urdf"
+    """Subject of the table."""
+
     @overload
     def __getitem__(self, index: SupportsIndex | str) -> results.PlacementErrors: ...
 
@@ -73,14 +76,6 @@ class Errors(tuple[results.PlacementErrors, ...]):
             {"placements": self.placements, "summary": self.summary}
         )
 
-    @property
-    def title(self) -> str:
-        """Subject of the table."""
-        title = "errors of the ball in mm: before -> by calibrated"
-        if any(row.geometric is not None for row in self):
-            return f"{title}.urdf"
-        return title
-
     def table(self) -> list[tuple[bool, list[str]]]:
         """Return the rows of the table, before -> calibrated [mm]; True marks a summary.
 
@@ -121,9 +116,7 @@ def _rows(
 ) -> list[tuple[bool, list[str]]]:
     before, loaded, corrected = map(_figures, (row.before, row.loaded, row.calibrated))
     pairs = zip(before, loaded, strict=True)
-    cells = [
-        first if first == last == "-" else f"{first} -> {last}" for first, last in pairs
-    ]
+    cells = [first if first == "-" else f"{first} -> {last}" for first, last in pairs]
     rows = [(isinstance(row, results.Summary), [name, samples, *cells])]
     if row.geometric is not None:
         cells = ["-" if cell == "-" else f"-> {cell}" for cell in corrected]

@@ -25,7 +25,7 @@ DISTANCE = "scale"
 """Code of findings of a wrong distance."""
 DIFFERENCE = "movement"
 """Code of what differs between places, for which the fit has an unknown."""
-MENDED = "a fit to only those before, or only those after, is more exact"
+MENDED = "solving only what was recorded before it, or after it, is more exact"
 BASES = {"sockets": "its socket base", "points": "the instrument or the arm's foot"}
 STEADY = {
     "sockets": "fasten it before you record again",

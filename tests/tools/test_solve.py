@@ -124,8 +124,8 @@ def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path):
     assert status == 1 and "FAIL" in out  # it is written, and no one is told that it is good
     assert "load it instead of" not in out
     assert (tmp_path / "c/calibrated.urdf").exists()
-    words = ("export", str(tmp_path / "c"), "--to", "dh", "--out", str(tmp_path / "dh.csv"))
-    for words in (words, ("poses", str(tmp_path / "c"), "front/hole_0.csv")):
+    export = ("export", str(tmp_path / "c"), "--to", "dh", "--out", str(tmp_path / "dh.csv"))
+    for words in (export, ("poses", str(tmp_path / "c"), "front/hole_0.csv")):
         status, _, err = run(*words)
         assert status == 0 and "FAIL: do not use it yet" in err
 

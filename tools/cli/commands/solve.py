@@ -165,10 +165,10 @@ def _read(
 
 def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
     if not outputs:
-        words = "add --out DIR to write the new URDF into a folder DIR"
-        if not usable:
-            words = "add --out DIR to write the report into a folder DIR"
-        return [f"Nothing was written; {words}."]
+        result = "new URDF" if usable else "report"
+        return [
+            f"Nothing was written; add --out DIR to write the {result} into a folder DIR."
+        ]
     if "arms" in outputs:
         summary = outputs["arms"]
         if "urdf" in outputs:
