@@ -144,9 +144,8 @@ def _answer(
     The ``first`` of the rows are those that say why not.
     """
     better, scope = verdict.better, verdict.scope
-    reason = [sentence(row.text) for row in first[:1]]
-    if lacks_a_length_alone(rows):
-        reason = [NO_MORE_SAMPLES, *reason]
+    reason = [NO_MORE_SAMPLES] if lacks_a_length_alone(rows) else []
+    reason += [sentence(row.text) for row in first[:1]]
     lines = [] if better is None else [figures_in_words(better)]
     chance = odds or (better and in_100(better.probability))
     told = f" ({chance})" if chance else ""

@@ -204,11 +204,9 @@ def reasons_in_words(rows: Sequence[LimitResult], status: Outcome) -> str:
     limits_met = [row.title for row in rows if row.status == "pass" and is_limit(row)]
     if limits_met and status == "pass":
         words.append(f"Within its limit: {joined(limits_met)}.")
-    broken = texts("fail") or texts("not enough")
     if lacks_a_length_alone(rows):
-        broken = [NO_MORE_SAMPLES, *broken]
-    gaps = gaps_of(rows)
+        words.append(NO_MORE_SAMPLES)
+    broken = texts("fail") or texts("not enough")
     if status != "pass" and not broken:
-        words += [sentence(row.text) for row in gaps[:1]]
-    words += [*broken, *texts("warning")]
-    return " ".join(words)
+        broken = [sentence(row.text) for row in gaps_of(rows)[:1]]
+    return " ".join([*words, *broken, *texts("warning")])

@@ -156,10 +156,9 @@ def _since(difference: Difference, data: Observations) -> str:
         return "from {first} to {last} only"
     if difference.at:
         return "from {first} on"
-    if first == last:
-        return f"in {first}"
-    end = "on" if last == data.placements[-1] else f"to {last}"
-    return f"from {first} {end}"
+    if last == data.placements[-1]:
+        return f"from {first} on"
+    return f"in {first}" if first == last else f"from {first} to {last}"
 
 
 READS = ("scale", "distorted")

@@ -141,7 +141,7 @@ def test_a_test_folder_leaves_out_what_was_trained_on(run, session):
     words = ("--test", ".", "--robot", "panda", "--method", "paper", "--json")
     _, out, err = run("solve", "front", *words)
     assert [p["role"] for p in json.loads(out)["placements"]] == ["train", "test", "test"]
-    assert "front: trained on, so left out" in err
+    assert "front: only trained on" in err
     assert "warning" not in err  # it is what a folder of placements is for
 
 

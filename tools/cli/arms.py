@@ -31,13 +31,12 @@ def one_arm(file: Path) -> Path:
     return files[""]
 
 
-def load_to_use(file: Path, terminal: Terminal) -> "calibration.Calibration":
-    """Return a calibration, with a warning where its verdict is not to load it."""
-    loaded = calibration.load_calibration(file)
+def warn_of_use(calibrated: "calibration.Calibration", terminal: Terminal) -> None:
+    """Warn of a calibration whose verdict is not to load it."""
     with suppress(MukcaError):  # not every file can be judged
-        if not loaded.verdict.use:
-            terminal.warn(f"{file}: {loaded.verdict.title}: do not use it yet")
-    return loaded
+        verdict = calibrated.verdict
+        if not verdict.use:
+            terminal.warn(f"{calibrated.source}: {verdict.title}: do not use it yet")
 
 
 def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal], int]:

@@ -75,7 +75,7 @@ def test_a_base_that_falls_back_is_told_and_its_samples_count(panda):
     _, placement = recorded(panda, "base@10+3:3mm")
     found = mukca.calibrate(panda, placement, **RIGID)
     (text,) = told(found)
-    assert "from sample 10 to sample 12, only" in text
+    assert "from sample 10 to sample 12 only" in text
     without = mukca.calibrate(panda, placement, as_recorded=True, **RIGID)
     errors = [of.errors.summary.train.calibrated.mean_absolute_error for of in (found, without)]
     assert errors[0] < 2e-4 < errors[1]

@@ -8,6 +8,7 @@ from typing import Literal
 
 from .... import recorder
 from ....recorder import Placement
+from ....solver import calibration
 from ....solver.calibration import UsageError
 from ....solver.results import OutputError, refuse_existing, write_files
 from ... import export
@@ -18,8 +19,8 @@ from .. import (
     TableOptions,
     Terminal,
     for_each_arm,
-    load_to_use,
     option,
+    warn_of_use,
 )
 
 _FORMS = {
@@ -142,7 +143,7 @@ class _ExportOptions(PayloadOptions, JsonOption):
 def run_export(options: _ExportOptions, terminal: Terminal) -> int:
     """Write the files, and print what the format cannot express."""
     tools = _tools(options.tool)
-    loaded = load_to_use(options.calibration, terminal)
+    loaded = calibration.load_calibration(options.calibration)
     if loaded.document.distorted:
         places = ", ".join(loaded.document.distorted)
         terminal.warn(
@@ -153,6 +154,7 @@ def run_export(options: _ExportOptions, terminal: Terminal) -> int:
     settings = {name: getattr(options, name) for name in names}
     settings |= {"tools": tools, "payload": options.carried}
     exported = export.export(loaded, options.to, options.out, **settings)
+    warn_of_use(loaded, terminal)
     wrote = (f"Wrote {file}" for file in exported.outputs.values())
     terminal.say(*map(str, exported.losses), *exported.lines, *wrote)
     losses = [asdict(loss) for loss in exported.losses]
