@@ -14,6 +14,7 @@ from cases import by_table
 from worlds import measured_points
 
 import mukca
+from mukca.solver.identification.robot import nominal_balls
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
@@ -85,6 +86,24 @@ def test_points_of_another_probe_refit_its_tip(solved, true_panda, tmp_path, com
     write_points(moved(points, points.positions - 5e-3 * np.eye(7)[3]), tmp_path / "lost")
     status, text, _ = command(*words[:2], tmp_path / "lost" / "points.csv")
     assert status == 1 and "drifted" in text and "tip was refitted" not in text
+
+
+def test_a_flange_that_hardly_turns_has_the_errors_of_its_points(
+    solved, true_panda, tmp_path, command
+):
+    """Neither the frame nor the target is told by such points, and both together are."""
+    out, _ = solved
+    generator, frame = np.random.default_rng(6), pose_at(np.zeros(3), np.ones(3))
+    points = measured_points(true_panda, frame, generator, samples=60, noise=0.0)
+    q = points.positions[:1] + generator.normal(0, 0.01, points.positions.shape)
+    balls = nominal_balls(true_panda, q) + generator.normal(0, 1e-4, (60, 3))
+    rows = np.hstack([q, balls]).tolist()
+    write_rows(tmp_path / "small" / "points.csv", rows, (*points.joint_names, "x", "y", "z"))
+    words = ("validate", out / "calibration.json", tmp_path / "small" / "points.csv", "--json")
+    text = command(*words)[1]
+    (row,) = json.loads(text)["placements"]
+    assert row["nominal"]["mean_absolute_error"] < 3e-4
+    assert row["calibrated"]["mean_absolute_error"] < 3e-4
 
 
 def test_check_and_info_name_the_points(measured, command):

@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
-from itertools import chain, pairwise
+from itertools import chain
 from pathlib import Path
 from typing import Literal
+
+import numpy as np
 
 from .... import recorder
 from ....recorder import Placement
@@ -52,6 +54,7 @@ def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
     placements = {f: recorder.read_placement(f, **options.table) for f in folders}
     outs = [options.out / ("" if f == options.path else f.name) for f in folders]
     for folder, out in zip(folders, outs, strict=True):
+        recorder.require_near(placements[folder])
         if out.resolve() == folder.resolve():
             raise OutputError(f"{out}: is what is read; choose another --out")
     outputs: list[str] = []
@@ -112,9 +115,8 @@ def _losses(placement: Placement) -> list[str]:
     losses: list[str] = []
     if placement.efforts is not None:
         losses.append("this form has no place for efforts; they are left out")
-    if any(sample.time is not None for sample in placement.samples) or any(
-        next_socket < socket for socket, next_socket in pairwise(placement.sockets)
-    ):
+    has_times = any(sample.time is not None for sample in placement.samples)
+    if has_times or (np.diff(placement.sockets) < 0).any():
         losses.append(
             "this form loses the order of recording, by which a base that moved is seen"
         )

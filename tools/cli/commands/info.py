@@ -52,9 +52,14 @@ def _describe(folder: Path, table: Mapping[str, Any]) -> dict[str, Any]:
         facts |= {"samples": {}, "joints": list(content.joint_names)}
         return facts | {"efforts": False, "remarks": []}
     placement = recorder.read_placement(folder, **table)
+    recorder.require_near(placement)
     # a line of words, such as a second header, is no sample
     rows = ~np.isnan(placement.positions).all(axis=1)
     positions = placement.positions[rows]
+    for joint in np.flatnonzero(np.isnan(positions).all(axis=0)).tolist():
+        raise recorder.RecordingError(
+            f"{placement.first_file}: the column of joint {joint + 1} holds no number"
+        )
     sockets = placement.sockets[rows].tolist()
     unnamed = (f"joint{i + 1}" for i in range(positions.shape[1]))
     spreads = [sample.spread for sample in placement.samples if sample.spread]
