@@ -80,7 +80,7 @@ def predicted_in_words(
         )
     return (
         f"{words}; even {high} mm would be within this arm's limit, {mm(allowed)}, "
-        "which asks for no other placement"
+        "so no other placement is needed"
     )
 
 

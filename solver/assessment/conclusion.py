@@ -159,7 +159,9 @@ def _answer(
     else:
         if better and not odds:
             chance = in_100(min(better.probability, SURE - 0.01))
-            told = f"; the chance of that is {chance}, and {in_100(SURE)} are needed"
+            told = (
+                f"; its chance to be better is {chance}, and {in_100(SURE)} are needed"
+            )
         not_better = f"{URDF} is not shown to be better than your file{told}."
         lines += [f"DO NOT LOAD IT: {not_better}", *reason]
     return lines
@@ -200,9 +202,9 @@ def corrected_joints_in_words(verdict: Verdict, held_out: Summary | None) -> lis
         held_out.calibrated.mean_absolute_error > held_out.loaded.mean_absolute_error
     )
     if anywhere.value <= everywhere.now.value and not grew:
-        first = "Better still" if verdict.use else "With your file"
+        first = "Better still, load it and" if verdict.use else "With your file,"
         return [
-            f"{first}, {advice}: a distance is then wrong by about "
+            f"{first} {advice}: a distance is then wrong by about "
             f"{short_mm(anywhere.value)} mm."
         ]
     if grew or recorded is None or near is None or near.value > recorded.now.value:

@@ -25,7 +25,7 @@ DISTANCE = "scale"
 """Code of findings of a wrong distance."""
 DIFFERENCE = "movement"
 """Code of what differs between places, for which the fit has an unknown."""
-MENDED = "solving only what was recorded before it, or after it, is more exact"
+MENDED = "to be more exact, solve only what was recorded after it"
 BASES = {"sockets": "its socket base", "points": "the instrument or the arm's foot"}
 STEADY = {
     "sockets": "fasten it before you record again",
@@ -104,7 +104,8 @@ def _told(
         text = text.format(first=names[int(difference.at)], last=names[last])
     if follows_order(difference) and len(orders(fit.data, name)) > 1:
         first = measured.sockets[-int(difference.clock == "reverse")]
-        text += f" (if socket {first} was recorded first)"
+        text += f" (socket {first} taken as recorded first)"
+    text += "; the fit corrects this, so keep these samples"
     advice = STEADY[measured.kind] if difference.part == BASE else MENDED
     yield Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
 
@@ -137,7 +138,7 @@ def _in_words(posterior: FitPosterior, k: int, base: str) -> str:
         amount = f"{fixed(abs(zero), 2)} +- {fixed(error, 2)} deg"
         way = "more" if zero > 0 else "less"
         words = f"{difference.part} reads {amount} {way} {since}"
-    return f"{words}; the fit corrects this, so keep these samples"
+    return words
 
 
 def _millimetres(size: float, deviation: float) -> str:

@@ -132,7 +132,7 @@ def cause(hypotheses: Sequence[Hypothesis]) -> str:
         return ""
     first, *alternatives = hypotheses
     words = (
-        f"most probable cause ({_percent(first.probability)}): {first.text}; "
+        f"most probable cause of the errors ({_percent(first.probability)}): {first.text}; "
         f"{first.advice} (docs/causes/{first.name}.md)"
     )
     for second in alternatives:

@@ -123,7 +123,9 @@ class Validity(Changes):
             return ()
         advice = "mukca rezero says what to record for them"
         if any(m.kind == "points" for m in self.measured):
-            advice = "it looks like another place of the instrument or of its target"
+            advice = (
+                "it would look like another place of the instrument or of its target"
+            )
         return (
             f"A change of these joints' zeros would not show in such samples: "
             f"{', '.join(self.untold)}; {advice}.",

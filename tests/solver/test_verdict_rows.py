@@ -144,7 +144,7 @@ def test_a_figure_about_its_limit_neither_keeps_nor_misses_it(simulated):
             0.8e-3,
             None,
             1e-4,
-            "be within this arm's limit, 0.90 mm, which asks for no other placement",
+            "be within this arm's limit, 0.90 mm, so no other placement is needed",
         ),
         (
             1.0e-3,
@@ -156,7 +156,7 @@ def test_a_figure_about_its_limit_neither_keeps_nor_misses_it(simulated):
             1.0e-3,
             1.1,
             1e-4,
-            "be within this arm's limit, 1.10 mm, which asks for no other placement",
+            "be within this arm's limit, 1.10 mm, so no other placement is needed",
         ),
         (1.0e-3, None, None, "whether that is enough follows from your arm's --repeatability-mm"),
     ],
@@ -175,8 +175,8 @@ def test_one_judgement_says_whether_another_placement_is_needed(high, length, re
             2e-3,
             3e-4,
             8e-5,
-            "Better still, let mukca correct the joint positions that you send (mukca command): "
-            "a distance is then wrong by about 0.30",
+            "Better still, load it and let mukca correct the joint positions that you send (mukca "
+            "command): a distance is then wrong by about 0.30",
         ),
         (2e-3, 5.2e-4, 3e-4, "Corrected joint positions are no better than this."),
         (

@@ -130,8 +130,8 @@ class Loss:
         if self.of_ball:
             return lost
         return (
-            f"{lost}. So the ball is off by {1e3 * self.mean:.3f} mm on average at the recorded "
-            f"poses, and by {1e3 * self.anywhere:.3f} mm elsewhere"
+            f"{lost}. Without that, the ball is elsewhere by {1e3 * self.mean:.3f} mm on average "
+            f"at the recorded poses, and by {1e3 * self.anywhere:.3f} mm in the workspace"
         )
 
 

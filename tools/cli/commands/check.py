@@ -26,7 +26,7 @@ SIZE_LOST = 0.05
 DISTANCE = "scale"
 """Code of findings on distances."""
 TESTED = (
-    "Solve fits more, and leaves placements out: its figure may be half or twice this."
+    "Solve fits more unknowns, and tests its fit: its figure may be half or twice this."
 )
 """Said of the accuracy by a fit that nothing was left out of."""
 ALONE = "One place proves nothing about others: for PASS record another."
