@@ -9,13 +9,19 @@ from contextlib import suppress
 from rich.console import Console, ConsoleDimensions, Group
 from rich.text import Text
 
+from ...drivers import clock
 from ...errors import MukcaError
 from ..session import View
 from .keyboard import HangUp
 from .screen import HELP, KEYS, advice_lines, render
 
 _ENTER = "\x1b[?1049h\x1b[?25l\x1b[2J"
-_LEAVE = "\x1b[?25h\x1b[?1049l"
+_LEAVE = "\x18\x1b[?25h\x1b[?1049l"
+"""Its first character ends a sequence of which only a part was written."""
+
+LAST_TRIES, PAUSE = 30, 0.05
+"""So often, and after such pauses, a slow line is asked to leave the screen before all else
+waits for it [s]."""
 
 
 class Screen:
@@ -46,10 +52,25 @@ class Screen:
 
     def __exit__(self, *_: object) -> None:
         with suppress(HangUp):
-            if sys.platform != "win32":
+            for _try in range(LAST_TRIES):
+                self._drop()
+                self._write(_LEAVE)
+                if not self._unwritten:
+                    break
+                clock.sleep(PAUSE)
+            else:
                 os.set_blocking(self._output, True)
-            self._write(_LEAVE)
+                self._write("")
         os.close(self._output)
+
+    def _drop(self) -> None:
+        """Drop what a slow line has not carried: the screen is gone with the session."""
+        self._unwritten = b""
+        if sys.platform != "win32":
+            import termios
+
+            with suppress(termios.error):
+                termios.tcflush(self._output, termios.TCOFLUSH)
 
     def restore(self) -> None:
         """Draw all lines again, since a shell had the terminal meanwhile."""

@@ -4,6 +4,7 @@ import io
 import os
 import re
 import select
+import threading
 import time
 from dataclasses import replace
 
@@ -86,6 +87,20 @@ def test_a_terminal_that_takes_nothing_in_holds_nobody_up(terminal):
     shown = pyte.Screen(80, 24)
     pyte.Stream(shown).feed(text)
     assert any("missed 7777" in line for line in shown.display)
+
+
+def test_the_end_waits_for_no_frame_that_a_slow_line_has_not_carried(terminal):
+    """Nor does one come after it, though a sequence was cut."""
+    leave = "\x18\x1b[?25h\x1b[?1049l"
+    reader = threading.Timer(5.0, lambda: os.read(terminal.master, 65536))
+    with terminal.screen as screen:
+        for missed in range(2000):
+            screen.show(replace(VIEW, missed=missed, title="x" * (missed % 70)))
+        reader.start()
+        begun = time.monotonic()
+    assert time.monotonic() - begun < 2
+    reader.cancel()
+    assert terminal.written().endswith(leave)
 
 
 def test_a_terminal_without_unicode_gets_ascii():
