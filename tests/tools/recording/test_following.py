@@ -10,7 +10,8 @@ from record_commands import read
 import mukca
 from mukca.drivers import clock
 from mukca.recorder import Sample, sample_files
-from mukca.recorder.session import Advice, Alarm, Session, View
+from mukca.recorder.session import Advice, Alarm, Answers, Session, View
+from mukca.solver.identification.robot import shipped_robots
 from mukca.solver.results import write_files
 from mukca.tools.cli import main
 from mukca.tools.recording import (
@@ -18,11 +19,15 @@ from mukca.tools.recording import (
     ZeroSelector,
     driver_elsewhere,
     joints_of,
+    pose_pool,
     recorded_beside,
 )
 from mukca.tools.simulation import following_hand
 
 pytestmark = pytest.mark.slow
+
+
+WAITS = "waits"
 
 
 class Led:
@@ -34,8 +39,12 @@ class Led:
         self.session = Session(joints_of(panda), block=6)
 
     def rest(self, target=None, alarm=None):
-        """Show the hand a view, and return where the arm rests a moment later."""
-        advice = target and Advice(len(self.session.live), self.session.socket, 1, 1, target=target)
+        """Show the hand a view, and return where the arm rests a moment later.
+
+        The target may be none, or awaited.
+        """
+        count, socket = len(self.session.live), self.session.socket
+        advice = None if target == WAITS else Advice(count, socket, 1, 1, target=target)
         self.hand.follow(View(self.session, advice=advice, alarm=alarm))
         clock.sleep(1.5)
         return self.hand.rest
@@ -53,7 +62,7 @@ def test_it_waits_for_the_capture_and_goes_where_it_is_asked_to(panda, session, 
     first = led.rest(tuple(second))
     assert led.rest(tuple(second)) == first  # not captured yet
     led.capture()
-    assert led.rest() == first  # no advice yet
+    assert led.rest(WAITS) == first  # no advice yet
     assert led.rest(tuple(second), Alarm("ball", "NOT SEATED", "look")) == first
     at = led.rest(tuple(second))
     assert np.abs(np.subtract(at, second)).max() < 0.05 < np.abs(np.subtract(at, first)).max()
@@ -74,6 +83,35 @@ def test_it_goes_on_in_the_next_socket_where_zeros_are_to_be_told(
         assert led.session.refusal(led.hand.rest) is None
         led.capture()
     assert selector.advise(led.session.live, 1).enough
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_what_is_proposed_leads_to_a_new_pose_with_every_arm(
+    name, tmp_path, virtual_time, monkeypatch
+):
+    """The hardest proposal is the one nearest to the samples: the ball is mounted elsewhere."""
+    monkeypatch.setattr(pose_pool, "CANDIDATES", 150)
+    robot = mukca.load_robot(name)
+    _, (here,) = mukca.simulate_recordings(robot, 1, samples=3, translation=6e-3, seed=2)
+    write_files(tmp_path, sample_files(here))
+    followed = []
+    led, pool = Led(robot, f"{tmp_path}?follow"), pose_pool.PosePool(robot, np.inf)
+    for number in range(10):
+        led.capture()
+        if number == 5:
+            led.session = led.session.switched(1)
+        samples = led.session.live
+        poses = pool.candidates(samples, led.session.socket)
+        if not len(poses):  # none before a socket's first sample
+            poses = pool.candidates(samples, 0)
+        target = None
+        if len(poses):
+            turns = np.abs(poses[:, None] - [sample.position for sample in samples]).max(axis=2)
+            target = tuple(poses[turns.min(axis=1).argmin()])
+            followed.append(target)
+            pool.heed(Answers(followed=tuple(followed)))
+        led.rest(target)
+        assert led.session.refusal(led.hand.rest) is None
 
 
 def led_with(robot, session, fault=""):
