@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from record_commands import read
+from worlds.sessions import Setting
 
 import mukca
 from mukca.drivers import clock
@@ -146,6 +147,22 @@ def test_its_samples_are_sound_and_those_of_a_fault_are_not(panda, session, virt
     assert not alarms([led_with(panda, session)])
     moved = alarms([led_with(panda, session, "&fault=base@13:10mm")])[0]
     assert (moved.words, moved.samples[0]) == ("BASE MOVED", 13)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_joint_that_slips_is_told_after_two_alarms_at_most(panda, seed):
+    here = Setting("panda", seed)
+    samples = here.samples("none")
+    q = np.array([sample.position for sample in samples])
+    q[6:, 3] += np.deg2rad(np.repeat([0.6, -0.7, 0.2, -0.3, 0.8], 4)[:18])
+    samples = [replace(s, position=tuple(row)) for s, row in zip(samples, q, strict=True)]
+    alarms, kept = SessionAlarms(panda), []
+    for count in range(8, 25):
+        placement = here.placement(tuple(samples[:count]))
+        kept += Answers(tuple(kept)).open_alarms(alarms([placement]))
+        if kept and kept[-1].words == "JOINT SLIPS":
+            break
+    assert kept[-1].words == "JOINT SLIPS" and len(kept) <= 3
 
 
 def test_a_drift_that_may_be_a_base_that_moved_leaves_the_samples_before(
