@@ -35,6 +35,7 @@ from .poses import one_pose as one_pose
 from .poses import pose_of_numbers as pose_of_numbers
 from .poses import quaternion_of as quaternion_of
 from .preparation import as_list as as_list
+from .robot_calibration import Tables as Tables
 from .robot_calibration import calibrate_robot as calibrate_robot
 from .several_problems import problem_in_any_reach as problem_in_any_reach
 from .several_problems import problems_of as problems_of

@@ -13,7 +13,7 @@ from .options import CalibrateOptions, SolveOptions, check_keywords
 from .preparation import Recordings
 from .robot_calibration import calibrate_robot
 from .several_robots import MultiRobotCalibration, calibrate_robots
-from .tables import CHECKS, METHODS, PROOF, STUDIES
+from .tables import TABLES
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack  # Python 3.10 has none
@@ -93,11 +93,8 @@ def calibrate(
         train,
         test,
         settings,
-        checks=CHECKS,
-        studies=STUDIES,
-        methods=METHODS,
+        TABLES,
         prior=lambda problem: prior_of(settings, [problem]),
-        prove=PROOF,
         progress=progress,
     )
     return Calibration(document, calibrated)

@@ -1,7 +1,7 @@
 """The calibration of one robot, with the checks and studies that it is handed."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -50,17 +50,27 @@ Prove = Callable[[CalibrationProblem, Fit, PriorOf, Progress], CalibrationProble
 """Adds the folds that prove a fit to its problem."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Tables:
+    """The tables of a calibration; without any, there is the fit alone."""
+
+    checks: Sequence[Check] = ()
+    """Looks at the measurements before the fit, one after the other."""
+    studies: Sequence[Study] = ()
+    """Sections of the document, each from the fit."""
+    methods: Methods = NO_METHODS
+    """Error curves, and the geometry that is exported."""
+    prove: Prove = lambda problem, _fit, _prior, _progress: problem
+    """Called once the fit is made."""
+
+
 def calibrate_robot(
     robot: Robot,
     train: Recordings,
     test: Recordings,
     options: SolveOptions,
-    *,
-    checks: Sequence[Check] = (),
-    studies: Sequence[Study] = (),
-    methods: Methods = NO_METHODS,
+    tables: Tables,
     prior: PriorOf = lambda _: None,
-    prove: Prove = lambda problem, _fit, _prior, _progress: problem,
     progress: Progress = lambda _: None,
 ) -> tuple[CalibrationDocument, CalibratedRobot]:
     """Return the document of a calibration, and the calibrated robot.
@@ -70,14 +80,11 @@ def calibrate_robot(
         train: The placements to fit.
         test: Placements that the fit does not see.
         options: The options of ``mukca solve``.
-        checks: Looks at the measurements before the fit, one after the other.
-        studies: What is said of the fit, a section of the document each.
-        methods: Error curves, and the geometry that is exported.
-        prior: What is known of the robot before, asked once the checks are done.
-        prove: Adds what proves the fit, once it is made.
+        tables: The checks, methods and studies.
+        prior: Asked once the checks are done.
         progress: Called with a word for each model that is fitted.
     """
-    problem = problem_of(robot, train, test, options, checks)
+    problem = problem_of(robot, train, test, options, tables.checks)
     names = [m.name for m in problem.measurements], [m.name for m in problem.test]
     settings = replace(
         options,
@@ -87,9 +94,10 @@ def calibrate_robot(
 
     def fitted() -> list[Fit]:
         known = prior(problem)
-        return [fit_robot(problem, settings, methods, prior=known, progress=progress)]
+        return [
+            fit_robot(problem, settings, tables.methods, prior=known, progress=progress)
+        ]
 
     (fit,) = converged_fits([problem], fitted)
-    return document_of(
-        prove(problem, fit, prior, progress), fit, studies
-    ), fit.calibrated
+    proven = tables.prove(problem, fit, prior, progress)
+    return document_of(proven, fit, tables.studies), fit.calibrated

@@ -16,7 +16,6 @@ from .sockets import (
     similar_postures,
     socket_task,
 )
-from .system import System
 from .task import Task
 from .zero_posterior import ZeroPosterior, find_zeros
 
@@ -51,8 +50,7 @@ def rezero(
         stood: Placement of the calibration whose base still stands where it stood. One socket of it
             is enough then, and the first joint's zero is told, too.
         ball_moved: The ball was taken off since, and sits elsewhere.
-        distance: Between the sockets' centres [m]; None for the recording's, or where that states
-            none, the one of the calibration's base.
+        distance: Between the sockets' centres [m]; None for the recording's or else the base's.
 
     Raises:
         UsageError: No such joint or placement, a calibration that leaves no posterior or is another
@@ -78,10 +76,7 @@ def rezero(
     factors = TOLERANCES if isinstance(arm, Robot) else {1.0: 1.0}
     posterior = find_zeros(task, numbers, factors)
     system, zeros = posterior.system, posterior.joints
-    scatter = posterior.scatter_text
-    _refuse_far(arm, system, changed=any(zero.offset for zero in zeros))
-    if scatter and posterior.is_of_another_arm:
-        raise UsageError(still_off(system))
+    _refuse_other_arm(arm, posterior)
     if not new:
         zeros = tuple(replace(zero, changed=0.0, offset=0.0) for zero in zeros)
     return Zeros(
@@ -93,7 +88,7 @@ def rezero(
         system,
         new,
         other=posterior.factor > 1,
-        scatter=scatter,
+        scatter=posterior.scatter_text,
     )
 
 
@@ -120,16 +115,18 @@ def _remarked(task: Task, data: Sequence[Measurement], remarks: Sequence[str]) -
     return replace(task, rows=replace(task.rows, warnings=tuple(warnings)))
 
 
-def _refuse_far(arm: Calibration | Robot, system: System, *, changed: bool) -> None:
+def _refuse_other_arm(arm: Calibration | Robot, posterior: ZeroPosterior) -> None:
     """Refuse samples that zeros leave farther off than this arm's can be.
 
     Raises:
         UsageError: They are.
     """
-    limit = OTHER_MODEL
+    system, limit = posterior.system, OTHER_MODEL
     if isinstance(arm, Calibration):
+        changed = any(zero.offset for zero in posterior.joints)
         limit = OTHER_ARM * system.task.prior.noise.space if changed else ANOTHER
-    if system.rms_error > limit:
+    scatter = posterior.scatter_text and posterior.is_of_another_arm
+    if scatter or system.rms_error > limit:
         raise UsageError(still_off(system))
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..assessment import LimitResult, Limits, limit_row, mm
+from ..calibration import Calibration
 from ..identification.data import Measurement
 from ..results import CalibrationDocument, Summary
 from .changes import Changes
@@ -46,7 +47,7 @@ class LaterErrors:
     """Rows of the verdict: limits, and the checks of the data."""
     rezero: str
     """Command that finds zeros by the later samples."""
-    by_points: bool = False
+    by_points: bool
     """True of points that an instrument measured, which ``mukca rezero`` does not take."""
 
     @property
@@ -110,14 +111,28 @@ class LaterErrors:
         return missed and bool(known)
 
 
-def rezero_command(source: str, data: Sequence[Measurement]) -> str:
+def later_errors(
+    calibration: Calibration,
+    data: Sequence[Measurement],
+    new: Summary,
+    limits: Limits,
+    rows: Sequence[LimitResult],
+) -> LaterErrors:
+    """Return the errors of later samples beside those when the calibration was made."""
+    made = calibration.document.summary
+    by_points = any(m.kind == "points" for m in data)
+    command = _rezero_command(calibration.source, data, by_points)
+    return LaterErrors(new, made.proof or made.train, limits, rows, command, by_points)
+
+
+def _rezero_command(source: str, data: Sequence[Measurement], by_points: bool) -> str:
     """Return the command that finds zeros by the samples, and by a calibration's file.
 
     By points that is a new fit, from the arm as it was calibrated.
     """
     folder = source.removesuffix("/calibration.json")
     folders = dict.fromkeys(str(m.placement.where) for m in data)
-    if any(m.kind == "points" for m in data):
+    if by_points:
         urdf = f"{folder}/calibrated.urdf"
         return shlex.join(["mukca", "solve", *folders, "--robot", urdf, "--zeros"])
     typed = {m.distance for m in data if m.distance_source == "given"}

@@ -38,11 +38,10 @@ from ..results import CalibrationDocument, Diagnostic, Summary
 from .changes import Changes, changes_since, tip_words
 from .evidence import NOTHING
 from .reasons import (
-    LaterErrors,
     Reason,
     change_rows,
+    later_errors,
     reason_of,
-    rezero_command,
 )
 from .sockets import on_base_of, too_few
 
@@ -156,8 +155,7 @@ def what_changed(
         calibration: The calibration.
         data: Samples since, 6 in each of two sockets; of points, frame and target are refitted.
         stood: Placement of the calibration whose base still stands where it stood, or should.
-        distance: Between the sockets' centres [m]; None for the recording's, or where that states
-            none, the one of the calibration's base.
+        distance: Between the sockets' centres [m]; None for the recording's or else the base's.
         repeatability: Of the arm, from which its limits follow [m]; None for what is known of it.
         ball_moved: The ball may have been taken off since, which is no change then.
 
@@ -166,10 +164,7 @@ def what_changed(
         MeasurementError: Samples of another arm.
     """
     document = calibration.document
-    placements = as_list(data)
-    if distance is None:
-        placements = [on_base_of(calibration, placement) for placement in placements]
-    measured = _as_read_now(calibration, placements, distance)
+    measured = _as_read_now(calibration, as_list(data), distance)
     changes, now = changes_since(calibration, measured, stood, ball_moved=ball_moved)
     errors = calibration.errors_of(measured, other_tip=True)
     new = _summary_now(errors, now)
@@ -185,10 +180,7 @@ def what_changed(
         rows = [limit_row("samples", "not enough", few, text=few[:-1])]
         changes = replace(changes, untold=())
     else:
-        then = document.summary.proof or document.summary.train
-        rezero = rezero_command(calibration.source, measured)
-        by_points = any(m.kind == "points" for m in measured)
-        since = LaterErrors(new, then, limits, rows, rezero, by_points)
+        since = later_errors(calibration, measured, new, limits, rows)
         reason = reason_of(changes, since)
         reason = reason._replace(text=reason.text + tip_words(calibration, measured))
         rows += change_rows(changes, since, document, reason.text, repeatability)
@@ -223,6 +215,8 @@ def _as_read_now(
 ) -> list[Measurement]:
     """Return checked placements, their joints as zeros found since read them."""
     robot, load = calibration.robot, calibration.load
+    if distance is None:
+        placements = [on_base_of(calibration, placement) for placement in placements]
     measured = [
         measure(calibration.at_scale(placement), robot, distance, sockets=1, load=load)
         for placement in placements

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 import mukca
-from mukca.solver.calibration import METHODS, STUDIES, Calibration, SolveOptions, calibrate_robot
+from mukca.solver.calibration import (
+    METHODS,
+    STUDIES,
+    Calibration,
+    SolveOptions,
+    Tables,
+    calibrate_robot,
+)
 from mukca.solver.results import CalibrationDocument, Study
 
 
@@ -18,7 +25,8 @@ def placements(session):
 @pytest.fixture(scope="module")
 def calibrated(panda, placements):
     def calibrated(**tables):
-        return calibrate_robot(panda, placements[:2], (), SolveOptions().validated(), **tables)
+        options = SolveOptions().validated()
+        return calibrate_robot(panda, placements[:2], (), options, Tables(**tables))
 
     return calibrated
 
