@@ -161,6 +161,18 @@ def test_a_simple_terminal_gets_one_line_for_each_change():
     assert len(text.getvalue().splitlines()) == before + 2
 
 
+def test_a_simple_terminal_gets_no_line_for_an_arm_on_its_way():
+    text = io.StringIO()
+    advice = Advice(3, 0, 4e-4, 3e-4, target=(0.9,))
+    with Lines(Console(file=text, width=200)) as lines:
+        lines.show(replace(VIEW, advice=advice))
+        before = text.getvalue()
+        lines.show(replace(VIEW, position=(0.5,), advice=advice))
+        assert text.getvalue() == before and "elbow up by 46" in before
+        lines.show(replace(VIEW, advice=replace(advice, target=(-0.2,))))
+    assert "elbow down by 17" in text.getvalue()
+
+
 def test_each_joint_that_must_move_is_named_in_the_order_of_the_chain():
     session = Session(tuple(JointLimits(name, -1, 2) for name in ("base", "elbow", "wrist")))
     advice = Advice(3, 0, 4e-4, 3e-4, target=(-0.2, 0.01, 1.2), lift=True)
