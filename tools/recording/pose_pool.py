@@ -35,9 +35,6 @@ class PosePool:
     def __init__(self, robot: Robot, turn: float) -> None:
         self.reach = design.Reach(robot)
         self.model = extend(robot, choose_parameters(robot))
-        self._turning = np.array(
-            [joint.type != "prismatic" for joint in robot.actuated]
-        )
         self._turn = turn
         self._poses: dict[int, np.ndarray] = {}
         self._answers = NO_ANSWERS
@@ -112,7 +109,7 @@ class PosePool:
             poses = poses[distances >= np.quantile(distances, NEIGHBOURS)]
         former = np.array([*taken.tolist(), *self._answers.followed])
         turns = poses[:, None] - former
-        turns -= math.tau * np.round(turns / math.tau) * self._turning
+        turns -= math.tau * np.round(turns / math.tau)  # no slide is that long
         turns = np.abs(turns).max(axis=2).min(axis=1)
         return poses[turns >= min(ALIKE, turns.max(initial=0.0))]
 

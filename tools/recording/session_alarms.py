@@ -165,9 +165,8 @@ class SessionAlarms:
 def _lost_twice(faults: Sequence[diagnostics.Fault]) -> str | None:
     """Return the joint that lost its zero, and then the new one; None without such a joint."""
     lost = [f.hypothesis for f in faults if f.hypothesis.name == "zero_lost"]
-    joints = Counter(hypothesis.parameters["joint"] for hypothesis in lost)
-    joint, count = next(iter(joints.most_common(1)), (None, 0))
-    return str(joint) if count > 1 else None
+    joints = Counter(str(hypothesis.parameters["joint"]) for hypothesis in lost)
+    return next((joint for joint, count in joints.items() if count > 1), None)
 
 
 def is_short(placement: Placement) -> bool:

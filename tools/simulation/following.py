@@ -135,11 +135,10 @@ class FollowingHand:
             is_same = partial(session.same, self.rest)
             if done or not any(is_same(sample.position) for sample in session.samples):
                 return
-        advice = view.advice if self.guided else None
-        target = advice and advice.target
-        if target is not None:
-            self._lead(np.array(target), session.socket)
-        elif not self.guided or not session.live or _proposes_none(view):
+        advice, count = view.advice, len(session.live)
+        if self.guided and advice and advice.target:
+            self._lead(np.array(advice.target), session.socket)
+        elif not self.guided or not count or (advice and advice.count == count):
             self._lead(None, session.socket)  # else the guide is not ready yet
 
     def _lead(self, reference: np.ndarray | None, socket: int) -> None:
@@ -187,11 +186,6 @@ class FollowingHand:
                 return q
         (q,) = self._reach.reach(seat[None], self._generator)
         return q
-
-
-def _proposes_none(view: View) -> bool:
-    """Return whether the guide has looked at all samples, and knows no pose."""
-    return view.advice is not None and view.advice.count == len(view.session.live)
 
 
 def following_hand(
