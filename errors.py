@@ -147,16 +147,21 @@ def reason_of(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
 
 
-def read_json(file: str | os.PathLike[str], **options: Any) -> Any:
-    """Return what a JSON file holds; the options are those of :func:`json.loads`.
+def read_json(file: str | os.PathLike[str]) -> Any:
+    """Return what a JSON file holds.
 
     Raises:
         OSError: As by :func:`require_file`.
         ValueError: The file is no JSON, nested too deeply, or holds a number beyond all bounds.
     """
-    options |= {"parse_int": _integer, "parse_float": _number}
+    content = read_bytes(file, LARGEST_DOCUMENT)
     try:
-        return json.loads(read_bytes(file, LARGEST_DOCUMENT), **options)
+        return json.loads(
+            content,
+            parse_int=_integer,
+            parse_float=_number,
+            parse_constant=_number,
+        )
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
 

@@ -31,7 +31,7 @@ import numpy as np
 from worlds import TRANSLATION, TURN, realistic_flaws
 
 import mukca
-from mukca.recorder import Sample, read_points
+from mukca.recorder import Sample, read_table_placement
 from mukca.solver.calibration import FullModel, quaternion_of
 from mukca.solver.design import Reach, plan_poses
 from mukca.solver.identification.data import CALIPER_DEVIATION, Pose, hand_eye, measure
@@ -114,7 +114,7 @@ def recorded(folder: Path, draws: int) -> Iterator[Fresh]:
 def tracker(folder: Path, draws: int) -> Iterator[str]:
     """Errors of a real arm's probe: the chain by 150 positions, probe and tracker by 8 poses."""
     points, poses = (
-        read_points(folder / f"{kind}.csv", kind) for kind in ("points", "poses")
+        read_table_placement(folder / f"{kind}.csv") for kind in ("points", "poses")
     )
     robot, found = mukca.load_robot("ur10"), list[tuple[float, float]]()
     for draw in range(draws):

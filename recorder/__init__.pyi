@@ -8,6 +8,9 @@ from .coordinates import match_coordinates as match_coordinates
 from .coordinates import unit_quaternion as unit_quaternion
 from .dataset import read_placement as read_placement
 from .dataset import read_placements as read_placements
+from .distance_changes import add_reading as add_reading
+from .distance_changes import set_distance as set_distance
+from .distance_changes import with_reading as with_reading
 from .files import APPEND as APPEND
 from .files import append_bytes as append_bytes
 from .files import lock_file as lock_file
@@ -35,14 +38,11 @@ from .layout import rows_of as rows_of
 from .metadata import METADATA as METADATA
 from .metadata import READINGS_CHANGED as READINGS_CHANGED
 from .metadata import Metadata as Metadata
-from .metadata import add_reading as add_reading
 from .metadata import metadata_file as metadata_file
 from .metadata import read_keys as read_keys
 from .metadata import read_metadata as read_metadata
 from .metadata import read_sessions as read_sessions
-from .metadata import set_distance as set_distance
 from .metadata import with_kept_alarm as with_kept_alarm
-from .metadata import with_reading as with_reading
 from .metadata import write_metadata as write_metadata
 from .placement import DEFAULT_DISTANCE as DEFAULT_DISTANCE
 from .placement import SOCKETS as SOCKETS
@@ -56,9 +56,10 @@ from .placement_files import sample_files as sample_files
 from .placement_files import write_holes as write_holes
 from .placement_names import distinct as distinct
 from .placement_names import distinctly_named as distinctly_named
+from .placement_names import measured_points as measured_points
 from .placement_names import placement_name as placement_name
 from .placement_names import repeated_rows as repeated_rows
-from .points import read_points as read_points
+from .placement_names import require_near as require_near
 from .recording_error import EmptyRecordingError as EmptyRecordingError
 from .recording_error import RecordingError as RecordingError
 from .sample import LAST_SOCKET as LAST_SOCKET
@@ -83,6 +84,7 @@ from .stops import read_stops as read_stops
 from .stream_log import StreamLog as StreamLog
 from .stream_log import next_log_file as next_log_file
 from .stream_log import read_stream_log as read_stream_log
+from .table_placement import read_table_placement as read_table_placement
 from .tables import Table as Table
 from .tables import scale_of as scale_of
 from .tables import table_of as table_of

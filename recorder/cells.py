@@ -165,12 +165,17 @@ def _with_points(cells: Cells) -> list[str]:
     ]
 
 
+_BY_NUMPY = re.compile(r"np\.float\d\d\((.*)\)")
+"""A number as NumPy 2 prints it."""
+
+
 def number_of(cell: str) -> float | None:
     """Return the number in a cell, also one that is not finite; None for text."""
     try:
         return None if "_" in cell else float(cell)
     except ValueError:
-        return None
+        by_numpy = _BY_NUMPY.fullmatch(cell.strip())
+        return number_of(by_numpy[1]) if by_numpy else None
 
 
 def seconds_of(cell: str) -> float | None:

@@ -18,7 +18,7 @@ from .metadata import METADATA, read_keys
 from .named_columns import with_columns
 from .placement import Placement
 from .placement_names import distinctly_named, placement_name
-from .points import read_points
+from .points import POINTS, POSES
 from .recording_error import EmptyRecordingError, RecordingError
 from .samples import SAMPLES, read_samples
 from .table_placement import read_table_placement
@@ -44,7 +44,8 @@ def read_placements(
         as_recorded: True refuses a placement that cannot be read. By default one beside others is
             left out, and the first placement's remarks say so.
         columns: What the tables' columns are, as ``q=joint_1..6 [deg]`` and ``x=7 [mm]``; none to
-            find them by names. Without a table, the joints of the folders, as ``q=1,-2,3``.
+            find them by names. Without a table, those of the folders; of sockets the joints alone,
+            as ``q=1,-2,3``.
         on: Column by which rows of two tables belong together; empty for their order.
 
     Returns:
@@ -115,11 +116,14 @@ def read_placement(
             name, content.live, content.joint_names, files=(file,), remarks=remarks
         )
     else:
-        placement = read_points(file, name)
-    if columns:
+        placement = read_table_placement(file, columns)
+        advice = placement.suggestion if columns else None  # else it can be read again
+        placement = replace(placement, name=name, suggestion=advice)
+    if columns and file.name not in (POINTS, POSES):
         placement = with_columns(placement, columns)
-    keys = vars(read_keys(folder / METADATA))
-    stated = {key: value for key, value in keys.items() if value is not None}
+    keys = read_keys(folder / METADATA)
+    stated = {key: value for key, value in vars(keys).items() if value is not None}
+    stated["remarks"] = (*placement.remarks, *keys.remarks)
     if placement.kind == "points":
         stated.pop("distance", None)
     return replace(placement, **stated)

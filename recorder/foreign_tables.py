@@ -26,7 +26,10 @@ def read_table(file: Path, names: Collection[str] = ()) -> Table:
     table = foreign_table(text, file, names)
     if not sheets:
         return table
-    remark = f"{file}: its first sheet is read; {', '.join(sheets):.60} is not"
+    remark = (
+        f"{file}: its largest sheet is read; {', '.join(sheets):.60} is not; if joints and points "
+        "are apart, save both as CSV, and give JOINTS.csv+POINTS.csv"
+    )
     return replace(table, notes=(*table.notes, remark))
 
 

@@ -63,12 +63,8 @@ def joined(
         width = len(first.rows[0]) + _column(second, on)
         header = header and (*header[:width], "", *header[width + 1 :])
     elif len(first.rows) != len(second.rows):
-        names = [c.name for c in first.columns if c.name and c in second.columns]
-        example = f"--on {shlex.quote(names[0])}" if names else "--on NAME"
-        raise RecordingError(
-            f"{first.file} has {len(first.rows)} rows, {second.file} has {len(second.rows)}; join "
-            f"them by a column of both, {example}"
-        )
+        counts = f"{first.file} has {len(first.rows)} rows, {second.file} has {len(second.rows)}"
+        raise RecordingError(f"{counts}; {_advice(first, second)}")
     else:
         words = "rows of both files belong together in their order"
         notes = (*notes, f"{first.file}, {second.file}: {words}")
@@ -79,13 +75,24 @@ def joined(
     )
 
 
+def _advice(first: Table, second: Table) -> str:
+    """Return how to join two tables, by the name of a column of both if there is one."""
+    names_of_second = {column.name.lower() for column in second.columns} - {""}
+    names = [c.name for c in first.columns if c.name.lower() in names_of_second]
+    example = shlex.quote(names[0]) if names else "NAME"
+    return f"join them by a column of both, --on {example}"
+
+
 def _column(table: Table, on: str) -> int:
     """Return the index of the column by which tables are joined."""
     names = [column.name for column in table.columns]
     cells = list(map(str.strip, table.header or ()))
-    for called in (cells, names, [str(i + 1) for i in range(len(names))]):
-        if called.count(on) == 1:
-            return called.index(on)
+    numbers = [str(i + 1) for i in range(len(names))]
+    small = list(map(str.lower, names))  # the other file may write Point for point
+    pairs = ((cells, on), (names, on), (numbers, on), (small, on.lower()))
+    for called, word in pairs:
+        if called.count(word) == 1:
+            return called.index(word)
     there = ", ".join(filter(None, cells)) or f"1 to {len(names)}"
     raise RecordingError(f"{table.file}: no column --on {on!r}; there are {there:.150}")
 

@@ -1,20 +1,19 @@
 """``placement.json``: robot, joints, socket distance and sessions, beside the samples."""
 
+import difflib
 import json
-import math
 import re
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, TypeGuard, cast
 
 from .._version import __version__
-from ..errors import PAYLOAD, read_json
-from .files import locked, replace_files
+from ..errors import LENGTH, PAYLOAD, read_json
+from .files import replace_files
 from .placement import DEFAULT_DISTANCE, SOCKETS
 from .recording_error import RecordingError
-from .samples import SAMPLES
 
 METADATA = "placement.json"
 Contents = dict[str, Any]
@@ -24,6 +23,12 @@ READINGS_CHANGED = "readings_changed"
 NAMES = ("frame", "robot_name", "place", "poses_of")
 """Keys that are names."""
 _NAME = re.compile(r"[\w.-]+")
+BY_HAND = ("distance", "distance_measured", *NAMES, "payload", "readings")
+"""Keys that people write, and may misspell."""
+BY_RECORDER = (
+    *("robot", "model_sha256", "joints", "units", "sockets", "socket"),
+    *("sessions", "changes", READINGS_CHANGED, KEPT_ALARMS),
+)
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,8 @@ class PlacementKeys:
     kept_alarms: tuple[str, ...] = ()
     readings: tuple[float, ...] = ()
     payload: float | None = None
+    remarks: tuple[str, ...] = ()
+    """Keys that are not read, and nearly called like one that is."""
 
 
 @dataclass(frozen=True)
@@ -81,11 +88,11 @@ class Metadata:
             contents["distance_measured"] = True
         if self.readings_changed:
             contents[READINGS_CHANGED] = True
-        session = {"started": _now(), "version": __version__, **self.session}
+        session = {"started": now(), "version": __version__, **self.session}
         return contents | {
             "units": list(self.units),
             "model_sha256": stored.get("model_sha256", self.model_sha256),
-            "sessions": [*_entries(stored, "sessions"), session],
+            "sessions": [*entries_of(stored, "sessions"), session],
         }
 
 
@@ -109,7 +116,7 @@ def read_metadata(file: Path) -> Contents:
 def read_sessions(file: Path) -> list[Contents]:
     """Return what a ``placement.json`` says of each session; nothing of what cannot be read."""
     try:
-        rows = _entries(read_metadata(file), "sessions")
+        rows = entries_of(read_metadata(file), "sessions")
     except RecordingError:
         return []
     return [cast("Contents", row) if isinstance(row, dict) else {} for row in rows]
@@ -119,16 +126,12 @@ def read_keys(file: Path) -> PlacementKeys:
     """Return the keys of a ``placement.json`` that a recording is read by; refuse other values.
 
     Raises:
-        RecordingError: The file is no JSON object, the distance is not a positive number, the
-            payload is no mass, readings have no distance, or a name has other characters than
+        RecordingError: The file is no JSON object, the distance or a reading of it is no length,
+            the payload is no mass, readings have no distance, or a name has other characters than
             letters, digits, and ``. _ -``.
     """
     metadata = read_metadata(file)
-    distance = metadata.get("distance")
-    if not (distance is None or (_is_number(distance) and 0 < distance < math.inf)):
-        raise RecordingError(
-            f"{file}: distance {distance!r}: expected a positive number of metres"
-        )
+    distance = _length(metadata.get("distance"), file)
     payload: Any = metadata.get("payload")
     is_mass = _is_number(payload) and 0 <= payload <= PAYLOAD.largest
     if not (payload is None or is_mass):
@@ -142,28 +145,50 @@ def read_keys(file: Path) -> PlacementKeys:
                 f"{file}: {key} {name!r} is no name: letters, digits, and . _ -"
             )
     measured = distance is not None and metadata.get("distance_measured") is True
-    readings: list[Any] = []
-    for entry in _entries(metadata, "readings"):  # a number, or an object that has it
+    readings: list[float] = []
+    for entry in entries_of(metadata, "readings"):  # a number, or an object that has it
         reading: Any = entry
         if isinstance(reading, dict):
             reading = cast("Contents", reading).get("distance")
-        if _is_number(reading) and 0 < reading < math.inf:
-            readings.append(reading)
+        if length := _length(reading, file):
+            readings.append(length)
     if readings and distance is None:
         raise RecordingError(
             f"{file}: readings without the distance that they are of; add it, as in "
             f'"distance": {readings[-1]}'
         )
-    single: list[Any] = [distance] if measured else []
+    if distance and measured and not readings:
+        readings = [distance]
     return PlacementKeys(
-        distance=None if distance is None else float(distance),
+        distance=distance,
         # mukca record once wrote the default like a measured distance.
         distance_assumed=distance == DEFAULT_DISTANCE and not measured,
         **names,
-        kept_alarms=tuple(map(str, _entries(metadata, KEPT_ALARMS))),
-        readings=tuple(map(float, readings or single)),
+        kept_alarms=tuple(map(str, entries_of(metadata, KEPT_ALARMS))),
+        readings=tuple(readings),
         payload=None if payload is None else float(payload),
+        remarks=tuple(_misspelt(metadata, file)),
     )
+
+
+def _length(value: object, file: Path) -> float | None:
+    """Return a distance of sockets [m], None where there is none; refuse what is no length."""
+    if value is None:
+        return None
+    if not (_is_number(value) and 0 < value <= LENGTH.largest):
+        raise RecordingError(
+            f"{file}: distance {value!r}: expected a positive number of metres, as in 0.05"
+        )
+    return float(value)
+
+
+def _misspelt(metadata: Contents, file: Path) -> Iterator[str]:
+    """Yield a remark on each key that is not read, but nearly called like one that is."""
+    keys = {*BY_HAND, *BY_RECORDER}
+    for key in metadata:
+        near = difflib.get_close_matches(key.lower(), BY_HAND, 1)
+        if near and key not in keys:
+            yield f"{file}: {key} is not read; did you mean {near[0]}?"
 
 
 def _is_number(value: object) -> TypeGuard[float]:
@@ -172,7 +197,7 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 def with_kept_alarm(metadata: Contents, text: str) -> Contents:
     """Return the contents with what an alarm said, and the operator kept as it was."""
-    return {**metadata, KEPT_ALARMS: [*_entries(metadata, KEPT_ALARMS), text]}
+    return {**metadata, KEPT_ALARMS: [*entries_of(metadata, KEPT_ALARMS), text]}
 
 
 def metadata_file(metadata: Contents) -> dict[str, bytes]:
@@ -186,81 +211,12 @@ def write_metadata(folder: Path, metadata: Contents) -> None:
     replace_files({folder / name: content for name, content in contents.items()})
 
 
-def set_distance(folder: Path, distance: float) -> float | None:
-    """Correct the distance between a placement's sockets [m]; return the earlier one, kept too.
-
-    Raises:
-        RecordingError: The file cannot be read or written, or a recorder has it open.
-    """
-    return _rewrite(folder, distance, with_distance)
-
-
-def add_reading(folder: Path, distance: float) -> float | None:
-    """Add a reading of the distance between a placement's sockets [m]; return the one before.
-
-    Raises as :func:`set_distance`.
-    """
-    return _rewrite(folder, distance, with_reading)
-
-
-def _rewrite(
-    folder: Path,
-    distance: float,
-    change: Callable[[Contents, float], Contents],
-) -> float | None:
-    """Write a placement's metadata with its distance changed; return the earlier one.
-
-    Raises:
-        RecordingError: The file cannot be read or written, or a recorder has it open.
-    """
-    file = folder / METADATA
-    samples = folder / SAMPLES
-    if not samples.exists():  # which the recorder locks
-        samples = min(folder.glob("*.csv"), default=None)
-    try:
-        with locked(samples):
-            before = read_keys(file).distance
-            write_metadata(folder, change(read_metadata(file), distance))
-    except BlockingIOError:
-        raise RecordingError(
-            f"{folder}: mukca record is writing there; finish it first"
-        ) from None
-    except OSError as error:
-        raise RecordingError(f"{file}: cannot be written: {error.strerror}") from None
-    return before
-
-
-def with_distance(metadata: Contents, distance: float) -> Contents:
-    """Return metadata with another distance between the sockets [m], and the earlier one kept."""
-    change = {"time": _now(), "distance": [metadata.get("distance"), distance]}
-    changes = [*_entries(metadata, "changes"), change]
-    return {
-        **metadata,
-        "distance": distance,
-        "distance_measured": True,
-        "changes": changes,
-    }
-
-
-def with_reading(metadata: Contents, distance: float) -> Contents:
-    """Return metadata with a further reading of that distance [m], the one that counts by now.
-
-    The key ``readings`` has all of them, the first one too where somebody measured it.
-    """
-    before = metadata.get("distance")
-    first = [{"distance": before}] if metadata.get("distance_measured") is True else []
-    readings = [
-        *(_entries(metadata, "readings") or first),
-        {"time": _now(), "distance": distance},
-    ]
-    changed = metadata if before == distance else with_distance(metadata, distance)
-    return {**changed, "readings": readings, "distance_measured": True}
-
-
-def _entries(metadata: Contents, key: str) -> list[Any]:
+def entries_of(metadata: Contents, key: str) -> list[Any]:
+    """Return a list of the metadata, which may be written by hand, and hold anything."""
     entries = metadata.get(key)
     return cast("list[Any]", entries) if isinstance(entries, list) else []
 
 
-def _now() -> str:
+def now() -> str:
+    """Return the time as it is written, in UTC."""
     return datetime.now(timezone.utc).isoformat(timespec="seconds")

@@ -1,4 +1,4 @@
-"""Names of placements: as short as they can be while each has its own."""
+"""Placements among others, and their samples among others: names, copies, and what is far away."""
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..errors import LENGTH
 from .placement import Placement
+from .recording_error import RecordingError
 
 NAMED = 2
 """Parts of its path that a placement is called by."""
@@ -80,9 +82,8 @@ def distinct(placement: Placement) -> Placement:
         "another one and do not count"
     )
     if len(lines) == len(copies):
-        listed = ", ".join(lines[:LISTED])
-        ellipsis = ", .." if len(lines) > LISTED else ""
-        remark = f"{remark} ({listed}{ellipsis})"
+        lines[LISTED:] = [".."] * (len(lines) > LISTED)
+        remark = f"{remark} ({', '.join(lines)})"
     return replace(placement, samples=samples, remarks=(*placement.remarks, remark))
 
 
@@ -100,3 +101,41 @@ def repeated_rows(rows: np.ndarray) -> set[int]:
         close = np.abs(rows[first] - rows[second]).max(axis=1) < SAME_ROW
         copies |= set(np.maximum(first[close], second[close]).tolist())
     return copies
+
+
+FARTHEST = 100.0
+"""Coordinate beyond which a turn of the frame is no small change to a fit [m]."""
+LARGEST_JOINT = 1e4
+"""Joint position that no joint has, in whatever unit."""
+
+
+def require_near(placement: Placement) -> None:
+    """Refuse joint positions that no joint has, and places that no arm reaches.
+
+    Raises:
+        RecordingError: There is one; the message names its line.
+    """
+    rows = placement.positions
+    what = "a joint"
+    expected = "radians are expected"
+    is_wrong = np.abs(rows).max(axis=1, initial=0.0) > LARGEST_JOINT
+    if placement.kind == "points" and not is_wrong.any():
+        rows = measured_points(placement)
+        what = "x, y or z"
+        advice = placement.advice("a header of x [mm] is read as such")
+        expected = (
+            f"metres are expected, from an origin near the arm (millimetres? {advice})"
+        )
+        offsets = np.abs(rows - np.median(rows, axis=0)).max(axis=1)
+        is_wrong = (offsets > LENGTH.largest) | (np.abs(rows).max(axis=1) > FARTHEST)
+    first, *others = np.flatnonzero(is_wrong).tolist() or [-1]
+    if first >= 0:
+        where = placement.samples[first].where or placement.name
+        worst = max(rows[first].tolist(), key=abs)
+        words = f"; {len(others)} more such lines" if others else ""
+        raise RecordingError(f"{where}: {what} is {worst:.6g}: {expected}{words}")
+
+
+def measured_points(placement: Placement) -> np.ndarray:
+    """Return what an instrument measured, row by row, shape (N, 3) [m]."""
+    return np.array([sample.point for sample in placement.samples], dtype=float)

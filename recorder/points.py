@@ -22,7 +22,6 @@ from .coordinates import (
     match_coordinates,
     unit_quaternion,
 )
-from .foreign_tables import read_table
 from .joint_columns import ColumnError
 from .placement import Placement
 from .recording_error import NoColumnsError, RecordingError, UnitError
@@ -44,18 +43,13 @@ HALF_TURN = 180.1
 """Length that no rotation vector exceeds, but for rounding [deg]."""
 
 
-def read_points(file: Path, name: str) -> Placement:
-    """Return the placement of a file that an instrument measured, ``points.csv`` or poses.
+def placement_of_points(table: Table, name: str) -> Placement:
+    """Return the placement of a table that an instrument measured, ``points.csv`` or poses.
 
     Raises:
         RecordingError: Missing columns, unknown units, or a quaternion not of unit length; the
             message names file and line.
     """
-    return placement_of_points(read_table(file), name)
-
-
-def placement_of_points(table: Table, name: str) -> Placement:
-    """Return the placement of a table as :func:`read_points` does."""
     headless = table.header is None and table.file.name == POINTS
     measured, form = _measured(table, headless)
     joints = table.joints(measured)

@@ -39,8 +39,8 @@ class Sample:
     """When it was captured [s since 1970, UTC]."""
     stamp: float | None = None
     """The robot's own time of the last averaged state [s]."""
-    states: int = 1
-    """Number of averaged joint states."""
+    states: int | None = None
+    """Number of averaged joint states; None where it is not known."""
     spread: tuple[float, ...] | None = None
     """Standard deviation of each joint's position over the averaged states [rad], [m] for a
     prismatic joint."""

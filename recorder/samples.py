@@ -157,7 +157,8 @@ class _Row:
             raise RecordingError(f"{self.where}: a capture without positions")
         time = self.number("time") if self.cells["time"].strip() else None
         stamp = self.number("stamp") if self.cells["stamp"].strip() else None
-        socket, states = map(self.integer, ("socket", "states"))
+        states = self.integer("states") if self.cells["states"].strip() else None
+        socket = self.integer("socket")
         return Sample(
             position, socket, effort, self.where, number, time, stamp, states, spread
         )

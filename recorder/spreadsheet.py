@@ -1,4 +1,4 @@
-"""XLSX files as text: the first sheet that holds cells, each row on the line of its number."""
+"""XLSX files as text: the sheet of most cells, each row on the line of its number."""
 
 import re
 from collections.abc import Iterator
@@ -49,8 +49,10 @@ def sheet_text(content: bytes, file: Path) -> tuple[str, list[str]]:
             texts = {
                 name: _text(archive, part, strings) for name, part in _sheets(archive)
             }
-            filled = [name for name, text in texts.items() if text.strip()]
-            return (with_signs(texts[filled[0]]), filled[1:]) if filled else ("", [])
+            sizes = {name: text.count(",") for name, text in texts.items()}
+            largest = max(sizes, key=sizes.__getitem__)
+            others = [n for n, text in texts.items() if text.strip() and n != largest]
+            return with_signs(texts[largest]), others
     except _DAMAGED:
         raise RecordingError(f"{file}: {NO_TEXT}") from None
 

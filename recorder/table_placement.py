@@ -12,7 +12,7 @@ from .joined_tables import joined_name, read_joined
 from .markers import body_of, marker_columns
 from .named_columns import NamedColumns, named_columns
 from .placement import Placement
-from .points import placement_of_points
+from .points import POINTS, POSES, placement_of_points
 from .recording_error import NoColumnsError, RecordingError, UnitError
 from .sample import LAST_SOCKET, Sample
 from .suggestion import suggestion, turn_advice
@@ -65,9 +65,10 @@ def _by_names(table: Table, name: str) -> Placement:
             numbers = {"socket": np.array(table.numbers(sockets))}
             return _placement(table, NamedColumns(numbers, (), (*sockets,)), name)
         words = f"{error}; or say which columns they are"
-        if isinstance(error, NoColumnsError):
+        if isinstance(error, NoColumnsError) and table.file.name not in (POINTS, POSES):
             lacking = "no header tells its joints and x, y, z"
-            words = f"{table.file}: {lacking}; say which columns they are"
+            read = "; ".join((f"{table.file}: {lacking}", *table.notes))
+            words = f"{read}; say which columns they are"
         raise RecordingError(
             f"{words}, here or by mukca convert, as in {suggestion(table)}"
         ) from error

@@ -4,7 +4,7 @@ import numpy as np
 from calibrated_arm import pose_at
 
 from mukca import Placement
-from mukca.recorder import Sample, read_points
+from mukca.recorder import Sample, read_table_placement
 from mukca.solver.calibration import FullModel, quaternion_of
 from mukca.solver.identification.data import Pose
 from mukca.solver.identification.robot import rotation_matrices, turn
@@ -74,4 +74,4 @@ def angles_of(R):
 
 def in_file(file):
     """Return the views in a file."""
-    return read_points(file, file.stem)
+    return read_table_placement(file)

@@ -137,6 +137,7 @@ LOOKS = {
     "degrees and .pos": named("{}.pos [deg]", scale=180 / math.pi),
     "lists": "".join(f"{row}\n" for row in Q.tolist()),
     "tuples": "".join(f"({str(row)[1:-1]}),\n" for row in Q.tolist()),
+    "numbers of NumPy 2": text_of(UR, [[f"np.float64({x!r})" for x in row] for row in Q.tolist()]),
     "unit row": named("{}").replace("\n", "\nrad,rad,rad,rad,rad,rad\n", 1),
     "unit row in degrees": named("{}", scale=180 / math.pi).replace("\n", f"\n{'[deg],' * 6}\n", 1),
     "German degrees": named("{} [Grad]", scale=180 / math.pi),

@@ -12,7 +12,7 @@ from zlib import crc32
 import numpy as np
 
 from mukca import load_robot, read_placements, simulate_recordings
-from mukca.recorder import Placement, read_points
+from mukca.recorder import Placement, read_table_placement
 from mukca.solver.calibration import quaternion_of
 from mukca.solver.identification.data import Pose
 from mukca.solver.identification.robot import BallModel, Robot, shipped_robots, turn
@@ -193,7 +193,7 @@ def _real(arm: str, seed: int) -> Recorded:
 
 def _tracked(arm: str, kind: str, seed: int) -> Recorded:
     folder = SHARED / "tracker" / arm
-    placement = read_points(folder / f"{kind}.csv", arm)
+    placement = replace(read_table_placement(folder / f"{kind}.csv"), name=arm)
     placement = replace(placement, poses_of="flange" if kind == "poses" else None)
     rows = np.random.default_rng(seed).permutation(len(placement.samples)).tolist()
     train, test = (picked(placement, sorted(own)) for own in (rows[:60], rows[60:90]))

@@ -59,7 +59,7 @@ class Advice:
     socket: int
     """The active socket that it was given for."""
     predicted: float
-    """Predicted error of distances in the workspace, the median of one standard deviation [m]."""
+    """Upper end of the 68 % interval of the error of distances in the workspace [m]."""
     goal: float
     """Goal of the predicted error [m]."""
     fitted: bool = False

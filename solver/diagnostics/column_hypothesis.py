@@ -211,6 +211,12 @@ def other_orders(robot: Robot) -> Iterator[ColumnHypothesis]:
         yield replace(as_recorded, order=np.roll(order, k))
 
 
+def two_swaps(robot: Robot) -> Iterator[ColumnHypothesis]:
+    """Yield the hypotheses that two pairs of columns are exchanged, one pair after the other."""
+    for first, second in combinations(swaps(robot), 2):
+        yield replace(first, order=first.order[second.order])
+
+
 def with_ratios(
     start: ColumnHypothesis,
     joints: Sequence[int],

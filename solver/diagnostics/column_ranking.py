@@ -18,6 +18,7 @@ from .column_hypothesis import (
     signs_and_swaps,
     signs_swaps_and_ratios,
     swaps,
+    two_swaps,
     unchanged,
     with_ratios,
 )
@@ -194,7 +195,7 @@ def promising(
     if min(map(_error, ranking)) > TOLERANCE / 2:
         ranking += trials.several_offsets(starts)
     if len(robot.actuated) <= MOST_SIGNS:
-        ranking += _several(trials)
+        ranking += trials.ranked(two_swaps(robot))[:1] + _several(trials)
     yield _likely(ranking, now)
     yield _likely(_combined(trials, starts), now)
 
@@ -226,9 +227,8 @@ def _combined(trials: ColumnTrials, starts: Sequence[ColumnHypothesis]) -> list[
 def _apart(ranking: Sequence[Ranked]) -> list[Ranked]:
     """Return the hypothesis of fewest signs of those that leave the same, as mirrored arms do."""
     simplest: dict[float, Ranked] = {}
-    for ranked in sorted(
-        ranking, key=lambda ranked: np.sum(ranked.hypothesis.factors < 0)
-    ):
+    by_signs = sorted(ranking, key=lambda r: np.sum(r.hypothesis.factors < 0))
+    for ranked in by_signs:
         simplest.setdefault(round(ranked.error, 9), ranked)
     return sorted(simplest.values(), key=_error)
 

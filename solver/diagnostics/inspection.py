@@ -239,7 +239,10 @@ def _unexplained(
     )
     advice = "look at ball, sockets and base, and record it again; or give --repeatability-mm"
     if measured.kind == "points":
-        number = int(measured.order[worst]) + 1
-        advice = f"the worst is point {number}: are all of one target, in a right-handed frame?"
+        sample = measured.placement.samples[int(measured.order[worst])]
+        worst_row = sample.where or sample.named
+        advice = (
+            f"the worst is {worst_row}: are all of one target, in a right-handed frame?"
+        )
     level = "error" if floor > GARBAGE else "warning"
     return Diagnostic(level, "floor", where_of([measured]), text, advice)

@@ -133,7 +133,7 @@ def cause(hypotheses: Sequence[Hypothesis]) -> str:
     first, *alternatives = hypotheses
     words = (
         f"most probable cause ({_percent(first.probability)}): {first.text}; "
-        f"{first.advice} (docs: causes/{first.name})"
+        f"{first.advice} (docs/causes/{first.name}.md)"
     )
     for second in alternatives:
         is_likely = second.probability > SECOND or second.fits_as_well

@@ -174,7 +174,7 @@ def what_changed(
     arm, zeros = calibration.calibrated, bool(document.settings.get("zeros"))
     rows, seen = rows_since(arm, new, later, limits, zeros=zeros, compared=compared)
     if new is None:
-        reason = Reason(f"whether it still holds is not known: {rows[0].reason}.")
+        reason = Reason(f"{rows[0].reason}.")
     elif few := too_few(measured, unchanged=compared and not changes.changed):
         reason = Reason(few)
         rows = [limit_row("samples", "not enough", few, text=few[:-1])]

@@ -21,6 +21,7 @@ from ..identification.robot import (
     choose_parameters,
     scan,
     set_origins,
+    urdf_of,
 )
 from .by_model import ModelName
 from .files import relocate_meshes
@@ -218,7 +219,7 @@ class CalibratedRobot:
         pairs = zip(self.robot.joints, self.origins.tolist(), strict=True)
         changed = {joint.name: Origin.of(numbers) for joint, numbers in pairs}
         text = set_origins(self.robot.text, changed)
-        source = Path(self.robot.source)
+        source = Path(urdf_of(self.robot.source))
         if folder is None or not source.is_file():
             return text
         return relocate_meshes(scan(text, self.robot.source), source.parent, folder)

@@ -1,6 +1,6 @@
 """A ``calibration.json`` as it is read: its arrays fit each other, and what it names is there."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -34,14 +34,13 @@ def read_calibration(file: Path) -> CalibrationDocument:
 def _conflicts(document: CalibrationDocument) -> Iterator[tuple[str, str]]:
     """Yield the keys of a document that do not fit its other keys, and why."""
     names = document.model.joint_names
-    for extension, coefficients in document.deflection.items():
-        key = f"deflection.{extension}"
-        if extension not in EFFECTS:
-            yield key, "no extension of this version"
-            continue
-        count = len(EFFECTS[extension].coefficient_names(names))
-        if len(coefficients) != count:
-            yield key, f"{len(coefficients)} coefficients, but the joints need {count}"
+    yield from _of_deflection(document.deflection, names)
+    count = len(document.parameters)
+    for i, fold in enumerate(document.folds):
+        for key, words in _of_deflection(fold.deflection, names):
+            yield f"folds[{i}].{key}", words
+        if not len(fold.values) == len(fold.exported) == count:
+            yield f"folds[{i}]", f"{count} values are needed, and as many exported"
     for i, placement in enumerate(document.data):
         for key, words in _of_placement(placement, len(names)):
             yield f"data[{i}].{key}", words
@@ -53,6 +52,20 @@ def _conflicts(document: CalibrationDocument) -> Iterator[tuple[str, str]]:
         if absent := kinds.difference(stored.noises):
             yield "posterior.noises", f"none of {', '.join(absent)}"
     yield from _of_estimates(document, names)
+
+
+def _of_deflection(
+    deflection: Mapping[str, Sequence[float]], names: Sequence[str]
+) -> Iterator[tuple[str, str]]:
+    """Yield the extensions that are none, or have no coefficient for each joint, and why."""
+    for extension, coefficients in deflection.items():
+        key = f"deflection.{extension}"
+        if extension not in EFFECTS:
+            yield key, "no extension of this version"
+            continue
+        count = len(EFFECTS[extension].coefficient_names(names))
+        if len(coefficients) != count:
+            yield key, f"{len(coefficients)} coefficients, but the joints need {count}"
 
 
 def _of_estimates(

@@ -90,7 +90,7 @@ def read(
     name = format_.split("-")[1] + ".json"
     try:
         # Python's own reader: names of files that are not UTF-8 are kept, as they were written.
-        value = read_json(file, parse_constant=_refuse)
+        value = read_json(file)
         is_current = older is not None and older in value
         head = _Head(format_) if is_current else msgspec.convert(value, _Head)
     except OSError as error:
@@ -120,10 +120,6 @@ def format_of(file: Path) -> str:
         return msgspec.convert(read_json(file), _Head).format
     except (OSError, ValueError, msgspec.ValidationError):
         return ""
-
-
-def _refuse(word: str) -> float:
-    raise ValueError(f"it holds {word}, which is no number")
 
 
 class OutputError(MukcaError):

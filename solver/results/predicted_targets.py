@@ -88,20 +88,23 @@ def _as_trained(
 def _put_on_anew(model: CalibratedRobot, measured: Measurement) -> TargetPrediction:
     """Return a prediction with frame and target as they fit the placement itself.
 
-    Each tenth of the samples has the place and turn on the flange that fit the others best.
+    Each tenth of the samples has the frame, and the place and turn on the flange, that fit the
+    others best. A flange that hardly turns tells neither alone, so a tenth keeps its own of both,
+    and is seen from the frame that fits all samples.
     """
     points, rotations, seen = model.tips(measured)
     tips, turns = points.copy(), rotations.copy()
+    frame_of_all = fit_pose(seen, points)
     fold = np.arange(len(points)) % FOLDS
     for number in range(FOLDS):
         part, others = fold == number, fold != number
         trained = TipSamples(points[others], rotations[others], seen[others])
         shift = tip_shift([trained])
-        offsets = trained.rotations @ shift
-        tips[part] += rotations[part] @ shift
+        frame = fit_pose(trained.measured, trained.points + trained.rotations @ shift)
+        change = frame_of_all @ frame.inverse()
+        tips[part] = change.apply(points[part] + rotations[part] @ shift)
         if measured.has_orientations:
-            frame = fit_pose(trained.measured, trained.points + offsets)
             true_turns = frame.rotation @ measured.rotations[others]
             turn = np.einsum("nji,njk->ik", trained.rotations, true_turns)
-            turns[part] = rotations[part] @ nearest_rotation(turn)
+            turns[part] = change.rotation @ rotations[part] @ nearest_rotation(turn)
     return TargetPrediction(tips, turns, None)

@@ -49,6 +49,11 @@ def test_a_table_is_read_alike_whatever_tells_its_columns(tmp_path, look):
     (placement,) = mukca.read_placements(tmp_path / "t.csv", columns=columns)
     same(placement)
     assert placement.name == f"{tmp_path.name}/t"
+    (tmp_path / "day").mkdir()
+    (tmp_path / "day" / "points.csv").write_text(text)
+    (placement,) = mukca.read_placements(tmp_path / "day", columns=columns)
+    same(placement)
+    assert placement.name.endswith("day")
     if look != "numbers":
         (tmp_path / "t.xlsx").write_bytes(workbook(text))
         same(mukca.read_placements(tmp_path / "t.xlsx", columns=columns)[0])
@@ -72,6 +77,11 @@ def test_two_files_are_joined_by_a_column(tmp_path):
     )
     with pytest.raises(mukca.MukcaError, match=r"has 12 rows.*has 11; join them .*--on id"):
         mukca.read_placements(path)
+    path = halves(tmp_path, [5, 3], ("id", "ID"))
+    same(mukca.read_placements(path, on="id")[0], [3, 5])
+    with pytest.raises(mukca.MukcaError, match=r"has 12 rows.*has 2; join them .*--on id"):
+        mukca.read_placements(path)
+    halves(tmp_path, [5, 3, *range(6, 12), 0, 1, 2])
     with pytest.raises(mukca.MukcaError, match=r"no column --on 'nr'; there are id, panda_joint1"):
         mukca.read_placements(path, on="nr")
     with pytest.raises(mukca.MukcaError, match=r"p\.csv:3: '005' is twice"):

@@ -1,5 +1,6 @@
 """Reading placements: what is read is what was written, and bad files are told in one line."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -159,9 +160,23 @@ def test_a_placement_json_is_read_and_may_say_more(tmp_path):
 
 def test_readings_of_a_placement_json_may_be_plain_numbers(tmp_path):
     folder = holes(tmp_path, "1,2,3\n")
-    text = '{"distance": 0.05, "readings": [0.05, {"distance": 0.0501}, "0.2"]}'
+    text = '{"distance": 0.05, "readings": [0.05, {"distance": 0.0501}]}'
     (folder / "placement.json").write_text(text)
     assert read(folder).readings == (0.05, 0.0501)
+    (folder / "placement.json").write_text(text.replace("0.0501", '"0.2"'))
+    with pytest.raises(mukca.MukcaError, match=r"placement.json: distance '0.2': expected a posi"):
+        read(folder)
+
+
+@pytest.mark.parametrize(
+    ("key", "near"),
+    [("distence", "distance"), ("Payload", "payload"), ("robotname", "robot_name"), ("notes", "")],
+)
+def test_a_key_that_is_nearly_one_is_told(tmp_path, key, near):
+    folder = holes(tmp_path, "1,2,3\n")
+    (folder / "placement.json").write_text(json.dumps({"distance": 0.1, key: 0.1}))
+    told = f"placement.json: {key} is not read; did you mean {near}?"
+    assert [told in remark for remark in read(folder).remarks] == [True] * bool(near)
 
 
 def test_placements_are_read_by_path_or_by_the_folder_that_holds_them(tmp_path):

@@ -77,7 +77,7 @@ def degrees(*angles):
     made = Session((JointLimits("a", math.radians(-100), math.radians(100)),))
     for number, angle in enumerate(angles, start=1):
         socket = int(number == len(angles))
-        made = made.captured(Sample((math.radians(angle),), socket, number=number))
+        made = made.captured(Sample((math.radians(angle),), socket, number=number, states=1))
     return made
 
 

@@ -14,6 +14,7 @@ from cases import by_table
 from worlds import measured_points
 
 import mukca
+from mukca.solver.identification.robot import nominal_balls
 from mukca.tools.cli import main
 
 pytestmark = pytest.mark.slow
@@ -87,6 +88,24 @@ def test_points_of_another_probe_refit_its_tip(solved, true_panda, tmp_path, com
     assert status == 1 and "drifted" in text and "tip was refitted" not in text
 
 
+def test_a_flange_that_hardly_turns_has_the_errors_of_its_points(
+    solved, true_panda, tmp_path, command
+):
+    """Neither the frame nor the target is told by such points, and both together are."""
+    out, _ = solved
+    generator, frame = np.random.default_rng(6), pose_at(np.zeros(3), np.ones(3))
+    points = measured_points(true_panda, frame, generator, samples=60, noise=0.0)
+    q = points.positions[:1] + generator.normal(0, 0.01, points.positions.shape)
+    balls = nominal_balls(true_panda, q) + generator.normal(0, 1e-4, (60, 3))
+    rows = np.hstack([q, balls]).tolist()
+    write_rows(tmp_path / "small" / "points.csv", rows, (*points.joint_names, "x", "y", "z"))
+    words = ("validate", out / "calibration.json", tmp_path / "small" / "points.csv", "--json")
+    text = command(*words)[1]
+    (row,) = json.loads(text)["placements"]
+    assert row["nominal"]["mean_absolute_error"] < 3e-4
+    assert row["calibrated"]["mean_absolute_error"] < 3e-4
+
+
 def test_check_and_info_name_the_points(measured, command):
     status, out, _ = command("info", measured / "train")
     assert status == 0 and "45 points that an instrument measured" in out
@@ -101,7 +120,7 @@ def test_a_scale_that_no_instrument_is_off_by_is_another_robots(measured, tmp_pa
     lines = [",".join(row) for row in np.column_stack([words[:, :-3], larger])]
     (tmp_path / "points.csv").write_text("\n".join([header, *lines]))
     status, out, _ = command("check", tmp_path / "points.csv", "--robot", "panda")
-    assert status == 1 and "is it this robot's model?" in out.splitlines()[0]
+    assert status == 1 and "does --robot name this arm?" in out.splitlines()[0]
 
 
 @by_table("header", "row", "words")

@@ -5,7 +5,7 @@ import pytest
 from foreign_tables import UR
 
 import mukca
-from mukca.recorder import POSE_FORMS, read_points, read_rows
+from mukca.recorder import POSE_FORMS, read_rows, read_table_placement
 from mukca.solver.tables import read_known, read_sockets_at
 from mukca.tools.extract import Question, read_log
 
@@ -66,7 +66,7 @@ def poses(folder, columns):
     turns = ("roll", "pitch", "yaw")
     q = np.c_[Q, np.tile(TURN, (12, 1))]
     file = columns.write(folder / "poses.csv", (*UR, *turns), q, "xyz", XYZ)
-    placement = read_points(file, "poses").for_joints(UR)
+    placement = read_table_placement(file).for_joints(UR)
     read = [(*s.position, *s.turn, *s.point) for s in placement.samples]
     return np.array(read), np.c_[q, XYZ]
 
@@ -76,7 +76,7 @@ def flange_poses(folder, columns):
     names = (*FLANGE[3:], "rx", "ry", "rz")
     q = np.c_[turns, turns]
     file = columns.write(folder / "views.csv", names, q, (*FLANGE[:3], *"xyz"), np.c_[XYZ, XYZ])
-    placement = read_points(file, "views")
+    placement = read_table_placement(file)
     order = [placement.joint_names.index(name) for name in FLANGE]
     read = [(*np.take(s.position, order), *s.point, *s.turn) for s in placement.samples]
     return np.array(read), np.c_[XYZ, turns, XYZ, turns]

@@ -11,6 +11,7 @@ from typing import Any, cast
 
 from ...errors import read_bytes, reason_of
 from ...solver.calibration import UsageError
+from ...solver.identification.robot import from_folder
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -100,7 +101,6 @@ def _typed(file: Path, name: str, value: object) -> list[str]:
         return [f"--{name}", *items]
     for i, item in enumerate(items):
         before, separator, source = item.rpartition("=")
-        urdf = file.parent / source
-        if name == "robot" and urdf.is_file():
-            items[i] = f"{before}{separator}{urdf}"
+        if name == "robot":
+            items[i] = before + separator + from_folder(source, file.parent)
     return [f"--{name}={item}" for item in items]

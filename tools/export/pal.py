@@ -5,10 +5,16 @@ dx, dy, dz [m] to ``xyz``, and droll, dpitch, dyaw [rad] to ``rpy`` as it is wri
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from ...errors import LARGEST_DOCUMENT, read_bytes, reason_of
-from ...solver.identification.robot import COMPONENTS
+from ...solver.identification.robot import (
+    COMPONENTS,
+    ON_ROBOT,
+    Origin,
+    nominal_text,
+    read_block,
+    urdf_of,
+)
 from .request import (
     Exported,
     ExportError,
@@ -19,9 +25,6 @@ from .request import (
 )
 
 _JOINT = re.compile(r"(?:arm|head|leg|torso)_(?:\w+_)?(?:\d|lift)_joint$")
-_BLOCK = re.compile(r"^([ \t]*)geometric_calibration:[ \t]*(?:\{\}[ \t]*)?$\n?", re.M)
-_EMPTY = "robot_state_publisher:\n  geometric_calibration:\n"
-ON_ROBOT = "/etc/calibration/master_calibration.yaml"
 
 
 def write(request: Request) -> Exported:
@@ -35,52 +38,46 @@ def write(request: Request) -> Exported:
             "Robotics, arm_1_joint, ..; --to xacro works for any arm"
         )
     entries: list[str] = []
+    nominal = _urdf_origins(request)
     for name, origin in redistributed_origins(request, joints).items():
         key = name.removesuffix("_joint")
-        changes = (origin - joints[name].origin.numbers).tolist()
+        changes = (origin - nominal[name].numbers).tolist()
         entries += [
             f"{key}_d{component}: {change:.17f}"
             for component, change in zip(COMPONENTS, changes, strict=True)
             if change
         ]
-    text = _merged(request, _kept(request), list(joints), entries)
+    text = _merged(read_block(request.like), list(joints), entries)
     about = "".join(f"# {line}\n" for line in request.identity.lines())
     lines = (
         f"Copy it to {ON_ROBOT}, and start robot_state_publisher again.",
-        "Its entries are added to the URDF that was calibrated: let that be the one without any "
+        "Its entries are added to the URDF that was calibrated, without any "
         "geometric_calibration.",
     )
     held = after_last_exported(request, joints)
     return exported(request, (about + text).encode(), lines, held)
 
 
-def _kept(request: Request) -> str:
-    """Return the text of the robot's present file, or one without entries."""
-    if not request.like:
-        return _EMPTY
-    try:
-        return read_bytes(request.like, LARGEST_DOCUMENT).decode()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ExportError(f"--like {request.like}: {reason_of(error)}") from None
+def _urdf_origins(request: Request) -> Mapping[str, Origin]:
+    """Return the origins to which the robot adds: a URDF's without what ``--robot`` added to it."""
+    robot = request.calibration.robot
+    file = urdf_of(robot.source)
+    text = robot.text if file == robot.source else nominal_text(file)
+    return text.origins
 
 
 def _merged(
-    request: Request,
-    text: str,
+    block: re.Match[str],
     joints: Sequence[str],
     entries: Sequence[str],
 ) -> str:
     """Return a file's text with other entries of some joints."""
-    block = _BLOCK.search(text)
-    if block is None:
-        raise ExportError(
-            f"--like {request.like}: no geometric_calibration with an entry a line; give the "
-            f"robot's {ON_ROBOT}"
-        )
     keys = "|".join(re.escape(joint.removesuffix("_joint")) for joint in joints)
     entry = rf"^[ \t]+(?:{keys})_d(?:{'|'.join(COMPONENTS)})[ \t]*:.*\n?"
-    after = re.sub(entry, "", text[block.end() :], flags=re.M)
+    after = re.sub(entry, "", block.string[block.end() :], flags=re.M)
     others = re.match(rf"{block[1]}[ \t]+(?=\w)", after)
     margin = others[0] if others else f"{block[1]}  "
     new = "".join(f"{margin}{line}\n" for line in entries)
-    return f"{text[: block.start()]}{block[1]}geometric_calibration:\n{new}{after}"
+    return (
+        f"{block.string[: block.start()]}{block[1]}geometric_calibration:\n{new}{after}"
+    )

@@ -70,14 +70,12 @@ def _topics(
     sensors = [c for c in reader.connections if c.msgtype.endswith("/JointState")]
     connections = [c for c in sensors if question.topic in (None, c.topic)]
     if not connections:
-        topics_there = {
-            f"{c.topic} ({c.msgtype})" for c in sensors or reader.connections
-        }
+        there = {f"{c.topic} ({c.msgtype})" for c in sensors or reader.connections}
         on_topic = f" on {question.topic}" if question.topic else ""
-        raise ExtractError(
-            f"no sensor_msgs/JointState{on_topic}; it has "
-            f"{', '.join(sorted(topics_there)) or 'nothing'}"
-        )
+        listed = ", ".join(sorted(there)) or "nothing"
+        if re.search("/(Pose|Transform|TF)", listed):
+            listed += ": poses do not tell how the joints stood; record joint states"
+        raise ExtractError(f"no sensor_msgs/JointState{on_topic}; it has {listed}")
     storages = [file.storage for file in reader.readers if reader.is2]
     packed = any(s.metadata.compression_mode == "message" for s in storages)
     for storage in storages:  # so that messages come as they are, and are unpacked here

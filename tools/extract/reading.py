@@ -104,12 +104,18 @@ def read_kept_stream(question: Question) -> Log:
 
 
 _TIME = re.compile(
-    r"_*%?(?:.*header[./_]stamp[./_])?(time|stamp|timestamp|t|sec|secs|seconds|time_?stamp|date_?time)",
+    r"_*%?(?:.*header[./_]stamp[./_])?(?:secs?|seconds|"
+    r"(?:time|stamp|timestamp|t|time_?stamp|date_?time)(?:_(secs?|[mun]?s))?)",
     re.I,
 )
-_NANOSECONDS = re.compile(r"(.*[\W_])?(nsecs?|nanosecs?|nanoseconds?)", re.I)
+"""Names of columns of time, perhaps with their unit."""
+_FRACTION = re.compile(
+    r"(?:.*[\W_])?(milli|micro|nano|[mun])(?:s|secs?|seconds?)", re.I
+)
 """Names of the column that holds what a column of whole seconds lacks."""
 _SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+_PARTS = {"m": 1e-3, "u": 1e-6, "n": 1e-9, "milli": 1e-3, "micro": 1e-6, "nano": 1e-9}
+"""Parts of a second."""
 _SINCE_1970 = {1e17: 1e-9, 1e14: 1e-6, 1e11: 1e-3}
 """Times larger than this are counted from 1970 in nanoseconds, and so on."""
 
@@ -135,8 +141,10 @@ def read_csv_log(question: Question) -> Log:
     table = table.at(rows)
     positions = _in_radians(np.array(table.numbers(columns)), columns, question)
     log = in_parts(_stamps(table, times[0]), positions, None, notes)
-    unit = "if time is not in seconds, name its column time[ms], [us] or [ns]"
-    require_rate(log, question, unit)
+    advice = "if time is not in seconds, name its column time[ms], [us] or [ns]"
+    if len(log.stamps) <= len(rows) / 2:
+        advice = "many rows have one time: write its fractions, or nanosec in a column beside"
+    require_rate(log, question, advice)
     return log
 
 
@@ -171,14 +179,29 @@ def _stamps(table: Table, column: Column) -> np.ndarray:
     if dates and None not in dates:
         return np.array(dates, dtype=float)
     stamps = np.array(table.numbers([replace(column, unit="")]))[:, 0]
-    fractions = [c for c in table.columns if _NANOSECONDS.fullmatch(c.name)]
-    if fractions and not column.unit and not (stamps % 1).any():
-        return stamps + 1e-9 * np.array(table.numbers(fractions[:1]))[:, 0]
-    if column.unit:
-        return stamps * _SECONDS.get(column.unit, 1.0)
+    match = _TIME.fullmatch(column.name)
+    unit = (column.unit or (match and match[1]) or "").lower()
+    if unit in _SECONDS:
+        return stamps * _SECONDS[unit]
+    if not (stamps % 1).any():
+        stamps = stamps + _fractions(table)
+    if unit:
+        return stamps
     largest = float(np.abs(stamps).max(initial=0.0))
     units = (unit for limit, unit in _SINCE_1970.items() if largest > limit)
     return stamps * next(units, 1.0)
+
+
+def _fractions(table: Table) -> np.ndarray | float:
+    """Return the column that is parts of a second by its name and numbers [s]; 0 without one."""
+    for column in table.columns:
+        match = _FRACTION.fullmatch(column.name)
+        if match and not table.is_text(column.index):
+            numbers = np.array(table.numbers([replace(column, unit="")]))[:, 0]
+            seconds = numbers * _PARTS[match[1].lower()]
+            if seconds.min() >= 0 and seconds.max() < 1:
+                return seconds
+    return 0.0
 
 
 def _in_radians(

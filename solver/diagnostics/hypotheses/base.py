@@ -36,8 +36,9 @@ SHARES = (0.01, 0.1, 1.0, 10.0)
 OF_INSTRUMENTS = (3e-3, 0.03)
 """The same of an instrument, which is never far off but for a unit, which the table shows."""
 SOURCES = {
-    "default": "nothing but the default: measure it and pass the reading with --distance",
-    "given": "as you gave it: measure it again and pass the reading with --distance",
+    "default": "nothing but the default: measure it, and add --distance 50.1mm if you read 50.1 mm",
+    "given": "as you gave it: measure again, and type both readings, "
+    "as --distance FIRST --distance SECOND",
     "located": "by the sockets' coordinates: measure those again",
     "recording": "as placement.json has it: measure it again, and mend it there",
 }
@@ -254,34 +255,31 @@ def between(scene: Scene) -> Iterable[Block]:
     for row, names in _length_by_length(scene, on_base=True):
         measured = scene.measured(names["placement"])
         sourced = {**names, "source": SOURCES[measured.distance_source]}
-        yield _of_length(
-            row,
-            1.0,
-            sourced,
-            widths=MOVES,
-        )
+        yield _of_length(row, 1.0, sourced, widths=MOVES)
+
+
+NEAR = 0.1
+"""Part of their distance by which sockets may be one [1]."""
 
 
 def of_one_socket(scene: Scene) -> Iterable[Block]:
-    """Return blocks of placements whose ball was in one socket throughout."""
-    for row, names in _length_by_length(scene, on_base=True):
-        yield _of_length(
-            row,
-            -names["given"],
-            names,
-            fixed=True,
+    """Return blocks of placements whose ball was in one socket throughout: each, or all."""
+    lengths = list(_length_by_length(scene, on_base=True))
+    for row, names in lengths:
+        yield _of_length(row, -names["given"], names, fixed=True)
+    if len(lengths) > 1 and all(n["expected"] < NEAR * n["given"] for _, n in lengths):
+        changes = np.array(
+            [-length.distance * length.on_base for length in scene.known]
         )
+        columns = DISTANCE_WEIGHT * changes[None, :, None]
+        size = {key: lengths[0][1][key] for key in ("expected", "given")}
+        yield Block(scene.all_lengths, columns, [size], fixed=True)
 
 
 def of_known(scene: Scene) -> Iterable[Block]:
     """Return blocks of known distances beside those of bases, each of which may be wrong."""
     for row, names in _length_by_length(scene, on_base=False):
-        yield _of_length(
-            row,
-            1.0,
-            names,
-            widths=KNOWN,
-        )
+        yield _of_length(row, 1.0, names, widths=KNOWN)
 
 
 def of_distance(scene: Scene) -> Iterable[Block]:

@@ -79,3 +79,4 @@ from .samples import Samples as Samples
 from .samples import joined as joined
 from .tips import TipSamples as TipSamples
 from .tips import tip_shift as tip_shift
+from .tips import tip_shifts as tip_shifts

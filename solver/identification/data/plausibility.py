@@ -1,6 +1,6 @@
 """The look at a placement's numbers before anything is fitted to them.
 
-Places that no arm reaches are refused. Rows in which nothing was read are left out, each told by
+Rows in which nothing was read are left out, each told by
 its line: all joints exactly 0, a place of exactly 0, or numbers of the row before though the arm
 moved. Joints that were rounded to coarse steps are told. Efforts that contradict the model are left
 out.
@@ -12,10 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....errors import LENGTH
-from ....recorder import Placement
+from ....recorder import Placement, measured_points
 from ..robot import BallModel, Robot, gravity_moments
-from .measurements import Load, MeasurementError
+from .measurements import Load
 
 LEAST_JOINTS = 3
 """Fewer joints than this may all stand at exactly 0."""
@@ -23,8 +22,6 @@ STOOD = 5e-3
 """A ball that moved by less may be measured at the same place again [m]."""
 LISTED = 8
 """Rows that are told one by one."""
-FARTHEST = 100.0
-"""Coordinate beyond which a turn of the frame is no small change to a fit [m]."""
 UNIFORM = 12**-0.5
 """Standard deviation of what is as likely anywhere in a step of 1."""
 LEAST_GAPS = 4
@@ -62,33 +59,8 @@ def without_lost_rows(placement: Placement, robot: Robot) -> Placement:
     ]
     if len(told) > LISTED:
         told[LISTED:] = [f"{told[LISTED]}, one of {len(told)} such rows"]
-    remarks = (*placement.remarks, *told)
-    return replace(placement, samples=tuple(samples), remarks=remarks)
-
-
-def require_near(placement: Placement) -> None:
-    """Refuse measured places that are farther from the others than an arm reaches, or far away.
-
-    Raises:
-        MeasurementError: There is one; the message names its line.
-    """
-    if placement.kind == "sockets":
-        return
-    points = _points(placement)
-    offsets = np.abs(points - np.median(points, axis=0)).max(axis=1)
-    sizes = np.abs(points).max(axis=1)
-    far = np.flatnonzero((offsets > LENGTH.largest) | (sizes > FARTHEST)).tolist()
-    if not far:
-        return
-    first, *others = far
-    words = f"; {len(others)} more such lines" if others else ""
-    where = placement.samples[first].where or placement.name
-    worst = max(points[first].tolist(), key=abs)
-    advice = placement.advice("a header of x [mm] is read as such")
-    raise MeasurementError(
-        f"{where}: x, y or z is {worst:.6g}: metres are expected, from an origin near the arm"
-        f"{words} (are these millimetres? {advice})"
-    )
+    told[:0] = placement.remarks
+    return replace(placement, samples=tuple(samples), remarks=tuple(told))
 
 
 def steps_of(q: np.ndarray) -> np.ndarray:
@@ -121,13 +93,11 @@ def with_steps_told(placement: Placement, robot: Robot) -> Placement:
     q = placement.positions
     steps = steps_of(q)
     slopes = BallModel(robot, []).linearise(np.zeros(0), q).by_joints
-    squares: np.ndarray = np.sum((slopes * steps) ** 2, axis=2)
-    size = UNIFORM * float(squares.mean()) ** 0.5
+    square = len(steps) * float(np.mean((slopes * steps) ** 2))
+    size = UNIFORM * square**0.5
     if size < COARSE:
         return placement
-    where = placement.where
-    if placement.kind == "points":
-        where = placement.first_file
+    where = placement.first_file if placement.kind == "points" else placement.where
     told = (
         f"{where}: the joints read in steps of {1e3 * steps.max():.3g} mrad; "
         f"rounding to them scatters the ball by {1e3 * size:.2f} mm: write all digits"
@@ -143,7 +113,7 @@ def _lost_rows(placement: Placement, robot: Robot) -> Iterator[tuple[int, str]]:
         yield row, "all joints read exactly 0: the controller was not up"
     if placement.kind == "sockets":
         return
-    points = _points(placement)
+    points = measured_points(placement)
     nothing = ~zero & ~points.any(axis=1)
     for row in np.flatnonzero(nothing).tolist():
         yield row, "x, y and z are exactly 0: nothing was measured"
@@ -159,11 +129,6 @@ def _lost_rows(placement: Placement, robot: Robot) -> Iterator[tuple[int, str]]:
         for row in np.flatnonzero(rows & ~(zero | nothing)[1:]).tolist():
             moved = f"{other} moved by {1e3 * moves[row]:.0f} mm"
             yield row + 1, f"{what} repeat the row before, though {moved}"
-
-
-def _points(placement: Placement) -> np.ndarray:
-    """Return what was measured, row by row, shape (N, 3) [m]."""
-    return np.array([sample.point for sample in placement.samples], dtype=float)
 
 
 CLEAR = 0.9
@@ -191,8 +156,7 @@ def with_plausible_efforts(placement: Placement, robot: Robot, load: Load) -> Pl
     q = placement.positions
     if efforts is None or len(q) < ENOUGH or robot.masses_assumed:
         return placement
-    moments = gravity_moments(robot, q, load.gravity, load.payload)
-    tau = moments[:, : q.shape[1]]
+    tau = gravity_moments(robot, q, load.gravity, load.payload)[:, : q.shape[1]]
     loaded = np.sqrt(np.mean(tau**2, axis=0)) > CARRIES
     tau = tau[:, loaded]
     e = efforts[:, loaded]
@@ -215,5 +179,8 @@ def with_plausible_efforts(placement: Placement, robot: Robot, load: Load) -> Pl
         f"{placement.where}: efforts are {slope:.3g} times the model's gravity torque "
         f"(correlation {correlation:.3f}); {reason}? The model's torque takes their place"
     )
-    samples = tuple(replace(sample, effort=None) for sample in placement.samples)
-    return replace(placement, samples=samples, remarks=(*placement.remarks, remark))
+    return replace(
+        placement,
+        samples=tuple(replace(sample, effort=None) for sample in placement.samples),
+        remarks=(*placement.remarks, remark),
+    )

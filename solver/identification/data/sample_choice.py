@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from ....errors import JOINT_POSITION
-from ....recorder import Placement, distinct, without_turns
+from ....recorder import Placement, distinct, require_near, without_turns
 from ..robot import Robot
-from .plausibility import require_near, with_steps_told, without_lost_rows
+from .plausibility import with_steps_told, without_lost_rows
 
 
 def counting(placement: Placement, robot: Robot, *, whole: bool) -> Placement:
     """Return the samples of a placement that count; all of them if it is ``whole``.
 
     Raises:
-        MeasurementError: A place is too far away for any arm.
+        RecordingError: A place is too far away for any arm.
     """
     require_near(placement)
     same_turns = unwound(placement, robot)
@@ -32,8 +32,9 @@ def unwound(placement: Placement, robot: Robot) -> Placement:
     turning = [joint.type != "prismatic" for joint in robot.actuated]
     if JOINT_POSITION.doubt(placement.positions[:, turning].ravel().tolist()):
         return placement
-    positions = without_turns(placement.positions, robot.lower, robot.upper, turning)
-    return placement.with_positions(positions)
+    return placement.with_positions(
+        without_turns(placement.positions, robot.lower, robot.upper, turning)
+    )
 
 
 def counted_once(placement: Placement) -> Placement:
@@ -41,8 +42,7 @@ def counted_once(placement: Placement) -> Placement:
     counted = distinct(placement)
     counts = np.bincount(counted.sockets)
     before = np.bincount(placement.sockets)
-    same_counts = bool(((counts == 1) & (before > 1)).any())
-    return placement if same_counts else counted
+    return placement if ((counts == 1) & (before > 1)).any() else counted
 
 
 def without_single(placement: Placement, warnings: list[str]) -> Placement:

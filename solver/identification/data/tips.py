@@ -14,6 +14,10 @@ HELD = 1e-6
 nothing."""
 
 
+SHARE = 0.5
+"""Share of the error that targets put on anew leave at most."""
+
+
 class TipSamples(NamedTuple):
     """N points that an instrument measured in one frame."""
 
@@ -54,3 +58,21 @@ def tip_shift(frames: Sequence[TipSamples]) -> np.ndarray:
             np.concatenate(columns), np.concatenate(offsets), rcond=None
         )[0]
     return shift
+
+
+def tip_shifts(frames: Sequence[TipSamples]) -> tuple[np.ndarray, float]:
+    """Return how far the tip sits from the ball in each frame, shape (F, 3), and the error [m].
+
+    It is the same in all, unless shifts of their own leave less than half of the median error. A
+    flange that hardly turns does not tell them, and then they leave about as much.
+    """
+    anew = np.array([tip_shift([frame]) for frame in frames])
+    alike = 0 * anew + tip_shift(frames)
+    error, least = _median_distance(frames, alike), _median_distance(frames, anew)
+    return (anew, least) if least < SHARE * error else (alike, error)
+
+
+def _median_distance(frames: Sequence[TipSamples], shifts: np.ndarray) -> float:
+    """Return the median distance that shifts of the tip leave, one in each frame [m]."""
+    distances = map(TipSamples.distances, frames, shifts)
+    return float(np.median(np.concatenate([*distances])))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..data import Observations, first_frames
-from ..model import SMALLEST, Noise, PriorGroup, joint_reach, prior_groups
+from ..model import SMALLEST, Noise, PriorGroup, joint_reach, prior_groups, put_on_anew
 from .objective import Linearization, Objective, linearise
 from .posterior import FitPosterior
 from .state import State
@@ -37,7 +37,13 @@ def start(
         groups = _carry_over(objective, previous, groups, x, at_zero)
     begin = model.size
     for difference, size in zip(objective.differences, objective.sizes, strict=True):
-        groups.append(difference.prior(begin, size))
+        group = difference.prior(begin, size)
+        alone = len(data.frames) == len(difference.placements)
+        if difference.course == "each" and alone and not data.seated.any():
+            # targets of an instrument, however far from each other they were put on
+            group = replace(group, expected=put_on_anew(model, data, size))
+            x[group.members] = group.mean
+        groups.append(group)
         if previous is not None and difference in previous.objective.differences:
             x[begin : begin + size] = previous.unknowns_of(difference)
         begin += size

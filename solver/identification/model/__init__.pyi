@@ -14,6 +14,7 @@ from .difference import PLACES as PLACES
 from .difference import Difference as Difference
 from .difference import courses_of_steps as courses_of_steps
 from .difference import directions as directions
+from .difference import put_on_anew as put_on_anew
 from .extended_model import ExtendedModel as ExtendedModel
 from .extended_model import Prediction as Prediction
 from .extended_model import extend as extend

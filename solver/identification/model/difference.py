@@ -13,8 +13,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..data import Clock, Observations
-from ..robot import cross_matrices
+from ..data import Clock, Observations, TipSamples, tip_shifts
+from ..robot import BallModel, cross_matrices
 from .extended_model import ExtendedModel
 from .prior_group import PriorGroup
 
@@ -166,3 +166,27 @@ def _turns(balls: np.ndarray, data: Observations) -> np.ndarray:
             arms = balls[rows] - balls[rows].mean(axis=0)
             turns[rows] = cross_matrices(arms) / max(arms.std(), 1e-6)
     return turns
+
+
+def put_on_anew(model: ExtendedModel, data: Observations, size: int) -> np.ndarray:
+    """Return how far each placement's target is from their mean by the nominal robot, as unknowns.
+
+    Its ``size`` numbers are those of all placements, each a shift in the ball's link [m], and a
+    turn where turns were measured, which is zero here. It takes a frame for each placement.
+    """
+    shifts, _ = tip_shifts(tips_of(model.ball, data))
+    unknowns = np.zeros((len(shifts), size // len(shifts)))
+    unknowns[:, :3] = shifts - shifts.mean(axis=0)
+    return unknowns.ravel()
+
+
+def tips_of(ball: BallModel, data: Observations) -> list[TipSamples]:
+    """Return the nominal robot's balls, and those measured, in each frame."""
+    tips: list[TipSamples] = []
+    for frame in np.unique(data.measured_in).tolist():
+        rows = data.measured_in == frame
+        q = data.q[rows]
+        points = ball.points(ball.nominal, q)
+        rotations = ball.rotations(ball.nominal, q).points
+        tips.append(TipSamples(points, rotations, data.points[rows]))
+    return tips

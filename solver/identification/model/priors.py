@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..data import Observations, Pose, TipSamples, hand_eye, tip_shift
+from ..data import Observations, Pose, hand_eye, tip_shifts
 from ..effects import Effect
 from ..robot import BallModel, Origin, Parameter
+from .difference import tips_of
 from .extended_model import ExtendedModel
 from .prior_group import SMALLEST_WIDTH, GivenPrior, PriorGroup
 
@@ -135,10 +136,8 @@ def _ball_by_instrument(model: ExtendedModel, data: Observations) -> np.ndarray 
         return _from_nominal(model.ball, _tool_by_poses(model.ball, data))
     if data.seated.any() or not len(data.q):
         return None
-    frames = _tips(model.ball, data)
-    shift = tip_shift(frames)
-    distances = [frame.distances(shift) for frame in frames]
-    off = np.median(np.concatenate(distances))
+    shifts, off = tip_shifts(tips_of(model.ball, data))
+    shift = shifts.mean(axis=0)
     if np.linalg.norm(shift) > FARTHEST or off > MOST_OFF:
         return None
     return _from_nominal(model.ball, Pose(np.eye(3), shift))
@@ -153,18 +152,6 @@ def _from_nominal(ball: BallModel, tool: Pose) -> np.ndarray:
     return ball.parameters_at(origins) - ball.nominal
 
 
-def _tips(ball: BallModel, data: Observations) -> list[TipSamples]:
-    """Return the nominal robot's balls, and those measured, in each frame."""
-    tips: list[TipSamples] = []
-    for frame in np.unique(data.measured_in).tolist():
-        rows = data.measured_in == frame
-        q = data.q[rows]
-        points = ball.points(ball.nominal, q)
-        rotations = ball.rotations(ball.nominal, q).points
-        tips.append(TipSamples(points, rotations, data.points[rows]))
-    return tips
-
-
 def _tool_by_poses(ball: BallModel, data: Observations) -> Pose:
     """Return the ball's place (unless it cannot be) and turn in its own frame by measured poses."""
     counts = np.bincount(data.turned_in[data.turned])
@@ -177,8 +164,7 @@ def _tool_by_poses(ball: BallModel, data: Observations) -> Pose:
     q = data.q[turned]
     R = ball.rotations(ball.nominal, q).points
     p = ball.points(ball.nominal, q)
-    first_line = str(data.wheres[turned[0]])
-    file = first_line.rpartition(":")[0]
+    file = str(data.wheres[turned[0]]).rpartition(":")[0]
     calibrated = hand_eye(
         R,
         p,

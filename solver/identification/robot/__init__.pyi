@@ -10,6 +10,8 @@ from .chain import require_link as require_link
 from .encoding import ModelError as ModelError
 from .factory import check_controller as check_controller
 from .factory import ur_controller as ur_controller
+from .geometric_calibration import ON_ROBOT as ON_ROBOT
+from .geometric_calibration import read_block as read_block
 from .gravity import STANDARD_GRAVITY as STANDARD_GRAVITY
 from .gravity import gravity_moments as gravity_moments
 from .joint_ranges import one_turn as one_turn
@@ -20,6 +22,9 @@ from .kinematics import frames_of as frames_of
 from .kinematics import rotation as rotation
 from .kinematics import rotation_rpy as rotation_rpy
 from .kinematics import written_frames as written_frames
+from .model_file import from_folder as from_folder
+from .model_file import load_robot as load_robot
+from .model_file import nominal_text as nominal_text
 from .parameters import COMPONENTS as COMPONENTS
 from .parameters import Parameter as Parameter
 from .parameters import all_parameters as all_parameters
@@ -38,9 +43,9 @@ from .segments import cross as cross
 from .segments import link_poses as link_poses
 from .urdf import BALL_LINK as BALL_LINK
 from .urdf import Robot as Robot
-from .urdf import load_robot as load_robot
 from .urdf import parse_robot as parse_robot
 from .urdf import shipped_robots as shipped_robots
+from .urdf import urdf_of as urdf_of
 from .urdf_edits import add_comment as add_comment
 from .urdf_edits import add_link as add_link
 from .urdf_edits import set_origins as set_origins

@@ -2,9 +2,9 @@
 
 import hashlib
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -12,19 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from ....errors import LARGEST_DOCUMENT, LENGTH, MASS, ON_FLANGE, ROTATION, read_bytes
+from ....errors import LENGTH, MASS, ON_FLANGE, ROTATION
 from .bodies import Body, crude_bodies, find_bodies
 from .chain import Joint, find_chain, find_root, require_link
-from .urdf_edits import add_link
-from .urdf_text import ModelError, Origin, UrdfText, Vector, scan
+from .urdf_text import ModelError, Origin, UrdfText, Vector
 
 BALL_LINK = "ball_link"
 HEAVIEST = 300.0
 """No arm moves more mass than this for each square metre of its reach [kg/m^2]."""
 LEAST_REACH = 1.0
 """A ball may be that far from its link, however small the arm [m]."""
-OWN_BALL = "printed_ball"
-"""Link of a ball that the user puts on a model that has one already."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +33,7 @@ class Robot:
 
     name: str
     source: str
-    """The file, or the name of a shipped robot."""
+    """The file, or the name of a shipped robot; see also :func:`urdf_of`."""
     text: UrdfText
     base: str
     tip: str
@@ -44,7 +41,7 @@ class Robot:
     bodies: tuple[Body, ...]
     """Its masses; crude ones where the URDF states none, see :attr:`masses_assumed`."""
     loaded_with: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """The other arguments that :func:`load_robot` was called with, so that it can load it again."""
+    """The other arguments of :func:`.model_file.load_robot`, so that it can load it again."""
     masses_assumed: bool = False
     """True for a URDF without masses: torques are right but for a common factor then."""
 
@@ -111,7 +108,7 @@ class Robot:
         """
         if not (math.isfinite(mass) and mass >= 0):
             raise ModelError(f"payload: a mass of {mass} kg; give zero or more")
-        place = _three_numbers(centre, "payload")
+        place = three_numbers(centre, "payload")
         if doubt := ON_FLANGE.doubt(place):
             raise ModelError(f"payload: its centre {list(place)}: {doubt}")
         flange = len(self.joints) - 2
@@ -126,80 +123,18 @@ def shipped_robots() -> dict[str, Path]:
     return {file.stem: file for file in models}
 
 
-def load_robot(
-    robot: str | Path,
-    *,
-    base: str | None = None,
-    tip: str = BALL_LINK,
-    flange: str | None = None,
-    ball: Sequence[float] | None = None,
-) -> Robot:
-    """Read a robot: one that comes with the package, or a URDF file.
+def urdf_of(source: str) -> str:
+    """Return what a robot's source names as its URDF, without a YAML file that is added to it."""
+    both = re.fullmatch(r"(.+)\+.+\.ya?ml", source)
+    return both[1] if both else source
 
-    Args:
-        robot: Name of a shipped robot, such as ``panda``, or path of a URDF file.
-        base: The base link; None for the model's root.
-        tip: The link whose origin is the ball's centre.
-        flange: For a ball of one's own: the link that carries it. A new link, with the name
-            ``tip``, is then fixed to that one; where the model has a ``ball_link`` already, it is
-            called ``printed_ball``.
-        ball: With ``flange``: the ball's centre in that link's frame, x y z [m]; None for one that
-            an instrument measures, which is found wherever it sits.
+
+def three_numbers(point: Sequence[float], what: str) -> Vector:
+    """Return a point as three finite numbers.
 
     Raises:
-        ModelError: No such robot or link, the file is not a URDF with such a chain, or ``ball`` is
-            there without ``flange``.
+        ModelError: It is none.
     """
-    if flange is None and ball is not None:
-        raise ModelError("ball without flange: name the link that carries it")
-    text = scan(_model(robot), str(robot))
-    centre = None if ball is None else _three_numbers(ball, "ball")
-    if flange is not None:
-        tip = OWN_BALL if tip == BALL_LINK and tip in text.links else tip
-        text = _with_ball(text, flange, Origin(centre or (0.0, 0.0, 0.0)), tip)
-    loaded = parse_robot(text, base=base, tip=tip)
-    place = None if centre is None else list(centre)
-    loaded_with = {"base": base, "tip": tip, "flange": flange, "ball": place}
-    return replace(loaded, loaded_with=loaded_with)
-
-
-def _model(robot: str | Path) -> bytes:
-    """Return the URDF of a robot that comes with the package, or of a file."""
-    shipped = shipped_robots()
-    name = str(robot)
-    try:
-        return read_bytes(shipped.get(name, Path(name)), LARGEST_DOCUMENT)
-    except (OSError, ValueError) as error:
-        # ValueError: a path with a zero
-        reason = getattr(error, "strerror", None) or "cannot be read"
-        similar = get_close_matches(name.lower(), shipped, n=1)
-        question = f", did you mean {similar[0]!r}?" if similar else ""
-        raise ModelError(
-            f"robot {name!r}: {reason}{question}; give the path of a URDF file, or one of: "
-            f"{', '.join(shipped)}"
-        ) from None
-
-
-def _with_ball(
-    text: UrdfText,
-    flange: str,
-    origin: Origin,
-    link: str,
-) -> UrdfText:
-    """Return a model with a ball of one's own on a link."""
-    require_link(text, flange)
-    try:
-        data = add_link(text, flange, origin, link)
-        return scan(data, text.source)
-    except ModelError as error:
-        raise ModelError(
-            f"{error}; leave out --flange, or give the new ball another name, as in "
-            "--tip printed_ball"
-        ) from None
-
-
-def _three_numbers(point: Sequence[float], what: str) -> Vector:
-    """Return a point as three finite numbers."""
     try:
         x, y, z = map(float, point)
     except (TypeError, ValueError):
@@ -218,14 +153,13 @@ def parse_robot(
     base: str | None = None,
     tip: str = BALL_LINK,
 ) -> Robot:
-    """Read the chain from a model's text; see :func:`load_robot`.
+    """Read the chain from a model's text; see :func:`.model_file.load_robot`.
 
     Raises:
         ModelError: The text has no such chain.
     """
     root = find_root(text)
-    hint = "; name the ball's link by --tip, or put a ball on a link by --flange LINK --ball X Y Z"
-    require_link(text, tip, hint)
+    require_link(text, tip)
     base = base or root
     require_link(text, base)
     joints = find_chain(text, base, tip)

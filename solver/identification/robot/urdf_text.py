@@ -158,10 +158,9 @@ def _origin(source: str, name: str, joint: Element) -> Origin:
             raise ModelError(
                 f"{where}: origin has {key}, which is not read; write its rotation as rpy [rad]"
             )
-    xyz = element.attributes.get("xyz", "0 0 0")
-    rpy = element.attributes.get("rpy", "0 0 0")
-    x, y, z = numbers(xyz, where, "origin xyz", 3)
-    roll, pitch, yaw = numbers(rpy, where, "origin rpy", 3)
+    get = element.attributes.get
+    x, y, z = numbers(get("xyz", "0 0 0"), where, "origin xyz", 3)
+    roll, pitch, yaw = numbers(get("rpy", "0 0 0"), where, "origin rpy", 3)
     return Origin((x, y, z), (roll, pitch, yaw))
 
 
@@ -181,8 +180,7 @@ def numbers(
         raise ModelError(
             f"{where}: not a valid URDF: {what} {words!r}, where {expected} must be"
         ) from None
-    sound = not finite or all(map(math.isfinite, values))
-    if len(values) != count or not sound:
+    if len(values) != count or (finite and not all(map(math.isfinite, values))):
         kind = "a finite number" if count == 1 else f"{count} finite numbers"
         raise ModelError(f"{where}: {what} {words!r} is not {kind}")
     return values
@@ -209,8 +207,10 @@ def scan(data: bytes, source: str) -> UrdfText:
     return UrdfText(data, source, root)
 
 
-PROPERTY = "xacro:property"
-"""Tag of a value by name."""
+_MACRO = re.compile(r"macro\b|xacro:|.*\$[{(]", re.DOTALL)
+"""A tag and its attributes that xacro expands."""
+UNUSED = {"xacro:property", "xacro:arg"}
+"""Tags of values by name. One that nothing uses changes nothing; what uses one is templated."""
 
 
 class _TreeBuilder:
@@ -235,11 +235,8 @@ class _TreeBuilder:
         parent = self.open_elements[-1]
         if parent is self.document and tag != "robot":
             self.refuse(f"the outermost element is <{tag}>, a URDF's is <robot>")
-        values = attributes.values()
-        templated = any("${" in value or "$(" in value for value in values)
-        # A property that nothing uses changes nothing; what uses one is templated.
-        is_macro = tag == "macro" or tag.startswith("xacro:") or templated
-        if is_macro and tag != PROPERTY:
+        words = " ".join((tag, *attributes.values()))
+        if _MACRO.match(words) and UNUSED.isdisjoint((tag, parent.tag)):
             self.refuse(
                 "this is a xacro file; expand it first: xacro FILE > robot.urdf"
             )

@@ -69,6 +69,8 @@ def lacking(joint, other, share):
             "ratio",
             "joint 3 (elbow_joint) looks wrongly geared: with 6 q",
         ),
+        (lambda q: q[[1, 0, 2, 4, 3, 5]], "swap", "columns look out of order: 2, 1, 3, 5, 4, 6"),
+        (lambda q: q[[1, 2, 0, 3, 4, 5]], "swap", "columns look out of order: 3, 1, 2, 4, 5, 6"),
         (lambda q: q * [1, -1, -1, -1, 1, 1], "sign", "joints 2 and 3 and 4 (shoulder_lift_joint"),
     ],
 )
@@ -170,7 +172,7 @@ def test_what_no_single_mistake_explains_is_told(look, change, placements):
     generator = np.random.default_rng(0)
     wild = [change(p, lambda q: q + generator.normal(0, 0.2, 7)) for p in placements]
     (finding,) = [f for f in look(wild).diagnostics if f.level == "error"]
-    assert finding.code == "model" and "is it this robot's model" in finding.advice
+    assert finding.code == "model" and "does --robot name this arm" in finding.advice
     assert "unit" not in finding.advice
 
 

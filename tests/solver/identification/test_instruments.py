@@ -5,12 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from calibrated_arm import pose_at
+from calibrated_arm import pose_at, with_ball
 from recorded import RIGID
 from worlds import measured_points
 
 import mukca
-from mukca.solver.identification.robot import gravity_moments, workspace
+from mukca.solver.calibration.set_ups import in_own_frame
+from mukca.solver.identification.data import RobotRecordings, measure, observe
+from mukca.solver.identification.inference import estimate
+from mukca.solver.identification.model import extend
+from mukca.solver.identification.robot import choose_parameters, gravity_moments, workspace
+from mukca.solver.identification.selection import set_ups
 
 FRAME = pose_at(np.array([0.3, -1.0, 2.0]), np.array([2.0, -1.0, 0.5]))
 FLANGE = "panda_link8"
@@ -36,6 +41,20 @@ def test_a_ball_sits_where_the_points_have_it(points, panda, ball):
     by_its_place = held_out(mukca.calibrate(panda, *points, **RIGID))
     arm = mukca.load_robot("panda", flange=FLANGE, ball=ball)
     assert held_out(mukca.calibrate(arm, *points, **RIGID)) == pytest.approx(by_its_place, rel=0.02)
+
+
+def test_targets_may_sit_far_apart_from_day_to_day(panda, true_panda):
+    """Each set-up has a frame and a target of its own, here up to 0.25 m from each other."""
+    rng, days = np.random.default_rng(4), []
+    for k, place in enumerate(np.array([[0, -0.09, 0.19], [-0.03, 0.04, 0.19], [-0.04, 0, -0.04]])):
+        frame = pose_at(rng.uniform(-2, 2, 3), rng.uniform(-2, 2, 3))
+        day = measured_points(with_ball(true_panda, place), frame, rng, noise=2e-5, samples=40)
+        day = measure(replace(day, name=f"day{k}"), panda)
+        days.append(in_own_frame(day))
+    data = observe(RobotRecordings(panda, days), require_scale=False)
+    model = extend(panda, choose_parameters(panda))
+    fit = estimate(model, data, differences=set_ups(data), average_widths=False)
+    assert np.linalg.norm(fit.state.errors, axis=1).mean() < 2e-3
 
 
 def test_a_ball_in_sockets_must_be_known(panda):

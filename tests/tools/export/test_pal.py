@@ -94,3 +94,45 @@ def test_what_cannot_be_gets_one_line(refused, calibrations, calibration, tmp_pa
     refused("No such file", "export", calibration, *words, "--like", like)
     like.write_text("robot_state_publisher: {}\n")
     refused("no geometric_calibration", "export", calibration, *words, "--like", like)
+
+
+def test_read_again_it_gives_the_calibrated_arm(export, calibration, tmp_path):
+    """Also of a calibration that began with such a file: its entries are of the URDF alone."""
+    first, second = tmp_path / "first.yaml", tmp_path / "second.yaml"
+    assert export(calibration, "--to", "pal", "--out", first)[0] == 0
+    calibrated, nominal = load_calibration(calibration).calibrated, tmp_path / "robot.urdf"
+    read = mukca.load_robot(f"{nominal}+{first}")
+    q = configurations(read, 20)
+    flange = read.ball_joint.parent
+    expected = poses(calibrated.urdf().decode(), flange, q)
+    assert np.abs(poses(read.text.data.decode(), flange, q) - expected).max() < 1e-9
+    assert np.abs(poses(nominal.read_text(), flange, q) - expected).max() > 1e-3
+    document = json.loads(calibration.read_text())
+    again = tmp_path / "again.json"
+    again.write_text(json.dumps(imagine(read, document)))
+    assert export(again, "--to", "pal", "--out", second)[0] == 0
+    expected = poses(load_calibration(again).calibrated.urdf().decode(), flange, q)
+    both = mukca.load_robot(f"{nominal}+{second}")
+    assert np.abs(poses(both.text.data.decode(), flange, q) - expected).max() < 1e-9
+    nominal.unlink()
+    status, _, error = export(again, "--to", "pal", "--out", tmp_path / "third.yaml")
+    assert status == 2 and "No such file" in error
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("a: 1", "no geometric_calibration with an entry a line"),
+        ("arm_left_3_dx: 0.1", ":3: no joint of the URDF is called 'arm_left_3_joint'"),
+        ("arm_right_3_dw: 0.1", ":3: expected an entry such as arm_1_dx: 0.001"),
+        ("arm_right_3_dx: much", ":3: expected an entry such as arm_1_dx: 0.001"),
+        ("arm_right_3_dx: 0.1\n    arm_right_3_dx: 0.1", ":4: another line has 'arm_right_3_dx'"),
+        ("arm_right_3_droll: 20", "are these degrees?"),
+    ],
+)
+def test_an_entry_that_cannot_be_added_gets_one_line(content, words, refused, calibration):
+    file = calibration.with_name("of_robot.yaml")
+    title = "" if content == "a: 1" else "robot_state_publisher:\n  geometric_calibration:\n    "
+    file.write_text(f"{title}{content}\n")
+    urdf = calibration.with_name("robot.urdf")
+    refused(words, "check", calibration.parent, "--robot", f"{urdf}+{file}")

@@ -376,6 +376,13 @@ def test_single_poses_are_no_log(tmp_path):
         read(tmp_path / "bag", [(80 * t, NAMES, q) for t, q in moving()])
 
 
+def test_poses_alone_are_no_joint_states(refused, tmp_path):
+    with Bag(tmp_path / "bag", "mcap") as bag:
+        bag.topic("/tcp_pose", "geometry_msgs/msg/PoseStamped")
+    said = "PoseStamped): poses do not tell how the joints stood; record joint states"
+    refused(said, "extract", tmp_path / "bag", "--robot", "panda")
+
+
 @pytest.mark.parametrize("name", ["a.mcap", "a.csv", "data/a.parquet"])
 def test_a_file_that_git_did_not_bring_is_named(refused, tmp_path, name):
     file = tmp_path / "set" / name

@@ -1,6 +1,7 @@
 """CSV logs, lerobot data sets, and streams that the recorder kept."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -58,17 +59,35 @@ def test_a_csv_log_that_cannot_be_used(refused, moves, tmp_path, given, words, s
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("heads", ["sec,nanosec", "header.stamp.secs,header.stamp.nsecs"])
-def test_stamps_in_two_columns_are_read_as_one(moves, tmp_path, heads):
+@pytest.mark.parametrize(
+    ("heads", "parts"),
+    [
+        ("sec,nanosec", 1e9),
+        ("header.stamp.secs,header.stamp.nsecs", 1e9),
+        ("time_s,time_us", 1e6),
+        ("timestamp,milliseconds", 1e3),
+        ("ticks,time_ms", None),
+    ],
+)
+def test_stamps_in_two_columns_or_in_a_unit_by_name_are_read(moves, tmp_path, heads, parts):
     lines = [",".join([heads, *NAMES])]
     states = finite(moves)[:100]
     for state in states:
         whole = int(state.stamp // 1)
-        nanoseconds = round((state.stamp - whole) * 1e9)
-        lines.append(",".join(map(repr, (whole, nanoseconds, *state.position))))
+        cells = (whole, round((state.stamp - whole) * (parts or 0)))
+        if not parts:
+            cells = (7, 1e3 * state.stamp)
+        lines.append(",".join(map(repr, (*cells, *state.position))))
     (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
     log = read_log(Question(tmp_path / "log.csv", NAMES, (False,) * 7))
     assert log.stamps == pytest.approx([state.stamp for state in states], abs=1e-6)
+
+
+def test_stamps_of_whole_seconds_are_told(refused, moves, tmp_path):
+    file = plain(tmp_path / "log.csv", moves, head="time")
+    lines = file.read_text().splitlines()
+    file.write_text("\n".join([lines[0], *(re.sub(r"[.]\d+", "", x, count=1) for x in lines[1:])]))
+    refused("many rows have one time: write its fractions", "extract", file, "--robot", "panda")
 
 
 # -- lerobot ---------------------------------------------------------------------------------------

@@ -54,6 +54,15 @@ def test_info_shows_what_is_there(recorded, output_of, words):
     assert placement["metadata"]["robot"] == "arm"
 
 
+def test_a_table_does_not_say_how_many_states_were_averaged(tmp_path, output_of):
+    text = "\n".join(["socket,a,b", *(f"{i % 2},{i / 10},{i / 7}" for i in range(6))])
+    (tmp_path / "t.csv").write_text(text)
+    words = ("convert", tmp_path / "t.csv", "--to", "samples", "--out")
+    output_of(*words, tmp_path / "out")
+    (placement,) = mukca.read_placements(tmp_path / "out")
+    assert {sample.states for sample in placement.samples} == {None}
+
+
 def test_info_tells_a_torn_end(recorded, command):
     with (recorded / "samples.csv").open("a") as stream:
         stream.write("capture,4,0")

@@ -1,14 +1,14 @@
 """``mukca convert`` and ``export``: recordings and calibrations as other programs read them."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, replace
-from itertools import chain, pairwise
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from .... import recorder
-from ....errors import MukcaError
 from ....recorder import Placement
 from ....solver import calibration
 from ....solver.calibration import UsageError
@@ -22,6 +22,7 @@ from .. import (
     Terminal,
     for_each_arm,
     option,
+    warn_of_use,
 )
 
 _FORMS = {
@@ -53,6 +54,7 @@ def run_convert(options: _ConvertOptions, terminal: Terminal) -> int:
     placements = {f: recorder.read_placement(f, **options.table) for f in folders}
     outs = [options.out / ("" if f == options.path else f.name) for f in folders]
     for folder, out in zip(folders, outs, strict=True):
+        recorder.require_near(placements[folder])
         if out.resolve() == folder.resolve():
             raise OutputError(f"{out}: is what is read; choose another --out")
     outputs: list[str] = []
@@ -113,9 +115,8 @@ def _losses(placement: Placement) -> list[str]:
     losses: list[str] = []
     if placement.efforts is not None:
         losses.append("this form has no place for efforts; they are left out")
-    if any(sample.time is not None for sample in placement.samples) or any(
-        next_socket < socket for socket, next_socket in pairwise(placement.sockets)
-    ):
+    has_times = any(sample.time is not None for sample in placement.samples)
+    if has_times or (np.diff(placement.sockets) < 0).any():
         losses.append(
             "this form loses the order of recording, by which a base that moved is seen"
         )
@@ -151,15 +152,11 @@ def run_export(options: _ExportOptions, terminal: Terminal) -> int:
             f"{options.calibration}: the model does not reproduce the sockets' distance at "
             f"{places}; it was accepted by --accept-distorted"
         )
-    with suppress(MukcaError):  # not every file that can be exported can be judged
-        if loaded.verdict.status == "fail":
-            terminal.warn(
-                f"{options.calibration}: {loaded.verdict.title}: do not use it yet"
-            )
     names = ("serial_number", "force", "like", "joints", "servos", "flange", "rows")
     settings = {name: getattr(options, name) for name in names}
     settings |= {"tools": tools, "payload": options.carried}
     exported = export.export(loaded, options.to, options.out, **settings)
+    warn_of_use(loaded, terminal)
     wrote = (f"Wrote {file}" for file in exported.outputs.values())
     terminal.say(*map(str, exported.losses), *exported.lines, *wrote)
     losses = [asdict(loss) for loss in exported.losses]

@@ -6,6 +6,7 @@ from pathlib import Path
 from ....solver import assessment, partial, results
 from ....solver.assessment import plural
 from ....solver.calibration import SolveOptions
+from ....solver.identification.robot import from_folder
 from ....solver.results import encode, write_files
 from ... import cli, fleet
 
@@ -89,8 +90,8 @@ def show_details(result: "fleet.FleetDocument", terminal: cli.Terminal) -> None:
 
 def _arm(options: _FleetOptions, folder: Path, copied: str | None) -> "fleet.ArmFolder":
     robot = options.model_arguments()
-    if Path(options.robot).is_file():  # a cluster's workers stand elsewhere
-        robot["robot"] = str(Path(options.robot).resolve())
+    # a cluster's workers stand elsewhere
+    robot["robot"] = from_folder(options.robot, Path().resolve())
     out = (options.out / folder.name).resolve()
     return fleet.ArmFolder(
         folder.resolve(), out, robot, options.calibration, partial.what_changed, copied

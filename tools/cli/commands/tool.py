@@ -177,7 +177,9 @@ def _zeros_by_stops(options: _RezeroOptions, terminal: Terminal) -> int:
 
 def arm_of(file: Path) -> "calibration.Calibration | robot.Robot":
     """Return a calibration by its file or folder, or a nominal robot by its name or URDF."""
-    if str(file) in robot.shipped_robots() or file.suffix == ".urdf":
+    if str(file) in robot.shipped_robots() or robot.urdf_of(str(file)).endswith(
+        ".urdf"
+    ):
         return robot.load_robot(file)
     return calibration.load_calibration(one_arm(file))
 
@@ -238,7 +240,7 @@ def _views(
     if path.is_dir() and (path / POSES).is_file():
         path = path / POSES
     if path.suffix == ".csv" and path.is_file() and path.name != recorder.SAMPLES:
-        return [recorder.read_points(path, path.stem)]
+        return [replace(recorder.read_table_placement(path), name=path.stem)]
     if not (path / cameras.JOINTS).is_file():
         return recorder.read_placements(path)
     columns, rows, square, marker = options.board

@@ -21,7 +21,7 @@ from ....solver.identification.paper import (
     build_problem,
     solve,
 )
-from ....solver.identification.robot import Robot, all_parameters, link_poses
+from ....solver.identification.robot import Robot, all_parameters, link_poses, urdf_of
 from ....solver.results import Model
 from . import types
 from .answers import answers_of
@@ -39,7 +39,7 @@ FORMATS = (".stl", ".dae", ".ply", ".obj")
 def link_meshes(model: Model, robot: Robot) -> tuple[types.LinkMesh, ...]:
     """Return the triangles that move with each frame, of those files that are at the model's."""
     text = model.nominal_urdf
-    find = _finder(Path(model.source).parent)
+    find = _finder(Path(urdf_of(model.source)).parent)
     files = re.findall(r"<mesh\b[^>]*\bfilename\s*=\s*[\"']([^\"']*)", text)
     if not any(map(find, files)) and not re.search("<(box|cylinder|sphere)", text):
         return ()

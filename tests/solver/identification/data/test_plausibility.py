@@ -45,13 +45,34 @@ def test_rows_in_which_nothing_was_read_are_left_out_each_by_its_line(
     assert f"{len(data) - len(rows)} points" in out and err.count("points.csv:") == len(rows)
 
 
-@pytest.mark.parametrize("verb", ["check", "solve"])
+READERS = {
+    "check": ["--robot", "panda"],
+    "solve": ["--robot", "panda"],
+    "info": [],
+    "convert": ["--to", "points", "--out", "OUT"],
+}
+"""Verbs that read a recording, and what they need besides."""
+
+
+@pytest.mark.parametrize("verb", READERS)
 @pytest.mark.parametrize("value", [-9999.0, 9e9, 1e19, 3e7])
-def test_places_that_no_arm_reaches_are_refused_before_any_fit(panda, folder, refused, verb, value):
+def test_places_that_no_arm_reaches_are_refused_before_any_fit(
+    panda, folder, refused, tmp_path, verb, value
+):
     data = placed(panda)
     data[4, 8] = data[9, 8] = value
-    said = refused(":6: x, y or z is ", verb, folder(data), "--robot", "panda")
+    options = [word.replace("OUT", str(tmp_path / "out")) for word in READERS[verb]]
+    said = refused(":6: x, y or z is ", verb, folder(data), *options)
     assert f"{value:.6g}: metres are expected" in said and "1 more such line" in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_joint_that_reads_what_none_can_is_refused_by_all_verbs(panda, folder, refused):
+    data = placed(panda)
+    data[4, 2] = -9e9
+    refused(":6: a joint is -9e+09: radians are expected", "info", folder(data))
+    data[:, 2] = 1e308
+    refused("points.csv: the column of joint 3 holds no number", "info", folder(data))
 
 
 def test_a_frame_at_the_other_end_of_a_hall_is_none_of_these(panda, folder, command):

@@ -99,7 +99,8 @@ def test_masses_beside_the_chain_are_carried_along(odd):
     [
         '<xacro:property name="reach" value="0.85"/>',
         '<xacro:property name="twice" value="${2 * reach}"/>',
-        '<xacro:property name="at"><origin xyz="1 2 3"/></xacro:property>',
+        '<xacro:property name="at"><origin xyz="1 ${2 * reach} 3"/></xacro:property>',
+        '<xacro:arg name="prefix" default="$(env ARM)"/>',
     ],
 )
 def test_properties_that_nothing_uses_change_nothing(odd, line):
@@ -168,13 +169,25 @@ def test_tags_may_be_nested_deeply(tmp_path):
 
 def test_a_ball_is_put_on_a_flange(odd):
     odd.write_text(ODD_ARM.replace("ball_link", "hand"))
-    with pytest.raises(ModelError, match="--flange LINK --ball X Y Z"):
+    with pytest.raises(ModelError, match="as in --flange hand --ball X Y Z"):
         load_robot(str(odd))
     robot = load_robot(str(odd), flange="e", ball=(0.05, -0.02, 0.1), tip="sphere")
     assert robot.ball_joint.origin.xyz == (0.05, -0.02, 0.1)
     assert robot.joint_names == ("turn", "slide", "endless")
     with pytest.raises(ModelError, match="no link is called 'nowhere'"):
         load_robot(str(odd), flange="nowhere", ball=(0, 0, 0))
+
+
+def test_a_link_behind_all_turns_and_before_fingers_is_named_for_a_ball(tmp_path):
+    text = load_robot("gen3").text.data.decode().replace("ball_link", "tool0")
+    finger = '<link name="finger"/><joint name="f" type="prismatic"><parent link="tool0"/>'
+    finger += '<child link="finger"/><limit lower="0" upper="1"/></joint><link name="camera"/>'
+    finger += (
+        '<joint name="c" type="fixed"><parent link="base_link"/><child link="camera"/></joint>'
+    )
+    (tmp_path / "arm.urdf").write_text(text.replace("</robot>", f"{finger}</robot>"))
+    with pytest.raises(ModelError, match="as in --flange tool0 --ball X Y Z"):
+        load_robot(tmp_path / "arm.urdf")
 
 
 @pytest.mark.parametrize("ball", [3, "0 0 1", (0, 0), (0, 0, None), np.zeros((1, 3))])
