@@ -9,6 +9,7 @@ together, since what a fit has seen beside a sample tells it of that sample.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import chain, combinations
+from math import dist
 
 import numpy as np
 
@@ -69,7 +70,7 @@ def _by_place(
     for i, j in combinations(range(len(measurements)), 2):
         pair = measurements[i], measurements[j]
         in_sockets = all(m.kind == "sockets" for m in pair)
-        gap = float(np.linalg.norm(places[i] - places[j]))
+        gap = dist(places[i], places[j])
         if not (in_sockets and gap < NEAREST) and not is_copy(*pair):
             continue
         first, second = [next(g for g in groups if index in g) for index in (i, j)]

@@ -5,8 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from ..identification.robot import Robot, link_poses, workspace
-from ..poses import InverseKinematics
-from ..studies import damped_steps
+from ..poses import InverseKinematics, damped_steps
 
 MARGIN = 0.05
 """Distance of a pose from each end of a joint's range, as a share of it."""

@@ -1,13 +1,14 @@
 """Advice on placements: which two to train on, and where to record the next one."""
 
 from itertools import combinations
+from math import dist
 
 import numpy as np
 
 from ...errors import fixed
 from ..identification.robot import Robot
 from .configurations import FEWEST
-from .inspection import Inspection, Survey
+from .inspection import Survey
 
 POINTS_HINT = "Measured points need no socket: spread the next ones over the workspace."
 AS_FAR = 0.9
@@ -39,18 +40,13 @@ def next_placement(
     # enough samples in two sockets, to train on the placement alone
     rich = [p for p in good if sum(n >= FEWEST for n in p.measured.counts) > 1]
     if len(rich) > 1:
-        first, second = max(combinations(rich, 2), key=_distance)
+        pairs = combinations(rich, 2)
+        first, second = max(pairs, key=lambda pair: dist(*(p.centre for p in pair)))
         best = f"{first.measured.name} and {second.measured.name}"
         words.append(f"To solve with two of them only, take {best}, the most distant.")
     centres = np.array([one.centre for one in good])
     words.append(_next_place(robot, centres))
     return " ".join(words)
-
-
-def _distance(pair: tuple[Inspection, Inspection]) -> float:
-    """Return how far apart two placements are [m]."""
-    first, second = pair
-    return float(np.linalg.norm(first.centre - second.centre))
 
 
 def _next_place(

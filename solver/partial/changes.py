@@ -13,7 +13,6 @@ from ..calibration import Calibration
 from ..identification.data import (
     Measurement,
     Metrics,
-    TipSamples,
     evaluate,
     mean_metrics,
     tip_shift,
@@ -171,7 +170,7 @@ def changes_since(
         system.posterior_covariance(prior.ball), shift
     )
     if squared_deviations > FAR_MOVED**2:
-        changes = replace(changes, ball=float(np.linalg.norm(shift)))
+        changes = replace(changes, ball=math.hypot(*shift))
     distances = np.linalg.norm(system.residuals, axis=1)
     return changes, Metrics(float(distances.mean()), float(distances.max()), None)
 
@@ -201,17 +200,16 @@ def tip_words(calibration: Calibration, data: Sequence[Measurement]) -> str:
 
     Any shift counts that explains the errors: a target is put on anew from day to day.
     """
-    calibrated, sizes = calibration.calibrated, [0.0]
+    sizes = [0.0]
     for measured in data:
         if measured.kind != "points" or calibration.was_trained_on(measured):
             continue
-        points, rotations = calibrated.predict(measured), calibrated.rotations(measured)
-        shift = tip_shift([TipSamples(points, rotations, measured.points)])
-        if (
-            evaluate(points + rotations @ shift, measured).mean_absolute_error
-            < SHARE * evaluate(points, measured).mean_absolute_error
-        ):
-            sizes.append(float(np.linalg.norm(shift)))
+        tips = calibration.calibrated.tips(measured)
+        shift = tip_shift([tips])
+        shifted = evaluate(tips.points + tips.rotations @ shift, measured)
+        as_calibrated = evaluate(tips.points, measured).mean_absolute_error
+        if shifted.mean_absolute_error < SHARE * as_calibrated:
+            sizes.append(math.hypot(*shift))
     size = max(sizes)
     if not size:
         return ""

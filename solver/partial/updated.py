@@ -151,12 +151,11 @@ def updated(
     offsets = np.array([zero.offset for zero in zeros])
     calibrated = _updated_arm(calibration.calibrated, system, offsets, tool)
     document = _updated_document(calibration.document, calibrated, zeros, tool)
-    folds: list[FoldModel] = []
-    for fold in document.folds if zeros else ():
-        # its samples are converted to the new zeros, too
-        robot = _with_zeros(fold.robot(calibration.calibrated), offsets)
-        folds.append(FoldModel.of(robot, fold.ball))
-    document = structs.replace(document, folds=tuple(folds) or document.folds)
+    if zeros:  # to which the samples of folds are converted, too
+        old = calibration.calibrated
+        folds = [(_with_zeros(f.robot(old), offsets), f.ball) for f in document.folds]
+        models = tuple(FoldModel.of(*fold) for fold in folds)
+        document = structs.replace(document, folds=models)
     return Calibration(document, calibrated, calibration.source)
 
 

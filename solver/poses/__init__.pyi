@@ -1,5 +1,6 @@
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .inverse_kinematics import SimulationError as SimulationError
+from .inverse_kinematics import damped_steps as damped_steps
 from .pose_model import Goal as Goal
 from .pose_model import PoseModel as PoseModel
 from .pose_model import limited_step as limited_step

@@ -47,6 +47,20 @@ COARSE = NewtonSteps(rounds=18, damping=1e-4, tolerance=1e-5)
 FINE = NewtonSteps(rounds=12, damping=1e-10, tolerance=1e-7)
 
 
+def damped_steps(
+    J: np.ndarray,
+    errors: np.ndarray,
+    damping: float | np.ndarray,
+) -> np.ndarray:
+    """Return J^T (J J^T + d 1)^-1 e: steps of joints that lead balls to targets, shape (N, m).
+
+    Of derivatives J, shape (N, k, m), and what is left to the targets, errors e, (N, k).
+    """
+    across = J.swapaxes(1, 2)
+    damped = J @ across + damping * np.eye(errors.shape[1])
+    return (across @ np.linalg.solve(damped, errors[:, :, None]))[:, :, 0]
+
+
 class InverseKinematics:
     """Finds configurations that put the ball at points."""
 
@@ -193,20 +207,15 @@ class InverseKinematics:
     ) -> None:
         """Take damped Newton steps in some rows of q until they arrive.
 
-        With the error e of ball and neck, its Jacobian J and a damping l, a step is
-        J^T (J J^T + l I)^-1 e. Targets of three numbers are those of the ball alone.
+        Targets of three numbers are those of the ball alone.
         """
         rows = targets.shape[1]
-        damping = steps.damping * np.eye(rows)
         for _ in range(steps.rounds):
             if not moving.size:
                 break
             pose, jacobian = self.ball_and_neck(q[moving])
-            error = (targets[moving] - pose[:, :rows])[:, :, None]
-            J = jacobian[:, :rows]
-            transposed = J.swapaxes(1, 2)
-            dual_step = np.linalg.solve(J @ transposed + damping, error)
-            dq = (transposed @ dual_step)[:, :, 0]
+            errors = targets[moving] - pose[:, :rows]
+            dq = damped_steps(jacobian[:, :rows], errors, steps.damping)
             longest = np.abs(dq).max(axis=1).clip(1e-9)
             dq *= np.minimum(1.0, MAX_STEP / longest)[:, None]
             q[moving] += dq

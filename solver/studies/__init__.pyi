@@ -16,7 +16,6 @@ from .pose_covariance import movement_covariances as movement_covariances
 from .pose_covariance import pose_covariances as pose_covariances
 from .predicted_errors import arm_length as arm_length
 from .predicted_errors import workspace_errors as workspace_errors
-from .projections import damped_steps as damped_steps
 from .projections import pair_lengths as pair_lengths
 from .projections import unit as unit
 from .projections import variances_of as variances_of

@@ -8,8 +8,9 @@ import numpy as np
 from ..identification.data import Load, Measurement
 from ..identification.inference import Posterior
 from ..identification.robot import BallModel, Robot, workspace
+from ..poses import damped_steps
 from ..results import DistanceDeviation
-from .projections import bisected, damped_steps, pair_lengths
+from .projections import bisected, pair_lengths
 from .uncertainty import distance_deviations
 
 SWAY = 0.3

@@ -58,20 +58,6 @@ def kernels(q: np.ndarray, lengths: Sequence[float]) -> np.ndarray:
     return np.exp(-0.5 * squares / np.reshape(lengths, (-1, 1, 1)) ** 2)
 
 
-def damped_steps(
-    J: np.ndarray,
-    errors: np.ndarray,
-    damping: float | np.ndarray,
-) -> np.ndarray:
-    """Return J^T (J J^T + d 1)^-1 e: steps of joints that move balls by errors, shape (N, m).
-
-    Of derivatives J, shape (N, 3, m), and errors e, (N, 3).
-    """
-    across = J.swapaxes(1, 2)
-    damped = J @ across + damping * np.eye(3)
-    return (across @ np.linalg.solve(damped, errors[:, :, None]))[:, :, 0]
-
-
 def unit(vectors: np.ndarray) -> np.ndarray:
     """Return the unit vector along each vector, shape (..., n); zero for one without a length."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from itertools import cycle
+from math import hypot
 
 import numpy as np
 
@@ -175,20 +176,16 @@ def of_commands(scene: Scene) -> Iterable[Block]:
 
     Encoders see that, commands do not.
     """
-    columns = -scene.by_joints * _sags(scene)[:, None]
+    # in proportion to gravity's moments, 1 in the joint that turns most
+    torques = scene.loaded_samples.torques
+    sags = torques / max(*map(rms, torques.T), 1e-6)
+    columns = -scene.by_joints * sags[:, None]
     yield of_samples(
         scene.every,
         columns[None],
         [{}],
         SAGS,
     )
-
-
-def _sags(scene: Scene) -> np.ndarray:
-    """Return turns in proportion to gravity's moments, 1 in the joint that turns most, (N, m)."""
-    torques = scene.loaded_samples.torques
-    sizes = np.sqrt(np.mean(torques**2, axis=0))
-    return torques / max(float(sizes.max()), 1e-6)
 
 
 def of_lost_zero(scene: Scene) -> Iterable[Block]:
@@ -227,16 +224,6 @@ def of_lag(scene: Scene) -> Iterable[Block]:
         [{}],
         LAGS,
     )
-
-
-def sag(
-    scene: Scene,
-    parameters: Parameters,
-    values: np.ndarray,
-) -> Parameters:
-    """Return by how much the joint that gives way most does [rad]."""
-    sizes = np.sqrt(np.mean(_sags(scene) ** 2, axis=0)) * np.abs(values)
-    return {"size": float(sizes.max())}
 
 
 def offset(
@@ -278,11 +265,10 @@ def error(
     errors = (scene.robot.origins - origins)[index, first : first + 3]
     largest = int(np.argmax(np.abs(errors)))
     value = float(errors[largest])
-    error_of_others = float(np.linalg.norm(np.delete(errors, largest)))
-    if error_of_others > SINGLE * abs(value):
+    if hypot(*np.delete(errors, largest)) > SINGLE * abs(value):
         return {
             "component": part,
-            "error": float(np.linalg.norm(change)),
+            "error": hypot(*change),
             "sense": "off",
         }
     return {

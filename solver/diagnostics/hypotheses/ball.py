@@ -4,6 +4,7 @@ Samples may lie in another socket than they say, each alone or all that lie ther
 """
 
 from collections.abc import Iterable, Iterator
+from math import hypot
 
 import numpy as np
 
@@ -141,7 +142,7 @@ def _mixed_up(
         "samples": len(ranks),
         "other": socket,
         "of": "" if name == first["placement"] else name,
-        "size": float(np.linalg.norm(shift)),
+        "size": hypot(*shift),
     }
 
 

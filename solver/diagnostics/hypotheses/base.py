@@ -4,6 +4,7 @@ No recording tells a model that is scaled as a whole from a wrong distance: thei
 """
 
 from collections.abc import Iterable, Iterator
+from math import hypot
 from typing import Any
 
 import numpy as np
@@ -193,7 +194,7 @@ def drift_by(
     values: np.ndarray,
 ) -> Parameters:
     """Return how far a base drifted, and where to, from the first sample to the last."""
-    return {"size": float(np.linalg.norm(values)), "shift": values.tolist()}
+    return {"size": hypot(*values), "shift": values.tolist()}
 
 
 def moved_by(
@@ -202,7 +203,7 @@ def moved_by(
     values: np.ndarray,
 ) -> Parameters:
     """Return how far the base moved; a large move by a socket's samples."""
-    size = float(np.linalg.norm(values))
+    size = hypot(*values)
     if size <= FAR or "point" in parameters:
         return {"size": size}
     label = parameters["placement"], parameters["socket"]
@@ -211,8 +212,7 @@ def moved_by(
     after = scene.numbers[in_seat] >= parameters["sample"]
     # in a socket that was entered after the move, none tells how far
     if not after.all():
-        shift = balls[after].mean(axis=0) - balls[~after].mean(axis=0)
-        size = float(np.linalg.norm(shift))
+        size = hypot(*(balls[after].mean(axis=0) - balls[~after].mean(axis=0)))
     return {"size": size}
 
 

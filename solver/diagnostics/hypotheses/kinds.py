@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.resources import files as resources
+from math import hypot
 from string import Formatter
 from typing import Any
 
@@ -123,7 +124,7 @@ def sized(
     values: np.ndarray,
 ) -> Parameters:
     """Return how large a candidate's unknowns are."""
-    return {"size": float(np.linalg.norm(values))}
+    return {"size": hypot(*values)}
 
 
 def sample_named(p: Parameters) -> str:

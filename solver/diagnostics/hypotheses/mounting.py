@@ -56,7 +56,7 @@ def _is_bent(scene: Scene) -> bool:
 
 def _other_directions(said: np.ndarray) -> Iterator[Gravity]:
     """Yield gravity along other axes, and between two of them, with the strength of ``said``."""
-    strength = float(np.linalg.norm(said))
+    strength = math.hypot(*said)
     for direction in product((-1.0, 0.0, 1.0), repeat=3):
         axes = np.count_nonzero(direction)
         gravity = np.array(direction) * (strength / max(axes, 1) ** 0.5)
