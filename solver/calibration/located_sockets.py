@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import chain, combinations
+from itertools import combinations
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def _findings(problem: CalibrationProblem) -> Iterator[Diagnostic]:
     placements = [measured for _, measured in problem.placements]
     seats = _nominal_seats(problem.robot, placements)
     for frame, sockets in by_frame.items():
-        keys = [*chain.from_iterable(_keys(socket, seats) for socket in sockets)]
+        keys = [key for socket in sockets for key in _keys(socket, seats)]
         if len(keys) < max(LEAST, len(sockets)):
             continue
         table = np.array([socket.coordinates for socket in sockets])

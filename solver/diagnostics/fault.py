@@ -103,10 +103,8 @@ def fault_of(
         joint = scene.robot.joint_names.index(p["joint"])
         slopes = scene.by_joints[scene.places[place], :, joint]
         levers = np.linalg.norm(slopes, axis=1)
-        sized = {
-            **hypothesis.parameters,
-            "size": (abs(p["offset"]) * float(levers.mean())),
-        }
+        size = abs(p["offset"]) * float(levers.mean())
+        sized = {**hypothesis.parameters, "size": size}
         hypothesis = replace(hypothesis, parameters=sized)
     return Fault(hypothesis, place, numbers, evidence, p.get("other"))
 

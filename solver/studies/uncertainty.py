@@ -168,9 +168,20 @@ def scale(posterior: Posterior) -> Scale:
     A real arm is within some 0.003 of its model; one that came out beyond had most likely a wrong
     distance between its sockets.
     """
-    slope = posterior.model.by_scale()
-    variance = float(slope @ covariance_of(posterior) @ slope)
-    return Scale(value=float(slope @ posterior.x), deviation=variance**0.5)
+    return _scale(posterior.model, posterior.x, covariance_of(posterior))
+
+
+def _scale(
+    model: ExtendedModel,
+    x: np.ndarray,
+    covariance: np.ndarray | None,
+) -> Scale:
+    """Return the same by a model's unknowns; None for a covariance that is not known."""
+    slopes = model.by_scale()
+    deviation = None
+    if covariance is not None:
+        deviation = float(slopes @ covariance @ slopes) ** 0.5
+    return Scale(value=float(slopes @ x), deviation=deviation)
 
 
 def model_of(fit: Fit) -> tuple[ExtendedModel, np.ndarray]:
@@ -189,13 +200,7 @@ def scale_of(
     """Return by how much the arm came out larger than its model."""
     if fit.posterior is not None:
         return scale(fit.posterior)
-    model, x = model_of(fit)
-    slopes = model.by_scale()
-    value = float(slopes @ x)
-    if fit.covariance is None:
-        return Scale(value=value)
-    deviation = float(slopes @ fit.covariance @ slopes) ** 0.5
-    return Scale(value=value, deviation=deviation)
+    return _scale(*model_of(fit), fit.covariance)
 
 
 SCALE = Study("scale", scale_of, needs_posterior=False)
