@@ -18,7 +18,6 @@ import numpy as np
 from ...recorder import Placement, distinct
 from ..calibration import Calibration, UsageError, as_list, quaternion_of
 from ..identification.data import HandEye, Pose, measure, one_blas_thread, order_said
-from ..results import rms
 from .doubts import changed_zeros, with_right_size
 from .fit import fit
 from .prior import ArmPrior, prior_of
@@ -271,8 +270,9 @@ def _held_out(system: System) -> tuple[float, float]:
     """Return the rms errors of each view predicted from all others, outliers left out."""
     errors = system.held_out().reshape(-1, 2, 3)
     is_inlier = system.state.weights > OUTLIER
-    places, turns = np.linalg.norm(errors[is_inlier], axis=2).T
-    return rms(places), rms(turns)
+    lengths = np.linalg.norm(errors[is_inlier], axis=2)
+    place, turn = np.sqrt(np.mean(lengths**2, axis=0)).tolist()
+    return place, turn
 
 
 def _inconsistent(system: System) -> tuple[str, ...]:
