@@ -71,9 +71,7 @@ def rows_of(
         wheres = [sample.where for sample in content.live]
         return Rows(rows, wheres, (), (note,) if note else ())
     filled = [
-        i
-        for i, row in enumerate(table.rows)
-        if any(row[c.index].strip() for c in columns)
+        i for i, row in enumerate(table.rows) if any(row[c.index] for c in columns)
     ]
     notes = [*table.notes, *([f"{table.file}: {note}"] if note else [])]
     if blank := len(table.rows) - len(filled):

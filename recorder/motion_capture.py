@@ -18,10 +18,10 @@ _PLACE = re.compile(r"(.*\W)?[xyz]", re.IGNORECASE)
 def capture_names(titles: Sequence[Line], width: int) -> list[Line]:
     """Return the names of markers' coordinates as one line; none where no title names them."""
     for line, cells in titles:
-        markers = [cell.strip() for cell in cells[1:] if cell.strip()]
+        markers = list(filter(None, cells[1:]))
         names = [f"{name} {axis}" for name, axis in product(markers, "XYZ")]
         beside = width - len(names)
-        if cells[0].strip() == "MARKER_NAMES" and beside in (0, 2):
+        if cells[0] == "MARKER_NAMES" and beside in (0, 2):
             names = ["Frame", "Time"][:beside] + names
             return [(line, named_capture(names, titles))]
     return []
@@ -31,8 +31,7 @@ def named_capture(names: Sequence[str], titles: Sequence[Line]) -> list[str]:
     """Return names with the unit of places that titles above them tell, and a body's rotation."""
     facts: dict[str, str] = {}
     for _, cells in titles:
-        stripped = [*map(str.strip, cells)]
-        facts |= dict(zip(stripped, [*stripped[1:], ""], strict=True))
+        facts |= dict(zip(cells, [*cells[1:], ""], strict=True))
     unit = "mm" if "NO_OF_CAMERAS" in facts else facts.get("Length Units", "")
     rotations = [_ROTATION.fullmatch(name) for name in names]
     if "BODY_NAMES" not in facts:

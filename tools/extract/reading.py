@@ -135,7 +135,7 @@ def read_csv_log(question: Question) -> Log:
         )
     columns, notes = _joint_columns(table, times[:1], question)
     used = [column.index for column in columns]
-    rows = [i for i, row in enumerate(table.rows) if any(row[k].strip() for k in used)]
+    rows = [i for i, row in enumerate(table.rows) if any(row[k] for k in used)]
     if empty := len(table.rows) - len(rows):
         notes.append(f"{empty} lines without positions are left out")
     table = table.at(rows)
@@ -152,11 +152,10 @@ def _joint_columns(
     table: Table, times: Sequence[Column], question: Question
 ) -> tuple[list[Column], list[str]]:
     """Return the columns of the joints, and remarks."""
-    cells = [cell.strip() for cell in table.header or ()]
     names = [column.name for column in table.columns]
     if question.named is not None:
         joints = joints_named(question.named, question.joints)
-        for words in (cells, names):
+        for words in (table.header or (), names):
             if set(joints) <= set(words):
                 columns = [table.columns[words.index(joint)] for joint in joints]
                 require_units(table, columns)
