@@ -70,14 +70,12 @@ def rows_of(
         rows = [tuple(sample.position[i] for i in order) for sample in content.live]
         wheres = [sample.where for sample in content.live]
         return Rows(rows, wheres, (), (note,) if note else ())
-    filled = [
-        i for i, row in enumerate(table.rows) if any(row[c.index] for c in columns)
-    ]
+    filled = table.filled(columns)
     notes = [*table.notes, *([f"{table.file}: {note}"] if note else [])]
-    if blank := len(table.rows) - len(filled):
+    if blank := len(table.rows) - len(filled.rows):
         notes.append(f"{table.file}: {blank} lines without values are left out")
-    numbers = table.at(filled).numbers(columns)
-    wheres = [table.where(i) for i in filled]
+    numbers = filled.numbers(columns)
+    wheres = [f"{table.file}:{line}" for line in filled.lines]
     if vectors := vector_note(table, columns, form):
         require_vectors(numbers, wheres)
         notes.append(vectors)

@@ -76,15 +76,19 @@ def distinct(placement: Placement) -> Placement:
         return placement
     samples = tuple(s for i, s in enumerate(placement.samples) if i not in copies)
     places = [placement.samples[i].where for i in sorted(copies)]
-    lines = [Path(place).name for place in places if place]
+    names = [Path(place).name for place in places if place]
+    lines = f" ({listed(names)})" if len(names) == len(copies) else ""
     remark = (
         f"{placement.where}: {len(copies)} of {len(placement.samples)} samples repeat "
-        "another one and do not count"
+        f"another one and do not count{lines}"
     )
-    if len(lines) == len(copies):
-        lines[LISTED:] = [".."] * (len(lines) > LISTED)
-        remark = f"{remark} ({', '.join(lines)})"
     return replace(placement, samples=samples, remarks=(*placement.remarks, remark))
+
+
+def listed(lines: Sequence[object]) -> str:
+    """Return the first lines of some, between commas."""
+    dots = [".."] * (len(lines) > LISTED)
+    return ", ".join([*map(str, lines[:LISTED]), *dots])
 
 
 def repeated_rows(rows: np.ndarray) -> set[int]:

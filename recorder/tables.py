@@ -58,10 +58,13 @@ class Table:
         """Return file and line of a row, for messages."""
         return f"{self.file}:{self.lines[row]}"
 
-    def at(self, rows: Sequence[int]) -> "Table":
-        """Return the table with some of its rows."""
-        lines = tuple(self.lines[i] for i in rows)
-        return replace(self, lines=lines, rows=tuple(self.rows[i] for i in rows))
+    def filled(self, columns: Sequence[Column]) -> "Table":
+        """Return the table without rows that hold nothing in some columns."""
+        used = [column.index for column in columns]
+        pairs = zip(self.lines, self.rows, strict=True)
+        filled = [(line, row) for line, row in pairs if any(row[i] for i in used)]
+        lines, rows = zip(*filled, strict=True) if filled else ((), ())
+        return replace(self, lines=lines, rows=rows)
 
     def is_text(self, index: int) -> bool:
         """Return whether a column holds words, times or nothing, and no number."""
@@ -73,6 +76,10 @@ class Table:
         for i in filter(self.is_text, range(len(self.rows[0]))):
             return tuple(row[i] for row in self.rows)
         return ()
+
+    def names_of(self, columns: Sequence[Column]) -> tuple[str, ...] | None:
+        """Return the names of columns; None without a header."""
+        return tuple(column.name for column in columns) if self.header else None
 
     def joints(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that may be joints: numbers, and neither times nor row numbers."""

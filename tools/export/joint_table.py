@@ -6,8 +6,6 @@ way by where all others are, too. So the geometry is fitted to the poses of the 
 with the offsets, and belongs to them.
 """
 
-import csv
-import io
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -27,6 +25,7 @@ from .request import (
     Exported,
     ExportError,
     Request,
+    commented_table,
     cost_at_poses,
     filled,
     plain,
@@ -156,7 +155,7 @@ def write(request: Request) -> Exported:
     if not FEWEST <= count <= MOST:
         raise ExportError(f"--rows {count}: {FEWEST} to {MOST} offsets a joint")
     payload = request.options.get("payload")
-    arm = request.calibration.kinematics(payload=payload)
+    arm = request.kinematics
     calibrated = arm.calibrated
     if not calibrated.deflection.extensions:
         raise ExportError(
@@ -235,11 +234,8 @@ class _Row(NamedTuple):
 
 def _as_csv(about: Iterable[str], rows: Iterable[_Row]) -> bytes:
     """Return a line for each offset."""
-    text = io.StringIO()
-    text.writelines(f"# {plain(line)}\n" for line in about)
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["joint", "angle", "offset", "gravity"])
+    lines: list[tuple[str, ...]] = [("joint", "angle", "offset", "gravity")]
     for row in rows:
         columns = (row.listed(column).split(", ") for column in row[1:])
-        writer.writerows(zip(repeat(row.joint), *columns, strict=False))
-    return text.getvalue().encode()
+        lines += zip(repeat(row.joint), *columns, strict=False)
+    return commented_table(about, lines)

@@ -110,12 +110,12 @@ _TIME = re.compile(
 )
 """Names of columns of time, perhaps with their unit."""
 _FRACTION = re.compile(
-    r"(?:.*[\W_])?(milli|micro|nano|[mun])(?:s|secs?|seconds?)", re.I
+    r"(?:.*[\W_])?((?:milli|micro|nano|[mun])s)(?:ecs?|econds?)?", re.I
 )
 """Names of the column that holds what a column of whole seconds lacks."""
-_SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
-_PARTS = {"m": 1e-3, "u": 1e-6, "n": 1e-9, "milli": 1e-3, "micro": 1e-6, "nano": 1e-9}
-"""Parts of a second."""
+_UNITS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+_SECONDS = _UNITS | {"millis": 1e-3, "micros": 1e-6, "nanos": 1e-9}
+"""Parts of a second by the beginnings of their names."""
 _SINCE_1970 = {1e17: 1e-9, 1e14: 1e-6, 1e11: 1e-3}
 """Times larger than this are counted from 1970 in nanoseconds, and so on."""
 
@@ -134,15 +134,14 @@ def read_csv_log(question: Question) -> Log:
             f"columns: {', '.join(table.header)}"
         )
     columns, notes = _joint_columns(table, times[:1], question)
-    used = [column.index for column in columns]
-    rows = [i for i, row in enumerate(table.rows) if any(row[k] for k in used)]
-    if empty := len(table.rows) - len(rows):
+    filled = table.filled(columns)
+    count = len(filled.rows)
+    if empty := len(table.rows) - count:
         notes.append(f"{empty} lines without positions are left out")
-    table = table.at(rows)
-    positions = _in_radians(np.array(table.numbers(columns)), columns, question)
-    log = in_parts(_stamps(table, times[0]), positions, None, notes)
+    positions = _in_radians(np.array(filled.numbers(columns)), columns, question)
+    log = in_parts(_stamps(filled, times[0]), positions, None, notes)
     advice = "if time is not in seconds, name its column time[ms], [us] or [ns]"
-    if len(log.stamps) <= len(rows) / 2:
+    if len(log.stamps) <= count / 2:
         advice = "many rows have one time: write its fractions, or nanosec in a column beside"
     require_rate(log, question, advice)
     return log
@@ -177,7 +176,7 @@ def _stamps(table: Table, column: Column) -> np.ndarray:
     dates = [seconds_of(cell) for cell in cells]
     if dates and None not in dates:
         return np.array(dates, dtype=float)
-    stamps = np.array(table.numbers([replace(column, unit="")]))[:, 0]
+    stamps = _plain_numbers(table, column)
     match = _TIME.fullmatch(column.name)
     unit = (column.unit or (match and match[1]) or "").lower()
     if unit in _SECONDS:
@@ -196,11 +195,15 @@ def _fractions(table: Table) -> np.ndarray | float:
     for column in table.columns:
         match = _FRACTION.fullmatch(column.name)
         if match and not table.is_text(column.index):
-            numbers = np.array(table.numbers([replace(column, unit="")]))[:, 0]
-            seconds = numbers * _PARTS[match[1].lower()]
+            seconds = _plain_numbers(table, column) * _SECONDS[match[1].lower()]
             if seconds.min() >= 0 and seconds.max() < 1:
                 return seconds
     return 0.0
+
+
+def _plain_numbers(table: Table, column: Column) -> np.ndarray:
+    """Return a column's numbers as they stand there, in whatever unit."""
+    return np.array(table.numbers([replace(column, unit="")]))[:, 0]
 
 
 def _in_radians(
