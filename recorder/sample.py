@@ -117,9 +117,8 @@ def samples_of_arrays(
     q = numbers_of(positions, f"{where}: positions")
     seats = numbers_of(sockets, f"{where}: sockets")
     tau = 0 * q if efforts is None else numbers_of(efforts, f"{where}: efforts")
-    warmth = 0 * seats
-    if temperatures is not None:
-        warmth = numbers_of(temperatures, f"{where}: temperatures")
+    no_warmth = temperatures is None
+    warmth = seats if no_warmth else numbers_of(temperatures, f"{where}: temperatures")
     names = q.shape[1:] if joint_names is None else (len(joint_names),)
     of_samples = q.shape[:1] == seats.shape == warmth.shape
     of_joints = q.ndim == 2 and tau.shape == q.shape and q.shape[1:] == names
@@ -143,7 +142,7 @@ def samples_of_arrays(
             tuple(position),
             int(seat),
             None if efforts is None else tuple(effort),
-            temperature=None if temperatures is None else temperature,
+            temperature=None if no_warmth else temperature,
         )
         for position, seat, effort, temperature in rows
     )

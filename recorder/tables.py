@@ -192,7 +192,8 @@ def table_of(
     if header:
         records = others
         if records and are_units(records[0][1]):
-            units = tuple(records.pop(0)[1])
+            cells = records.pop(0)[1]
+            units = (*cells, *[""] * (len(header) - len(cells)))
     if not records:
         raise EmptyRecordingError(
             f"{file}: only a header; expected one configuration a line below it"

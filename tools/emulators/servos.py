@@ -5,11 +5,10 @@ Proven against dynamixel_sdk 4.1.0 and feetech-servo-sdk 1.0.0, which ping and r
 
 import struct
 from abc import abstractmethod
-from pathlib import Path
 from typing import Any, ClassVar
 
 from ...drivers.arms.servos import crc16
-from ...errors import read_json
+from ...errors import read_beside
 from .emulator import Emulator, Version
 from .ports import SerialPort
 
@@ -22,7 +21,7 @@ STEPS = 4096  # in a turn
 TURN = 6.283185307179586  # rad
 
 
-TABLES = read_json(Path(__file__).with_name("servos.json"))
+TABLES = read_beside(__file__, "servos.json")
 
 
 def versions(table: dict[str, Any]) -> dict[str, Version]:

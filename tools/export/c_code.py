@@ -32,7 +32,6 @@ _NAME = re.compile(
 
 def write(request: Request) -> Exported:
     """Return the C file, and the header that declares what is in it."""
-    request.require_ending(".c")
     name = name_of_functions(request)
     calibrated = request.kinematics.calibrated
     files = {
@@ -199,8 +198,7 @@ def _filled(
     template: str, request: Request, about: list[str], **words: object
 ) -> bytes:
     """Return a template's text; what stands in comments cannot end them."""
-    name = request.file.stem
     lines = [*request.identity.lines(), *map(plain, about)]
     numbers = {word: f"{getattr(poses, word):g}" for word in NUMBERS.split()}
-    names = {"arm": name, "ARM": name.upper(), "about": lines}
+    names = {"arm": request.file.stem, "about": lines}
     return filled(template, **(names | numbers | words))

@@ -43,7 +43,6 @@ class Tables(NamedTuple):
 
 def write(request: Request) -> Exported:
     """Return the C file, and the header that declares what is in it."""
-    request.require_ending(".c")
     name = name_of_functions(request)
     calibration = request.calibration
     if calibration.document.posterior is None:
@@ -66,7 +65,6 @@ def write(request: Request) -> Exported:
     words = {
         "about": request.identity.lines(),
         "arm": name,
-        "ARM": name.upper(),
         "number": len(robot.actuated),
         "scalars": len(unknowns),
         "grid": GRID if len(tables.variances) else 0,

@@ -142,7 +142,6 @@ def write(request: Request) -> Exported:
     convention = "standard" if is_standard else "modified"
     robot = request.robot
     rows, frames = dh_table(robot.joints, request.origins, is_standard)
-    request.require_ending(".json", ".csv")
     along = "J(q) Rz(theta) Tz(d)"
     across = "Tx(a) Rx(alpha) Ry(beta)"
     row = f"{along} {across}" if is_standard else f"{across} {along}"

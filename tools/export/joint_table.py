@@ -149,7 +149,6 @@ def _six_rows(by_point: np.ndarray, by_turn: np.ndarray) -> np.ndarray:
 
 def write(request: Request) -> Exported:
     """Return the table as CSV, YAML and a C header, and the URDF that it belongs to."""
-    request.require_ending(".csv")
     name = name_of_functions(request)
     count = request.options.get("rows") or OFFSETS
     if not FEWEST <= count <= MOST:
@@ -188,7 +187,7 @@ def write(request: Request) -> Exported:
     rows = list(map(_Row, names, table.angles, table.offsets, gravity))
     words: dict[str, object] = {"about": list(map(plain, about)), "rows": rows}
     words |= {"identity": request.identity.in_yaml, "payload": mass, "count": count}
-    words |= {"arm": name, "ARM": name.upper(), "turns": TURNS}
+    words |= {"arm": name, "turns": TURNS}
     files = {
         request.file.name: _as_csv(about, rows),
         f"{name}.yaml": filled("joint_table.yaml.j2", **words),

@@ -29,7 +29,6 @@ _JOINT = re.compile(r"(?:arm|head|leg|torso)_(?:\w+_)?(?:\d|lift)_joint$")
 
 def write(request: Request) -> Exported:
     """Return the file; of the one that ``--like`` names, what is of other joints stays."""
-    request.require_ending(".yaml", ".yml")
     joints = {joint.name: joint for joint in request.robot.actuated}
     strangers = [name for name in joints if not _JOINT.match(name)]
     if strangers:

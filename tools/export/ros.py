@@ -6,12 +6,11 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...errors import ON_FLANGE, ROTATION, read_json
+from ...errors import ON_FLANGE, ROTATION, read_beside
 from ...solver.calibration import pose_of_numbers, quaternion_of
 from ...solver.identification.robot import (
     COMPONENTS,
@@ -53,10 +52,9 @@ class Vendor:
 
 def write(request: Request) -> Exported:
     """Return the file of the maker that ``request.format`` names."""
-    tables = read_json(Path(__file__).with_name("vendors.json"))
+    tables = read_beside(__file__, "vendors.json")
     vendor = Vendor(**tables[request.format])
     keys = _keys(request, vendor)
-    request.require_ending(".yaml", ".yml")
     lines = list(vendor.lines)
     name = ""
     if request.format == "ur":
@@ -110,7 +108,6 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
 
 def write_tesseract(request: Request) -> Exported:
     """Return the calibration that an SRDF of Tesseract names, without the ball's joint."""
-    request.require_ending(".yaml", ".yml")
     joints = request.robot.joints[:-1]
     poses = pose_of_numbers(request.origins[:-1])
     turns = quaternion_of(poses[:, :3, :3])
@@ -209,7 +206,6 @@ def write_urdf(request: Request) -> Exported:
 
 def write_xacro(request: Request) -> Exported:
     """Return a file for any robot's xacro: a macro that stands for each joint's origin."""
-    request.require_ending(".xacro")
     joints = request.robot.joints
     entries: list[str] = []
     for joint, origin in zip(joints, request.origins.tolist(), strict=True):

@@ -20,7 +20,6 @@ _DROPPED = ("gazebo", "ros2_control", "transmission")
 
 def write(request: Request) -> Exported:
     """Return the model, with all links, joints, shapes and masses of the URDF."""
-    request.require_ending(".sdf")
     calibrated = request.calibration.calibrated
     urdf = ET.fromstring(calibrated.urdf(request.file.parent))  # noqa: S314 - scanned before
     version = "1.9" if urdf.find("joint/mimic") is None else "1.11"

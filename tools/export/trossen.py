@@ -31,7 +31,6 @@ class Entry(NamedTuple):
 
 def write(request: Request) -> Exported:
     """Return the configuration that ``--like`` names with other offsets, and the URDF for it."""
-    request.require_ending(".yaml", ".yml")
     zeros = estimated_zeros(request)
     text = _text(request)
     entries = _entries(request, text, zeros)

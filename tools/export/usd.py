@@ -17,7 +17,6 @@ from .usd_stage import UsdJoint, UsdStage
 
 def write(request: Request) -> Exported:
     """Return the layer; of the model that ``--like`` names it holds nothing."""
-    request.require_ending(".usda")
     stage = UsdStage(request)
     joints = stage.arm(request)
     at_zero, ends = _at_zero(joints)

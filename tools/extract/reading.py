@@ -211,7 +211,7 @@ def _in_radians(
 ) -> np.ndarray:
     """Return angles in radians; degrees where the header says so, or the user does instead."""
     require_angles(question, "a CSV log")
-    turning = ~np.array(question.prismatic)
+    turning = question.turning
     in_degrees = np.array([column.unit in DEGREES for column in columns])
     degrees = bool((in_degrees & turning).any())
     if question.units is not None:
@@ -221,5 +221,5 @@ def _in_radians(
         positions = positions * np.where(turning, scales, 1.0)
     if degrees:
         refuse_normalised(np.rad2deg(positions[:, turning]), question)
-    check_angles(positions[:, turning], degrees, question)
+    check_angles(positions, degrees, question)
     return positions
