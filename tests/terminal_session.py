@@ -21,6 +21,11 @@ It is less than the time limit of a test, so that a test says what it waited for
 """
 
 
+def _without_size():
+    """The environment without the terminal's size, which a worker of tests has, too."""
+    return {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
+
+
 class TerminalSession:
     """Runs a command with a pseudo-terminal as its standard streams and controlling terminal.
 
@@ -54,7 +59,7 @@ class TerminalSession:
             stderr=slave,
             start_new_session=True,
             preexec_fn=prepare,
-            env={**os.environ, "TERM": "xterm-256color", **(environment or {})},
+            env={**_without_size(), "TERM": "xterm-256color", **(environment or {})},
         )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()

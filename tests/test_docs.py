@@ -263,10 +263,10 @@ def test_figures_of_the_tutorials_arm_are_those_of_its_commands(
         assert words != solve or len((out + err).splitlines()) <= 24  # one screen
     shown = [block for block in blocks if block not in commands]
     shown += re.findall(
-        r"^    With calibrated.*?\n\n", (ROOT / "README.md").read_text(), re.M | re.S
+        r"^    With the new URDF.*?\n\n", (ROOT / "README.md").read_text(), re.M | re.S
     )
     shown += re.findall(
-        r"^```text\nWith calibrated.*?^```", (ROOT / "docs/report.md").read_text(), re.M | re.S
+        r"^```text\nWith the new URDF.*?^```", (ROOT / "docs/report.md").read_text(), re.M | re.S
     )
     shown += re.findall(rf"^{export}(.*?)^```", (ROOT / "docs/use.md").read_text(), re.M | re.S)
     shown = [text for text in shown if re.search(r"\d\.\d", text)]

@@ -89,6 +89,9 @@ class Answers:
     """Distance of the sockets, by the last reading [m]; None where nobody said it."""
     avoided: tuple[Configuration, ...] = ()
     """Proposed poses that cannot be taken here."""
+    followed: tuple[Configuration, ...] = ()
+    """Proposed poses near which a sample was taken. Where the ball is mounted otherwise than in
+    the model, the hand that followed one ended beside it."""
     confined: bool = False
     """True once several proposals in a row were not followed: the arm may not get farther."""
 

@@ -59,7 +59,7 @@ class Advice:
     socket: int
     """The active socket that it was given for."""
     predicted: float
-    """Predicted error of distances in the workspace, the median of one standard deviation [m]."""
+    """Upper end of the 68 % interval of the error of distances in the workspace [m]."""
     goal: float
     """Goal of the predicted error [m]."""
     fitted: bool = False
@@ -105,8 +105,10 @@ class Advice:
         is_open = self.target not in session.avoided
         if (count, socket) == (self.count, self.socket) and is_open:
             return self
-        route = self.route[max(count - self.count, 0) :]
-        ahead = [q for k, q in route if k == socket and q not in session.avoided]
+        done = max(count - self.count, 0)
+        passed = {*session.avoided, *(q for _, q in self.route[:done])}
+        route = self.route[done:]
+        ahead = [q for k, q in route if k == socket and q not in passed]
         poses = [q for q in ahead if not session.repeated(q)]
         return replace(self, target=next(iter(poses), None), lift=False, leave=False)
 
@@ -155,6 +157,7 @@ class GuidanceClient:
         self._proposals: tuple[int, tuple[Configuration, ...]] = 0, ()
         """Number of samples, and what was proposed since the last of them."""
         self._unfollowed = 0
+        self._followed: tuple[Configuration, ...] = ()
 
     @property
     def advice(self) -> Advice | None:
@@ -176,6 +179,7 @@ class GuidanceClient:
             session.doubted_run,
             session.distance,
             session.avoided,
+            self._followed,
             confined=self._unfollowed >= UNFOLLOWED,
         )
 
@@ -224,12 +228,13 @@ class GuidanceClient:
         count, targets = self._proposals
         taken = session.live[count : count + 1]
         avoided = bool(targets) and targets[-1] in session.avoided
+        followed = tuple(
+            target
+            for target in targets
+            if taken and session.same(taken[0].position, target, FOLLOWED)
+        )
+        self._followed += followed
         if targets and (taken or avoided) and self._unfollowed < UNFOLLOWED:
-            followed = any(
-                session.same(sample.position, target, FOLLOWED)
-                for sample in taken
-                for target in targets
-            )
             self._unfollowed = 0 if followed else self._unfollowed + 1
             if self._unfollowed == UNFOLLOWED:
                 self._actions.notify(f"{UNFOLLOWED} {CONFINED}")

@@ -190,7 +190,7 @@ def _by_place(now: View) -> OperatorPrompt | None:
     session = now.session
     samples = session.left_behind(now.position)
     if samples:
-        return OperatorPrompt(f"SOCKET {session.socket} NOW", _NEXT, samples)
+        return OperatorPrompt(f"BALL TO {session.socket}", _NEXT, samples)
     refusal = session.refusal(now.position) or now.implausible
     if refusal is None or now.fast:
         return None

@@ -9,13 +9,18 @@ from contextlib import suppress
 from rich.console import Console, ConsoleDimensions, Group
 from rich.text import Text
 
+from ...drivers import clock
 from ...errors import MukcaError
 from ..session import View
 from .keyboard import HangUp
 from .screen import HELP, KEYS, advice_lines, render
 
 _ENTER = "\x1b[?1049h\x1b[?25l\x1b[2J"
-_LEAVE = "\x1b[?25h\x1b[?1049l"
+_LEAVE = "\x18\x1b[?25h\x1b[?1049l"
+"""Its first character ends a sequence of which only a part was written."""
+
+LAST_TRIES, PAUSE = 30, 0.05
+"""So often, after such pauses, a slow line is asked to leave the screen before all wait [s]."""
 
 
 class Screen:
@@ -46,10 +51,25 @@ class Screen:
 
     def __exit__(self, *_: object) -> None:
         with suppress(HangUp):
-            if sys.platform != "win32":
+            for _try in range(LAST_TRIES):
+                self._drop()
+                self._write(_LEAVE)
+                if not self._unwritten:
+                    break
+                clock.sleep(PAUSE)
+            else:
                 os.set_blocking(self._output, True)
-            self._write(_LEAVE)
+                self._write("")
         os.close(self._output)
+
+    def _drop(self) -> None:
+        """Drop what a slow line has not carried: the screen is gone with the session."""
+        if self._unwritten and sys.platform != "win32":
+            import termios
+
+            self._unwritten = b""
+            with suppress(termios.error):
+                termios.tcflush(self._output, termios.TCOFLUSH)
 
     def restore(self) -> None:
         """Draw all lines again, since a shell had the terminal meanwhile."""
@@ -115,6 +135,7 @@ class Lines:
         self._last: object = None
         self._words = ""
         self._advice: list[str] = []
+        self._news: object = None
         self._helped = False
 
     def __enter__(self) -> "Lines":
@@ -137,11 +158,7 @@ class Lines:
                 self._console.print(
                     ("! " if message.alarm else "") + message.text, markup=False
                 )
-            advice = advice_lines(view, 200)
-            for line in advice:
-                if line not in self._advice:
-                    self._console.print(line, markup=False)
-            self._advice = advice or self._advice
+            self._show_advice(view)
             if not view.scripted:
                 self._show_prompt(view)
             if view.help and not self._helped:
@@ -150,6 +167,19 @@ class Lines:
             raise HangUp from None
         self._last = messages[-1] if messages else None
         self._helped = view.help
+
+    def _show_advice(self, view: View) -> None:
+        """Print what is new in advice, and no turns again while the arm is on its way."""
+        advice = view.advice
+        news = advice and (advice.predicted, advice.target, advice.closing)
+        if news == self._news:
+            return
+        self._news = news
+        lines = advice_lines(view, 200)
+        for line in lines:
+            if line not in self._advice:
+                self._console.print(line, markup=False)
+        self._advice = lines or self._advice
 
     def _show_prompt(self, view: View) -> None:
         """Print the keys once, and the prompt each time that it, or the typed line, changes."""

@@ -101,12 +101,14 @@ class KeyHandler:
 
     def _answer(self, action: str | None) -> None:
         """Take the answer to a question; any key but its own leaves it open."""
-        new = "yes" if self.question == MOVED else "new"
-        if action == new:
+        if self.question == MOVED and action == "yes":
             self._start_new_placement()
-        elif action == "finish" and self.question == RESUME:
+        elif self.question == RESUME and action == "new":
+            self._start_new_placement()
+            return  # where that is refused, the base may be elsewhere still
+        elif self.question == RESUME and action == "finish":
             self.finish()
-        elif action in ("yes", "new", "finish"):
+        if action in ("yes", "new", "finish"):
             self.question = ""
 
     def _cure(self, alarm: Alarm | None, action: str | None) -> bool:

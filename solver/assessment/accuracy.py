@@ -53,7 +53,8 @@ def allowance(limit: float, length: float | None) -> tuple[float, str]:
     if length is not None and LENGTH_TOLERANCE * length > allowed:
         reason = f"{100 * LENGTH_TOLERANCE:g} % of {mm(length)}, their median length"
         return LENGTH_TOLERANCE * length, reason
-    return allowed, f"{allowed / limit:.2g} times the limit on the measured error"
+    times = f"{allowed / limit:.2g} times " if allowed > limit else ""
+    return allowed, f"{times}the limit on the measured error"
 
 
 def predicted_in_words(
@@ -74,12 +75,12 @@ def predicted_in_words(
     high = short_mm(predicted.high)
     if predicted.high > allowed:
         return (
-            f"{words}; {high} mm would be more than the {mm(allowed)} that this arm is allowed, "
+            f"{words}; {high} mm would be more than this arm's limit, {mm(allowed)}, "
             "so record another placement"
         )
     return (
-        f"{words}; even {high} mm would be within the {mm(allowed)} that this arm is allowed, "
-        "which asks for no other placement"
+        f"{words}; even {high} mm would be within this arm's limit, {mm(allowed)}, "
+        "so no other placement is needed"
     )
 
 

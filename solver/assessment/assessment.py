@@ -35,7 +35,7 @@ FEW = 15
 TOLERANCE = 5e-4
 """Error within which samples are counted where nobody said what the task allows [m]."""
 TRAINED = (
-    "the calibration was made from all of these samples, so their errors prove nothing: "
+    "the calibration was made from these samples, so their errors prove nothing; "
     "give placements that solve has not seen"
 )
 

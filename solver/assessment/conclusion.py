@@ -144,9 +144,8 @@ def _answer(
     The ``first`` of the rows are those that say why not.
     """
     better, scope = verdict.better, verdict.scope
-    reason = [sentence(row.text) for row in first[:1]]
-    if lacks_a_length_alone(rows):
-        reason = [NO_MORE_SAMPLES, *reason]
+    reason = [NO_MORE_SAMPLES] if lacks_a_length_alone(rows) else []
+    reason += [sentence(row.text) for row in first[:1]]
     lines = [] if better is None else [figures_in_words(better)]
     chance = odds or (better and in_100(better.probability))
     told = f" ({chance})" if chance else ""
@@ -158,8 +157,11 @@ def _answer(
     elif certain:
         lines.append(f"DO NOT LOAD IT: {' '.join(reason)}")
     else:
-        if chance and not odds:
-            told = f"; the chance that it is better is {chance}"
+        if better and not odds:
+            chance = in_100(min(better.probability, SURE - 0.01))
+            told = (
+                f"; its chance to be better is {chance}, and {in_100(SURE)} are needed"
+            )
         not_better = f"{URDF} is not shown to be better than your file{told}."
         lines += [f"DO NOT LOAD IT: {not_better}", *reason]
     return lines
@@ -175,9 +177,9 @@ def _first_of_each(premises: Sequence[Premise]) -> list[str]:
 
 def _limits_kept(rows: Sequence[LimitResult], scope: Scope) -> str:
     """Return which limits are kept, and of which the figures leave a doubt of it."""
-    words = "All limits on errors are kept"
+    words = "All errors are within their limits"
     if scope == "recorded_places":
-        words = "The limits on errors are kept near the recorded places, not in all the workspace"
+        words = "Errors are within their limits near the recorded places, not in all the workspace"
     doubts = "; ".join(f"the {row.doubt}" for row in rows if row.doubt)
     return f"{words}. Only just: {doubts}." if doubts else f"{words}."
 
@@ -195,14 +197,14 @@ def corrected_joints_in_words(verdict: Verdict, held_out: Summary | None) -> lis
     anywhere = everywhere.corrected
     near = recorded and recorded.corrected
     assert anywhere is not None  # its probability is known
-    advice = "correct the joint positions that you command (mukca command)"
+    advice = "let mukca correct the joint positions that you send (mukca command)"
     grew = held_out and (
         held_out.calibrated.mean_absolute_error > held_out.loaded.mean_absolute_error
     )
     if anywhere.value <= everywhere.now.value and not grew:
-        first = "Better still" if verdict.use else "With your file"
+        first = "Better still, load it and" if verdict.use else "With your file,"
         return [
-            f"{first}, {advice}: a distance is then wrong by about "
+            f"{first} {advice}: a distance is then wrong by about "
             f"{short_mm(anywhere.value)} mm."
         ]
     if grew or recorded is None or near is None or near.value > recorded.now.value:

@@ -26,12 +26,12 @@ def figures_in_words(better: Better) -> str:
     now, before = [short_mm(e.value) for e in (everywhere.now, everywhere.before)]
     if recorded is not None and now == before:
         return (
-            f"With calibrated.urdf, a distance near the recorded places is wrong by about "
+            f"With the new URDF, a distance near the recorded places is wrong by about "
             f"{short_mm(recorded.now.value)} mm (was {short_mm(recorded.before.value)}); "
             f"elsewhere by {now}, as before."
         )
     words = (
-        f"With calibrated.urdf, a distance anywhere in the workspace is wrong by about "
+        f"With the new URDF, a distance anywhere in the workspace is wrong by about "
         f"{now} mm (was {before})"
     )
     if recorded is not None:

@@ -149,7 +149,7 @@ class MeasuredErrors(NamedTuple):
     @property
     def text(self) -> str:
         """The errors in words."""
-        return f"{mm(self.before, 3)} > {mm(self.now, 3)} at {self.points} points {self.unseen}"
+        return f"{mm(self.before, 3)} -> {mm(self.now, 3)} at {self.points} points {self.unseen}"
 
 
 def measured_errors(predictions: Predictions) -> MeasuredErrors | None:
@@ -172,7 +172,7 @@ def measured_errors(predictions: Predictions) -> MeasuredErrors | None:
         mean_metrics([row.loaded for row in rows]).mean_absolute_error,
         deviations["mean_absolute_error"],
         sum(sum(row.samples) for row in rows),
-        "not trained on" if is_held_out else "left out in turn",
+        "not trained on" if is_held_out else "that the fit had not seen",
     )
 
 
@@ -181,7 +181,7 @@ def worse_in_words(document: CalibrationDocument) -> list[str]:
     zeros = bool(document.settings.get("zeros"))
     why = "; some zeros may rest on it alone" if zeros else ""
     return [
-        f"At {row.name} it is worse than your file ({mm(row.before.mean_absolute_error, 3)} > "
+        f"At {row.name} it is worse than your file ({mm(row.before.mean_absolute_error, 3)} -> "
         f"{mm(row.loaded.mean_absolute_error, 3)}) by the fit that did not see it{why}."
         for row in document.unseen
         if row.loaded.mean_absolute_error > row.before.mean_absolute_error
@@ -285,12 +285,9 @@ def _length_row(
     if reached is None or limit.value is None:
         reason = gap if reached is None else limit.source
         return limit_row(name, "not evaluated", reason, reached, limit.value)
-    interval = f" (+- {mm(deviation, 3)})" if deviation else ""
     excess = reached - limit.value
     side = "above" if excess > 0 else "within"
-    text = f"{TITLES[name]} {mm(reached, 3)}{interval}, {side} its limit of {mm(limit.value, 3)}"
-    if corrected is not None:
-        text += f"; corrected joint positions have {mm(corrected, 3)}"
+    text = f"{TITLES[name]} {mm(reached, 3)}, {side} its limit of {mm(limit.value, 3)}"
     status = "fail" if excess > deviation else "pass"
     if deviation > limit.value or 0 < excess <= deviation:
         status = "not enough"

@@ -95,7 +95,7 @@ LIMITS = (
 )
 """Rows with a figure and a limit; all others are reasons."""
 TITLES = {
-    "mean_absolute_error": "held-out error (MAE)",
+    "mean_absolute_error": "mean held-out error",
     "distance_error": "held-out distance error",
     "held_out": "what was held out",
     "distance_deviations": "held-out distance, in standard deviations",
@@ -235,12 +235,17 @@ def error_limit(repeatability: float | None) -> float | None:
     return OF_ERRORS * max(repeatability, RESOLUTION)
 
 
+UNLIMITED = (
+    "no limit is known: add --repeatability-mm with the figure of the arm's data sheet"
+)
+"""Said where an arm's repeatability is not known."""
+
+
 def _limit(arm: Arm | None, margin: int, size: float | None, option: str) -> Limit:
     if size is not None:
         return Limit(value=size, source=f"given by {option}")
     if arm is None:
-        words = f"no limit known: add --repeatability-mm by its data sheet, or {option} to report"
-        return Limit(value=None, source=words)
+        return Limit(value=None, source=UNLIMITED)
     times = f"{margin} times the" if margin > 1 else "the"
     if arm.repeatability < RESOLUTION:
         words = f"{times} {1e3 * RESOLUTION:g} mm that limits go by at least"

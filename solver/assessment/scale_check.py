@@ -63,9 +63,7 @@ def distance_text(placements: Sequence[PlacementErrors]) -> str:
         origin = f" ({_SOURCES[source]})" if source in _SOURCES else ""
         parts.append(f"{distance} mm{place}{origin}")
     if not parts and points:
-        return (
-            f"Scale: from the points that an instrument measured at {joined(points)}."
-        )
+        return f"Lengths are the instrument's, at {joined(points)}."
     if not parts:
         return "Distance of the sockets: none in the placements trained on."
     return f"Distance of the sockets: {'; '.join(parts)}."
@@ -108,7 +106,7 @@ def rests_on(document: CalibrationDocument) -> list[Premise]:
         premises += [premise] if premise not in premises else []
     kinds = {row.kind for row in document.placements if row.role == "train"}
     if "points" in kinds:
-        text = "This assumes that the instrument's lengths are right; nothing here shows it."
+        text = "This relies on the instrument's lengths, which these data cannot test."
         premises.append(Premise(name="instrument", text=text))
     moved = any(check.code in MOVEMENTS for check in document.checks or ())
     if "sockets" in kinds and not moved:
@@ -123,8 +121,8 @@ def distance_row(assumed: Sequence[float]) -> LimitResult:
         return limit_row("distance_given", "pass", "not assumed")
     text = (
         f"nobody measured the distance of the sockets, and {1e3 * assumed[0]:.5g} mm is assumed; "
-        "measure it from centre to centre with a caliper, and add what you read with its unit, "
-        "as in --distance 50.1mm"
+        "measure it with a caliper (page print of the docs), and add --distance "
+        "50.1mm if you read 50.1 mm"
     )
     return limit_row("distance_given", "not enough", text)
 
@@ -266,5 +264,7 @@ def _likely_distance(scale: Scale, distance: float, readings: int) -> str:
     )
     if readings > 1:
         return f"{text}, though the distance was read twice"
-    cure = "measure the distance a second time, and give each reading by --distance"
+    cure = (
+        "measure again, and type both readings, as --distance FIRST --distance SECOND"
+    )
     return f"{text}: {cure}"

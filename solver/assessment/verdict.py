@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from ..diagnostics import cause
+from ..diagnostics import SIZE_BY_DISTANCE, cause
 from ..results import Better, Document, Hypothesis
 from .formatting import joined
 from .limits import LIMITS, LimitResult, Status
@@ -17,7 +17,7 @@ INSTRUMENT = (
     "an instrument measured the held-out points, "
     "so a wrong size of the arm shows in their errors"
 )
-NO_MORE_SAMPLES = "No more samples are needed, only one length."
+NO_MORE_SAMPLES = "The samples are enough; only the sockets' distance is missing."
 """Said where nothing but the distance of the sockets is missing."""
 NEEDED = ("mean_absolute_error", "distance_error", "data_checks")
 """Rows without which nothing is validated."""
@@ -150,23 +150,30 @@ def verdict_of(
     scope: Scope | None = None,
 ) -> Verdict:
     """Return the verdict of a status, with its rows and reasons."""
-    likeliest = cause(causes)
-    words = f"{sentence(likeliest)} " if likeliest else ""
+    texts = [reasons_in_words(rows, status)]
+    of_size = any(one.name in SIZE_BY_DISTANCE for one in causes[:1])
+    if status != "pass" and not (of_size and "scale" in _lacking(rows)):
+        likeliest = cause(causes)
+        texts.insert(lacks_a_length_alone(rows), likeliest and sentence(likeliest))
     return Verdict(
         status=status,
         kind=kind,
         scope=scope,
         title=STAMPS[status, kind],
-        text=words * (status != "pass") + reasons_in_words(rows, status),
+        text=" ".join(filter(None, texts)) or "Nothing was held against a limit.",
         limits=tuple(filter(is_limit, rows)),
         reasons=tuple(filter(is_reason, rows)),
     )
 
 
+def _lacking(rows: Iterable[LimitResult]) -> list[str]:
+    """Return the names of rows that bar a PASS."""
+    return [row.name for row in rows if row.status in ("fail", "not enough")]
+
+
 def lacks_a_length_alone(rows: Iterable[LimitResult]) -> bool:
     """Tell whether a PASS wants nothing but the distance of the sockets."""
-    lacking = [row.name for row in rows if row.status in ("fail", "not enough")]
-    return lacking == ["distance_given"]
+    return _lacking(rows) == ["distance_given"]
 
 
 def is_limit(row: LimitResult) -> bool:
@@ -197,11 +204,9 @@ def reasons_in_words(rows: Sequence[LimitResult], status: Outcome) -> str:
     limits_met = [row.title for row in rows if row.status == "pass" and is_limit(row)]
     if limits_met and status == "pass":
         words.append(f"Within its limit: {joined(limits_met)}.")
-    broken = texts("fail") or texts("not enough")
     if lacks_a_length_alone(rows):
-        broken = [NO_MORE_SAMPLES, *broken]
-    gaps = gaps_of(rows)
+        words.append(NO_MORE_SAMPLES)
+    broken = texts("fail") or texts("not enough")
     if status != "pass" and not broken:
-        words += [sentence(row.text) for row in gaps[:1]]
-    words += [*broken, *texts("warning")]
-    return " ".join(words) or "Nothing was held against a limit."
+        broken = [sentence(row.text) for row in gaps_of(rows)[:1]]
+    return " ".join([*words, *broken, *texts("warning")])

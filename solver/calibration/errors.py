@@ -16,7 +16,7 @@ from ..identification.data import Measurement, Metrics, Pose
 from .option import UsageError
 
 BALL_REFITTED = "ball_refitted"
-HEADS = ("placement", "samples", "MAE", "max", "distance")
+HEADS = ("placement", "samples", "mean", "largest", "distance")
 
 
 class Errors(tuple[results.PlacementErrors, ...]):
@@ -24,6 +24,9 @@ class Errors(tuple[results.PlacementErrors, ...]):
 
     Those of placements that folds left out come last.
     """
+
+    title = "errors of the ball in mm: before -> by calibrated.urdf"
+    """Subject of the table."""
 
     @overload
     def __getitem__(self, index: SupportsIndex | str) -> results.PlacementErrors: ...
@@ -73,17 +76,6 @@ class Errors(tuple[results.PlacementErrors, ...]):
             {"placements": self.placements, "summary": self.summary}
         )
 
-    @property
-    def title(self) -> str:
-        """Subject of the table."""
-        refitted = any(row.ball_refitted is not None for row in self)
-        title = f"errors in mm: nominal{', its ball refitted' * refitted} -> calibrated"
-        if any(row.geometric is not None for row in self):
-            return (
-                f"{title}.urdf; the row below has them with corrected joint positions"
-            )
-        return title
-
     def table(self) -> list[tuple[bool, list[str]]]:
         """Return the rows of the table, before -> calibrated [mm]; True marks a summary.
 
@@ -98,8 +90,8 @@ class Errors(tuple[results.PlacementErrors, ...]):
                     )
             summary: results.Summary | None = getattr(self.summary, role)
             if summary is not None:
-                removed = f"{fixed(100 * summary.removed_when_loaded, 1)} % less"
-                rows += _rows(summary, f"= {title}", removed)
+                removed = fixed(-100 * summary.removed_when_loaded, 0, "+")
+                rows += _rows(summary, f"= {title} {removed} %", "")
         return rows
 
     def __repr__(self) -> str:
@@ -113,26 +105,22 @@ class Errors(tuple[results.PlacementErrors, ...]):
 
 
 def _kind(row: results.PlacementErrors) -> str:
-    """Return what a row's name is followed by: points have true errors, poses angles, too."""
+    """Return what the name of a row of poses is followed by."""
     angles = [row.nominal.orientation_error, row.calibrated.orientation_error]
     turned = " -> ".join(f"{1e3 * angle:.3g}" for angle in angles if angle is not None)
-    turned = turned and f"; {turned} mrad"
-    return "" if row.kind == "sockets" else f" (true error{turned})"
+    return turned and f" ({turned} mrad)"
 
 
 def _rows(
     row: results.MetricsByModel, name: str, samples: str
 ) -> list[tuple[bool, list[str]]]:
     before, loaded, corrected = map(_figures, (row.before, row.loaded, row.calibrated))
-    cells = [f"{first} -> {last}" for first, last in zip(before, loaded, strict=True)]
+    pairs = zip(before, loaded, strict=True)
+    cells = [first if first == "-" else f"{first} -> {last}" for first, last in pairs]
     rows = [(isinstance(row, results.Summary), [name, samples, *cells])]
     if row.geometric is not None:
-        rows.append(
-            (
-                False,
-                ["  with corrected joints", "", *(f"-> {cell}" for cell in corrected)],
-            )
-        )
+        cells = ["-" if cell == "-" else f"-> {cell}" for cell in corrected]
+        rows.append((False, ["  corrected joints", "", *cells]))
     return rows
 
 

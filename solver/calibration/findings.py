@@ -25,7 +25,7 @@ DISTANCE = "scale"
 """Code of findings of a wrong distance."""
 DIFFERENCE = "movement"
 """Code of what differs between places, for which the fit has an unknown."""
-MENDED = "to be exact, calibrate by the recordings before it alone, or after it alone"
+MENDED = "to be more exact, solve only what was recorded after it"
 BASES = {"sockets": "its socket base", "points": "the instrument or the arm's foot"}
 STEADY = {
     "sockets": "fasten it before you record again",
@@ -104,7 +104,8 @@ def _told(
         text = text.format(first=names[int(difference.at)], last=names[last])
     if follows_order(difference) and len(orders(fit.data, name)) > 1:
         first = measured.sockets[-int(difference.clock == "reverse")]
-        text += f" (with socket {first} first: the files hold no times)"
+        text += f" (socket {first} taken as recorded first)"
+    text += "; the fit corrects this, so keep these samples"
     advice = STEADY[measured.kind] if difference.part == BASE else MENDED
     yield Diagnostic("warning", DIFFERENCE, where_of([measured]), text, advice)
 
@@ -137,7 +138,7 @@ def _in_words(posterior: FitPosterior, k: int, base: str) -> str:
         amount = f"{fixed(abs(zero), 2)} +- {fixed(error, 2)} deg"
         way = "more" if zero > 0 else "less"
         words = f"{difference.part} reads {amount} {way} {since}"
-    return f"{words}; the fit allows for it, so keep these samples"
+    return words
 
 
 def _millimetres(size: float, deviation: float) -> str:
@@ -153,7 +154,7 @@ def _since(difference: Difference, data: Observations) -> str:
     if difference.course == "each":
         return "from placement to placement"
     if difference.until < np.inf:
-        return "from {first} to {last}, and then moved back"
+        return "from {first} to {last} only"
     if difference.at:
         return "from {first} on"
     if last == data.placements[-1]:

@@ -23,8 +23,8 @@ from .options import SolveOptions
 
 ROUNDS = 3
 """Times that recordings are looked at and set right at most."""
-WITH_GAIN = "; the fit allows for that, and corrected joint positions follow it"
-"""Added to the advice on a joint's gain."""
+WITH_GAIN = "mukca command corrects this, calibrated.urdf cannot"
+"""Advice on a joint's gain; added to that on one that would be an error."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,8 @@ def with_gain(survey: Survey) -> Survey:
     """Return what was seen of joints whose gain the fit has: how well, the errors say."""
     shared = list(survey.shared)
     for i, diagnostic in enumerate(shared):
-        if (diagnostic.code, diagnostic.level) == (GAIN.name, "error"):
-            advice = f"{diagnostic.advice}{WITH_GAIN}"
+        if diagnostic.code == GAIN.name:
+            is_error = diagnostic.level == "error"
+            advice = f"{diagnostic.advice}; {WITH_GAIN}" if is_error else WITH_GAIN
             shared[i] = replace(diagnostic, level="warning", advice=advice)
     return replace(survey, shared=tuple(shared))

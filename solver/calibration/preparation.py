@@ -72,8 +72,8 @@ def model_warnings(robot: Robot, options: SolveOptions) -> Iterator[str]:
         yield from _locked_angles(robot, options)
     elif robot.masses_assumed:
         yield (
-            f"{robot.source}: the URDF has no masses; each link counts as a mass half way to the "
-            "next joint, so stiffnesses are right but for a common factor, and efforts do not count"
+            f"{robot.source}: the URDF has no masses, so equal ones are assumed: "
+            "stiffnesses are relative, and efforts are not used; there is nothing to do"
         )
 
 

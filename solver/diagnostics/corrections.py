@@ -25,7 +25,7 @@ SET_RIGHT = "set_right"
 """Code of what was set right."""
 AS_RECORDED = "--as-recorded does not"
 """The option that keeps it as it is."""
-PLAY_HINT = "; or its gears have play: for an arm of hobby servos add --zeros"
+PLAY_HINT = "; or, if the arm has hobby servos, it is their play: add --zeros"
 """Added to the advice on what play may look like."""
 LEAST = 2
 """Fewest samples of a socket that tell anything."""

@@ -39,8 +39,8 @@ OUT_OF_REACH = 0.1
 LOOSE = 5e-4
 """Noise from which gears with play are suggested as the cause [m]."""
 HELD_OUT = (
-    "; this placement was only tested on, so the model is sound, "
-    "but its errors here are too large"
+    "; only the test used this placement: the model is unharmed, "
+    "and its true error here is smaller"
 )
 """Added to the advice on what is weighed by the model in a placement to train on."""
 UNKNOWNS = ("base_moved", "base_tipped", "drift", "zero_lost", "ball_bent")
@@ -206,7 +206,7 @@ def without_unknown(
     mender: str = MENDER,
 ) -> str:
     """Return advice on what no unknown of a fit holds."""
-    return advice.replace(f"; {mender} allows for that, so these samples may stay", "")
+    return advice.replace(f"; {mender} corrects that, so keep these samples", "")
 
 
 def by_mender(

@@ -9,10 +9,7 @@ from ..identification.robot import Robot
 from .configurations import FEWEST
 from .inspection import Inspection, Survey
 
-POINTS_HINT = (
-    "Measured points need no socket: "
-    "spread the next ones over the workspace, and hold some out."
-)
+POINTS_HINT = "Measured points need no socket: spread the next ones over the workspace."
 AS_FAR = 0.9
 """Share of the largest distance from which a place is as far: one that is 15 degrees on is not."""
 ASIDE = 0.1
@@ -27,8 +24,10 @@ def next_placement(
     mistaken = any(diagnostic.level == "error" for diagnostic in survey.shared)
     wrong = [one.measured.name for one in survey.placements if not one.sound]
     if mistaken and not wrong:
-        return "First mend what all placements have: see the errors."
-    words = [f"First mend {' and '.join(wrong)}: see the errors."] if wrong else []
+        return "Correct the errors above first."
+    words = (
+        [f"Correct the errors above in {' and '.join(wrong)} first."] if wrong else []
+    )
     if mistaken:  # what all have may be of that alone
         return words[0]
     seated = [one for one in survey.placements if one.measured.kind == "sockets"]
@@ -41,9 +40,7 @@ def next_placement(
     if len(rich) > 1:
         first, second = max(combinations(rich, 2), key=_distance)
         best = f"{first.measured.name} and {second.measured.name}"
-        words.append(
-            f"If you train on two only, take {best}: they are the most distant."
-        )
+        words.append(f"To solve with two of them only, take {best}, the most distant.")
     centres = np.array([one.centre for one in good])
     words.append(_next_place(robot, centres))
     return " ".join(words)
@@ -72,15 +69,15 @@ def _next_place(
     xyz = ", ".join(f"{axis} {fixed(value, 2, '+')}" for axis, value in pairs)
     distances = np.linalg.norm(centres - place, axis=1)
     aside = y / float(np.hypot(x, y))
-    side = "front"
+    side = "in front"
     if aside > ASIDE:
         side = "left"
     elif aside < -ASIDE:
         side = "right"
     return (
-        f"If you record another placement, put the base near {xyz} m in the frame of {robot.base} "
-        f"(to its {side}), {distances.min():.2f} m from the nearest so far, or as far that way as "
-        "the arm reaches."
+        f"If you record another placement, put the socket base near {xyz} m in the frame of "
+        f"{robot.base} ({side} of the robot), {distances.min():.2f} m from the nearest so far, or "
+        "as far that way as the arm reaches."
     )
 
 

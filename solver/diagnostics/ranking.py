@@ -132,8 +132,8 @@ def cause(hypotheses: Sequence[Hypothesis]) -> str:
         return ""
     first, *alternatives = hypotheses
     words = (
-        f"most probable cause ({_percent(first.probability)}): {first.text}; "
-        f"{first.advice} (docs: causes/{first.name})"
+        f"most probable cause of the errors ({_percent(first.probability)}): {first.text}; "
+        f"{first.advice} (page causes/{first.name} of the docs)"
     )
     for second in alternatives:
         is_likely = second.probability > SECOND or second.fits_as_well

@@ -1,12 +1,10 @@
 """The fit of one robot to its measurements, with the choice of effects beyond its geometry."""
 
 from collections.abc import Callable, Collection, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...errors import NotConverged
 from .data import (
     STANDARD_LOAD,
     Load,
@@ -138,18 +136,13 @@ def _geometric_fit(
     model: ExtendedModel, data: Observations, options: FitOptions
 ) -> FitPosterior:
     """Return the fit of the geometry, with targets that differ from set-up to set-up."""
-    geometric = estimate(
+    return estimate(
         model,
         data,
         joint_noise=JOINT_NOISE not in options.without,
         differences=() if options.alike else set_ups(data),
         average_widths=False,
     )
-    if differences := geometric.objective.differences:
-        about = [replace(d, values=geometric.arm.values) for d in differences]
-        with suppress(NotConverged):
-            return refit(geometric, differences=about, average_widths=False)
-    return geometric
 
 
 def _geometric_model(

@@ -194,7 +194,7 @@ def _of_small_errors(changes: Changes, errors: LaterErrors) -> Reason:
     row_of = {row.name: row for row in errors.rows}
     if not changes.likeliest and errors.limits.mean_absolute_error.value is None:
         reason = errors.rows[0].reason
-        return Reason(f"whether it still holds is not known: {reason}.")
+        return Reason(f"{reason}.")
     checks, error = row_of["data_checks"], row_of.get("mean_absolute_error")
     if checks.status != "pass":
         words = f"errors of {errors.figures}; look"

@@ -158,8 +158,8 @@ def new_samples(
         new = [m for m, is_used in zip(data, used, strict=True) if not is_used]
         return new, True, [f"{names}: trained on, and left out"]
     remark = (
-        f"{names}: the calibration was made from these samples, so they cannot show a change "
-        "since; record 6 new samples in each of two sockets"
+        f"{names}: the calibration was made from these samples, so they cannot show a later "
+        "change; record 6 new samples in each of two sockets"
     )
     return data, False, [remark]
 

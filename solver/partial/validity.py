@@ -123,7 +123,9 @@ class Validity(Changes):
             return ()
         advice = "mukca rezero says what to record for them"
         if any(m.kind == "points" for m in self.measured):
-            advice = "it looks like another place of the instrument or of its target"
+            advice = (
+                "it would look like another place of the instrument or of its target"
+            )
         return (
             f"A change of these joints' zeros would not show in such samples: "
             f"{', '.join(self.untold)}; {advice}.",
@@ -174,7 +176,7 @@ def what_changed(
     arm, zeros = calibration.calibrated, bool(document.settings.get("zeros"))
     rows, seen = rows_since(arm, new, later, limits, zeros=zeros, compared=compared)
     if new is None:
-        reason = Reason(f"whether it still holds is not known: {rows[0].reason}.")
+        reason = Reason(f"{rows[0].reason}.")
     elif few := too_few(measured, unchanged=compared and not changes.changed):
         reason = Reason(few)
         rows = [limit_row("samples", "not enough", few, text=few[:-1])]

@@ -205,8 +205,8 @@ class Consequence:
         at_places = f"{1e3 * self.near:.2g}"
         everywhere = f"{1e3 * self.workspace:.2g}"
         return (
-            f"it changes distances by {at_places} mm near the recorded places, "
-            f"{everywhere} elsewhere"
+            f"effect on distances: {at_places} mm near the recorded places, "
+            f"{everywhere} mm elsewhere"
         )
 
 

@@ -4,6 +4,7 @@ import io
 import os
 import re
 import select
+import threading
 import time
 from dataclasses import replace
 
@@ -88,6 +89,20 @@ def test_a_terminal_that_takes_nothing_in_holds_nobody_up(terminal):
     assert any("missed 7777" in line for line in shown.display)
 
 
+def test_the_end_waits_for_no_frame_that_a_slow_line_has_not_carried(terminal):
+    """Nor does one come after it, though a sequence was cut."""
+    leave = "\x18\x1b[?25h\x1b[?1049l"
+    reader = threading.Timer(5.0, lambda: os.read(terminal.master, 65536))
+    with terminal.screen as screen:
+        for missed in range(2000):
+            screen.show(replace(VIEW, missed=missed, title="x" * (missed % 70)))
+        reader.start()
+        begun = time.monotonic()
+    assert time.monotonic() - begun < 2
+    reader.cancel()
+    assert terminal.written().endswith(leave)
+
+
 def test_a_terminal_without_unicode_gets_ascii():
     terminal = Terminal("ascii")
     with terminal.screen as screen:
@@ -144,6 +159,18 @@ def test_a_simple_terminal_gets_one_line_for_each_change():
             replace(by_hand, session=session, advice=Advice(4, 0, 3e-4, 3e-4, target=(0.9,)))
         )
     assert len(text.getvalue().splitlines()) == before + 2
+
+
+def test_a_simple_terminal_gets_no_line_for_an_arm_on_its_way():
+    text = io.StringIO()
+    advice = Advice(3, 0, 4e-4, 3e-4, target=(0.9,))
+    with Lines(Console(file=text, width=200)) as lines:
+        lines.show(replace(VIEW, advice=advice))
+        before = text.getvalue()
+        lines.show(replace(VIEW, position=(0.5,), advice=advice))
+        assert text.getvalue() == before and "elbow up by 46" in before
+        lines.show(replace(VIEW, advice=replace(advice, target=(-0.2,))))
+    assert "elbow down by 17" in text.getvalue()
 
 
 def test_each_joint_that_must_move_is_named_in_the_order_of_the_chain():

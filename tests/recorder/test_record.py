@@ -535,6 +535,9 @@ def test_proposals_that_are_not_followed_come_from_where_the_samples_went(
     assert told[:1] == [3] * confined
     texts = [message.text for message in seen.views[-1].session.messages]
     assert any("--turn" in text for text in texts) == confined
+    # what was followed is proposed no more, though the ball's mount led the hand beside it
+    assert (NEAR in adviser.asked[-1].answers.followed) == (NEAR in aims)
+    assert FAR not in adviser.asked[-1].answers.followed
 
 
 def test_a_pose_that_cannot_be_taken_is_proposed_no_more(arm, by_hand):

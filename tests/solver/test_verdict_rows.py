@@ -144,19 +144,19 @@ def test_a_figure_about_its_limit_neither_keeps_nor_misses_it(simulated):
             0.8e-3,
             None,
             1e-4,
-            "be within the 0.90 mm that this arm is allowed, which asks for no other placement",
+            "be within this arm's limit, 0.90 mm, so no other placement is needed",
         ),
         (
             1.0e-3,
             None,
             1e-4,
-            "would be more than the 0.90 mm that this arm is allowed, so record another placement",
+            "would be more than this arm's limit, 0.90 mm, so record another placement",
         ),
         (
             1.0e-3,
             1.1,
             1e-4,
-            "be within the 1.10 mm that this arm is allowed, which asks for no other placement",
+            "be within this arm's limit, 1.10 mm, so no other placement is needed",
         ),
         (1.0e-3, None, None, "whether that is enough follows from your arm's --repeatability-mm"),
     ],
@@ -175,18 +175,23 @@ def test_one_judgement_says_whether_another_placement_is_needed(high, length, re
             2e-3,
             3e-4,
             8e-5,
-            "Better still, correct the joint positions that you command (mukca command): "
-            "a distance is then wrong by about 0.30",
+            "Better still, load it and let mukca correct the joint positions that you send (mukca "
+            "command): a distance is then wrong by about 0.30",
         ),
         (2e-3, 5.2e-4, 3e-4, "Corrected joint positions are no better than this."),
-        (5e-4, 3e-4, 8e-5, "With your file, correct the joint positions that you command"),
+        (
+            5e-4,
+            3e-4,
+            8e-5,
+            "With your file, let mukca correct the joint positions that you send (mukca command)",
+        ),
     ],
 )
 def test_the_answer_says_where_corrected_joints_are_better(before, corrected, near, words):
     """Where they alone are, it is not USE IT, which is of the URDF."""
     verdict = conclude([], improved(before, corrected, near), None)
     assert verdict.answer[0] == (
-        "With calibrated.urdf, a distance anywhere in the workspace is wrong by about 0.40 mm "
+        "With the new URDF, a distance anywhere in the workspace is wrong by about 0.40 mm "
         f"(was {'2.0' if before > 1e-3 else '0.50'}); near the recorded places by 0.20."
     )
     is_better = before > 1e-3
@@ -205,7 +210,8 @@ def test_a_length_that_alone_is_missing_asks_for_no_samples():
     lacking = limit_row("distance_given", "not enough", "nobody measured the sockets")
     verdict = conclude([lacking], improved(2e-3, 3e-4, 8e-5), None)
     assert verdict.answer[1:] == (
-        "DO NOT LOAD IT: No more samples are needed, only one length. Nobody measured the sockets.",
+        "DO NOT LOAD IT: The samples are enough; only the sockets' distance is missing. "
+        "Nobody measured the sockets.",
     )
     few = limit_row("samples", "not enough", "record more")
     assert "No more" not in " ".join(conclude([lacking, few], None, None).answer)
@@ -215,7 +221,7 @@ def test_where_the_workspace_is_as_before_the_recorded_places_lead():
     """A figure that did not change says nothing for a model."""
     verdict = conclude([], improved(4e-4, 3e-4, 8e-5), None)
     assert verdict.answer[0] == (
-        "With calibrated.urdf, a distance near the recorded places is wrong by about 0.20 mm "
+        "With the new URDF, a distance near the recorded places is wrong by about 0.20 mm "
         "(was 0.40); "
         "elsewhere by 0.40, as before."
     )

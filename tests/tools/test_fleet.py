@@ -174,5 +174,5 @@ def test_what_to_do_goes_with_its_reason(session, tmp_path, answer):
     (tmp_path / "fleet/arm-1/front/placement.json").unlink()
     words = ("--robot", "panda", "--method", "paper", "--out", tmp_path / "out")
     (row,) = answer("fleet", tmp_path / "fleet", *words, "--processes", "1", status=3)["arms"]
-    assert row["again"].startswith("Measure the distance of the sockets' centres, and type it")
-    assert "only one length" in row["again"]
+    assert row["again"].startswith("Measure the sockets' distance, and type it")
+    assert "only the sockets' distance" in row["again"]

@@ -120,7 +120,7 @@ def test_a_scale_that_no_instrument_is_off_by_is_another_robots(measured, tmp_pa
     lines = [",".join(row) for row in np.column_stack([words[:, :-3], larger])]
     (tmp_path / "points.csv").write_text("\n".join([header, *lines]))
     status, out, _ = command("check", tmp_path / "points.csv", "--robot", "panda")
-    assert status == 1 and "is it this robot's model?" in out.splitlines()[0]
+    assert status == 1 and "does --robot name this arm?" in out.splitlines()[0]
 
 
 @by_table("header", "row", "words")

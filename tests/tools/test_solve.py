@@ -57,7 +57,7 @@ def test_without_out_nothing_is_written_and_the_last_line_says_so(run, session):
     status, out, _ = run("solve", "front", "--robot", "panda")
     assert status == 1 and "Verdict: BETTER" in out and "nothing was left out" in out
     assert out.startswith(
-        "With calibrated.urdf, a distance anywhere in the workspace is wrong by about "
+        "With the new URDF, a distance anywhere in the workspace is wrong by about "
     )
     assert out.strip().splitlines()[-1].startswith("Nothing was written")
     assert "the report" not in out
@@ -108,6 +108,8 @@ def test_results_are_overwritten_only_by_force(run, tmp_path):
     assert status == 3 and ("NOT ENOUGH" in out) != ("load it instead of" in out)
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert not [f for f in tmp_path.iterdir() if f.name.startswith(".")]
+    export = ("export", str(tmp_path), "--to", "dh", "--out", str(tmp_path / "dh.csv"))
+    assert "NOT ENOUGH DATA: do not use it yet" in run(*export)[2]
 
 
 def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path):
@@ -122,9 +124,10 @@ def test_a_distorted_model_is_refused_and_not_exported(run, tmp_path):
     assert status == 1 and "FAIL" in out  # it is written, and no one is told that it is good
     assert "load it instead of" not in out
     assert (tmp_path / "c/calibrated.urdf").exists()
-    words = ("export", str(tmp_path / "c"), "--to", "dh", "--out", str(tmp_path / "dh.csv"))
-    status, _, err = run(*words)
-    assert status == 0 and "FAIL: do not use it yet" in err
+    export = ("export", str(tmp_path / "c"), "--to", "dh", "--out", str(tmp_path / "dh.csv"))
+    for words in (export, ("poses", str(tmp_path / "c"), "front/hole_0.csv")):
+        status, _, err = run(*words)
+        assert status == 0 and "FAIL: do not use it yet" in err
 
 
 def test_not_converged_is_status_1_and_no_result(run, tmp_path):
@@ -138,7 +141,7 @@ def test_a_test_folder_leaves_out_what_was_trained_on(run, session):
     words = ("--test", ".", "--robot", "panda", "--method", "paper", "--json")
     _, out, err = run("solve", "front", *words)
     assert [p["role"] for p in json.loads(out)["placements"]] == ["train", "test", "test"]
-    assert "front: trained on, so left out" in err
+    assert "front: only trained on" in err
     assert "warning" not in err  # it is what a folder of placements is for
 
 
@@ -147,7 +150,7 @@ def test_a_placement_named_for_the_test_is_left_out_of_a_folder_to_train_on(run,
     _, out, err = run("solve", ".", *words, "right")
     roles = {p["name"].split("/")[-1]: p["role"] for p in json.loads(out)["placements"]}
     assert roles == {"front": "train", "left": "train", "right": "test"}
-    assert "right: held out, so left out of the training" in err and "warning" not in err
+    assert "right: only tested on" in err and "warning" not in err
     status, _, err = run("solve", ".", "right", *words, "right")
     assert status == 2 and "right: trained on, so it cannot be held out as well" in err
     status, _, err = run("solve", ".", *words, "front", "left", "right")

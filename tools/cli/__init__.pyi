@@ -13,6 +13,7 @@ from .arms import for_each_arm as for_each_arm
 from .arms import one_arm as one_arm
 from .arms import read_data as read_data
 from .arms import split_by_robot as split_by_robot
+from .arms import warn_of_use as warn_of_use
 from .commands.main import main as main
 from .commands.main import report_defect as report_defect
 from .commands.verbs import VERBS as VERBS

@@ -1,6 +1,7 @@
 """Arms of a command line: their placements, and a verb for each of them in turn."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields, replace
 from functools import wraps
 from pathlib import Path
@@ -28,6 +29,14 @@ def one_arm(file: Path) -> Path:
         folders = ", ".join(str(path.parent) for path in files.values())
         raise UsageError(f"{file}: holds several robots; name one of {folders}")
     return files[""]
+
+
+def warn_of_use(calibrated: "calibration.Calibration", terminal: Terminal) -> None:
+    """Warn of a calibration whose verdict is not to load it."""
+    with suppress(MukcaError):  # not every file can be judged
+        verdict = calibrated.verdict
+        if not verdict.use:
+            terminal.warn(f"{calibrated.source}: {verdict.title}: do not use it yet")
 
 
 def for_each_arm(run: Callable[[Any, Terminal], int]) -> Callable[[Any, Terminal], int]:
@@ -148,8 +157,8 @@ def split_by_robot(
             else:
                 trained.append(path.name)
     lines = {
-        "held out, so left out of the training": held_out,
-        "trained on, so left out of the test": trained,
+        "only tested on": held_out,
+        "only trained on": trained,
     }
     remarks = [f"{', '.join(names)}: {why}" for why, names in lines.items() if names]
     return training, tested, [*remarks, *dict.fromkeys(unread)]

@@ -35,18 +35,16 @@ def wrapped(text: str, columns: int) -> list[str]:
 
 
 def in_words(heads: Sequence[str], cells: Sequence[str]) -> str:
-    """Return a row whose cells follow their heads, as in ``left: MAE 0.12, max 0.31``.
+    """Return a row whose cells follow their heads, as in ``left: mean 0.12, largest 0.31``.
 
-    A percentage stands in the place of a number of samples, and so without its head. A single
-    cell is a remark, and a dash stands for nothing.
+    A single cell is a remark, and a dash stands for nothing.
     """
     first, *others = cells
     if not others:
         return first
     facts: list[str] = []
     for head, cell in zip(heads[1:], others, strict=True):
-        fact = cell if "%" in cell else f"{head} {cell}"
-        facts += [fact.strip()] if cell.strip("-") else []
+        facts += [f"{head} {cell}".strip()] if cell.strip("-") else []
     return f"{first}: {', '.join(facts)}"
 
 

@@ -151,9 +151,8 @@ class Loss:
         if self.of_ball:
             return lost
         return (
-            f"{lost}. Without it the ball is off by "
-            f"{1e3 * self.mean:.3f} mm on average at the recorded poses "
-            f"({1e3 * self.largest:.3f} at most), and by {1e3 * self.anywhere:.3f} mm elsewhere"
+            f"{lost}. Without that, the ball is elsewhere by {1e3 * self.mean:.3f} mm on average "
+            f"at the recorded poses, and by {1e3 * self.anywhere:.3f} mm in the workspace"
         )
 
 

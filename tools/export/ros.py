@@ -221,8 +221,8 @@ def write_xacro(request: Request) -> Exported:
     about, joint = request.identity.lines(), plain(joints[0].name)
     content = filled("origins.xacro.j2", about=about, joint=joint, table=table)
     lines = (
-        f'Include it by  <xacro:include filename="{request.file.name}"/>  and write  '
-        f'<xacro:calibrated_origin joint="{joints[0].name}"/>  instead of the <origin> of each of '
-        "its joints.",
+        f'In the robot\'s xacro, write  <xacro:include filename="{request.file.name}"/>',
+        "In each of its joints, replace the <origin> by one with that joint's name, as in  "
+        f'<xacro:calibrated_origin joint="{joints[0].name}"/>',
     )
     return exported(request, content, lines)

@@ -114,11 +114,7 @@ class PoseSelector:
         exhausted |= fewest >= SHARE and self._exhausted(
             state, where, samples, gain, reserve
         )
-        # more samples mend no fault that is kept, and none that solve refuses
-        mends_nothing = any(alarm.words == SLIPS for alarm in answers.kept)
-        if solved and solved.fails:
-            mends_nothing |= bool(answers.kept) or solved.predicted is None
-        exhausted |= mends_nothing and fewest >= LEAST_SAMPLES
+        exhausted |= fewest >= LEAST_SAMPLES and _mends_nothing(solved, answers)
         reaches_goal = predicted <= goal
         end = self._rule.end(
             None if alarms else solved, exhausted=exhausted, reaches_goal=reaches_goal
@@ -278,3 +274,12 @@ class PoseSelector:
 
 def _run(samples: Captures, socket: int) -> int:
     return len(list(takewhile(lambda s: s.socket == socket, reversed(samples))))
+
+
+def _mends_nothing(solved: Sufficiency | None, answers: Answers) -> bool:
+    """Return whether more samples would mend no fault that is kept, nor what solve refuses."""
+    if any(alarm.words == SLIPS for alarm in answers.kept):
+        return True
+    if solved is None or not solved.fails:
+        return False
+    return bool(answers.kept) or solved.predicted is None

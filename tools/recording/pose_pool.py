@@ -1,5 +1,6 @@
 """Poses that a hand can reach with the ball in a socket, new ones, by the nominal model."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,7 +15,8 @@ from ...solver.identification.robot import Robot, choose_parameters
 Captures = Sequence[Sample]
 """Samples of a session so far."""
 ALIKE = np.deg2rad(5)
-"""A pose that turns every joint less from a sample than this is no new one [rad]."""
+"""A pose that turns every joint less than this from a sample, or from one that was followed, is no
+new one [rad]."""
 CANDIDATES = 600
 """Number of compared poses."""
 STARTS = 4 * CANDIDATES
@@ -105,8 +107,11 @@ class PosePool:
         for pose in self._answers.avoided:
             distances = np.abs(poses - pose).max(axis=1)
             poses = poses[distances >= np.quantile(distances, NEIGHBOURS)]
-        new = np.abs(poses[:, None] - taken).max(axis=2).min(axis=1) > ALIKE
-        return poses[new] if new.any() else poses
+        former = np.array([*taken.tolist(), *self._answers.followed])
+        turns = poses[:, None] - former
+        turns -= math.tau * np.round(turns / math.tau)  # no slide is that long
+        turns = np.abs(turns).max(axis=2).min(axis=1)
+        return poses[turns >= min(ALIKE, turns.max(initial=0.0))]
 
 
 def positions_in(samples: Captures, socket: int) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -73,7 +74,11 @@ class SessionAlarms:
         oldest = min((s.number for s in placement.samples), default=math.inf)
         moves = sum(is_short(earlier) for earlier in before)
         alarms: list[Alarm] = []
-        for fault in self._check.faults([*before, joined]):
+        faults = self._check.faults([*before, joined])
+        if joint := _lost_twice(faults):
+            cause, words, form, _ = FORMS["slips"]
+            return (Alarm(cause, words, form.format(joint=joint)),)
+        for fault in faults:
             # A solving has an unknown for a ball that was put on anew before a placement, so no
             # key would cure it, nor what may as well be one.
             is_another_ball = any(
@@ -155,6 +160,13 @@ class SessionAlarms:
             return Alarm(cause, words, text, fault.samples)
         # its cure moves the samples since then: a drift concerns all
         return Alarm("base", words, text, rival.samples)
+
+
+def _lost_twice(faults: Sequence[diagnostics.Fault]) -> str | None:
+    """Return the joint that lost its zero, and then the new one; None without such a joint."""
+    lost = [f.hypothesis for f in faults if f.hypothesis.name == "zero_lost"]
+    joints = Counter(str(hypothesis.parameters["joint"]) for hypothesis in lost)
+    return next((joint for joint, count in joints.items() if count > 1), None)
 
 
 def is_short(placement: Placement) -> bool:

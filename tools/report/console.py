@@ -112,7 +112,7 @@ def _placements(console: Console, report: ReportDocument) -> FittingTable:
         cells: list[str | Text] = [
             use.name,
             ROLES[row.role],
-            f"{1e3 * before:.2f} > {1e3 * after:.3f}",
+            f"{1e3 * before:.2f} -> {1e3 * after:.3f}",
             f"{1e3 * row.quantiles.loaded.p95:.2f}",
             f"{1e3 * row.quantiles.loaded.max:.2f}",
             Text(serves, _STYLES.get(serves, "")),

@@ -135,10 +135,10 @@ class FollowingHand:
             is_same = partial(session.same, self.rest)
             if done or not any(is_same(sample.position) for sample in session.samples):
                 return
-        target = view.advice.target if view.advice and self.guided else None
-        if target is not None:
-            self._lead(np.array(target), session.socket)
-        elif not self.guided or not session.live:
+        advice, count = view.advice, len(session.live)
+        if self.guided and advice and advice.target:
+            self._lead(np.array(advice.target), session.socket)
+        elif not self.guided or not count or (advice and advice.count == count):
             self._lead(None, session.socket)  # else the guide is not ready yet
 
     def _lead(self, reference: np.ndarray | None, socket: int) -> None:

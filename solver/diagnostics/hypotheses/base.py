@@ -36,8 +36,9 @@ SHARES = (0.01, 0.1, 1.0, 10.0)
 OF_INSTRUMENTS = (3e-3, 0.03)
 """The same of an instrument, which is never far off but for a unit, which the table shows."""
 SOURCES = {
-    "default": "nothing but the default: measure it and pass the reading with --distance",
-    "given": "as you gave it: measure it again and pass the reading with --distance",
+    "default": "nothing but the default: measure it, and add --distance 50.1mm if you read 50.1 mm",
+    "given": "as you gave it: measure again, and type both readings, "
+    "as --distance FIRST --distance SECOND",
     "located": "by the sockets' coordinates: measure those again",
     "recording": "as placement.json has it: measure it again, and mend it there",
 }

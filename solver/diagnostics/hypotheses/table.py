@@ -68,7 +68,7 @@ SIZE_BY_DISTANCE = frozenset(kind.name for kind in KINDS if kind.of_size == "dis
 """Names of those by which a distance does."""
 SLIPS = Kind(
     "slips",
-    0.01,
+    0.05,
     "{joint} reads otherwise again and again",
     "mend the joint",
     "move the joint to its zero mark twice, and read what it says",

@@ -224,4 +224,4 @@ def _check_limits(placement: Placement, robot: Robot, warnings: list[str]) -> No
             f"{text}; {unit} ({guess}), in the order of the chain's joints"
         )
     if excess.max() > _BARELY_OUTSIDE:
-        warnings.append(text)
+        warnings.append(f"{text}; the sample is used")

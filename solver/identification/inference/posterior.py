@@ -231,7 +231,7 @@ class FitPosterior:
         """The robot alone."""
         objective, state, size = self.objective, self.state, self.model.size
         rows = np.r_[:size, objective.dense : objective.size]
-        differs = bool(objective.differences)
+        moves = objective.moves(state.x) if objective.differences else None
         return Posterior(
             model=self.model,
             data=self.data,
@@ -244,6 +244,6 @@ class FitPosterior:
             weights=self.weights,
             log_evidence=self.log_evidence,
             iterates=tuple(x[:size] for x in self.iterates),
-            moved=objective.moved_places(state.x) if differs else None,
-            by_differences=objective.by_differences if differs else None,
+            moved=moves.shifts if moves else None,
+            by_differences=moves.by_differences if moves else None,
         )

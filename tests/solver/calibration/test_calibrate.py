@@ -184,7 +184,7 @@ def test_a_fit_that_does_not_converge_says_what_is_wrong_in_the_recordings(panda
         mukca.calibrate(panda, placement, method="paper", max_iterations=1)
     assert "did not converge;" not in str(told.value)
     broken = moved(placement, placement.positions * [1, 0, 1, 1, 1, 1, 1])
-    with pytest.raises(mukca.MukcaError, match=r"did not converge; .*is it this robot's model"):
+    with pytest.raises(mukca.MukcaError, match=r"did not converge; .*does --robot name this arm"):
         mukca.calibrate(panda, broken, method="paper", max_iterations=1)
 
 

@@ -66,7 +66,7 @@ def test_the_urdf_is_that_of_all_with_or_without_proof(proven, recorded, tmp_pat
     assert not bare.document.left_out and bare.document.summary.left_out is None
     assert proven.document.summary.test is None
     titles = [row.title for row in proven.verdict.limits]
-    assert "left-out error (MAE)" in titles and not any("held-out" in title for title in titles)
+    assert "mean left-out error" in titles and not any("held-out" in title for title in titles)
     assert bare.verdict.status_of("mean_absolute_error") == "not evaluated"
     proven.save(tmp_path / "out")
     loaded = mukca.load_calibration(tmp_path / "out")

@@ -80,8 +80,8 @@ def test_a_move_of_what_is_held_out_counts_in_its_errors(panda, moved):
     found = solved(panda, moved[0], moved[1])
     assert found.document.summary.test.calibrated.mean_absolute_error > 1e-3
     (told,) = [check for check in found.document.checks if check.where.startswith("left")]
-    assert told.code == "moved" and "was only tested on" in told.advice
-    assert "allows for" not in told.advice  # nothing is fitted to it
+    assert told.code == "moved" and "only the test used this placement" in told.advice
+    assert "corrects" not in told.advice  # nothing is fitted to it
 
 
 def test_as_recorded_sets_nothing_right(panda, moved):
@@ -194,8 +194,8 @@ def test_a_known_distance_of_a_base_that_moved(panda, true_panda, placements):
 
 def test_advice_says_which_solve_has_an_unknown(panda, moved):
     for options, words in (
-        ({"method": "paper", "without": ()}, "solve --method auto allows for"),
-        ({"as_recorded": True}, "solve by default allows for"),
+        ({"method": "paper", "without": ()}, "solve --method auto corrects"),
+        ({"as_recorded": True}, "solve by default corrects"),
     ):
         found = solved(panda, moved[0], **options)
         told = [check.advice for check in found.document.checks if check.code == "moved"]
@@ -214,7 +214,7 @@ def test_a_held_out_placement_is_judged_with_its_drift(panda, placements, sound)
     assert (told.code, told.where) == (
         "drift",
         "left",
-    ) and "was only tested on" in told.advice
+    ) and "only the test used this placement" in told.advice
     steady, moved = (
         one.summary.test.calibrated.mean_absolute_error for one in (sound.document, document)
     )
@@ -240,7 +240,7 @@ def test_a_gain_has_an_unknown_in_the_fit(panda, true_panda, placements, sound):
     gains = found.document.deflection["gain"]
     assert gains == pytest.approx(1 / factor - 1, abs=2e-3)
     (told,) = [check for check in found.document.checks if check.code == "gain"]
-    assert told.level == "warning" and "allows for" in told.advice
+    assert told.level == "warning" and "mukca command corrects" in told.advice
     q = placements[0].positions
     assert np.ptp(found.ball(q * factor) - balls_of(true_panda, q), axis=0).max() < 1.5e-3
     kept = solved(panda, read, as_recorded=True).document

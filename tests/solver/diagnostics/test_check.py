@@ -45,19 +45,17 @@ def test_a_bad_row_in_each_of_several_files_is_named_once_and_left_out(look, cha
 
 def test_the_next_placement_is_away_from_those_there_are(panda, look, placements):
     seen = look(placements[:2])
-    assert "to its right" in next_placement(panda, seen)
+    assert "right of the robot" in next_placement(panda, seen)
     assert "front" in next_placement(panda, seen) and "left" in next_placement(panda, seen)
     moved = replace(
         seen.placements[1], diagnostics=(Diagnostic("error", "x", "there", "bad", "mend"),)
     )
     hint = next_placement(panda, replace(seen, placements=(seen.placements[0], moved)))
-    assert "First mend left" in hint and "If you train" not in hint
+    assert "Correct the errors above in left" in hint and "two of them only" not in hint
     everywhere = replace(seen, shared=moved.diagnostics)
-    assert (
-        next_placement(panda, everywhere) == "First mend what all placements have: see the errors."
-    )
+    assert next_placement(panda, everywhere) == "Correct the errors above first."
     both = replace(everywhere, placements=(seen.placements[0], moved))
-    assert next_placement(panda, both) == "First mend left: see the errors."
+    assert next_placement(panda, both) == "Correct the errors above in left first."
 
 
 @pytest.mark.parametrize("noise", [2e-3, 5e-2])

@@ -172,7 +172,7 @@ def test_what_no_single_mistake_explains_is_told(look, change, placements):
     generator = np.random.default_rng(0)
     wild = [change(p, lambda q: q + generator.normal(0, 0.2, 7)) for p in placements]
     (finding,) = [f for f in look(wild).diagnostics if f.level == "error"]
-    assert finding.code == "model" and "is it this robot's model" in finding.advice
+    assert finding.code == "model" and "does --robot name this arm" in finding.advice
     assert "unit" not in finding.advice
 
 

@@ -32,7 +32,7 @@ def test_a_move_counts_by_what_it_does_to_the_placements_trained_on(panda, recor
         return next(one for one in seen if one.code == "moved")
 
     alone, among = finding(("front",)), finding(())
-    assert alone.level == "error" and "it changes distances by" in str(alone)
+    assert alone.level == "error" and "effect on distances: " in str(alone)
     assert alone.consequence.workspace > 2 * among.consequence.workspace > 0
     held_out = finding(("left", "right"))
     assert (held_out.level, held_out.consequence) == ("warning", None)

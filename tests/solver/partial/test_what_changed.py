@@ -106,7 +106,7 @@ def test_an_arm_that_bends_is_judged_as_when_it_was_calibrated():
     assert (made.title, made.use) == ("BETTER", True)
     found = mukca.what_changed(calibration, since)
     assert found.likeliest == "nothing" and found.verdict.title == "BETTER"
-    assert "only corrected joint positions keep its limits: held-out error (MAE)" in found.text
+    assert "only corrected joint positions keep its limits: mean held-out error" in found.text
     assert "mukca command" in found.text and "more placements" not in found.text
     assert found.verdict.exit_status == made.exit_status == 1
     moved = mukca.Placement.of_arrays(

@@ -134,7 +134,7 @@ def test_readings_outside_the_limits_are_named_by_their_cause(copy, run, columns
 def test_a_placement_of_few_samples_is_none_to_train_on(copy, run):
     thinned(copy / "right", 3, 3)
     _, told = run("check", str(copy), "--robot", "panda")
-    assert "If you train on two only, take session/front and session/left" in told
+    assert "To solve with two of them only, take session/front and session/left" in told
 
 
 def test_a_wrong_distance_has_one_figure(recordings, run):

@@ -104,7 +104,8 @@ def test_joints_are_told_with_their_line(folder, command, tmp_path, first, statu
     bad = ",".join([str(first), *lines[0].split(",")[1:]])
     (tmp_path / "q.csv").write_text("\n".join([header, lines[0], bad]))
     found, _, err = command("poses", folder / "it", tmp_path / "q.csv")
-    assert found == status and f"q.csv:{said}" in err and len(err.splitlines()) == 1
+    told = [line for line in err.splitlines() if "do not use it yet" not in line]
+    assert found == status and f"q.csv:{said}" in err and len(told) == 1
 
 
 @pytest.fixture

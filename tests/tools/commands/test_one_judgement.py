@@ -13,7 +13,7 @@ import mukca
 pytestmark = pytest.mark.slow
 OF_RECORDINGS = ("data_checks", "distance_given", "scale", "samples")
 ALARM = "the base moved before sample 5"
-HELD_OUT = "only tested on"
+HELD_OUT = "only the test used"
 EXITS = {"fail": 1, "not enough": 3}
 
 

@@ -88,7 +88,7 @@ def test_info_goes_on_after_an_empty_recording(recorded, output_of):
 @by_table("metadata")
 def test_info_bears_any_metadata(recorded, output_of, metadata):
     (recorded / "placement.json").write_text(metadata)
-    assert "not known" in output_of("info", str(recorded))
+    assert "not recorded" in output_of("info", str(recorded))
 
 
 def test_a_joint_that_stands_still_made_no_whole_turn(tmp_path, command):

@@ -6,11 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from record_commands import read
+from worlds.sessions import Setting
 
 import mukca
 from mukca.drivers import clock
 from mukca.recorder import Sample, sample_files
-from mukca.recorder.session import Advice, Alarm, Session, View
+from mukca.recorder.session import Advice, Alarm, Answers, Session, View
+from mukca.solver.identification.robot import shipped_robots
 from mukca.solver.results import write_files
 from mukca.tools.cli import main
 from mukca.tools.recording import (
@@ -18,11 +20,15 @@ from mukca.tools.recording import (
     ZeroSelector,
     driver_elsewhere,
     joints_of,
+    pose_pool,
     recorded_beside,
 )
 from mukca.tools.simulation import following_hand
 
 pytestmark = pytest.mark.slow
+
+
+WAITS = "waits"
 
 
 class Led:
@@ -34,8 +40,12 @@ class Led:
         self.session = Session(joints_of(panda), block=6)
 
     def rest(self, target=None, alarm=None):
-        """Show the hand a view, and return where the arm rests a moment later."""
-        advice = target and Advice(len(self.session.live), self.session.socket, 1, 1, target=target)
+        """Show the hand a view, and return where the arm rests a moment later.
+
+        The target may be none, or awaited.
+        """
+        count, socket = len(self.session.live), self.session.socket
+        advice = None if target == WAITS else Advice(count, socket, 1, 1, target=target)
         self.hand.follow(View(self.session, advice=advice, alarm=alarm))
         clock.sleep(1.5)
         return self.hand.rest
@@ -53,7 +63,7 @@ def test_it_waits_for_the_capture_and_goes_where_it_is_asked_to(panda, session, 
     first = led.rest(tuple(second))
     assert led.rest(tuple(second)) == first  # not captured yet
     led.capture()
-    assert led.rest() == first  # no advice yet
+    assert led.rest(WAITS) == first  # no advice yet
     assert led.rest(tuple(second), Alarm("ball", "NOT SEATED", "look")) == first
     at = led.rest(tuple(second))
     assert np.abs(np.subtract(at, second)).max() < 0.05 < np.abs(np.subtract(at, first)).max()
@@ -74,6 +84,35 @@ def test_it_goes_on_in_the_next_socket_where_zeros_are_to_be_told(
         assert led.session.refusal(led.hand.rest) is None
         led.capture()
     assert selector.advise(led.session.live, 1).enough
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_what_is_proposed_leads_to_a_new_pose_with_every_arm(
+    name, tmp_path, virtual_time, monkeypatch
+):
+    """The hardest proposal is the one nearest to the samples: the ball is mounted elsewhere."""
+    monkeypatch.setattr(pose_pool, "CANDIDATES", 150)
+    robot = mukca.load_robot(name)
+    _, (here,) = mukca.simulate_recordings(robot, 1, samples=3, translation=6e-3, seed=2)
+    write_files(tmp_path, sample_files(here))
+    followed = []
+    led, pool = Led(robot, f"{tmp_path}?follow"), pose_pool.PosePool(robot, np.inf)
+    for number in range(10):
+        led.capture()
+        if number == 5:
+            led.session = led.session.switched(1)
+        samples = led.session.live
+        poses = pool.candidates(samples, led.session.socket)
+        if not len(poses):  # none before a socket's first sample
+            poses = pool.candidates(samples, 0)
+        target = None
+        if len(poses):
+            turns = np.abs(poses[:, None] - [sample.position for sample in samples]).max(axis=2)
+            target = tuple(poses[turns.min(axis=1).argmin()])
+            followed.append(target)
+            pool.heed(Answers(followed=tuple(followed)))
+        led.rest(target)
+        assert led.session.refusal(led.hand.rest) is None
 
 
 def led_with(robot, session, fault=""):
@@ -108,6 +147,22 @@ def test_its_samples_are_sound_and_those_of_a_fault_are_not(panda, session, virt
     assert not alarms([led_with(panda, session)])
     moved = alarms([led_with(panda, session, "&fault=base@13:10mm")])[0]
     assert (moved.words, moved.samples[0]) == ("BASE MOVED", 13)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_joint_that_slips_is_told_after_two_alarms_at_most(panda, seed):
+    here = Setting("panda", seed)
+    samples = here.samples("none")
+    q = np.array([sample.position for sample in samples])
+    q[6:, 3] += np.deg2rad(np.repeat([0.6, -0.7, 0.2, -0.3, 0.8], 4)[:18])
+    samples = [replace(s, position=tuple(row)) for s, row in zip(samples, q, strict=True)]
+    alarms, kept = SessionAlarms(panda), []
+    for count in range(8, 25):
+        placement = here.placement(tuple(samples[:count]))
+        kept += Answers(tuple(kept)).open_alarms(alarms([placement]))
+        if kept and kept[-1].words == "JOINT SLIPS":
+            break
+    assert kept[-1].words == "JOINT SLIPS" and len(kept) <= 3
 
 
 def test_a_drift_that_may_be_a_base_that_moved_leaves_the_samples_before(

@@ -172,7 +172,7 @@ def test_what_is_predicted_and_asked_is_what_solve_says(panda, samples):
         r".* about (?:(.+) m ahead, )?(.+) m to its left, (.+) m up.*", words
     ).groups()
     text = solved.document.next_placement.text
-    place = re.search(r"x (\S+), y (\S+), z (\S+) m in the frame .* left", text).groups()
+    place = re.search(r"x (\S+), y (\S+), z (\S+) m in the frame .*[(]left", text).groups()
     assert np.allclose([float(x or 0), float(side), float(z)], np.float64(place), atol=0.02)
 
 

@@ -46,18 +46,21 @@ def test_what_is_expected_of_distances_is_told_where_none_was_measured(document,
 
 def test_a_recording_that_is_wrong_comes_first(document, report):
     answers = report(document)["answers"]
-    assert "First mend" not in answers["next"]["text"] and "rest on" not in answers["data"]["text"]
+    assert (
+        "first, see below" not in answers["next"]["text"]
+        and "rest on" not in answers["data"]["text"]
+    )
     bad = {"level": "error", "code": "moved", "text": "the base moved", "advice": "record it again"}
     for row, said in ((document["placements"][0], True), (document["placements"][1], False)):
         document["checks"] = [{**bad, "where": f"/home/me/{row['name']}/hole_1.csv:12"}]
         answers = report(document)["answers"]
         name = row["name"].split("/")[-1]
-        assert answers["next"]["text"].startswith(f"First mend {name}, see below.")
+        assert answers["next"]["text"].startswith(f"Correct {name} first, see below.")
         words = f"All figures here rest on {name}, trained on."
         assert (words in answers["data"]["text"]) == said
     document["checks"] = [{**bad, "where": "all placements"}]
     answers = report(document)["answers"]
-    assert answers["next"]["text"].startswith("First mend front, left and right, see below.")
+    assert answers["next"]["text"].startswith("Correct front, left and right first, see below.")
     assert "rest on front, trained on" in answers["data"]["text"]
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 from ....errors import fixed
 from ....solver import assessment, calibration, results
@@ -11,6 +12,9 @@ from ...report.figures import cross_placement
 
 MOST_ROWS = 6
 """Placements in the short table, the worst ones."""
+HEAD = "mean error of the ball, mm"
+WIDTHS = {HEAD: "26", "": "10", "samples": ">8", "left out": ">9", "trained on": ">11"}
+"""Widths of its columns by their heads."""
 LONGEST = 26
 """Letters of a placement's name there."""
 
@@ -20,9 +24,8 @@ def show_errors(
 ) -> None:
     """Show the nominal and the calibrated errors of each placement, and the summaries."""
     if short:
-        is_proven = errors.summary.left_out is not None
-        rows = left_out_rows(errors) if is_proven else short_rows(errors)
-        terminal.say_rows(rows, _aligned_left_out if is_proven else aligned)
+        rows = (left_out_rows if errors.summary.left_out else short_rows)(errors)
+        terminal.say_rows(rows, partial(_aligned, rows[0]))
         return
     summed, rows = zip(*errors.table(), strict=True)
     bold = [number for number, sums_up in enumerate(summed) if sums_up]
@@ -36,7 +39,7 @@ def short_rows(errors: "calibration.Errors") -> list[list[str]]:
     """
     names = short_names([row.name for row in errors])
     two = any(row.geometric is not None for row in errors)
-    heads = ["mean error, mm", "", "samples", "before", "now"]
+    heads = [HEAD, "", "samples", "before", "now"]
     rows = [[*heads, "corrected joints"] if two else heads]
     worst = sorted(errors, key=lambda row: -row.loaded.mean_absolute_error)[:MOST_ROWS]
     for name, row in zip(names, errors, strict=True):
@@ -48,8 +51,7 @@ def short_rows(errors: "calibration.Errors") -> list[list[str]]:
     for role, title in results.ROLES.items():
         summary: results.Summary | None = getattr(errors.summary, role)
         if summary:
-            removed = _removed(summary)
-            rows.append(["= mean", title, removed, *_figures(summary, two=two)])
+            rows.append([_mean(summary), title, "", *_figures(summary, two=two)])
     return rows
 
 
@@ -60,7 +62,7 @@ def left_out_rows(errors: "calibration.Errors") -> list[list[str]]:
     """
     trained = [row for row in errors if row.role == "train"]
     two = any(row.geometric is not None for row in errors)
-    heads = ["mean error, mm", "samples", "before", "left out", "trained on"]
+    heads = [HEAD, "samples", "before", "left out", "trained on"]
     rows = [[*heads, "corrected joints"] if two else heads]
     left_out = [errors.left_out(row.name) for row in trained]
     sizes = sorted(row.loaded.mean_absolute_error for row in left_out if row)
@@ -75,7 +77,7 @@ def left_out_rows(errors: "calibration.Errors") -> list[list[str]]:
     summary = errors.summary
     assert summary.train and summary.left_out
     cells = _beside_trained(summary.left_out, summary.train, two=two)
-    return [*rows, ["= mean", _removed(summary.left_out), *cells]]
+    return [*rows, [_mean(summary.left_out), "", *cells]]
 
 
 def _beside_trained(
@@ -99,23 +101,14 @@ def _others(count: int) -> list[list[str]]:
     return [[f"  and {plural(count - MOST_ROWS, 'placement')} with smaller errors"]]
 
 
-def _removed(summary: "results.Summary") -> str:
-    return f"{fixed(-100 * summary.removed_when_loaded, 1, '+')} %"
+def _mean(summary: "results.Summary") -> str:
+    return f"= mean ({fixed(-100 * summary.removed_when_loaded, 1, '+')} %)"
 
 
-def aligned(row: Sequence[str]) -> str:
+def _aligned(heads: Sequence[str], row: Sequence[str]) -> str:
     """Return a row of the short table as a line."""
-    name, role, samples, *figures = row
-    columns = "  ".join(f"{figure:>6}" for figure in figures)
-    return f"{name:{LONGEST}} {role:10} {samples:>8}  {columns}"
-
-
-def _aligned_left_out(row: Sequence[str]) -> str:
-    """Return a row of the table of what was left out as a line."""
-    name, samples, before, left_out, trained, *corrected = row
-    cells = [f"{before:>6}", f"{left_out:>8}", f"{trained:>10}"]
-    cells += [f"{figure:>6}" for figure in corrected]
-    return f"{name:{LONGEST}} {samples:>8}  {'  '.join(cells)}"
+    pairs = zip(heads, row, strict=True)
+    return " ".join(f"{cell:{WIDTHS.get(head, '>7')}}" for head, cell in pairs)
 
 
 def _figures(row: "results.MetricsByModel", *, two: bool) -> list[str]:

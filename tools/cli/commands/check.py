@@ -25,7 +25,9 @@ SIZE_LOST = 0.05
 """Standard deviation of the arm's size, as a share, from which a fit gave it up for a distance."""
 DISTANCE = "scale"
 """Code of findings on distances."""
-TESTED = "Solve tests its fit, and may find twice as much."
+TESTED = (
+    "Solve fits more unknowns, and tests its fit: its figure may be half or twice this."
+)
 """Said of the accuracy by a fit that nothing was left out of."""
 ALONE = "One place proves nothing about others: for PASS record another."
 """Said beside it of a single placement, which leaves nothing to hold out."""
@@ -130,7 +132,7 @@ class _Checked:
             return f"{text}. By a quick fit, {words}. {TESTED} {alone}".rstrip()
         why = "a fit to them does not settle"
         if _are_broken(self.findings):
-            why = "mend the errors first"
+            why = "correct the errors first"
         return f"{text}; how well they calibrate the arm is not known: {why}."
 
     def as_dict(self) -> dict[str, Any]:
@@ -233,7 +235,7 @@ def _seen(
             else ""
         )
         lines.append(
-            f"{measured.name}: {counts} {samples}{distance}; fitted by itself, it is off "
+            f"{measured.name}: {counts} {samples}{distance}; a fit to it alone is off "
             f"by {1e3 * inspection.floor:.3f} mm"
         )
         lines += [f"  {finding.level}: {finding}" for finding in inspection.diagnostics]

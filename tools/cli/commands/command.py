@@ -17,7 +17,7 @@ from ....recorder import POSE_FORMS, RecordingError
 from ....solver import calibration, results
 from ....solver.assessment import plural
 from ....solver.calibration import UsageError
-from .. import JsonOption, PayloadOptions, Terminal, one_arm
+from .. import JsonOption, PayloadOptions, Terminal, one_arm, warn_of_use
 from .tool import numbers
 
 if TYPE_CHECKING:
@@ -65,14 +65,14 @@ def run_command(options: _CommandOptions, terminal: Terminal) -> int:
     """Write the joint positions, each row near the one before."""
     import numpy as np
 
-    from ....solver.calibration import find_jumps, load_calibration, pose_of_numbers
+    from ....solver.calibration import find_jumps, pose_of_numbers
 
-    calibrated = load_calibration(one_arm(options.calibration))
+    calibrated = calibration.load_calibration(one_arm(options.calibration))
     setup = options.setup()
     start, prefer = options.start, options.prefer
     before = None
     names = calibrated.robot.joint_names
-    with written(options, terminal, names, options.poses) as write:
+    with written(options, terminal, names, options.poses, calibrated) as write:
         for rows, wheres in streamed(options.poses, (), POSE_FORMS, terminal):
             with located(wheres, terminal):
                 points = rows.shape[1] == 3
@@ -164,7 +164,11 @@ def located(wheres: Sequence[str], terminal: Terminal) -> Generator[None]:
 
 @contextmanager
 def written(
-    options: _PathOptions, terminal: Terminal, header: Sequence[str], source: Path
+    options: _PathOptions,
+    terminal: Terminal,
+    header: Sequence[str],
+    source: Path,
+    calibrated: calibration.Calibration,
 ) -> "Generator[Callable[..., None]]":
     """Yield a function that writes rows as CSV, each number so that it reads back exactly.
 
@@ -196,6 +200,8 @@ def written(
         terminal.say(f"Wrote {plural(len(lines) - 1, 'row')} to {out}")
     outputs = [str(out)] if out else []
     terminal.emit({"columns": [*header], "rows": values, "outputs": outputs})
+    if str(source) != "-":  # a program reads what a stream says
+        warn_of_use(calibrated, terminal)
 
 
 class _PosesOptions(_PathOptions):
@@ -214,7 +220,7 @@ def run_poses(options: _PosesOptions, terminal: Terminal) -> int:
     joints = len(calibrated.robot.joint_names)
     start = numbers(options.relative_to, "--relative-to", (joints,)) or None
     header = (*FORMS[1], *DEVIATIONS) if options.deviation else FORMS[1]
-    with written(options, terminal, header, options.joints) as write:
+    with written(options, terminal, header, options.joints, calibrated) as write:
         for q, wheres in streamed(
             options.joints, calibrated.robot.joint_names, ((),), terminal
         ):

@@ -1,7 +1,6 @@
 """``mukca convert`` and ``export``: recordings and calibrations as other programs read them."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, replace
 from itertools import chain
 from pathlib import Path
@@ -10,7 +9,6 @@ from typing import Literal
 import numpy as np
 
 from .... import recorder
-from ....errors import MukcaError
 from ....recorder import Placement
 from ....solver import calibration
 from ....solver.calibration import UsageError
@@ -24,6 +22,7 @@ from .. import (
     Terminal,
     for_each_arm,
     option,
+    warn_of_use,
 )
 
 _FORMS = {
@@ -153,15 +152,11 @@ def run_export(options: _ExportOptions, terminal: Terminal) -> int:
             f"{options.calibration}: the model does not reproduce the sockets' distance at "
             f"{places}; it was accepted by --accept-distorted"
         )
-    with suppress(MukcaError):  # not every file that can be exported can be judged
-        if loaded.verdict.status == "fail":
-            terminal.warn(
-                f"{options.calibration}: {loaded.verdict.title}: do not use it yet"
-            )
     names = ("serial_number", "force", "like", "joints", "servos", "flange", "rows")
     settings = {name: getattr(options, name) for name in names}
     settings |= {"tools": tools, "payload": options.carried}
     exported = export.export(loaded, options.to, options.out, **settings)
+    warn_of_use(loaded, terminal)
     wrote = (f"Wrote {file}" for file in exported.outputs.values())
     terminal.say(*map(str, exported.losses), *exported.lines, *wrote)
     losses = [asdict(loss) for loss in exported.losses]

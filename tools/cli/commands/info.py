@@ -112,10 +112,10 @@ def _show(facts: dict[str, Any], terminal: Terminal) -> None:
     taken_back = f" ({facts['taken_back']} taken back)" if facts["taken_back"] else ""
     terminal.say(
         f"{facts['name']}: {counts or 'no sample'}{taken_back}",
-        f"  robot      {metadata.get('robot', 'not known')}",
+        f"  robot      {metadata.get('robot', 'not recorded')}",
         f"  distance   {_length(facts['distance'])} between sockets 0 and 1",
         *(f"  changed    {_told(row)}" for row in _listed(metadata.get("changes"))),
-        f"  efforts    {'recorded' if facts['efforts'] else 'none'}",
+        f"  efforts    {'recorded' if facts['efforts'] else 'not recorded'}",
         *(f"  {line}" for line in _joint_lines(facts)),
         *(f"  session    {_told(row)}" for row in _listed(metadata.get("sessions"))),
     )
@@ -130,7 +130,7 @@ def _listed(value: Any) -> list[Any]:
 def _length(distance: Any) -> str:
     if isinstance(distance, int | float):
         return f"{1e3 * distance:g} mm"
-    return "not known" if distance is None else str(distance)
+    return "not recorded" if distance is None else str(distance)
 
 
 def _change(before: Any, after: Any, words: str = "from") -> str:

@@ -240,9 +240,9 @@ def _show(
     title = f"{words}, with {options.samples} samples in each socket"
     terminal.tabulate(title, heads, rows)
     first, *_ = places = plans[0].places
-    moves = [design.in_words(*pair) for pair in pairwise(places)]
     axes = zip("xyz", first, strict=True)
     place = " ".join(f"{axis} {fixed(value, 2, '+')}" for axis, value in axes)
-    place += " m in the frame of the robot's base"
-    steps = ", then from there ".join([place, *moves])
-    terminal.say(f"Placements, in this order, as seen from the robot: {steps}.")
+    steps = [f"1 at {place} m in the frame of the robot's base"]
+    for i, pair in enumerate(pairwise(places), 1):
+        steps.append(f"from {i} to {i + 1}: {design.in_words(*pair)}")
+    terminal.say(f"Put the socket base, as seen from the robot: {'; '.join(steps)}.")

@@ -165,10 +165,10 @@ def _read(
 
 def _closing_lines(outputs: dict[str, str], *, usable: bool) -> list[str]:
     if not outputs:
-        words = "; add --out DIR to keep the calibrated URDF"
-        if not usable:
-            words = ", so there is no file to load; --out DIR keeps the report"
-        return [f"Nothing was written{words}."]
+        result = "new URDF" if usable else "report"
+        return [
+            f"Nothing was written; add --out DIR to write the {result} into a folder DIR."
+        ]
     if "arms" in outputs:
         summary = outputs["arms"]
         if "urdf" in outputs:
@@ -198,5 +198,5 @@ def _kept(
     data.measure(placement, robot)  # what is refused is not written
     folder = out / "recordings" / placement.name
     files = results.write_files(folder, recorder.own_files(placement)).values()
-    terminal.say(*(f"Wrote {file}, what was read of the table" for file in files))
+    terminal.say(*(f"Wrote {file}, the samples of your table" for file in files))
     return replace(placement, files=tuple(files), suggestion=None)

@@ -59,7 +59,7 @@ def contenders_of(files: Sequence[Path]) -> dict[str, Calibration]:
         if others != joints:
             raise ComparisonError(
                 f"{contender.source}: its joints are {others}, but those of {first.source} "
-                f"are {joints}; only calibrations of one robot can be compared"
+                f"are {joints}; only calibrations of one model of robot can be compared"
             )
     return contenders
 

@@ -198,7 +198,7 @@ def _repeatability(document: CalibrationDocument) -> Step:
     """Return the step that says how well the arm repeats, without which there are no limits."""
     text = "Say how well the arm repeats, from its data sheet"
     command = solve_command(document, settings_given={"repeatability_mm": "MM"})
-    return Step(text, command, "a limit, so maybe a PASS; the errors stay")
+    return Step(text, command, "a limit to hold the errors against; they do not change")
 
 
 def _measure(
@@ -213,7 +213,7 @@ def _measure(
     )
     times = " a second time" * bool(readings)
     text = (
-        f"Measure the distance of the sockets' centres{times}, and type it as in 50.1mm"
+        f"Measure the sockets' distance{times}, and type it for MEASURED, as in 50.1mm"
     )
     given = [*readings, "MEASURED"]
     command = solve_command(document, settings_given={"distance": given})
@@ -223,16 +223,11 @@ def _measure(
     deviation = scale.deviation or CALIPER_DEVIATION / DEFAULT_DISTANCE
     before = abs(scale.value) * _SPAN
     after = deviation * _SPAN
+    words = f"a length of {_SPAN:g} m in the arm is then known to {mm(after)}"
     if before <= after:
-        yield Step(
-            text, command, f"the arm's size is known to {mm(after)} in {_SPAN:g} m"
-        )
+        yield Step(text, command, words)
         return
-    words = (
-        f"if you read another distance, an error of {mm(before)} in every {_SPAN:g} m falls to "
-        f"{mm(after)}; if you read the same, the arm itself is longer or shorter than its model"
-    )
-    yield Step(text, command, words, before, after)
+    yield Step(text, command, f"{words} instead of {mm(before)}", before, after)
 
 
 def _measure_one_base(result: Assessment) -> Iterator[Step]:

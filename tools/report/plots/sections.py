@@ -113,20 +113,15 @@ def map_sentence(
     answers: Sequence[Answer],
     allowed: str | None,
 ) -> str:
-    """Return at how many places the task can be done, with the error that it allows in words.
-
-    Where nobody said what it allows, the largest error stands in its place.
-    """
+    """Return at how many places the task can be done, with the error that it allows in words."""
     heights = [row.position[2] for row in report.placements]
     role, _ = report.summary.judged
-    least_errors = [use.least for use in report.answers.use.rows if use.least]
     return text(
         "map_sentence",
         role=role,
         total=sum(row.role == role for row in report.placements),
         allowed=allowed,
         proven=answers.count("yes"),
-        largest=max(least_errors, default=0.0),
         low=min(heights),
         high=max(heights),
     )
