@@ -6,11 +6,11 @@ Programs of trackers and of motion capture write many: what was measured, by wha
 import re
 from collections import Counter
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 from .cells import Cells, holds_number, trimmed
 from .columns import Line, are_units, count_numbers
-from .motion_capture import capture_names, named_capture
 from .recording_error import RecordingError
 
 MOST_LINES = 40
@@ -63,10 +63,10 @@ def _arranged(records: Sequence[Line], text: str) -> tuple[list[Line], list[str]
     if _lacks_names(heads, titles, width):
         return list(records), []
     units = [heads.pop()] if heads[1:] and are_units(heads[-1][1]) else []
-    heading = heads or capture_names(titles, width)
+    heading = heads or _capture_names(titles, width)
     if len(heads) > 1 or (heads and titles):
         count, names = _joined_names([cells for _, cells in heads], width)
-        heading = [(heads[0][0], named_capture(names, titles))]
+        heading = [(heads[0][0], _named_capture(names, titles))]
         titles += heads[count:]
     elif titles and not heading:
         return list(records), []
@@ -190,3 +190,47 @@ def _refuse_title(text: str, file: Path, records: Sequence[Line]) -> None:
             f"{file}:{line}: {title!r:.60} is no header of the lines below it, which have another "
             "number of columns; name each column, or begin the line with #"
         )
+
+
+_ROTATION = re.compile(r"(.*?)rot\[(\d)\]", re.IGNORECASE)
+_ANGLE = re.compile(r".*\b(roll|pitch|yaw)", re.IGNORECASE)
+_PLACE = re.compile(r"(.*\W)?[xyz]", re.IGNORECASE)
+"""Columns of motion capture: TSV of Qualisys, CSV of OptiTrack and Vicon.
+
+Qualisys names markers above the numbers. Of a rigid body it has R = Rx(roll) Ry(pitch) Rz(yaw), and
+R itself by columns, Rot[0] to Rot[8], which is read.
+"""
+
+
+def _capture_names(titles: Sequence[Line], width: int) -> list[Line]:
+    """Return the names of markers' coordinates as one line; none where no title names them."""
+    for line, cells in titles:
+        markers = list(filter(None, cells[1:]))
+        names = [f"{name} {axis}" for name, axis in product(markers, "XYZ")]
+        beside = width - len(names)
+        if cells[0] == "MARKER_NAMES" and beside in (0, 2):
+            names = ["Frame", "Time"][:beside] + names
+            return [(line, _named_capture(names, titles))]
+    return []
+
+
+def _named_capture(names: Sequence[str], titles: Sequence[Line]) -> list[str]:
+    """Return names with the unit of places that titles above them tell, and a body's rotation."""
+    facts: dict[str, str] = {}
+    for _, cells in titles:
+        facts |= dict(zip(cells, [*cells[1:], ""], strict=True))
+    unit = "mm" if "NO_OF_CAMERAS" in facts else facts.get("Length Units", "")
+    rotations = [_ROTATION.fullmatch(name) for name in names]
+    if "BODY_NAMES" not in facts:
+        rotations = [None] * len(names)
+    named: list[str] = []
+    for name, match in zip(names, rotations, strict=True):
+        if match:
+            column, row = divmod(int(match[2]), 3)
+            name = f"{match[1]}r{row + 1}{column + 1}"
+        elif any(rotations) and _ANGLE.fullmatch(name):
+            name = f"{name} angle"
+        elif unit and _PLACE.fullmatch(name) and "rotation" not in name.lower():
+            name = f"{name} [{unit}]"
+        named.append(name)
+    return named

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import LENGTH
 from .placement import Placement
-from .recording_error import RecordingError
+from .recording_error import RecordingError, listed
 
 NAMED = 2
 """Parts of its path that a placement is called by."""
@@ -56,8 +56,6 @@ def distinctly_named(placements: Sequence[Placement]) -> list[Placement]:
 
 SAME_ROW = 1e-6
 """Samples that differ by less are one that was written twice [rad], [m]."""
-LISTED = 8
-"""Most lines that a remark names."""
 
 
 def distinct(placement: Placement) -> Placement:
@@ -83,12 +81,6 @@ def distinct(placement: Placement) -> Placement:
         f"another one and do not count{lines}"
     )
     return replace(placement, samples=samples, remarks=(*placement.remarks, remark))
-
-
-def listed(lines: Sequence[object]) -> str:
-    """Return the first lines of some, between commas."""
-    dots = [".."] * (len(lines) > LISTED)
-    return ", ".join([*map(str, lines[:LISTED]), *dots])
 
 
 def repeated_rows(rows: np.ndarray) -> set[int]:

@@ -93,9 +93,10 @@ def numbers_of(values: object, what: str) -> np.ndarray:
         numbers = numbers.astype(float)
     except (TypeError, ValueError) as error:
         raise RecordingError(f"{what}: real numbers are expected: {error}") from None
-    places = np.argwhere(~np.isfinite(np.atleast_1d(numbers)))
+    flat = np.atleast_1d(numbers)
+    places = np.argwhere(~np.isfinite(flat))
     if len(places):
-        value = np.atleast_1d(numbers)[tuple(places[0])]
+        value = flat[tuple(places[0])]
         raise RecordingError(f"{what}{places[0].tolist()}: {value:g} is no number")
     return numbers
 

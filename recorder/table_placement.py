@@ -12,9 +12,8 @@ from .joined_tables import joined_name, read_joined
 from .markers import body_of, marker_columns
 from .named_columns import NamedColumns, named_columns
 from .placement import Placement
-from .placement_names import listed
 from .points import POINTS, POSES, measured_sample, placement_of_points
-from .recording_error import NoColumnsError, RecordingError, UnitError
+from .recording_error import NoColumnsError, RecordingError, UnitError, listed
 from .sample import LAST_SOCKET, Sample
 from .suggestion import suggestion, turn_advice
 from .tables import Table

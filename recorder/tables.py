@@ -8,7 +8,7 @@ below it; text, times and row numbers beside what is wanted. Nothing here knows 
 import csv
 import math
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -58,14 +58,6 @@ class Table:
         """Return file and line of a row, for messages."""
         return f"{self.file}:{self.lines[row]}"
 
-    def filled(self, columns: Sequence[Column]) -> "Table":
-        """Return the table without rows that hold nothing in some columns."""
-        used = [column.index for column in columns]
-        pairs = zip(self.lines, self.rows, strict=True)
-        filled = [(line, row) for line, row in pairs if any(row[i] for i in used)]
-        lines, rows = zip(*filled, strict=True) if filled else ((), ())
-        return replace(self, lines=lines, rows=rows)
-
     def is_text(self, index: int) -> bool:
         """Return whether a column holds words, times or nothing, and no number."""
         return all(_is_text(row[index]) for row in self.rows)
@@ -92,8 +84,11 @@ class Table:
 
     def numeric(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that hold numbers, without some."""
-        columns = [column for column in self.columns if column not in reserved]
-        return [column for column in columns if not self.is_text(column.index)]
+        return [
+            column
+            for column in self.columns
+            if column not in reserved and not self.is_text(column.index)
+        ]
 
     def array(self, columns: Sequence[Column]) -> np.ndarray:
         """Return the numbers of K columns, shape (rows, K); NaN where a cell holds none."""

@@ -243,11 +243,9 @@ def _seen_instead(
     files: Sequence[Path],
 ) -> str:
     """Return in words which dictionary's markers the first image shows most of; empty for none."""
-    picture = None
-    if files:
-        picture = cv.imread(str(files[0]), cv.IMREAD_GRAYSCALE)
-    if picture is None:
+    if not files:
         return ""
+    picture = cv.imread(str(files[0]), cv.IMREAD_GRAYSCALE)
     counts: dict[str, int] = {}
     for name in SOUGHT:
         markers = cv.aruco.getPredefinedDictionary(getattr(cv.aruco, f"DICT_{name}"))

@@ -27,8 +27,7 @@ TABLES = read_beside(__file__, "servos.json")
 def versions(table: dict[str, Any]) -> dict[str, Version]:
     """Return the versions of a table's arms, by name."""
     arms: dict[str, Any] = table["arms"]
-    joints = {name: len(arm["joints"]) for name, arm in arms.items()}
-    return {name: Version(count, 1000.0) for name, count in joints.items()}
+    return {name: Version(len(arm["joints"]), 1000.0) for name, arm in arms.items()}
 
 
 class ServoEmulator(Emulator):

@@ -12,6 +12,7 @@ from ...recorder import (
     Column,
     ColumnError,
     Table,
+    filled_rows,
     find_joints,
     read_stream_log,
     read_table,
@@ -134,7 +135,7 @@ def read_csv_log(question: Question) -> Log:
             f"columns: {', '.join(table.header)}"
         )
     columns, notes = _joint_columns(table, times[:1], question)
-    filled = table.filled(columns)
+    filled = filled_rows(table, columns)
     count = len(filled.rows)
     if empty := len(table.rows) - count:
         notes.append(f"{empty} lines without positions are left out")
