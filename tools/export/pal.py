@@ -29,8 +29,7 @@ _JOINT = re.compile(r"(?:arm|head|leg|torso)_(?:\w+_)?(?:\d|lift)_joint$")
 
 def write(request: Request) -> Exported:
     """Return the file; of the one that ``--like`` names, what is of other joints stays."""
-    request.require_ending(".yaml", ".yml")
-    joints = {joint.name: joint for joint in request.calibration.robot.actuated}
+    joints = {joint.name: joint for joint in request.robot.actuated}
     strangers = [name for name in joints if not _JOINT.match(name)]
     if strangers:
         raise ExportError(
@@ -60,7 +59,7 @@ def write(request: Request) -> Exported:
 
 def _urdf_origins(request: Request) -> Mapping[str, Origin]:
     """Return the origins to which the robot adds: a URDF's without what ``--robot`` added to it."""
-    robot = request.calibration.robot
+    robot = request.robot
     file = urdf_of(robot.source)
     text = robot.text if file == robot.source else nominal_text(file)
     return text.origins
