@@ -191,7 +191,7 @@ def put_on_anew(model: ExtendedModel, data: Observations, size: int) -> np.ndarr
 def tips_of(ball: BallModel, data: Observations) -> list[TipSamples]:
     """Return the nominal robot's balls, and those measured, in each frame."""
     tips: list[TipSamples] = []
-    for frame in np.unique(data.measured_in).tolist():
+    for frame in range(len(data.frames)):
         rows = data.measured_in == frame
         q = data.q[rows]
         points = ball.points(ball.nominal, q)
