@@ -166,6 +166,11 @@ def read_json(file: str | os.PathLike[str]) -> Any:
         raise ValueError("it is nested too deeply") from None
 
 
+def read_beside(module: str, name: str) -> Any:
+    """Return what a JSON file beside a module, by the module's ``__file__``, holds."""
+    return read_json(Path(module).with_name(name))
+
+
 def _number(text: str) -> float:
     """Return the number that a text is; refuse one that nobody can measure."""
     value = float(text)

@@ -21,3 +21,5 @@ from .validation import TWO_SOURCES as TWO_SOURCES
 from .validation import PolledDriver as PolledDriver
 from .validation import SourceDetector as SourceDetector
 from .validation import ValidatingDriver as ValidatingDriver
+from .validation import require_angles as require_angles
+from .validation import require_finite as require_finite

@@ -12,10 +12,9 @@ import inspect
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
-from ..errors import MukcaError, read_json
+from ..errors import MukcaError, read_beside
 from .driver import Driver, DriverError, ModelNames, Reason
 
 
@@ -43,7 +42,7 @@ class DriverInfo:
         return tuple(module for module in self.needs if find_spec(module) is None)
 
 
-_OWN = read_json(Path(__file__).with_name("arms.json"))
+_OWN = read_beside(__file__, "arms.json")
 DRIVERS: dict[str, DriverInfo] = {row["name"]: DriverInfo(**row) for row in _OWN}
 
 

@@ -3,7 +3,7 @@
 import math
 from abc import abstractmethod
 from collections import deque
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 
 from . import clock
@@ -117,9 +117,8 @@ class ValidatingDriver(Driver):
     def _begin_anew(self) -> None:
         """Compare the next stamp with none before it: the robot's clock may start again."""
         self._last_stamp = -math.inf
-        self._lead: float | None = (
-            None  # by how much the robot's clock is ahead of the host's
-        )
+        self._lead: float | None = None
+        """Time by which the robot's clock is ahead of the host's [s]."""
         self._begun = clock.now()
 
     def _next(self, deadline: float) -> JointState:
@@ -147,8 +146,7 @@ class ValidatingDriver(Driver):
                         raise ValueError(
                             f"a state with {len(values)} {name} for {count} joints"
                         )
-                    if not all(map(math.isfinite, values)):
-                        raise ValueError(f"a state with {name} that are no numbers")
+                    require_finite(values, f"a state with {name}")
                 self._check_stamp(state.stamp)
                 self._proven = True
                 return state
@@ -183,6 +181,18 @@ class ValidatingDriver(Driver):
         if self._period and math.isfinite(self._last_stamp):
             self.missed += max(0, round((stamp - self._last_stamp) / self._period) - 1)
         self._last_stamp = stamp
+
+
+def require_finite(values: Iterable[float], what: str) -> None:
+    """Refuse a message whose values are no numbers; a ValueError begins with what it is."""
+    if not all(map(math.isfinite, values)):
+        raise ValueError(f"{what} that are no numbers")
+
+
+def require_angles(position: Iterable[float], largest: float, what: str) -> None:
+    """Refuse a message with an angle that no joint has [rad]; a ValueError begins with it."""
+    if not all(abs(angle) <= largest for angle in position):  # false for NaN too
+        raise ValueError(f"{what} with impossible joint angles")
 
 
 class PolledDriver(ValidatingDriver):

@@ -31,6 +31,7 @@ from .joint_columns import ColumnError as ColumnError
 from .joint_columns import match_joints as match_joints
 from .layout import POSE_FORMS as POSE_FORMS
 from .layout import Rows as Rows
+from .layout import filled_rows as filled_rows
 from .layout import find_joints as find_joints
 from .layout import read_rows as read_rows
 from .layout import require_units as require_units

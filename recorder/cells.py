@@ -123,7 +123,7 @@ def uncommented(text: str) -> str:
 
 
 def records_of(text: str) -> list[tuple[int, list[str]]]:
-    """Return the cells of each line that has some, with the line's number."""
+    """Return the cells of each line that has some, without blanks around, with its number."""
     delimiter = _delimiter(text)
     if delimiter is None:
         lines = enumerate(text.splitlines(), start=1)
@@ -133,11 +133,12 @@ def records_of(text: str) -> list[tuple[int, list[str]]]:
         delimiter=delimiter,
         skipinitialspace=delimiter != "\t",
     )
-    records = [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
+    lines = [(reader.line_num, [*map(str.strip, row)]) for row in reader]
+    records = [(i, row) for i, row in lines if any(row)]
     if delimiter == ",":
         # Fractions with decimal commas are quoted, all of them, and no thousands as in 1,000.
-        cells = list(map(str.strip, chain.from_iterable(row for _, row in records)))
-        with_point = any("." in cell and number_of(cell) is not None for cell in cells)
+        cells = [*chain.from_iterable(row for _, row in records)]
+        with_point = any("." in cell and holds_number(cell) for cell in cells)
         with_comma = filter(_DECIMAL_COMMA.fullmatch, cells)
         if '"' not in text or with_point or all(map(_THOUSANDS.fullmatch, with_comma)):
             return records
@@ -160,12 +161,12 @@ def _delimiter(text: str) -> str | None:
 def _with_points(cells: Cells) -> list[str]:
     """Return cells with their decimal commas made points."""
     return [
-        cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell.strip()) else cell
+        cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell
         for cell in cells
     ]
 
 
-_BY_NUMPY = re.compile(r"np\.float\d\d\((.*)\)")
+_BY_NUMPY = re.compile(r"\s*np\.float\d\d\((.*)\)\s*")
 """A number as NumPy 2 prints it."""
 
 
@@ -174,13 +175,18 @@ def number_of(cell: str) -> float | None:
     try:
         return None if "_" in cell else float(cell)
     except ValueError:
-        by_numpy = _BY_NUMPY.fullmatch(cell.strip())
+        by_numpy = _BY_NUMPY.fullmatch(cell)
         return number_of(by_numpy[1]) if by_numpy else None
+
+
+def holds_number(cell: str) -> bool:
+    """Tell whether a cell is a number, finite or not."""
+    return number_of(cell) is not None
 
 
 def seconds_of(cell: str) -> float | None:
     """Return the seconds of a time such as 2026-05-12T10:00:00.123Z, or 10:00:00; else None."""
-    match = _TIME.fullmatch(cell.strip())
+    match = _TIME.fullmatch(cell)
     if not match:
         return None
     day, clock, fraction, zone = match.groups()
@@ -194,6 +200,6 @@ def seconds_of(cell: str) -> float | None:
 
 def trimmed(cells: Cells, width: int) -> Cells:
     """Return the cells of a row without empty ones beyond a width."""
-    while len(cells) > width and not cells[-1].strip():
+    while len(cells) > width and not cells[-1]:
         cells = cells[:-1]
     return cells

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .cells import Cells, number_of
+from .cells import Cells, holds_number
 from .recording_error import RecordingError
 from .words import OTHER_UNITS, SIZES, WORDS, Words, all_match, is_word, words_of
 
@@ -53,11 +53,11 @@ def column_of(
     below: str = "",
 ) -> Column:
     """Return the column that a header's cell names, and the cell below it where units stand."""
-    name = cell.strip()
+    name = cell
     unit = below.strip(" []()")
-    match = _UNIT.fullmatch(name)
-    metres = _METRES.fullmatch(name)
-    degrees = _DEGREES.search(name)
+    match = _UNIT.fullmatch(cell)
+    metres = _METRES.fullmatch(cell)
+    degrees = _DEGREES.search(cell)
     if match and (match[3] is None or match[3].strip().lower() in _BEHIND):
         name = match[1]
         unit = match[2] or match[3] or match[4]
@@ -66,7 +66,7 @@ def column_of(
         unit = "m"
     elif not unit and degrees:
         unit = degrees[1]
-    return Column(index, name.strip(), unit.strip().lower())
+    return Column(index, name, unit.strip().lower())
 
 
 GARBLED = re.compile(r"[\[('\"]*[+-]?\d+([.,]\d+)?\s*([|'\"\])].*|deg|rad|°|mm|m)")
@@ -92,7 +92,7 @@ def header_of(
         RecordingError: It is garbled.
     """
     line, cells = first
-    header = tuple(cell.strip() for cell in cells)
+    header = tuple(cells)
     if names and names <= set(header):
         return header
     if header and all(map(GARBLED.fullmatch, header)):
@@ -101,7 +101,7 @@ def header_of(
             "numbers by commas, as in 0.1,-1.5,2"
         )
     below = [row[: len(header)] for _, row in others[:_LOOKED_AT]]
-    numbers = [i for i, cell in enumerate(header) if number_of(cell) is not None]
+    numbers = [i for i, cell in enumerate(header) if holds_number(cell)]
     if not numbers:
         return header if not below or any(map(count_numbers, below)) else None
     # Names that are numbers are whole ones, each once and one after the other, in any order.
@@ -112,16 +112,14 @@ def header_of(
         return None
     for row in below:
         under = [row[i] for i in numbers if i < len(row)]
-        if not any(
-            number_of(cell) is not None and _DECIMAL.search(cell) for cell in under
-        ):
+        if not any(map(_DECIMAL.search, filter(holds_number, under))):
             return None
     return header
 
 
 def count_numbers(cells: Cells) -> int:
     """Return how many cells are numbers."""
-    return sum(number_of(cell) is not None for cell in cells)
+    return sum(map(holds_number, cells))
 
 
 def are_units(cells: Cells) -> bool:

@@ -154,8 +154,9 @@ def _of_rpy(
     yaw: float,
 ) -> list[float]:
     """Return the quaternion of turns about x, then y, then z of the fixed frame [rad]."""
-    sr, sp, sy = np.sin(np.array([roll, pitch, yaw]) / 2).tolist()
-    cr, cp, cy = np.cos(np.array([roll, pitch, yaw]) / 2).tolist()
+    halves = np.array([roll, pitch, yaw]) / 2
+    sr, sp, sy = np.sin(halves).tolist()
+    cr, cp, cy = np.cos(halves).tolist()
     return [
         sr * cp * cy - cr * sp * sy,
         cr * sp * cy + sr * cp * sy,

@@ -16,21 +16,10 @@ _NAMES = f"{SAMPLES}, or hole_0.csv and hole_1.csv, or {POINTS}, or {POSES}"
 _HOLE = re.compile(r"hole_(\d+)\.csv")
 _MEANT = re.compile(r"(hole)[ _-]?(\d+)\b.*|(samples|points|poses)\b.*", re.IGNORECASE)
 """Names of files that are probably meant for those that are read."""
-_SPREADSHEETS = (".xlsx", ".xls", ".ods")
-_TABLES = (*TABLES, *_SPREADSHEETS)
+_TABLES = (*TABLES, ".xls", ".ods")
 """Endings of tables."""
-_FOREIGN = (
-    ".gz",
-    ".zip",
-    ".json",
-    ".jsonl",
-    ".npy",
-    ".npz",
-    ".parquet",
-    ".mat",
-    ".pkl",
-)
-"""Endings of what may hold samples, by the file's name, in a form that is not read."""
+_NO_TEXT = re.compile(r"\.(xlsx?|ods|gz|zip|jsonl?|np[yz]|parquet|mat|pkl)")
+"""Endings of what may hold samples, by the file's name, in a form that is no text."""
 
 MOST_LINES = 3
 """Most lines that tell what is not read of a folder without a placement."""
@@ -150,15 +139,16 @@ def _unread_files(folder: Path, *, only_meant: bool = False) -> Iterator[str]:
     other: list[str] = []
     for file in sorted(folder.iterdir()):
         ending = file.suffix.lower()
+        no_text = _NO_TEXT.fullmatch(ending)
         is_read = file.name in FILES or _HOLE.fullmatch(file.name)
-        if is_read or ending not in (*_TABLES, *_FOREIGN):
+        if is_read or not (no_text or ending in TABLES):
             continue
         match = _MEANT.fullmatch(file.name)
         if not match:
             other += [file.name] * (ending in _TABLES and ending != ".txt")
             continue
         meant = f"hole_{int(match[2])}" if match[2] else match[3].lower()
-        save = "save it as CSV and " * (ending in (*_SPREADSHEETS, *_FOREIGN))
+        save = "save it as CSV and " if no_text else ""
         yield f"{file.name} is not read; {save}call it {meant}.csv"
     if other and not only_meant:
         words = f"name {folder / other[0]} itself"

@@ -73,7 +73,7 @@ def named_states(records: Sequence[Line]) -> list[Line] | None:
 
 def _messages(records: Sequence[Line]) -> list[Message] | None:
     """Return the messages of some records; None where they are none."""
-    first = [cell.strip() for cell in records[0][1]]
+    first = records[0][1]
     matches = [_FIELD.fullmatch(cell) for cell in first]
     fields = {match.groups(): i for i, match in enumerate(matches) if match}
     if ("name", "0") in fields and ("position", "0") in fields:
@@ -97,16 +97,15 @@ def _by_fields(
     positions: dict[str, str] = {}
     for (kind, number), i in fields.items():
         index = fields.get(("position", number), count)
-        if kind == "name" and max(i, index) < count and cells[i].strip():
-            positions[cells[i].strip()] = cells[index]
-    stamp = cells[clock].strip() if clock < count else ""
+        if kind == "name" and max(i, index) < count and cells[i]:
+            positions[cells[i]] = cells[index]
+    stamp = cells[clock] if clock < count else ""
     return line, _seconds(int(stamp)) if stamp.isdecimal() else "", positions
 
 
 def _by_place(record: Line) -> Message:
     """Return a message without a header."""
-    line, cells = record
-    texts = [cell.strip() for cell in cells]
+    line, texts = record
     names = list(takewhile(_is_name, texts[3:]))
     positions = texts[3 + len(names) :]
     dated = texts[0].isdecimal() and texts[1].isdecimal()

@@ -6,11 +6,11 @@ Programs of trackers and of motion capture write many: what was measured, by wha
 import re
 from collections import Counter
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
-from .cells import Cells, number_of, trimmed
+from .cells import Cells, holds_number, trimmed
 from .columns import Line, are_units, count_numbers
-from .motion_capture import capture_names, named_capture
 from .recording_error import RecordingError
 
 MOST_LINES = 40
@@ -63,10 +63,10 @@ def _arranged(records: Sequence[Line], text: str) -> tuple[list[Line], list[str]
     if _lacks_names(heads, titles, width):
         return list(records), []
     units = [heads.pop()] if heads[1:] and are_units(heads[-1][1]) else []
-    heading = heads or capture_names(titles, width)
+    heading = heads or _capture_names(titles, width)
     if len(heads) > 1 or (heads and titles):
         count, names = _joined_names([cells for _, cells in heads], width)
-        heading = [(heads[0][0], named_capture(names, titles))]
+        heading = [(heads[0][0], _named_capture(names, titles))]
         titles += heads[count:]
     elif titles and not heading:
         return list(records), []
@@ -91,13 +91,13 @@ def _first_row(records: Sequence[Line], row: Cells, width: int) -> int:
 
 def _words_above(cells: Cells, row: Cells) -> list[str]:
     """Return the words that stand where a row has numbers."""
-    pairs = [(c, number_of(n)) for c, n in zip(cells, row, strict=False) if c.strip()]
-    return [c for c, number in pairs if number is not None and number_of(c) is None]
+    pairs = zip(cells, row, strict=False)
+    return [c for c, n in pairs if c and holds_number(n) and not holds_number(c)]
 
 
 def _is_note(cells: Cells) -> bool:
     """Return whether all cells with something have a letter, and none is a number."""
-    filled = filter(str.strip, cells)
+    filled = filter(None, cells)
     return not count_numbers(cells) and all(any(map(str.isalpha, c)) for c in filled)
 
 
@@ -114,7 +114,7 @@ def _is_head(cells: Cells, row: Cells, width: int) -> bool:
     # A title is a text above several columns, with commas in it or behind it.
     is_title = width > 1 == len(trimmed(cells, 1))
     is_wide = len(cells) >= width and not is_title
-    numbers = [cell.strip() for cell in cells if number_of(cell) is not None]
+    numbers = list(filter(holds_number, cells))
     is_counted = all(map(str.isdecimal, numbers)) and _names(cells, row, width)
     return is_wide and (not numbers or is_counted)
 
@@ -123,7 +123,7 @@ def _lacks_names(heads: Sequence[Line], titles: Sequence[Line], width: int) -> b
     """Return whether a line names more columns than there are, or is a row that is broken."""
     last = heads[-1][0] if heads else 0
     rows = [cells for line, cells in titles if line > last and count_numbers(cells)]
-    is_broken = any(heads or number_of(cells[0]) is not None for cells in rows)
+    is_broken = any(heads or holds_number(cells[0]) for cells in rows)
     return is_broken or any(len(trimmed(cells, width)) != width for _, cells in heads)
 
 
@@ -131,7 +131,7 @@ def _joined_names(heads: Sequence[list[str]], width: int) -> tuple[int, list[str
     """Return how many lines name the columns, and the names."""
     names = [""] * width
     for count, cells in enumerate(heads, start=1):
-        group = [cell.strip() for cell in trimmed(cells, width)]
+        group = list(trimmed(cells, width))
         if all(group) and len(set(group)) == width:
             return count, list(map(_in_group, names, group))
         if count < len(heads) or count == 1:  # repeated up to the next one
@@ -182,7 +182,7 @@ def _refuse_title(text: str, file: Path, records: Sequence[Line]) -> None:
     # Spreadsheets pad a title with separators.
     size = len(trimmed(words, 1))
     nameless = [cells[size : len(words)] for _, cells in others[:MOST_LINES]]
-    is_text = bool(words[0].strip()) and number_of(words[0]) is None
+    is_text = words[0] and not holds_number(words[0])
     is_padded = is_text and max(map(count_numbers, nameless), default=0) > size
     if is_padded or (no_header and not count_numbers(words)):
         title = text.splitlines()[line - 1].strip(" ,;\t")
@@ -190,3 +190,47 @@ def _refuse_title(text: str, file: Path, records: Sequence[Line]) -> None:
             f"{file}:{line}: {title!r:.60} is no header of the lines below it, which have another "
             "number of columns; name each column, or begin the line with #"
         )
+
+
+_ROTATION = re.compile(r"(.*?)rot\[(\d)\]", re.IGNORECASE)
+_ANGLE = re.compile(r".*\b(roll|pitch|yaw)", re.IGNORECASE)
+_PLACE = re.compile(r"(.*\W)?[xyz]", re.IGNORECASE)
+"""Columns of motion capture: TSV of Qualisys, CSV of OptiTrack and Vicon.
+
+Qualisys names markers above the numbers. Of a rigid body it has R = Rx(roll) Ry(pitch) Rz(yaw), and
+R itself by columns, Rot[0] to Rot[8], which is read.
+"""
+
+
+def _capture_names(titles: Sequence[Line], width: int) -> list[Line]:
+    """Return the names of markers' coordinates as one line; none where no title names them."""
+    for line, cells in titles:
+        markers = list(filter(None, cells[1:]))
+        names = [f"{name} {axis}" for name, axis in product(markers, "XYZ")]
+        beside = width - len(names)
+        if cells[0] == "MARKER_NAMES" and beside in (0, 2):
+            names = ["Frame", "Time"][:beside] + names
+            return [(line, _named_capture(names, titles))]
+    return []
+
+
+def _named_capture(names: Sequence[str], titles: Sequence[Line]) -> list[str]:
+    """Return names with the unit of places that titles above them tell, and a body's rotation."""
+    facts: dict[str, str] = {}
+    for _, cells in titles:
+        facts |= dict(zip(cells, [*cells[1:], ""], strict=True))
+    unit = "mm" if "NO_OF_CAMERAS" in facts else facts.get("Length Units", "")
+    rotations = [_ROTATION.fullmatch(name) for name in names]
+    if "BODY_NAMES" not in facts:
+        rotations = [None] * len(names)
+    named: list[str] = []
+    for name, match in zip(names, rotations, strict=True):
+        if match:
+            column, row = divmod(int(match[2]), 3)
+            name = f"{match[1]}r{row + 1}{column + 1}"
+        elif any(rotations) and _ANGLE.fullmatch(name):
+            name = f"{name} angle"
+        elif unit and _PLACE.fullmatch(name) and "rotation" not in name.lower():
+            name = f"{name} [{unit}]"
+        named.append(name)
+    return named

@@ -46,26 +46,26 @@ def read_holes(folder: Path, holes: Sequence[tuple[int, Path]]) -> Placement:
     if skipped and len(tables) < SOCKETS:
         raise skipped[0]
     joints = _shared_joints([table for _, table in tables])
-    has_header = tables[0][1].header is not None
-    beside = tables[0][1].beside()
+    first = tables[0][1]
+    names = first.names_of(joints)
+    beside = first.beside()
     samples: list[Sample] = []
     remarks: list[str] = []
     for socket, table in tables:
         numbers_beside = table.numbers(beside, gaps=True)
-        for i, row in enumerate(table.numbers(joints, gaps=has_header)):
+        for i, row in enumerate(table.numbers(joints, gaps=names is not None)):
             where = table.where(i)
             samples.append(Sample(row, socket, where=where, beside=numbers_beside[i]))
         remarks += table.notes
     remarks += [f"{error}; the file is skipped" for error in skipped]
-    names = tuple(column.name for column in joints)
     return Placement(
         name=placement_name(folder),
         samples=tuple(samples),
-        joint_names=names if has_header else None,
+        joint_names=names,
         files=tuple(table.file for _, table in tables),
         remarks=tuple(remarks),
-        labels=tuple(tables[0][1].labels),
-        beside=tuple(column.name for column in beside),
+        labels=tuple(first.labels),
+        beside=first.names_of(beside) or (),
     )
 
 

@@ -86,7 +86,7 @@ def _advice(first: Table, second: Table) -> str:
 def _column(table: Table, on: str) -> int:
     """Return the index of the column by which tables are joined."""
     names = [column.name for column in table.columns]
-    cells = list(map(str.strip, table.header or ()))
+    cells = table.header or ()
     numbers = [str(i + 1) for i in range(len(names))]
     small = list(map(str.lower, names))  # the other file may write Point for point
     pairs = ((cells, on), (names, on), (numbers, on), (small, on.lower()))
@@ -128,7 +128,7 @@ def _by_cells(
 
 def _keys(table: Table, column: int) -> Sequence[str | float]:
     """Return the cells of a column, numbers as such; a RecordingError where one is twice there."""
-    cells = [row[column].strip() for row in table.rows]
+    cells = [row[column] for row in table.rows]
     keys = [cell if (n := number_of(cell)) is None else n for cell in cells]
     key, count = Counter(keys).most_common(1)[0]
     if count > 1:

@@ -1,7 +1,7 @@
 """Tables of which it is known what they hold: a model's joints, poses, or points beside them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
@@ -70,20 +70,25 @@ def rows_of(
         rows = [tuple(sample.position[i] for i in order) for sample in content.live]
         wheres = [sample.where for sample in content.live]
         return Rows(rows, wheres, (), (note,) if note else ())
-    filled = [
-        i
-        for i, row in enumerate(table.rows)
-        if any(row[c.index].strip() for c in columns)
-    ]
+    filled = filled_rows(table, columns)
     notes = [*table.notes, *([f"{table.file}: {note}"] if note else [])]
-    if blank := len(table.rows) - len(filled):
+    if blank := len(table.rows) - len(filled.rows):
         notes.append(f"{table.file}: {blank} lines without values are left out")
-    numbers = table.at(filled).numbers(columns)
-    wheres = [table.where(i) for i in filled]
+    numbers = filled.numbers(columns)
+    wheres = [f"{table.file}:{line}" for line in filled.lines]
     if vectors := vector_note(table, columns, form):
         require_vectors(numbers, wheres)
         notes.append(vectors)
     return Rows(numbers, wheres, tuple(form), tuple(notes))
+
+
+def filled_rows(table: Table, columns: Sequence[Column]) -> Table:
+    """Return a table without the rows that hold nothing in some columns."""
+    used = [column.index for column in columns]
+    pairs = zip(table.lines, table.rows, strict=True)
+    filled = [(line, row) for line, row in pairs if any(row[i] for i in used)]
+    lines, rows = zip(*filled, strict=True) if filled else ((), ())
+    return replace(table, lines=lines, rows=rows)
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ def marker_columns(table: Table) -> list[Column]:
     """
     columns: dict[tuple[str, str], Column] = {}
     for column in table.columns:
-        name = column.name.strip().lower()
+        name = column.name.lower()
         if match := _NUMBERED.fullmatch(name) or _NAMED.fullmatch(name):
             columns[match["name"], match["axis"]] = column
     names = list(dict.fromkeys(name for name, _ in columns))

@@ -157,7 +157,7 @@ class _Source:
         columns: dict[str, list[Column]] = {}
         numeric = table.numeric()
         for column in numeric:
-            cell = table.header[column.index].strip() if table.header else ""
+            cell = table.header[column.index] if table.header else ""
             for name in filter(None, dict.fromkeys((column.name, cell))):
                 columns.setdefault(name, []).append(column)
         for column in numeric:

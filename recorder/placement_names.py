@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import LENGTH
 from .placement import Placement
-from .recording_error import RecordingError
+from .recording_error import RecordingError, listed
 
 NAMED = 2
 """Parts of its path that a placement is called by."""
@@ -56,8 +56,6 @@ def distinctly_named(placements: Sequence[Placement]) -> list[Placement]:
 
 SAME_ROW = 1e-6
 """Samples that differ by less are one that was written twice [rad], [m]."""
-LISTED = 8
-"""Most lines that a remark names."""
 
 
 def distinct(placement: Placement) -> Placement:
@@ -76,14 +74,12 @@ def distinct(placement: Placement) -> Placement:
         return placement
     samples = tuple(s for i, s in enumerate(placement.samples) if i not in copies)
     places = [placement.samples[i].where for i in sorted(copies)]
-    lines = [Path(place).name for place in places if place]
+    names = [Path(place).name for place in places if place]
+    lines = f" ({listed(names)})" if len(names) == len(copies) else ""
     remark = (
         f"{placement.where}: {len(copies)} of {len(placement.samples)} samples repeat "
-        "another one and do not count"
+        f"another one and do not count{lines}"
     )
-    if len(lines) == len(copies):
-        lines[LISTED:] = [".."] * (len(lines) > LISTED)
-        remark = f"{remark} ({', '.join(lines)})"
     return replace(placement, samples=samples, remarks=(*placement.remarks, remark))
 
 

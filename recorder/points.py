@@ -65,31 +65,34 @@ def placement_of_points(table: Table, name: str) -> Placement:
         strict=True,
     )
     samples: list[Sample] = []
-    for i, (position, numbers_beside, times, (x, y, z, *turn)) in enumerate(rows):
-        where = table.where(i)
-        sample = Sample(
-            position,
-            0,
-            where=where,
-            point=(x, y, z),
-            orientation=unit_quaternion(turn, form, where) if turn else None,
-            turn=tuple(turn),
-            beside=numbers_beside,
-        )
+    for i, (position, numbers_beside, times, numbers) in enumerate(rows):
+        sample = Sample(position, 0, where=table.where(i), beside=numbers_beside)
         clock_times = {c.name.lower(): t for c, t in zip(clocks, times, strict=True)}
-        samples.append(replace(sample, **clock_times))
+        timed = replace(sample, **clock_times)
+        samples.append(measured_sample(timed, numbers, form))
     comment = table.comment.lower()
     meanings = [meaning for meaning, word in _MEANINGS if word in comment]
     note = vector_note(table, measured, form)
     return Placement(
         name=name,
         samples=tuple(samples),
-        joint_names=None if headless else tuple(column.name for column in joints),
+        joint_names=table.names_of(joints),
         files=(table.file,),
         remarks=(*table.notes, *filter(None, [note])),
         poses_of=meanings[0] if meanings else None,
-        beside=tuple(column.name for column in beside),
+        beside=table.names_of(beside) or (),
     )
+
+
+def measured_sample(
+    sample: Sample,
+    numbers: Sequence[float],
+    form: Names,
+) -> Sample:
+    """Return a sample with the place and the turn, of some form, that an instrument measured."""
+    x, y, z, *turn = numbers
+    orientation = unit_quaternion(turn, form, sample.where) if turn else None
+    return replace(sample, point=(x, y, z), turn=tuple(turn), orientation=orientation)
 
 
 def _measured(table: Table, headless: bool) -> tuple[list[Column], tuple[str, ...]]:

@@ -1,6 +1,11 @@
-"""Errors of recordings."""
+"""Errors of recordings, and the lines that messages name."""
+
+from collections.abc import Sequence
 
 from ..errors import MukcaError
+
+LISTED = 8
+"""Most lines that a remark names."""
 
 
 class RecordingError(MukcaError):
@@ -17,3 +22,8 @@ class UnitError(RecordingError):
 
 class NoColumnsError(RecordingError):
     """A table has no columns of joints, or of x, y, z."""
+
+
+def listed(lines: Sequence[object]) -> str:
+    """Return the first lines of some, between commas, as messages name them."""
+    return ", ".join(map(str, lines[:LISTED])) + ", .." * (len(lines) > LISTED)

@@ -93,9 +93,10 @@ def numbers_of(values: object, what: str) -> np.ndarray:
         numbers = numbers.astype(float)
     except (TypeError, ValueError) as error:
         raise RecordingError(f"{what}: real numbers are expected: {error}") from None
-    places = np.argwhere(~np.isfinite(np.atleast_1d(numbers)))
+    flat = np.atleast_1d(numbers)
+    places = np.argwhere(~np.isfinite(flat))
     if len(places):
-        value = np.atleast_1d(numbers)[tuple(places[0])]
+        value = flat[tuple(places[0])]
         raise RecordingError(f"{what}{places[0].tolist()}: {value:g} is no number")
     return numbers
 
@@ -117,9 +118,8 @@ def samples_of_arrays(
     q = numbers_of(positions, f"{where}: positions")
     seats = numbers_of(sockets, f"{where}: sockets")
     tau = 0 * q if efforts is None else numbers_of(efforts, f"{where}: efforts")
-    warmth = 0 * seats
-    if temperatures is not None:
-        warmth = numbers_of(temperatures, f"{where}: temperatures")
+    no_warmth = temperatures is None
+    warmth = seats if no_warmth else numbers_of(temperatures, f"{where}: temperatures")
     names = q.shape[1:] if joint_names is None else (len(joint_names),)
     of_samples = q.shape[:1] == seats.shape == warmth.shape
     of_joints = q.ndim == 2 and tau.shape == q.shape and q.shape[1:] == names
@@ -143,7 +143,7 @@ def samples_of_arrays(
             tuple(position),
             int(seat),
             None if efforts is None else tuple(effort),
-            temperature=None if temperatures is None else temperature,
+            temperature=None if no_warmth else temperature,
         )
         for position, seat, effort, temperature in rows
     )

@@ -23,8 +23,6 @@ _DAMAGED = (
     BadZipFile,
     ElementTree.ParseError,
     LookupError,
-    UnicodeDecodeError,
-    NotImplementedError,
     RuntimeError,
     EOFError,
     ValueError,

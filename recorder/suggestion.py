@@ -141,10 +141,7 @@ def _names(table: Table, columns: Sequence[Column]) -> str:
     """Return what a user may call several columns: a range where their numbers follow."""
     names = [_called(table, column) for column in columns]
     numbers = [column.index + 1 for column in columns]
-    is_range = len(names) > 1 and numbers == list(
-        range(numbers[0], numbers[0] + len(names))
-    )
-    if is_range and names == list(map(str, numbers)):
+    if names == list(map(str, numbers)) and set(np.diff(numbers)) == {1}:
         return f"{names[0]}..{names[-1]}"
     return ",".join(names)
 

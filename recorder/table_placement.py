@@ -7,18 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from .coordinates import AXES, MATRIX, TURNS, place_of, unit_quaternion
+from .coordinates import AXES, MATRIX, TURNS, place_of
 from .joined_tables import joined_name, read_joined
 from .markers import body_of, marker_columns
 from .named_columns import NamedColumns, named_columns
 from .placement import Placement
-from .points import POINTS, POSES, placement_of_points
-from .recording_error import NoColumnsError, RecordingError, UnitError
+from .points import POINTS, POSES, measured_sample, placement_of_points
+from .recording_error import NoColumnsError, RecordingError, UnitError, listed
 from .sample import LAST_SOCKET, Sample
 from .suggestion import suggestion, turn_advice
 from .tables import Table
-
-_LISTED = 8
 
 
 def read_table_placement(
@@ -106,8 +104,9 @@ def _placement(
     if "q" not in numbers and table.header:
         joints = table.joints(used)
         numbers["q"] = table.array(joints)
-        names = tuple(column.name for column in joints)
-    is_whole = numbers.keys() >= {*AXES} or "socket" in numbers
+        names = table.names_of(joints) or ()
+    axes = numbers.keys() & {*AXES}
+    is_whole = "socket" in numbers if not axes else len(axes) == len(AXES)
     if "q" not in numbers or not is_whole:
         raise RecordingError(
             f"{table.file}: --columns: q is needed, and socket, or x, y and z; as in "
@@ -124,8 +123,8 @@ def _of_numbers(
     name: str,
 ) -> Placement:
     """Return the placement of numbers by what they are; rows without a place are left out."""
-    turn = next((form for form in TURNS if numbers.keys() >= {*form}), ())
-    measured = [n for n in (*AXES, *turn) if n in numbers]
+    turn = next((form for form in TURNS if numbers.keys() >= {*AXES, *form}), ())
+    measured = (*AXES, *turn) if AXES[0] in numbers else ()
     samples: list[Sample] = []
     lost: list[int] = []
     for i in range(len(table.rows)):
@@ -144,21 +143,14 @@ def _of_numbers(
             )
         sample = Sample(row["q"], int(socket), row.get("effort"), where=where)
         if measured:
-            x, y, z = [row[axis][0] for axis in AXES]
-            sample = replace(sample, point=(x, y, z))
-        if turn:
-            angles = tuple(row[key][0] for key in turn)
-            orientation = unit_quaternion(angles, turn, where)
-            sample = replace(sample, turn=angles, orientation=orientation)
+            sample = measured_sample(sample, [row[key][0] for key in measured], turn)
         samples.append(sample)
     if not samples:
         raise RecordingError(f"{table.file}: no row has numbers in these columns")
     notes = [*table.notes]
     if lost:
-        lines = ", ".join(map(str, lost[:_LISTED])) + ", .." * (len(lost) > _LISTED)
-        notes.append(
-            f"{table.file}: {len(lost)} rows without a place are left out (lines {lines})"
-        )
+        words = "rows without a place are left out"
+        notes.append(f"{table.file}: {len(lost)} {words} (lines {listed(lost)})")
     return Placement(
         name=name,
         samples=tuple(samples),

@@ -8,7 +8,7 @@ below it; text, times and row numbers beside what is wanted. Nothing here knows 
 import csv
 import math
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from ..errors import is_number
 from .cells import (
     Cells,
+    holds_number,
     number_of,
     records_of,
     require_columns,
@@ -57,21 +58,20 @@ class Table:
         """Return file and line of a row, for messages."""
         return f"{self.file}:{self.lines[row]}"
 
-    def at(self, rows: Sequence[int]) -> "Table":
-        """Return the table with some of its rows."""
-        lines = tuple(self.lines[i] for i in rows)
-        return replace(self, lines=lines, rows=tuple(self.rows[i] for i in rows))
-
     def is_text(self, index: int) -> bool:
         """Return whether a column holds words, times or nothing, and no number."""
-        return all(_is_text(row[index].strip()) for row in self.rows)
+        return all(_is_text(row[index]) for row in self.rows)
 
     @property
     def labels(self) -> Cells:
         """Texts of the first column that holds some; empty without one."""
         for i in filter(self.is_text, range(len(self.rows[0]))):
-            return tuple(row[i].strip() for row in self.rows)
+            return tuple(row[i] for row in self.rows)
         return ()
+
+    def names_of(self, columns: Sequence[Column]) -> tuple[str, ...] | None:
+        """Return the names of columns; None without a header."""
+        return tuple(column.name for column in columns) if self.header else None
 
     def joints(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that may be joints: numbers, and neither times nor row numbers."""
@@ -84,8 +84,11 @@ class Table:
 
     def numeric(self, reserved: Collection[Column] = ()) -> list[Column]:
         """Return the columns that hold numbers, without some."""
-        columns = [column for column in self.columns if column not in reserved]
-        return [column for column in columns if not self.is_text(column.index)]
+        return [
+            column
+            for column in self.columns
+            if column not in reserved and not self.is_text(column.index)
+        ]
 
     def array(self, columns: Sequence[Column]) -> np.ndarray:
         """Return the numbers of K columns, shape (rows, K); NaN where a cell holds none."""
@@ -116,7 +119,7 @@ class Table:
                     row.append(math.nan)
                 else:
                     words = (
-                        f"{cells[i].strip():.40}, not a finite number that can be measured; delete "
+                        f"{cells[i]:.40}, not a finite number that can be measured; delete "
                         "the line if the capture failed"
                     )
                     if not cells[i].strip():
@@ -135,7 +138,7 @@ def _is_text(cell: str) -> bool:
     if not cell or seconds_of(cell) is not None:
         return True
     words = any(map(str.isalpha, cell)) and not GARBLED.fullmatch(cell)
-    return words and number_of(cell) is None
+    return words and not holds_number(cell)
 
 
 def scale_of(column: Column) -> float:
@@ -171,14 +174,14 @@ def table_of(
         raise RecordingError(
             f"{file}: not a text file of comma-separated numbers"
         ) from None
-    if records and records[0][1][0].strip().lower().startswith("sep="):
+    if records and records[0][1][0].lower().startswith("sep="):
         records = records[1:]
     if not records:
         raise EmptyRecordingError(f"{file}: empty; expected one configuration a line")
     left_out: list[str] = []
     if arranged:
         records, left_out = arranged(records, text)
-    while all(len(row) > 1 and not row[-1].strip() for _, row in records):
+    while all(len(row) > 1 and not row[-1] for _, row in records):
         records = [(line, row[:-1]) for line, row in records]
     first, *others = records
     units: Cells = ()
@@ -186,7 +189,8 @@ def table_of(
     if header:
         records = others
         if records and are_units(records[0][1]):
-            units = tuple(cell.strip() for cell in records.pop(0)[1])
+            cells = records.pop(0)[1]
+            units = (*cells, *[""] * (len(header) - len(cells)))
     if not records:
         raise EmptyRecordingError(
             f"{file}: only a header; expected one configuration a line below it"

@@ -2,12 +2,11 @@
 
 import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-from ..errors import read_json
+from ..errors import read_beside
 
-_TABLE: dict[str, Any] = read_json(Path(__file__).with_name("words.json"))
+_TABLE: dict[str, Any] = read_beside(__file__, "words.json")
 DEGREES: list[str] = _TABLE["degrees"]
 ANGLES: dict[str, float] = _TABLE["angles"]
 """Units of angles [rad]."""

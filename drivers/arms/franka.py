@@ -18,10 +18,9 @@ import struct
 from collections.abc import Callable
 from contextlib import ExitStack, closing
 from itertools import starmap
-from pathlib import Path
 from typing import Any, cast
 
-from ...errors import read_json
+from ...errors import read_beside
 from .. import (
     DriverError,
     JointState,
@@ -30,6 +29,8 @@ from .. import (
     ValidatingDriver,
     clock,
     match_joints,
+    require_angles,
+    require_finite,
 )
 from ..transport import (
     CONNECT_SECONDS,
@@ -54,7 +55,7 @@ JOINTS = 7
 PERIOD = 1e-3  # s
 LARGEST_ANGLE = 2 * math.pi  # no joint of these arms turns further
 
-_NAMES = read_json(Path(__file__).with_name("franka.json"))
+_NAMES = read_beside(__file__, "franka.json")
 MODES: list[str] = _NAMES["modes"]
 ERRORS: list[str] = _NAMES["errors"]
 """In the order of the flags, as libfranka names them; where there are 37, the last four lack."""
@@ -185,10 +186,8 @@ def decode_state(datagram: bytes) -> tuple[JointState, str]:
         raise ValueError(
             "a robot state with an unknown mode, error flag or success rate"
         )
-    if not all(abs(angle) <= LARGEST_ANGLE for angle in position):  # false for NaN too
-        raise ValueError("a robot state with impossible joint angles")
-    if not all(map(math.isfinite, torque)):
-        raise ValueError("a robot state with torques that are no numbers")
+    require_angles(position, LARGEST_ANGLE, "a robot state")
+    require_finite(torque, "a robot state with torques")
     errors = [name for name, flag in zip(ERRORS, current, strict=False) if flag]
     return JointState(fields[0] * PERIOD, position, torque), "; ".join(
         [MODES[mode], *errors]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-from .. import JointValues
+from .. import JointValues, require_angles, require_finite
 
 MONITORING_ID = 0x245142
 COMMAND_ID = 0x34001
@@ -85,8 +85,7 @@ def decode_message(datagram: bytes) -> StateMessage:
         raise ValueError(f"an FRI message with connection quality {quality}")
     monitor = _fields(_bytes(message, 3, b""))
     position = _joint_values(monitor, 1)
-    if not all(abs(angle) <= LARGEST_ANGLE for angle in position):
-        raise ValueError("an FRI message with impossible joint angles")
+    require_angles(position, LARGEST_ANGLE, "an FRI message")
     count = _varint(_fields(_bytes(message, 2, b"")), 1, len(position))
     if position and count != len(position):
         raise ValueError(
@@ -154,8 +153,7 @@ def _joint_values(fields: Fields, number: int) -> JointValues:
         if wire == VARINT or len(value) % 8:
             raise ValueError("an FRI message whose joint values are no doubles")
         values.extend(struct.unpack(f"<{len(value) // 8}d", value))
-    if not all(map(math.isfinite, values)):
-        raise ValueError("an FRI message with joint values that are no numbers")
+    require_finite(values, "an FRI message with joint values")
     return tuple(values)
 
 
@@ -170,12 +168,12 @@ def _fields(body: bytes) -> Fields:
             raise ValueError("a message with a field 0")
         if wire not in (VARINT, BYTES, *FIXED):
             raise ValueError(f"a message with a field of unknown wire type {wire}")
-        value, start = (
-            (FIXED[wire], offset) if wire in FIXED else _decode_varint(body, offset)
-        )
-        offset = start
+        value: Any = FIXED.get(wire)
+        if value is None:
+            value, offset = _decode_varint(body, offset)
         if wire != VARINT:
-            offset = start + value
+            start = offset
+            offset += value
             value = body[start:offset]
             if offset > len(body):
                 raise ValueError("a message that ends within a field")

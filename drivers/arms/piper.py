@@ -18,6 +18,7 @@ from .. import (
     ValidatingDriver,
     clock,
     match_joints,
+    require_angles,
 )
 from ..transport import CanBus, parse_can_address
 
@@ -38,8 +39,7 @@ def decode_frame(data: bytes) -> tuple[float, float]:
     if len(data) != PAIR.size:
         raise ValueError(f"a frame of {len(data)} bytes where {PAIR.size} are expected")
     first, second = PAIR.unpack(data)
-    if max(abs(first), abs(second)) > LARGEST_COUNT:
-        raise ValueError("a frame with impossible joint angles")
+    require_angles((first, second), LARGEST_COUNT, "a frame")
     return first * UNIT, second * UNIT
 
 

@@ -25,6 +25,7 @@ from .. import (
     Reason,
     ValidatingDriver,
     clock,
+    require_finite,
 )
 from ..transport import Endpoint, open_tcp, parse_endpoint
 
@@ -64,8 +65,7 @@ def decode_message(message: Any, joint_names: Sequence[str], sign: int) -> Joint
         stamp = float(time[keys[0]]) + 1e-9 * float(time[keys[1]])
     except (AttributeError, KeyError, IndexError, OverflowError, TypeError) as error:
         raise ValueError(f"a message that is no JointState: {error!r}") from None
-    if not all(map(math.isfinite, (*position, stamp))):
-        raise ValueError("a message with values that are no numbers")
+    require_finite((*position, stamp), "a message with values")
     finite = all(map(math.isfinite, effort))
     return JointState(
         stamp, position, tuple(sign * e for e in effort) if finite else None

@@ -4,6 +4,7 @@ import math
 import random
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from .. import JointNames, JointState, JointValues, clock
 
@@ -195,24 +196,25 @@ class SimulatedArm:
             if self.shows("freeze", moment):
                 return replace(self._frozen, stamp=moment)
             self._frozen = None
+        shows = partial(self.shows, moment=moment)
         position = self._noisy(self.motion.position(moment), self.noise)
         effort = None
         if self._effort is not None:
             effort = self._noisy(self._effort.position(moment), self.effort_noise)
-            if self.shows("push", moment):
+            if shows("push"):
                 effort = tuple([tau + 5 + self._random.gauss(0, 0.5) for tau in effort])
         if not self.faults:
             return JointState(stamp=moment, position=position, effort=effort)
-        if self.shows("nan", moment):
+        if shows("nan"):
             position = (*position[:-1], math.nan)
-        elif self.shows("jump", moment):
+        elif shows("jump"):
             position = (*position[:-1], position[-1] + 0.2)
-        elif self.shows("zeros", moment):
+        elif shows("zeros"):
             position = (0.0,) * len(position)
-        elif self.shows("short", moment):
+        elif shows("short"):
             position = position[:-1]
         state = JointState(moment, position, effort)
-        if self.shows("freeze", moment):
+        if shows("freeze"):
             self._frozen = state
         return state
 

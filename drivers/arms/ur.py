@@ -22,6 +22,8 @@ from .. import (
     ValidatingDriver,
     clock,
     match_joints,
+    require_angles,
+    require_finite,
 )
 from ..transport import CONNECT_SECONDS, TcpStream, cut, parse_endpoint
 
@@ -145,8 +147,7 @@ class Recipe:
             )
         _, timestamp, *values = layout.unpack(payload)
         position, effort = tuple(values[:6]), tuple(values[8:]) or None
-        if not all(map(math.isfinite, (timestamp, *(effort or ())))):
-            raise ValueError("a data package with values that are no numbers")
+        require_finite((timestamp, *(effort or ())), "a data package with values")
         if not all(-1 <= mode <= LARGEST_MODE for mode in values[6:8]):
             raise ValueError("a data package with an impossible mode")
         state = JointState(timestamp, check_angles(position), effort)
@@ -156,10 +157,9 @@ class Recipe:
 def check_angles(position: Sequence[float]) -> JointValues:
     """Return six joint angles [rad], if they can be."""
     *arm, wrist_3 = position
-    if not all(abs(angle) <= LARGEST_ANGLE for angle in arm) or not math.isfinite(
-        wrist_3
-    ):
-        raise ValueError("a data package with impossible joint angles")
+    if not math.isfinite(wrist_3):
+        arm.append(wrist_3)
+    require_angles(arm, LARGEST_ANGLE, "a data package")
     return tuple(position)
 
 

@@ -19,6 +19,7 @@ from .. import (
     ValidatingDriver,
     clock,
     match_joints,
+    require_angles,
 )
 from ..transport import Endpoint, TcpStream, cut, parse_endpoint
 
@@ -81,13 +82,13 @@ def decode_report(report: bytes, layout: Layout) -> Report:
     if len(report) < last or int.from_bytes(report[:4], "big") != len(report):
         raise ValueError(f"a report of {len(report)} bytes")
     angles: JointValues = ANGLES.unpack_from(report, layout.angles)
-    if not all(abs(angle) <= LARGEST_ANGLE for angle in angles):  # false for NaN too
-        raise ValueError("a report with impossible joint angles")
+    require_angles(angles, LARGEST_ANGLE, "a report")
     mode, state = divmod(report[layout.status], 16)
     status = f"{MODES.get(mode, f'mode {mode}')}, {STATES.get(state, f'state {state}')}"
     time = None
     if layout.time is not None:
-        time = int.from_bytes(report[layout.time : layout.time + 8], "big") * 1e-6
+        (count,) = struct.unpack_from(">Q", report, layout.time)
+        time = count * 1e-6
     return Report(angles, status, time)
 
 

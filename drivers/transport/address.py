@@ -20,22 +20,13 @@ class Options(dict[str, str]):
 
     def integer(self, name: str, default: int) -> int:
         """Return an option as a whole number, decimal or as in 0x2a5."""
-        text = self.get(name)
-        if text is None:
-            return default
-        try:
-            return int(text, 0)
-        except ValueError:
-            raise self.wrong(name, "a whole number") from None
+        with self._read(name, "a whole number"):
+            return int(self[name], 0) if name in self else default
 
     def integers(self, name: str, default: Sequence[int]) -> tuple[int, ...]:
         """Return an option that is a list of whole numbers, as in 1,2,4."""
-        if name not in self:
-            return tuple(default)
-        try:
-            return tuple(int(part) for part in self[name].split(","))
-        except ValueError:
-            raise self.wrong(name, "a list of whole numbers, as in 1,2,4") from None
+        with self._read(name, "a list of whole numbers, as in 1,2,4"):
+            return tuple(map(int, self[name].split(",") if name in self else default))
 
     def signs(self, count: int) -> tuple[int, ...]:
         """Return the option ``signs``, 1 or -1 for each joint."""
@@ -53,29 +44,33 @@ class Options(dict[str, str]):
         """Return an option that is a list of as many numbers as there are by default."""
         if name not in self:
             return tuple(default)
-        try:
+        with self._read(name, form):
             numbers = tuple(map(float, self[name].split(",")))
-        except ValueError:
-            numbers = ()
-        if len(numbers) != len(default) or not all(map(allows, numbers)):
-            raise self.wrong(name, form)
-        return numbers
+            if len(numbers) != len(default) or not all(map(allows, numbers)):
+                raise ValueError
+            return numbers
 
     def positive(self, name: str, default: float) -> float:
         """Return an option as a positive number."""
-        try:
+        with self._read(name, "a positive number"):
             number = float(self.get(name, default))
-        except ValueError:
-            number = math.nan
-        if not 0 < number < math.inf:
-            raise self.wrong(name, "a positive number")
-        return number
+            if not 0 < number < math.inf:
+                raise ValueError
+            return number
 
     def sign(self, name: str, default: int = 1) -> int:
         """Return an option that is 1 or -1."""
         if self.get(name, "1") not in ("1", "-1"):
             raise self.wrong(name, "1 or -1")
         return int(self.get(name, default))
+
+    @contextmanager
+    def _read(self, name: str, form: str) -> Generator[None]:
+        """Turn a ValueError into the error for an option."""
+        try:
+            yield
+        except ValueError:
+            raise self.wrong(name, form) from None
 
     def wrong(self, name: str, form: str) -> DriverError:
         """Return the error for an option that is not what is wanted."""

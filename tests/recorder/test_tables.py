@@ -32,6 +32,13 @@ def test_one_arm_is_read_alike_whatever_wrote_it(tmp_path, look, read):
     assert np.abs(read(tmp_path, BYTES[look]) - Q).max() < 1e-12
 
 
+def test_a_line_of_units_may_end_before_the_last_column(tmp_path):
+    rows = [[*UR, ""], ["[deg]"] * len(UR), [*np.degrees(Q[0]), ""]]
+    lines = [",".join(map(str, row)) for row in rows]
+    positions = rows_in_holes(tmp_path, "\n".join(lines).encode())
+    assert np.abs(positions - Q[0]).max() < 1e-12
+
+
 ALONE = (
     "plain",
     "without a header",

@@ -79,8 +79,8 @@ def read_images(
         ) from None
     table = read_table(folder / JOINTS)
     joints = table.joints()
-    rows = table.numbers(joints, gaps=table.header is not None)
-    names = None if table.header is None else tuple(column.name for column in joints)
+    rows = table.numbers(joints, gaps=bool(table.header))
+    names = table.names_of(joints)
     files = _images(folder, table)
     found, size = _corners(cv, files, board)
     minimum = 1 if camera else FEWEST_IMAGES
@@ -140,8 +140,7 @@ def _images(
     files = [file for file in folder.iterdir() if file.suffix.lower() in IMAGES]
     images = {file.name: file for file in files}
     for column in table.columns:
-        cells = [row[column.index].strip() for row in table.rows]
-        paths = [cell.replace("\\", "/") for cell in cells]
+        paths = [row[column.index].replace("\\", "/") for row in table.rows]
         names = [path.rpartition("/")[2] for path in paths]
         if set(names) <= set(images):
             return [images[name] for name in names]
@@ -244,11 +243,9 @@ def _seen_instead(
     files: Sequence[Path],
 ) -> str:
     """Return in words which dictionary's markers the first image shows most of; empty for none."""
-    picture = None
-    if files:
-        picture = cv.imread(str(files[0]), cv.IMREAD_GRAYSCALE)
-    if picture is None:
+    if not files:
         return ""
+    picture = cv.imread(str(files[0]), cv.IMREAD_GRAYSCALE)
     counts: dict[str, int] = {}
     for name in SOUGHT:
         markers = cv.aruco.getPredefinedDictionary(getattr(cv.aruco, f"DICT_{name}"))

@@ -98,9 +98,7 @@ class FlangePoses:
     @property
     def where(self) -> str:
         """The file, for messages."""
-        if not self.views.files:
-            return self.views.name
-        return str(self.views.files[0])
+        return str(self.views.first_file)
 
     @property
     def turning(self) -> list[bool]:

@@ -3,11 +3,12 @@
 import math
 import random
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ...drivers.arms import Fault, Motion, SimulatedArm
-from ...errors import MukcaError, read_json
+from ...errors import MukcaError, read_beside
 from ...recorder import read_placement
 
 POSES = 40
@@ -58,7 +59,7 @@ def _invented(joints: int) -> tuple[list[list[float]], list[list[float]]]:
     return poses * ROUNDS, efforts * ROUNDS
 
 
-KINDS: dict[str, str] = read_json(Path(__file__).with_name("faults.json"))
+KINDS: dict[str, str] = read_beside(__file__, "faults.json")
 """Kinds of faults; not every controller has a way to show the last three."""
 COMMON_KINDS = tuple(KINDS)[:-3]
 
@@ -86,20 +87,20 @@ class FaultInjector:
         """Return the packets that are sent in a packet's stead, in order."""
         if not self._faults:
             return [packet]
-        if self.is_active("silent", moment) or self.is_active("drop", moment):
+        shows = partial(self.is_active, moment=moment)
+        if shows("silent") or shows("drop"):
             return []
         target, message = packet
-        if self.is_active("truncate", moment):
+        if shows("truncate"):
             message = message[: self._random.randrange(len(message))]
-        if self.is_active("garble", moment):
+        if shows("garble"):
             message = self._random.randbytes(len(message))
         packet = target, message
-        if self.is_active("reorder", moment) and not self._held_back:
+        if shows("reorder") and not self._held_back:
             self._held_back = [packet]
             return []
-        copies = [packet] * (1 + self.is_active("duplicate", moment))
+        copies = [packet] * (1 + shows("duplicate"))
         sent = [*self._stalled, *copies, *self._held_back]
         self._held_back = []
-        stalls = self.is_active("stall", moment)
-        self._stalled = sent if stalls else []
-        return [] if stalls else sent
+        self._stalled = sent if shows("stall") else []
+        return [] if self._stalled else sent

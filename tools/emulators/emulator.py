@@ -169,8 +169,9 @@ class Emulator(ABC):
         is_frozen = self.faults.is_active("freeze", moment)
         self._frozen = (self._frozen or state) if is_frozen else None
         self.number += 1
-        self.journal.sent(self.number, self._frozen or state)
-        return self._frozen or state
+        sent = self._frozen or state
+        self.journal.sent(self.number, sent)
+        return sent
 
     def emit(
         self,

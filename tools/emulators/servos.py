@@ -5,11 +5,10 @@ Proven against dynamixel_sdk 4.1.0 and feetech-servo-sdk 1.0.0, which ping and r
 
 import struct
 from abc import abstractmethod
-from pathlib import Path
 from typing import Any, ClassVar
 
 from ...drivers.arms.servos import crc16
-from ...errors import read_json
+from ...errors import read_beside
 from .emulator import Emulator, Version
 from .ports import SerialPort
 
@@ -22,14 +21,13 @@ STEPS = 4096  # in a turn
 TURN = 6.283185307179586  # rad
 
 
-TABLES = read_json(Path(__file__).with_name("servos.json"))
+TABLES = read_beside(__file__, "servos.json")
 
 
 def versions(table: dict[str, Any]) -> dict[str, Version]:
     """Return the versions of a table's arms, by name."""
     arms: dict[str, Any] = table["arms"]
-    joints = {name: len(arm["joints"]) for name, arm in arms.items()}
-    return {name: Version(count, 1000.0) for name, count in joints.items()}
+    return {name: Version(len(arm["joints"]), 1000.0) for name, arm in arms.items()}
 
 
 class ServoEmulator(Emulator):

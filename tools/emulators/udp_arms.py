@@ -10,17 +10,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import starmap
-from pathlib import Path
 
 from ...drivers import JointState
 from ...drivers.arms import framed, nested, numbers
 from ...drivers.transport import parse_endpoint
-from ...errors import read_json
+from ...errors import read_beside
 from .arm import COMMON_KINDS
 from .emulator import Emulator, Version
 from .ports import STRANGER, TcpServer, UdpPort
 
-FRANKA = read_json(Path(__file__).with_name("franka.json"))
+FRANKA = read_beside(__file__, "franka.json")
 """The robot model, a pose, and the layout of a datagram's numbers, each since a server version."""
 GET_ROBOT_MODEL = {8: 12, 9: 12, 10: 11}
 GUIDING = 3

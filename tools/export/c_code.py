@@ -23,26 +23,17 @@ NUMBERS = "ROUNDS STUCK NEAR LAST TINY AWAY MARGIN TOLERANCE SETTLED STILL SHORT
 """Of the inverse kinematics, as :mod:`mukca.solver.poses` has them."""
 FAR = 1e9
 """A limit for joints without one [rad, m]."""
-_KEYWORDS = [
-    "auto",
-    "double",
-    "float",
-    "int",
-    "long",
-    "short",
-    "static",
-    "void",
-    "const",
-    "class",
-]
+_NAME = re.compile(
+    r"(?!(?:auto|double|float|int|long|short|static|void|const|class)$)[A-Za-z]\w*",
+    re.ASCII,
+)
+"""A name that is no keyword of C."""
 
 
 def write(request: Request) -> Exported:
     """Return the C file, and the header that declares what is in it."""
-    request.require_ending(".c")
     name = name_of_functions(request)
-    payload = request.options.get("payload")
-    calibrated = request.calibration.kinematics(payload=payload).calibrated
+    calibrated = request.kinematics.calibrated
     files = {
         f"{name}.c": _source(request, calibrated),
         f"{name}.h": _header(request, calibrated),
@@ -54,7 +45,7 @@ def write(request: Request) -> Exported:
 def name_of_functions(request: Request) -> str:
     """Return the file's name, after which functions of C are named; refuse what is none."""
     name = request.file.stem
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in _KEYWORDS:
+    if not _NAME.fullmatch(name):
         raise ExportError(
             f"--out {request.file}: its functions are named after it, so name it like one, as in "
             f"panda{request.file.suffix}"
@@ -104,7 +95,7 @@ def _source(request: Request, calibrated: PosedRobot) -> bytes:
 def _header(request: Request, calibrated: PosedRobot) -> bytes:
     """Return the header."""
     robot = calibrated.robot
-    carried = robot.bodies[len(request.calibration.robot.bodies) :]
+    carried = robot.bodies[len(request.robot.bodies) :]
     mass = sum(body.mass for body in carried) + calibrated.load.payload
     corrections = ", ".join(calibrated.deflection.extensions) or "none"
     return _filled(
@@ -148,7 +139,7 @@ def _jacobian(model: PoseModel, joint: int, d: Any, dd: Any) -> Any:
 
 def flange_joint(request: Request) -> int:
     """Return the chain's joint whose child link is the flange."""
-    robot = request.calibration.robot
+    robot = request.robot
     links = [joint.child for joint in robot.joints]
     if request.flange not in links:
         raise ExportError(
@@ -207,8 +198,7 @@ def _filled(
     template: str, request: Request, about: list[str], **words: object
 ) -> bytes:
     """Return a template's text; what stands in comments cannot end them."""
-    name = request.file.stem
     lines = [*request.identity.lines(), *map(plain, about)]
     numbers = {word: f"{getattr(poses, word):g}" for word in NUMBERS.split()}
-    names = {"arm": name, "ARM": name.upper(), "about": lines}
+    names = {"arm": request.file.stem, "about": lines}
     return filled(template, **(names | numbers | words))

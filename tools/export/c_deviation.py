@@ -6,13 +6,14 @@ thousands of unknowns: in their place u has the curves' values every 10 degrees,
 are interpolated; what their variance lacks there counts as noise of the joint.
 """
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from ...solver.calibration import POSES_AROUND
-from ...solver.identification.effects import KNOTS, Effect, splines
+from ...solver.identification.effects import KNOTS, splines
 from ...solver.identification.inference import Posterior
 from ...solver.identification.model import Deflection
 from ...solver.identification.robot import (
@@ -42,15 +43,13 @@ class Tables(NamedTuple):
 
 def write(request: Request) -> Exported:
     """Return the C file, and the header that declares what is in it."""
-    request.require_ending(".c")
     name = name_of_functions(request)
     calibration = request.calibration
     if calibration.document.posterior is None:
         raise ExportError(
             f"--to {request.format}: the calibration holds no covariance; solve by --method auto"
         )
-    payload = request.options.get("payload")
-    calibrated = calibration.kinematics(payload=payload).calibrated
+    calibrated = request.kinematics.calibrated
     posterior = calibration.posterior
     robot = calibrated.robot
     of_ball = request.flange == robot.tip
@@ -62,15 +61,15 @@ def write(request: Request) -> Exported:
     q, slopes = _slopes(posterior, calibrated, flange_joint(request), unknowns)
     noise = posterior.noise
     share = calibration.misfit**2 / noise.information
+    size = len(tables.factor)
     words = {
         "about": request.identity.lines(),
         "arm": name,
-        "ARM": name.upper(),
         "number": len(robot.actuated),
         "scalars": len(unknowns),
         "grid": GRID if len(tables.variances) else 0,
         "knots": KNOTS,
-        "size": len(tables.factor),
+        "size": size,
         "factor": [_listed(row[: i + 1]) for i, row in enumerate(tables.factor)],
         "variances": [_listed(row) for row in tables.variances],
         "slopes": statements({"q": q}, slopes),
@@ -84,7 +83,6 @@ def write(request: Request) -> Exported:
         f"{name}.{ending}": filled(f"deviation.{ending}.j2", **words)
         for ending in ("c", "h")
     }
-    size = len(tables.factor)
     numbers = size * (size + 1) // 2 + tables.variances.size
     line = (
         f"{name}.c holds {numbers} numbers of single precision; it needs no other file."
@@ -155,10 +153,7 @@ def _slopes(
     row = np.array(c.elements(), dtype=object)
     by_effect = np.split(row, ends[:-1])
     symbols = Deflection(deflection.extensions, tuple(by_effect))
-
-    def correct(q: Any) -> Any:
-        return symbolic_positions(robot, symbols, load, q)
-
+    correct = partial(symbolic_positions, robot, symbols, load)
     origins = posterior.model.ball.origins(posterior.values)
     model = PoseModel.of(robot, origins, correct if len(numbers) else None)
     _, point = model.frames[place]
@@ -171,7 +166,9 @@ def _slopes(
     moments = moments_function(robot, load.gravity, load.payload)
     for effect in deflection.effects:
         if effect.joint_noise:
-            J_q = J_q @ ca.diag(_shares(effect, moments(model.q)[:m]))
+            # Noise of each joint's angle, as a share of its usual one.
+            of_joints = np.array(moments(model.q)[:m].elements(), dtype=object)
+            J_q = J_q @ ca.diag(ca.vertcat(*effect.joint_noise(of_joints)))
     slopes = ca.horzcat(J, J_q)
     rows = ca.vertcat(ca.vec(slopes.T), point)
     return model.q, ca.substitute(rows, c, ca.DM(numbers))
@@ -198,10 +195,3 @@ def _by_geometry(
             column = ca.vertcat(shift, turn)
         columns.append(column)
     return columns
-
-
-def _shares(effect: Effect, moments: Any) -> Any:
-    """Return the noise of each joint's angle as a share of its usual one, shape (m,)."""
-    row = np.array(moments.elements(), dtype=object)
-    assert effect.joint_noise
-    return ca.vertcat(*effect.joint_noise(row))

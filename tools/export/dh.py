@@ -3,8 +3,6 @@
 A step between axes is Rz(theta) Tz(d) Tx(a) Rx(alpha), or Hayati's with Ry(beta) after it, d = 0.
 """
 
-import csv
-import io
 import json
 import math
 from collections.abc import Sequence
@@ -17,7 +15,7 @@ import numpy as np
 from ...errors import fixed
 from ...solver.calibration import pose_of_numbers
 from ...solver.identification.robot import Joint, turn
-from .request import Exported, Request, exported, plain
+from .request import Exported, Request, commented_table, exported
 
 NEARLY_PARALLEL = math.radians(5.0)
 """Lines with a smaller angle between them get Hayati's form."""
@@ -142,9 +140,8 @@ def write(request: Request) -> Exported:
     """Return the table as JSON or CSV, as the file's ending says, and as lines to print."""
     is_standard = request.format == "dh"
     convention = "standard" if is_standard else "modified"
-    robot = request.calibration.robot
+    robot = request.robot
     rows, frames = dh_table(robot.joints, request.origins, is_standard)
-    request.require_ending(".json", ".csv")
     along = "J(q) Rz(theta) Tz(d)"
     across = "Tx(a) Rx(alpha) Ry(beta)"
     row = f"{along} {across}" if is_standard else f"{across} {along}"
@@ -164,20 +161,14 @@ def write(request: Request) -> Exported:
             "joints": [row._asdict() for row in rows],
             **{name: T.tolist() for name, T in frames.items()},
         }
-        text = json.dumps(document, indent=1) + "\n"
+        text = f"{json.dumps(document, indent=1)}\n".encode()
     else:
-        text = _as_csv([*request.identity.lines(), *explained], rows, frames)
-    lines = (*explained, *_printed(rows, frames))
-    return exported(request, text.encode(), lines)
-
-
-def _as_csv(about: list[str], rows: list[Row], frames: dict[str, np.ndarray]) -> str:
-    text = io.StringIO()
-    numbers = {name: map(repr, T[:3].ravel().tolist()) for name, T in frames.items()}
-    lines = [f"{name} {' '.join(words)}" for name, words in numbers.items()]
-    text.writelines(f"# {plain(line)}\n" for line in [*about, *lines])
-    csv.writer(text, lineterminator="\n").writerows([Row._fields, *rows])
-    return text.getvalue()
+        about = [*request.identity.lines(), *explained]
+        for name, T in frames.items():
+            numbers = " ".join(map(repr, T[:3].ravel().tolist()))
+            about.append(f"{name} {numbers}")
+        text = commented_table(about, [Row._fields, *rows])
+    return exported(request, text, (*explained, *_printed(rows, frames)))
 
 
 def _printed(rows: list[Row], frames: dict[str, np.ndarray]) -> list[str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...drivers import Entry, installed, load
-from ...errors import read_json
+from ...errors import read_beside
 from ...solver.calibration import check_keywords
 from ...solver.results import refuse_existing, write_files
 from .request import Exported, ExportError, ExportOptions, Request, identify
@@ -23,9 +23,11 @@ class Format(Entry):
 
     takes: Sequence[str] = ()
     """Names of the :class:`.request.ExportOptions` that it has."""
+    endings: Sequence[str] = ()
+    """Endings of its file; none where any will do."""
 
 
-_TABLE = read_json(Path(__file__).with_name("formats.json"))
+_TABLE = read_beside(__file__, "formats.json")
 FORMATS = {name: Format(name, **fields) for name, fields in _TABLE.items()}
 """mukca's own, by the word that ``--to`` takes. A new one is a line of the file, and its module."""
 
@@ -88,6 +90,8 @@ def export(
         file,
         options,
     )
+    if table[to].endings:
+        request.require_ending(*table[to].endings)
     exported: Exported = load(table[to], "format")(request)
     refuse_existing(file.parent, exported.files, force=force)
     written = write_files(file.parent, exported.files).items()

@@ -6,8 +6,6 @@ way by where all others are, too. So the geometry is fitted to the poses of the 
 with the offsets, and belongs to them.
 """
 
-import csv
-import io
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -27,6 +25,7 @@ from .request import (
     Exported,
     ExportError,
     Request,
+    commented_table,
     cost_at_poses,
     filled,
     plain,
@@ -150,13 +149,12 @@ def _six_rows(by_point: np.ndarray, by_turn: np.ndarray) -> np.ndarray:
 
 def write(request: Request) -> Exported:
     """Return the table as CSV, YAML and a C header, and the URDF that it belongs to."""
-    request.require_ending(".csv")
     name = name_of_functions(request)
     count = request.options.get("rows") or OFFSETS
     if not FEWEST <= count <= MOST:
         raise ExportError(f"--rows {count}: {FEWEST} to {MOST} offsets a joint")
     payload = request.options.get("payload")
-    arm = request.calibration.kinematics(payload=payload)
+    arm = request.kinematics
     calibrated = arm.calibrated
     if not calibrated.deflection.extensions:
         raise ExportError(
@@ -189,7 +187,7 @@ def write(request: Request) -> Exported:
     rows = list(map(_Row, names, table.angles, table.offsets, gravity))
     words: dict[str, object] = {"about": list(map(plain, about)), "rows": rows}
     words |= {"identity": request.identity.in_yaml, "payload": mass, "count": count}
-    words |= {"arm": name, "ARM": name.upper(), "turns": TURNS}
+    words |= {"arm": name, "turns": TURNS}
     files = {
         request.file.name: _as_csv(about, rows),
         f"{name}.yaml": filled("joint_table.yaml.j2", **words),
@@ -235,11 +233,8 @@ class _Row(NamedTuple):
 
 def _as_csv(about: Iterable[str], rows: Iterable[_Row]) -> bytes:
     """Return a line for each offset."""
-    text = io.StringIO()
-    text.writelines(f"# {plain(line)}\n" for line in about)
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["joint", "angle", "offset", "gravity"])
+    lines: list[tuple[str, ...]] = [("joint", "angle", "offset", "gravity")]
     for row in rows:
         columns = (row.listed(column).split(", ") for column in row[1:])
-        writer.writerows(zip(repeat(row.joint), *columns, strict=False))
-    return text.getvalue().encode()
+        lines += zip(repeat(row.joint), *columns, strict=False)
+    return commented_table(about, lines)

@@ -50,7 +50,7 @@ def write(request: Request) -> Exported:
             "--to mjcf needs --like FILE, your own MuJoCo model, which it corrects"
         )
     joints = read_joints(request)
-    robot = request.calibration.robot
+    robot = request.robot
     nominal = links_at_zero(robot.origins, request)
     base, aligned, lines = align(
         request, joints.names, joints.poses[:, :3, 3], joints.axes, nominal
@@ -97,7 +97,7 @@ def sites_on(request: Request, to_body: np.ndarray) -> dict[str, np.ndarray]:
 def links_at_zero(origins: Any, request: Request) -> np.ndarray:
     """Return the pose of each moving joint's child link in the base frame, at zero, (N, 4, 4)."""
     poses = np.array(list(accumulate(pose_of_numbers(origins), np.matmul)))
-    return poses[[joint.actuated for joint in request.calibration.robot.joints]]
+    return poses[[joint.actuated for joint in request.robot.joints]]
 
 
 def align(
@@ -111,7 +111,7 @@ def align(
 
     Places on the axes of the model's joints, and the axes, have shape (N, 3).
     """
-    actuated = request.calibration.robot.actuated
+    actuated = request.robot.actuated
     turning = np.array([joint.type != "prismatic" for joint in actuated])
     # a turning joint may be anywhere along its axis, a sliding one anywhere at all
     along = axes[:, :, None] * axes[:, None, :]

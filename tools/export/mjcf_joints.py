@@ -108,7 +108,7 @@ def match_joints(names: Sequence[str], request: Request) -> list[int]:
     Raises:
         ExportError: A joint is absent, or there are several.
     """
-    model_joints = request.calibration.robot.joint_names
+    model_joints = request.robot.joint_names
     single = range(len(names))
     joints_given = request.options.get("joints")
     if joints_given is not None:
@@ -132,7 +132,7 @@ def match_joints(names: Sequence[str], request: Request) -> list[int]:
             f"--joints '{several[0].replace(model_joints[0], '*')}'"
         )
     raise ExportError(
-        f"{request.like}: its joints do not match; of {request.calibration.robot.name} it lacks "
+        f"{request.like}: its joints do not match; of {request.robot.name} it lacks "
         f"{', '.join(absent)}; its own: {', '.join(names) or 'none'}; --joints names them"
     )
 

@@ -31,8 +31,7 @@ _JOINT = re.compile(r"(?:arm|head|leg|torso)_(?:\w+_)?(?:\d|lift)_joint$")
 
 def write(request: Request) -> Exported:
     """Return the file; of the one that ``--like`` names, what is of other joints stays."""
-    request.require_ending(".yaml", ".yml")
-    joints = {joint.name: joint for joint in request.calibration.robot.actuated}
+    joints = {joint.name: joint for joint in request.robot.actuated}
     strangers = [name for name in joints if not _JOINT.match(name)]
     if strangers:
         raise ExportError(
@@ -66,7 +65,7 @@ def _urdf_origins(request: Request) -> Mapping[str, Origin]:
     Raises:
         ExportError: The files are not there, or are others than those that were calibrated.
     """
-    robot = request.calibration.robot
+    robot = request.robot
     file = urdf_of(robot.source)
     if file == robot.source:
         return robot.text.origins

@@ -1,6 +1,8 @@
 """An export: the request and the origins that every format is given, its files, and its losses."""
 
+import csv
 import hashlib
+import io
 import json
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -12,7 +14,7 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 
 from ..._version import __version__
-from ...errors import MukcaError, read_bytes
+from ...errors import LARGEST_DOCUMENT, MukcaError, read_bytes
 from ...recorder import METADATA, read_sessions
 from ...solver.calibration import pose_of_numbers
 from ...solver.identification.data import kabsch
@@ -20,7 +22,8 @@ from ...solver.identification.robot import angles_near, workspace
 from ...solver.results import encode
 
 if TYPE_CHECKING:
-    from ...solver.calibration import Calibration
+    from ...solver.calibration import Calibration, FullModel
+    from ...solver.identification.robot import Robot
 
 
 class ExportError(MukcaError):
@@ -90,10 +93,28 @@ class Request:
         like = self.options.get("like")
         return None if like is None else Path(like)
 
+    def like_text(self) -> str:
+        """Return the text of that file; an ExportError where it cannot be read."""
+        try:
+            return read_bytes(self.like or "", LARGEST_DOCUMENT).decode()
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "not a text file"
+            raise ExportError(f"--like {self.like}: {reason}") from None
+
+    @property
+    def robot(self) -> "Robot":
+        """The nominal robot."""
+        return self.calibration.robot
+
+    @property
+    def kinematics(self) -> "FullModel":
+        """The calibrated arm with the mass that is asked for."""
+        return self.calibration.kinematics(payload=self.options.get("payload"))
+
     @property
     def flange(self) -> str:
         """The link that carries a tool."""
-        return self.options.get("flange") or self.calibration.robot.ball_joint.parent
+        return self.options.get("flange") or self.robot.ball_joint.parent
 
     def require_ending(self, *endings: str) -> None:
         """Refuse a file of another ending."""
@@ -185,6 +206,17 @@ def filled(template: str, **words: object) -> bytes:
     return environment.get_template(template).render(**words).encode()
 
 
+def commented_table(
+    about: Iterable[str],
+    rows: Iterable[Iterable[object]],
+) -> bytes:
+    """Return rows as CSV, below lines of comments."""
+    text = io.StringIO()
+    text.writelines(f"# {plain(line)}\n" for line in about)
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue().encode()
+
+
 def plain(text: str) -> str:
     """Return text that stays on one line in any comment."""
     line = "".join(c if c.isprintable() else " " for c in text)
@@ -198,7 +230,7 @@ def redistributed_origins(
     origins: dict[str, np.ndarray] = {}
     change = np.eye(4)
     changed = False
-    joints = request.calibration.robot.joints
+    joints = request.robot.joints
     for joint, origin in zip(joints, request.origins, strict=True):
         nominal = np.array(joint.origin.numbers)
         if joint.name in carried:
@@ -218,7 +250,7 @@ def redistributed_origins(
 
 def after_last_exported(request: Request, carried: Collection[str]) -> list[str]:
     """Return the joints after the last carried one, whose changes no origin can take."""
-    names = [joint.name for joint in request.calibration.robot.joints]
+    names = [joint.name for joint in request.robot.joints]
     return names[1 + max(i for i, name in enumerate(names) if name in carried) :]
 
 
@@ -233,7 +265,7 @@ def losses_without(
         words = f"corrections of the joints ({corrections})"
         balls = calibrated.geometric_ball
         losses.append(cost_at_poses(request, words, balls, calibrated.ball))
-    robot = request.calibration.robot
+    robot = request.robot
     poses = recorded(request), workspace(robot, ANYWHERE)
     geometric = [calibrated.geometric_ball(q) for q in poses]
     exported = calibrated.geometry
@@ -277,7 +309,7 @@ def cost_at_poses(request: Request, what: str, balls: Balls, truths: Balls) -> L
 
     Where an arm's base frame stands is not measured: a shift or turn of all is no loss.
     """
-    poses = recorded(request), workspace(request.calibration.robot, ANYWHERE)
+    poses = recorded(request), workspace(request.robot, ANYWHERE)
     targets = [truths(q) for q in poses]
     pairs = zip(map(balls, poses), targets, strict=True)
     aligned = [kabsch(places, goals).apply(places) for places, goals in pairs]

@@ -6,12 +6,11 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ...errors import LARGEST_DOCUMENT, ON_FLANGE, ROTATION, read_bytes, read_json
+from ...errors import ON_FLANGE, ROTATION, read_beside
 from ...solver.calibration import pose_of_numbers, quaternion_of
 from ...solver.identification.robot import (
     COMPONENTS,
@@ -53,10 +52,9 @@ class Vendor:
 
 def write(request: Request) -> Exported:
     """Return the file of the maker that ``request.format`` names."""
-    tables = read_json(Path(__file__).with_name("vendors.json"))
+    tables = read_beside(__file__, "vendors.json")
     vendor = Vendor(**tables[request.format])
     keys = _keys(request, vendor)
-    request.require_ending(".yaml", ".yml")
     lines = list(vendor.lines)
     name = ""
     if request.format == "ur":
@@ -80,7 +78,7 @@ def write(request: Request) -> Exported:
 
 def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
     """Return the file's key of each joint it carries."""
-    robot = request.calibration.robot
+    robot = request.robot
     keys: dict[str, str] = {}
     for joint, (suffix, key) in product(robot.joints, vendor.keys.items()):
         if re.search(rf"(^|[_/]){suffix}$", joint.name):
@@ -110,8 +108,7 @@ def _keys(request: Request, vendor: Vendor) -> dict[str, str]:
 
 def write_tesseract(request: Request) -> Exported:
     """Return the calibration that an SRDF of Tesseract names, without the ball's joint."""
-    request.require_ending(".yaml", ".yml")
-    joints = request.calibration.robot.joints[:-1]
+    joints = request.robot.joints[:-1]
     poses = pose_of_numbers(request.origins[:-1])
     turns = quaternion_of(poses[:, :3, :3])
     places = poses[:, :3, 3].tolist()
@@ -121,7 +118,7 @@ def write_tesseract(request: Request) -> Exported:
     ]
     about = request.identity.lines()
     content = filled("tesseract.yaml.j2", about=about, joints=rows)
-    ball = request.calibration.robot.ball_joint.name
+    ball = request.robot.ball_joint.name
     line = f'Name it in the SRDF: <calibration_config filename="{request.file.name}"/>'
     return exported(request, content, (line,), [ball])
 
@@ -142,17 +139,15 @@ def _hash(request: Request, keys: Mapping[str, str]) -> tuple[str, str]:
             "since `hash` is not the robot's own; that is harmless. --like takes it from the "
             "file that ur_calibration wrote.",
         )
-    text, sections = _read(like)
-    nominal = {
-        joint.name: joint.origin.xyz for joint in request.calibration.robot.joints
-    }
+    text, sections = _read(request)
+    nominal = {joint.name: joint.origin.xyz for joint in request.robot.joints}
     for name, key in keys.items():
         numbers = sections.get(key, {})
         xyz = [numbers.get(c, float("nan")) for c in "xyz"]
         if not np.linalg.norm(np.subtract(xyz, nominal[name])) < SAME_ROBOT:
             raise ExportError(
                 f"{like}: another robot's: `{key}` does not stand where "
-                f"{request.calibration.robot.name} has it"
+                f"{request.robot.name} has it"
             )
     match = re.search(r"^\s*hash:\s*[\"']?([\w.-]+)[\"']?\s*$", text, re.M)
     if not match:
@@ -160,13 +155,9 @@ def _hash(request: Request, keys: Mapping[str, str]) -> tuple[str, str]:
     return match[1], f"`hash` is the robot's own, from {like}."
 
 
-def _read(file: Path) -> tuple[str, dict[str, dict[str, float]]]:
+def _read(request: Request) -> tuple[str, dict[str, dict[str, float]]]:
     """Return the text of the user's file without comments, and its numbers by section and key."""
-    try:
-        text = re.sub(r"#.*", "", read_bytes(file, LARGEST_DOCUMENT).decode())
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not a text file"
-        raise ExportError(f"--like {file}: {reason}") from None
+    text = re.sub(r"#.*", "", request.like_text())
     sections: dict[str, dict[str, float]] = {}
     section = ""
     words: Sequence[tuple[str, str]] = re.findall(
@@ -182,7 +173,7 @@ def _read(file: Path) -> tuple[str, dict[str, dict[str, float]]]:
 
 def write_urdf(request: Request) -> Exported:
     """Return the URDF; mesh paths are rewritten to be found from where it will stand."""
-    robot = request.calibration.robot
+    robot = request.robot
     flange = request.flange
     name = str(request.file)
     text = scan(request.calibration.calibrated.urdf(request.file.parent), name)
@@ -215,8 +206,7 @@ def write_urdf(request: Request) -> Exported:
 
 def write_xacro(request: Request) -> Exported:
     """Return a file for any robot's xacro: a macro that stands for each joint's origin."""
-    request.require_ending(".xacro")
-    joints = request.calibration.robot.joints
+    joints = request.robot.joints
     entries: list[str] = []
     for joint, origin in zip(joints, request.origins.tolist(), strict=True):
         if any(mark in joint.name for mark in "'\\{}$"):

@@ -20,7 +20,6 @@ _DROPPED = ("gazebo", "ros2_control", "transmission")
 
 def write(request: Request) -> Exported:
     """Return the model, with all links, joints, shapes and masses of the URDF."""
-    request.require_ending(".sdf")
     calibrated = request.calibration.calibrated
     urdf = ET.fromstring(calibrated.urdf(request.file.parent))  # noqa: S314 - scanned before
     version = "1.9" if urdf.find("joint/mimic") is None else "1.11"
@@ -48,7 +47,7 @@ def write(request: Request) -> Exported:
         _add_pose(frame, pose)
     ET.indent(sdf)
     body = ET.tostring(sdf)
-    text = b'<?xml version="1.0"?>\n' + body + b"\n"
+    text = b'<?xml version="1.0"?>\n%s\n' % body
     massless = _names(link for link in links if link.find("inertial") is None)
     lines = ["The ball is the frame mukca_ball; tools found are frames, too."]
     if massless:
@@ -64,16 +63,21 @@ def _names(elements: Iterable[ET.Element]) -> list[str]:
     return [element.get("name", "") for element in elements]
 
 
+def _attributes(element: ET.Element, tag: str) -> Mapping[str, str]:
+    """Return the attributes of the first tag of a name in an element; none without it."""
+    child = element.find(tag)
+    return {} if child is None else child.attrib
+
+
 def _link(joint: ET.Element, role: str) -> str:
     """Return the name of a joint's ``parent`` or ``child``."""
-    element = joint.find(role)
-    return "" if element is None else element.get("link", "")
+    return _attributes(joint, role).get("link", "")
 
 
 def _frames(request: Request) -> dict[str, tuple[str, str]]:
     """Return the link and the pose in it of the ball and of each tool, by name."""
     ball = " ".join(map(repr, request.origins[-1].tolist()))
-    parent = request.calibration.robot.ball_joint.parent
+    parent = request.robot.ball_joint.parent
     frames = {"mukca_ball": (parent, ball)}
     for tool in request.calibration.document.tools:
         pose = " ".join(map(repr, [*tool.xyz, *tool.rpy]))
@@ -93,8 +97,7 @@ def _add_pose(parent: ET.Element, pose: str, **attributes: str) -> None:
 
 def _origin(element: ET.Element) -> str:
     """Return the origin of a URDF's element."""
-    origin = element.find("origin")
-    numbers = {} if origin is None else origin.attrib
+    numbers = _attributes(element, "origin")
     xyz = numbers.get("xyz", "0 0 0")
     rpy = numbers.get("rpy", "0 0 0")
     return f"{xyz} {rpy}"
@@ -118,11 +121,8 @@ def _add_link(
         moments = {f"i{axis}": LEAST_MASS["inertia"] for axis in ("xx", "yy", "zz")}
     else:
         _add_pose(inertial, _origin(urdf))
-        mass = urdf.find("mass")
-        value = None if mass is None else mass.get("value")
-        _add(inertial, "mass", value or "0")
-        inertia = urdf.find("inertia")
-        moments = {} if inertia is None else inertia.attrib
+        _add(inertial, "mass", _attributes(urdf, "mass").get("value") or "0")
+        moments = _attributes(urdf, "inertia")
     tensor = ET.SubElement(inertial, "inertia")
     for key, moment in moments.items():
         _add(tensor, key, moment)
@@ -144,10 +144,8 @@ def _add_shape(new: ET.Element, shape: ET.Element, colors: Mapping[str, str]) ->
     material = shape.find("material")
     if material is None:
         return
-    color = material.find("color")
     named = colors.get(material.get("name", ""))
-    rgba = named if color is None else color.get("rgba")
-    if rgba:
+    if rgba := _attributes(material, "color").get("rgba", named):
         looks = ET.SubElement(new, "material")
         _add(looks, "ambient", rgba)
         _add(looks, "diffuse", rgba)
@@ -155,12 +153,11 @@ def _add_shape(new: ET.Element, shape: ET.Element, colors: Mapping[str, str]) ->
 
 def _colors(urdf: ET.Element) -> dict[str, str]:
     """Return the colours of the URDF's materials by name, which other links only name."""
-    colors: dict[str, str] = {}
-    for material in urdf.iter("material"):
-        color = material.find("color")
-        if color is not None:
-            colors[material.get("name", "")] = color.get("rgba", "")
-    return colors
+    return {
+        material.get("name", ""): _attributes(material, "color").get("rgba", "")
+        for material in urdf.iter("material")
+        if material.find("color") is not None
+    }
 
 
 def _add_joint(
@@ -180,9 +177,7 @@ def _add_joint(
     if kind == "fixed":
         return
     axis = ET.SubElement(new, "axis")
-    direction = joint.find("axis")
-    xyz = "1 0 0" if direction is None else direction.get("xyz", "1 0 0")
-    _add(axis, "xyz", xyz)
+    _add(axis, "xyz", _attributes(joint, "axis").get("xyz", "1 0 0"))
     mimic = joint.find("mimic")
     if mimic is not None:
         other = ET.SubElement(axis, "mimic", joint=renamed[mimic.get("joint", "")])
@@ -190,9 +185,7 @@ def _add_joint(
             _add(other, key, mimic.get(key, default))
         _add(other, "reference", "0")
     for part in ("limit", "dynamics"):
-        urdf = joint.find(part)
-        values = {} if urdf is None else urdf.attrib
         limits = ET.SubElement(axis, part)
-        for key, value in values.items():
+        for key, value in _attributes(joint, part).items():
             if kind != "continuous" or key not in ("lower", "upper"):
                 _add(limits, key, value)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import LARGEST_DOCUMENT, fixed, read_bytes, reason_of
+from ...errors import fixed
 from .request import Exported, ExportError, Request, losses_without
 from .zeros import UNDECIDED, JointZero, estimated_zeros, urdf_without
 
@@ -31,7 +31,6 @@ class Entry(NamedTuple):
 
 def write(request: Request) -> Exported:
     """Return the configuration that ``--like`` names with other offsets, and the URDF for it."""
-    request.require_ending(".yaml", ".yml")
     zeros = estimated_zeros(request)
     text = _text(request)
     entries = _entries(request, text, zeros)
@@ -69,10 +68,7 @@ def _text(request: Request) -> str:
             "--to trossen needs --like FILE, what driver.save_configs_to_file wrote of this arm, "
             "and another name for --out"
         )
-    try:
-        return read_bytes(like, LARGEST_DOCUMENT).decode()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ExportError(f"--like {like}: {reason_of(error)}") from None
+    return request.like_text()
 
 
 def _entries(request: Request, text: str, zeros: list[JointZero]) -> list[Entry]:
@@ -87,7 +83,7 @@ def _entries(request: Request, text: str, zeros: list[JointZero]) -> list[Entry]
     indices = [int(suffix[1]) for suffix in suffixes if suffix]
     if indices != list(range(len(zeros))):
         raise ExportError(
-            f"--to trossen: {request.calibration.robot.name} does not have the joints of a "
+            f"--to trossen: {request.robot.name} does not have the joints of a "
             "Trossen arm, joint_0, joint_1, ..; --to urdf works for any arm"
         )
     if len(places) <= len(zeros):

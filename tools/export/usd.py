@@ -17,22 +17,23 @@ from .usd_stage import UsdJoint, UsdStage
 
 def write(request: Request) -> Exported:
     """Return the layer; of the model that ``--like`` names it holds nothing."""
-    request.require_ending(".usda")
     stage = UsdStage(request)
     joints = stage.arm(request)
     at_zero, ends = _at_zero(joints)
     rotations = at_zero[:, :3, :3]
     turned = zip(rotations, joints, strict=True)
     axes = np.array([R @ joint.axis for R, joint in turned])
-    robot = request.calibration.robot
+    robot = request.robot
     names = [joint.prim.GetName() for joint in joints]
     nominal = links_at_zero(robot.origins, request)
     places = at_zero[:, :3, 3]
     base, aligned, lines = align(request, names, places, axes, nominal)
     calibrated = links_at_zero(request.origins, request)
     motions = base @ calibrated @ _inverse(aligned)
-    stands = [stage.world_pose(path) for path in _bodies(joints)]
-    moved = {joints[0].bodies[0]: np.eye(4)}
+    first = joints[0].bodies[0]
+    bodies = [first, *(joint.bodies[1] for joint in joints)]
+    stands = list(map(stage.world_pose, bodies))
+    moved = {first: np.eye(4)}
     end, stand = np.eye(4), stands[0]
     for i, joint in enumerate(joints):
         moved_frame = motions[i] @ at_zero[i]
@@ -45,11 +46,9 @@ def write(request: Request) -> Exported:
         stand = stand @ frame @ angle @ back
         moved[joint.bodies[1]] = stand @ _inverse(stands[i + 1])
     _carry(stage, moved)
-    body = joints[-1].bodies[1]
-    last = motions[-1] @ ends[-1]
-    to_last = _inverse(last)
+    to_last = _inverse(motions[-1] @ ends[-1])
     for name, T in sites_on(request, to_last @ base).items():
-        stage.place(f"{body}/{name}", stand @ T)
+        stage.place(f"{bodies[-1]}/{name}", stand @ T)
     lines += [
         f"Open {request.file.name}: a layer over {request.like}, which holds the changes alone.",
         "USD keeps joints in single precision: within 0.0001 mm of the calibration.",
@@ -62,11 +61,6 @@ def write(request: Request) -> Exported:
 
 def _inverse(T: np.ndarray) -> np.ndarray:
     return cast("np.ndarray", np.linalg.inv(T))
-
-
-def _bodies(joints: Sequence[UsdJoint]) -> list[str]:
-    """Return the paths of the chain's bodies, from the base on."""
-    return [joints[0].bodies[0], *(joint.bodies[1] for joint in joints)]
 
 
 def _at_zero(joints: Sequence[UsdJoint]) -> tuple[np.ndarray, np.ndarray]:

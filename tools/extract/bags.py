@@ -125,11 +125,10 @@ def _in_radians(positions: np.ndarray, question: Question) -> np.ndarray:
         ExtractError: They are of another unit than what is said of them.
     """
     require_angles(question, "a bag")
-    turning = ~np.array(question.prismatic)
     degrees = question.units == "degrees"
-    scales = np.where(turning & degrees, np.radians(1.0), 1.0)
-    check_angles(positions[:, turning] * scales[turning], degrees, question)
-    return positions * scales
+    angles = positions * np.where(question.turning & degrees, np.radians(1.0), 1.0)
+    check_angles(angles, degrees, question)
+    return angles
 
 
 INFO = Path("meta") / "info.json"
@@ -243,8 +242,7 @@ def _radians(
             angles = np.radians(values)
             if SERVO_ARMS.search(str(info.get("robot_type"))):
                 angles = angles * 4095 / 4096
-        turning = ~np.array(question.prismatic)
-        check_angles(angles[known][:, turning], degrees, question)
+        check_angles(angles[known], degrees, question)
         return angles, known
     if question.units is None:
         raise ExtractError(

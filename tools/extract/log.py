@@ -44,6 +44,11 @@ class Question:
     efforts: bool = False
     """Read efforts, too, which many logs have in units of their own."""
 
+    @property
+    def turning(self) -> np.ndarray:
+        """True for those that turn, shape (m,)."""
+        return ~np.array(self.prismatic)
+
 
 @dataclass(frozen=True)
 class Log:
@@ -167,8 +172,9 @@ def require_angles(question: Question, kind: str) -> None:
 
 
 def check_angles(angles: np.ndarray, degrees: bool, question: Question) -> None:
-    """Refuse angles of turning joints [rad] that were likely of another unit."""
-    largest = float(np.abs(angles).max(initial=0.0))
+    """Refuse angles, shape (N, m) [rad], that were likely of another unit, of joints that turn."""
+    turning = angles[:, question.turning]
+    largest = float(np.abs(turning).max(initial=0.0))
     if largest > FULL_TURN:
         raise ExtractError(
             f"{question.path}: an angle of {largest:.4g} rad; if these are degrees, say "

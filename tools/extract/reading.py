@@ -12,6 +12,7 @@ from ...recorder import (
     Column,
     ColumnError,
     Table,
+    filled_rows,
     find_joints,
     read_stream_log,
     read_table,
@@ -110,12 +111,12 @@ _TIME = re.compile(
 )
 """Names of columns of time, perhaps with their unit."""
 _FRACTION = re.compile(
-    r"(?:.*[\W_])?(milli|micro|nano|[mun])(?:s|secs?|seconds?)", re.I
+    r"(?:.*[\W_])?((?:milli|micro|nano|[mun])s)(?:ecs?|econds?)?", re.I
 )
 """Names of the column that holds what a column of whole seconds lacks."""
-_SECONDS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
-_PARTS = {"m": 1e-3, "u": 1e-6, "n": 1e-9, "milli": 1e-3, "micro": 1e-6, "nano": 1e-9}
-"""Parts of a second."""
+_UNITS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
+_SECONDS = _UNITS | {"millis": 1e-3, "micros": 1e-6, "nanos": 1e-9}
+"""Parts of a second by the beginnings of their names."""
 _SINCE_1970 = {1e17: 1e-9, 1e14: 1e-6, 1e11: 1e-3}
 """Times larger than this are counted from 1970 in nanoseconds, and so on."""
 
@@ -134,15 +135,14 @@ def read_csv_log(question: Question) -> Log:
             f"columns: {', '.join(table.header)}"
         )
     columns, notes = _joint_columns(table, times[:1], question)
-    used = [column.index for column in columns]
-    rows = [i for i, row in enumerate(table.rows) if any(row[k].strip() for k in used)]
-    if empty := len(table.rows) - len(rows):
+    filled = filled_rows(table, columns)
+    count = len(filled.rows)
+    if empty := len(table.rows) - count:
         notes.append(f"{empty} lines without positions are left out")
-    table = table.at(rows)
-    positions = _in_radians(np.array(table.numbers(columns)), columns, question)
-    log = in_parts(_stamps(table, times[0]), positions, None, notes)
+    positions = _in_radians(np.array(filled.numbers(columns)), columns, question)
+    log = in_parts(_stamps(filled, times[0]), positions, None, notes)
     advice = "if time is not in seconds, name its column time[ms], [us] or [ns]"
-    if len(log.stamps) <= len(rows) / 2:
+    if len(log.stamps) <= count / 2:
         advice = "many rows have one time: write its fractions, or nanosec in a column beside"
     require_rate(log, question, advice)
     return log
@@ -152,11 +152,10 @@ def _joint_columns(
     table: Table, times: Sequence[Column], question: Question
 ) -> tuple[list[Column], list[str]]:
     """Return the columns of the joints, and remarks."""
-    cells = [cell.strip() for cell in table.header or ()]
     names = [column.name for column in table.columns]
     if question.named is not None:
         joints = joints_named(question.named, question.joints)
-        for words in (cells, names):
+        for words in (table.header or (), names):
             if set(joints) <= set(words):
                 columns = [table.columns[words.index(joint)] for joint in joints]
                 require_units(table, columns)
@@ -178,7 +177,7 @@ def _stamps(table: Table, column: Column) -> np.ndarray:
     dates = [seconds_of(cell) for cell in cells]
     if dates and None not in dates:
         return np.array(dates, dtype=float)
-    stamps = np.array(table.numbers([replace(column, unit="")]))[:, 0]
+    stamps = _plain_numbers(table, column)
     match = _TIME.fullmatch(column.name)
     unit = (column.unit or (match and match[1]) or "").lower()
     if unit in _SECONDS:
@@ -197,11 +196,15 @@ def _fractions(table: Table) -> np.ndarray | float:
     for column in table.columns:
         match = _FRACTION.fullmatch(column.name)
         if match and not table.is_text(column.index):
-            numbers = np.array(table.numbers([replace(column, unit="")]))[:, 0]
-            seconds = numbers * _PARTS[match[1].lower()]
+            seconds = _plain_numbers(table, column) * _SECONDS[match[1].lower()]
             if seconds.min() >= 0 and seconds.max() < 1:
                 return seconds
     return 0.0
+
+
+def _plain_numbers(table: Table, column: Column) -> np.ndarray:
+    """Return a column's numbers as they stand there, in whatever unit."""
+    return np.array(table.numbers([replace(column, unit="")]))[:, 0]
 
 
 def _in_radians(
@@ -209,7 +212,7 @@ def _in_radians(
 ) -> np.ndarray:
     """Return angles in radians; degrees where the header says so, or the user does instead."""
     require_angles(question, "a CSV log")
-    turning = ~np.array(question.prismatic)
+    turning = question.turning
     in_degrees = np.array([column.unit in DEGREES for column in columns])
     degrees = bool((in_degrees & turning).any())
     if question.units is not None:
@@ -219,5 +222,5 @@ def _in_radians(
         positions = positions * np.where(turning, scales, 1.0)
     if degrees:
         refuse_normalised(np.rad2deg(positions[:, turning]), question)
-    check_angles(positions[:, turning], degrees, question)
+    check_angles(positions, degrees, question)
     return positions

@@ -16,17 +16,12 @@ from .ball import BEND_LIMIT, FORCE, BallPart
 from .kernels import COARSE, Mesh, to_manifold, to_mesh
 from .print_time import BALL, BASE, WALLS, Recipe, print_of
 from .socket_base import SocketBase
-from .solid import BED, TILT, Point, PrintableError, Solid, sphere
+from .solid import BED, TABLES, TILT, Point, PrintableError, Solid, sphere
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-DENSITIES: Mapping[str, float] = {
-    "PLA": 1240.0,
-    "PETG": 1270.0,
-    "ABS": 1040.0,
-    "ASA": 1070.0,
-}
+DENSITIES: Mapping[str, float] = TABLES["densities"]
 """Of solid plastic [kg/m³]."""
 
 LIFT = 0.1

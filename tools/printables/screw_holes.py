@@ -22,18 +22,12 @@ class Box(NamedTuple):
     @property
     def middle(self) -> Point:
         """Its centre."""
-        x = (self.x0 + self.x1) / 2
-        y = (self.y0 + self.y1) / 2
-        return x, y
+        return (self.x0 + self.x1) / 2, (self.y0 + self.y1) / 2
 
     def grown(self, margin: float) -> "Box":
         """Return the rectangle with a margin on all sides."""
-        return Box(
-            self.x0 - margin,
-            self.y0 - margin,
-            self.x1 + margin,
-            self.y1 + margin,
-        )
+        x0, y0, x1, y1 = self
+        return Box(x0 - margin, y0 - margin, x1 + margin, y1 + margin)
 
     def holds(self, point: Point) -> bool:
         """Tell whether a point is inside."""

@@ -7,10 +7,9 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from ...errors import MukcaError, read_json
+from ...errors import MukcaError, read_beside
 
 TILT = math.radians(60)
 """Largest lean of the ball's neck from the vertical, in every direction [rad]."""
@@ -136,7 +135,7 @@ HEIGHT = 5.4
 STROKE = 0.9
 DEPTH = 0.8
 
-TABLES = read_json(Path(__file__).with_name("tables.json"))
+TABLES = read_beside(__file__, "tables.json")
 """Screws, mounts, and letters: the width between the middles of the outermost strokes [mm], and
 corners of polylines on a grid of 2 by 4, digits being those of a seven-segment display."""
 _LETTERS: Mapping[str, tuple[float, Sequence[str]]] = TABLES["letters"]

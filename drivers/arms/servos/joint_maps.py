@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, cast
 
-from ....errors import MukcaError, read_json
+from ....errors import MukcaError, read_beside, read_json
 from ... import JointNames, JointValues, Reason
 from ...transport import Options
 
@@ -39,7 +39,7 @@ def _map(
     return ServoMap(tuple(joints), tuple(ids), (1,) * len(ids), zeros)
 
 
-_TABLE: dict[str, dict[str, Any]] = read_json(Path(__file__).with_name("arms.json"))
+_TABLE: dict[str, dict[str, Any]] = read_beside(__file__, "arms.json")
 
 
 def maps_of(make: str) -> dict[str, ServoMap]:
