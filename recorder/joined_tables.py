@@ -66,7 +66,7 @@ def joined(
         counts = f"{first.file} has {len(first.rows)} rows, {second.file} has {len(second.rows)}"
         raise RecordingError(f"{counts}; {_advice(first, second)}")
     else:
-        words = "rows of both files belong together in their order"
+        words = f"rows belong together in their order; if not, {_advice(first, second)}"
         notes = (*notes, f"{first.file}, {second.file}: {words}")
     rows = tuple((*first.rows[i], *second.rows[j]) for i, j in pairs)
     lines = tuple(first.lines[i] for i, _ in pairs)

@@ -122,7 +122,9 @@ class Table:
                         f"{cells[i]:.40}, not a finite number that can be measured; delete "
                         "the line if the capture failed"
                     )
-                    if value is None:
+                    if not cells[i].strip():
+                        words = "empty; delete the line if nothing was measured"
+                    elif value is None:
                         words = f"{cells[i][:40]!r}, not a number; write 0.1 and separate by commas"
                     raise RecordingError(
                         f"{self.file}:{line}: column {i + 1} is {words}"

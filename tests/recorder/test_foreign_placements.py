@@ -91,7 +91,9 @@ def test_two_files_are_joined_by_a_column(tmp_path):
 def test_two_files_are_joined_by_their_order(tmp_path):
     (placement,) = mukca.read_placements(halves(tmp_path, range(12), ("a", "b")))
     same(placement)
-    assert "belong together in their order" in " ".join(placement.remarks)
+    assert "belong together in their order; if not, join them" in " ".join(placement.remarks)
+    (placement,) = mukca.read_placements(halves(tmp_path, range(12), ("id", "ID")))
+    assert "; if not, join them by a column of both, --on id" in " ".join(placement.remarks)
 
 
 @pytest.mark.parametrize("look", ["numbers", "own names"])

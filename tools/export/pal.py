@@ -6,10 +6,12 @@ dx, dy, dz [m] to ``xyz``, and droll, dpitch, dyaw [rad] to ``rpy`` as it is wri
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 from ...solver.identification.robot import (
     COMPONENTS,
     ON_ROBOT,
+    ModelError,
     Origin,
     nominal_text,
     read_block,
@@ -58,11 +60,23 @@ def write(request: Request) -> Exported:
 
 
 def _urdf_origins(request: Request) -> Mapping[str, Origin]:
-    """Return the origins to which the robot adds: a URDF's without what ``--robot`` added to it."""
+    """Return the origins to which the robot adds: a URDF's without what ``--robot`` added to it.
+
+    Raises:
+        ExportError: The files are not there, or are others than those that were calibrated.
+    """
     robot = request.robot
     file = urdf_of(robot.source)
-    text = robot.text if file == robot.source else nominal_text(file)
-    return text.origins
+    if file == robot.source:
+        return robot.text.origins
+    with suppress(ModelError):
+        added = nominal_text(robot.source).origins
+        if added.items() <= robot.text.origins.items():
+            return nominal_text(file).origins
+    raise ExportError(
+        f"--to pal: {robot.source} cannot be read as it was calibrated; run this in the folder "
+        "where mukca solve ran, with both files as they were then"
+    )
 
 
 def _merged(

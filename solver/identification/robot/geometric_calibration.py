@@ -28,7 +28,7 @@ def added(text: UrdfText, file: str) -> bytes:
 
     Raises:
         ModelError: The file cannot be read or has no such block, or a line in it is no entry, of no
-            joint of the URDF, or of a number that has one already.
+            joint of the URDF, or of a number that has one already; or there is no line.
     """
     origins = {name: [*origin.numbers] for name, origin in text.origins.items()}
     seen = set[str]()
@@ -51,6 +51,11 @@ def added(text: UrdfText, file: str) -> bytes:
             raise ModelError(f"{where}: another line has {key!r}, too; take one out")
         seen.add(key)
         origins[joint][COMPONENTS.index(component)] += float(number)
+    if not seen:
+        raise ModelError(
+            f"{file}: no entry stands below geometric_calibration, farther to the right; indent "
+            "the entries, or leave the file out"
+        )
     return set_origins(text, {name: Origin.of(row) for name, row in origins.items()})
 
 
@@ -61,7 +66,10 @@ def read_block(file: str | Path | None) -> re.Match[str]:
         ModelError: The file cannot be read, or has no such line.
     """
     try:
-        text = read_bytes(file, LARGEST_DOCUMENT).decode() if file else _EMPTY
+        text = _EMPTY
+        if file:
+            lines = read_bytes(file, LARGEST_DOCUMENT).decode("utf-8-sig").splitlines()
+            text = "".join(f"{line}\n" for line in lines)
     except (OSError, ValueError) as error:
         raise ModelError(f"{file}: {reason_of(error)}") from None
     block = _BLOCK.search(text)

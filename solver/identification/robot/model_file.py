@@ -125,18 +125,27 @@ def _with_ball(
 
 def _advice(text: UrdfText) -> str:
     """Return how to name the ball's link, with a link behind the most joints that turn."""
-    flange = max(reversed([*text.links]), key=lambda link: _rank(text, link))
+    ranks = _ranks(text)
+    flange = max(reversed([*text.links]), key=ranks.__getitem__)
     return (
         f"; name the link that carries the ball or reflector, as in --flange {flange} --ball X Y Z "
         "(of measured points leave --ball out), or the link at its centre by --tip"
     )
 
 
-def _rank(text: UrdfText, link: str) -> tuple[int, int]:
-    """Return how many joints above a link turn, and less how many slide, as fingers do."""
-    kinds: list[str] = []
-    while link in text.parents:
-        joint, link = text.parents[link]
-        kinds.append(text.joints[joint].attributes.get("type", ""))
-    sliding = kinds.count("prismatic")
-    return len(kinds) - kinds.count("fixed") - sliding, -sliding
+def _ranks(text: UrdfText) -> dict[str, tuple[int, int]]:
+    """Return how many joints above each link turn, and less how many slide, as fingers do."""
+    ranks = {find_root(text): (0, 0)}
+    for link in text.links:
+        chain: list[str] = []
+        while link not in ranks:
+            chain.append(link)
+            _, link = text.parents[link]
+        turning, sliding = ranks[link]
+        for child in reversed(chain):
+            joint, _ = text.parents[child]
+            kind = text.joints[joint].attributes.get("type", "")
+            turning += kind not in ("fixed", "prismatic")
+            sliding -= kind == "prismatic"
+            ranks[child] = turning, sliding
+    return ranks

@@ -114,9 +114,27 @@ def test_read_again_it_gives_the_calibrated_arm(export, calibration, tmp_path):
     expected = poses(load_calibration(again).calibrated.urdf().decode(), flange, q)
     both = mukca.load_robot(f"{nominal}+{second}")
     assert np.abs(poses(both.text.data.decode(), flange, q) - expected).max() < 1e-9
+    text = nominal.read_text()
+    nominal.write_text(text.replace('xyz="0 0 0.333"', 'xyz="0 0 0.433"'))  # another robot's
+    assert nominal.read_text() != text
+    third = (again, "--to", "pal", "--out", tmp_path / "third.yaml")
+    refusal = "cannot be read as it was calibrated"
+    assert (export(*third)[0], refusal in export(*third)[2]) == (2, True)
     nominal.unlink()
-    status, _, error = export(again, "--to", "pal", "--out", tmp_path / "third.yaml")
-    assert status == 2 and "No such file" in error
+    status, _, error = export(*third)
+    assert status == 2 and refusal in error
+
+
+def test_lines_may_end_as_windows_ends_them(calibration):
+    """Also behind the mark that it puts before a text."""
+    file, windows = (calibration.with_name(f"{name}.yaml") for name in ("of_robot", "windows"))
+    file.write_text("geometric_calibration:\n  arm_right_2_dx: 0.01\n  arm_right_2_dyaw: 0.1\n")
+    windows.write_bytes(file.read_text().replace("\n", "\r\n").encode("utf-8-sig"))
+    urdf = calibration.with_name("robot.urdf")
+    nominal, plain, other = (
+        mukca.load_robot(f"{urdf}{added}").text.origins for added in ("", f"+{file}", f"+{windows}")
+    )
+    assert other == plain != nominal
 
 
 @pytest.mark.parametrize(
@@ -128,6 +146,7 @@ def test_read_again_it_gives_the_calibrated_arm(export, calibration, tmp_path):
         ("arm_right_3_dx: much", ":3: expected an entry such as arm_1_dx: 0.001"),
         ("arm_right_3_dx: 0.1\n    arm_right_3_dx: 0.1", ":4: another line has 'arm_right_3_dx'"),
         ("arm_right_3_droll: 20", "are these degrees?"),
+        ("# none", "no entry stands below geometric_calibration"),
     ],
 )
 def test_an_entry_that_cannot_be_added_gets_one_line(content, words, refused, calibration):

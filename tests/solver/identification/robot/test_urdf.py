@@ -190,6 +190,20 @@ def test_a_link_behind_all_turns_and_before_fingers_is_named_for_a_ball(tmp_path
         load_robot(tmp_path / "arm.urdf")
 
 
+@pytest.mark.timeout(30)  # without a ball, all links are compared
+def test_a_chain_of_many_links_is_soon_refused(tmp_path):
+    count = 16_000
+    links = "".join(f'<link name="l{i}"/>' for i in range(count))
+    joints = "".join(
+        f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/></joint>'
+        for i in range(count - 1)
+    )
+    file = tmp_path / "long.urdf"
+    file.write_text(f'<robot name="long">{links}{joints}</robot>')
+    with pytest.raises(ModelError, match=f"as in --flange l{count - 1} --ball"):
+        load_robot(file)
+
+
 @pytest.mark.parametrize("ball", [3, "0 0 1", (0, 0), (0, 0, None), np.zeros((1, 3))])
 def test_a_ball_that_is_no_point_is_told(ball):
     with pytest.raises(ModelError, match="give its centre as three finite numbers, x y z in m"):
