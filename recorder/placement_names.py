@@ -118,12 +118,14 @@ def require_near(placement: Placement) -> None:
     if placement.kind == "points" and not is_wrong.any():
         rows = measured_points(placement)
         what = "x, y or z"
-        advice = placement.advice("a header of x [mm] is read as such")
-        expected = (
-            f"metres are expected, from an origin near the arm (millimetres? {advice})"
-        )
+        expected = "metres are expected, from an origin near the arm"
         offsets = np.abs(rows - np.median(rows, axis=0)).max(axis=1)
         is_wrong = (offsets > LENGTH.largest) | (np.abs(rows).max(axis=1) > FARTHEST)
+        advice = "delete such a line"
+        if is_wrong.mean() > 0.5:
+            advice = placement.advice("a header of x [mm] is read as such")
+            advice = f"millimetres? {advice}"
+        expected = f"{expected} ({advice})"
     first, *others = np.flatnonzero(is_wrong).tolist() or [-1]
     if first >= 0:
         where = placement.samples[first].where or placement.name

@@ -43,6 +43,8 @@ HELD_OUT = (
     "and its true error here is smaller"
 )
 """Added to the advice on what is weighed by the model in a placement to train on."""
+APART = "; give what was recorded before it, and after it, as placements of their own"
+"""Added where a fit that has an unknown for it is far off nevertheless."""
 UNKNOWNS = ("base_moved", "base_tipped", "drift", "zero_lost", "ball_bent")
 """Differences between places, for which the fit has unknowns."""
 ELSEWHERE = "it was recorded elsewhere, by another base or arm; solve leaves it out"
@@ -116,8 +118,11 @@ class Finding:
         if self.is_held_out and (cause.kind.weighed or is_error) and sound_enough:
             level = "warning"
             advice = without_unknown(advice, self.given.mender) + HELD_OUT
-        if self.is_unknown and is_error and sound_enough:
+        elif self.is_unknown and is_error and sound_enough:
             level = "warning"
+        elif self.is_unknown and is_error and hypothesis.name != "drift":
+            advice = by_mender(hypothesis.advice, self.given)
+            advice = without_unknown(advice, self.given.mender) + APART
         return Diagnostic(
             level, code, self._where(), hypothesis.text, advice, self.consequence
         )

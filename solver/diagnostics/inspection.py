@@ -169,12 +169,13 @@ def _survey_of(
     causes, hypotheses = explain(model, scene)
     findings = [Finding(cause, measurements, given, model.zeros) for cause in causes]
     gains = [cause for cause in causes if cause.kind.name == "gain"]
+    advice = {f.diagnostic.text: f.diagnostic.advice for f in findings}
     return Survey(
         tuple(_inspections(model, scene, measurements, findings)),
         shared=tuple(f.diagnostic for f in findings if f.cause.of_all),
         hypotheses=tuple(
-            replace(hypothesis, advice=by_mender(hypothesis.advice, given))
-            for hypothesis in hypotheses
+            replace(h, advice=advice.get(h.text) or by_mender(h.advice, given))
+            for h in hypotheses
         ),
         causes=tuple(cause.kind.name for cause in causes),
         gains=tuple(cause.parameters["joint"] for cause in gains),

@@ -111,7 +111,8 @@ _TIME = re.compile(
 )
 """Names of columns of time, perhaps with their unit."""
 _FRACTION = re.compile(
-    r"(?:.*[\W_])?((?:milli|micro|nano|[mun])s)(?:ecs?|econds?)?", re.I
+    r"(?:(?:.*[\W_])?(?:time|stamp|t)[\W_])?((?:milli|micro|nano|[mun])s)(?:ecs?|econds?)?",
+    re.I,
 )
 """Names of the column that holds what a column of whole seconds lacks."""
 _UNITS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}

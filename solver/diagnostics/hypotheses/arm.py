@@ -176,16 +176,19 @@ def of_commands(scene: Scene) -> Iterable[Block]:
 
     Encoders see that, commands do not.
     """
-    # in proportion to gravity's moments, 1 in the joint that turns most
-    torques = scene.loaded_samples.torques
-    sags = torques / max(*map(rms, torques.T), 1e-6)
-    columns = -scene.by_joints * sags[:, None]
+    columns = -scene.by_joints * _sags(scene)[:, None]
     yield of_samples(
         scene.every,
         columns[None],
         [{}],
         SAGS,
     )
+
+
+def _sags(scene: Scene) -> np.ndarray:
+    """Return turns in proportion to gravity's moments, 1 in the joint that turns most, (N, m)."""
+    torques = scene.loaded_samples.torques
+    return torques / max(*map(rms, torques.T), 1e-6)
 
 
 def of_lost_zero(scene: Scene) -> Iterable[Block]:
@@ -224,6 +227,12 @@ def of_lag(scene: Scene) -> Iterable[Block]:
         [{}],
         LAGS,
     )
+
+
+def sag(scene: Scene, parameters: Parameters, values: np.ndarray) -> Parameters:
+    """Return by how much the joint that gives way most does [rad]."""
+    sizes = np.array([*map(rms, _sags(scene).T)]) * np.abs(values)
+    return {"size": float(sizes.max())}
 
 
 def offset(

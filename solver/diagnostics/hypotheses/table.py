@@ -37,7 +37,7 @@ KINDS = (
     ),
     kind_of("uneven", arm.of_uneven),
     kind_of("soft_base", arm.of_soft_base),
-    kind_of("commands", arm.of_commands),
+    kind_of("commands", arm.of_commands, arm.sag),
     kind_of("lag", arm.of_lag, arm.excess),
     kind_of("base_moved", base.moved, base.moved_by),
     kind_of("base_tipped", base.tipped),

@@ -85,8 +85,9 @@ def test_stamps_in_two_columns_or_in_a_unit_by_name_are_read(moves, tmp_path, he
 
 def test_stamps_of_whole_seconds_are_told(refused, moves, tmp_path):
     file = plain(tmp_path / "log.csv", moves, head="time")
-    lines = file.read_text().splitlines()
-    file.write_text("\n".join([lines[0], *(re.sub(r"[.]\d+", "", x, count=1) for x in lines[1:])]))
+    head, *lines = file.read_text().splitlines()
+    whole = [f"{re.sub(r'[.][0-9]+', '', line, count=1)},3" for line in lines]
+    file.write_text("\n".join([f"{head},latency_ms", *whole]))
     refused("many rows have one time: write its fractions", "extract", file, "--robot", "panda")
 
 
