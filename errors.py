@@ -79,6 +79,11 @@ def fixed(value: float, digits: int, sign: str = "") -> str:
     return text if float(text) else text.lstrip("+-")
 
 
+def millimetres(metres: float | None, digits: int = 3) -> str:
+    """Return a length in millimetres without its unit, as it stands in tables; - for None."""
+    return "-" if metres is None else fixed(1e3 * metres, digits)
+
+
 LARGEST_FILE = 200_000_000
 """Size that no table, log or image exceeds [bytes]."""
 LARGEST_DOCUMENT = 20_000_000

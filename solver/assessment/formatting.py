@@ -4,17 +4,13 @@ import math
 from collections.abc import Sequence
 
 from ...errors import fixed
+from ...errors import millimetres as millimetres
 from ..results import Apart
 
 
 def mm(metres: float, digits: int = 2) -> str:
     """Return a length in millimetres."""
     return f"{fixed(1e3 * metres, digits)} mm"
-
-
-def millimetres(metres: float | None, digits: int = 3) -> str:
-    """Return a length in millimetres without its unit, as it stands in tables; - for None."""
-    return "-" if metres is None else fixed(1e3 * metres, digits)
 
 
 def percent(fraction: float) -> str:

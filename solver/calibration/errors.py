@@ -8,9 +8,8 @@ from typing import Any, SupportsIndex, overload
 import msgspec
 import numpy as np
 
-from ...errors import fixed
+from ...errors import fixed, millimetres
 from .. import results
-from ..assessment import millimetres
 from ..identification import data
 from ..identification.data import Measurement, Metrics, Pose
 from .option import UsageError

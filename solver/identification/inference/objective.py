@@ -71,30 +71,17 @@ class Objective:
         return np.concatenate([np.zeros((N, 3, 0)), *self._slopes], axis=2)
 
     @cached_property
-    def _put_on_anew(self) -> np.ndarray:
+    def put_on_anew(self) -> np.ndarray:
         """True for unknowns of differences of a ball that was put on anew, shape (U,)."""
         each = [d.course == "each" for d in self.differences]
         return np.repeat(np.array(each, bool), self.sizes)
 
-    def moves(self, x: np.ndarray) -> "Moves":
-        """Return how far the places of the samples have moved.
-
-        A ball that was put on anew, R s from where it was, turns with its link: where an unknown
-        turns the link by t, its derivative is t x (R s).
-        """
-        u, anew = x[self.model.size : self.x_size], self._put_on_anew
-        if not anew.any():
-            return Moves(self.by_differences @ u, self.by_differences, 0.0, 0.0)
-        links = self.model.linearise(x, self.data, of_turns=True)
-        slopes = [
-            d.slopes_of_ball(links.points, self.data) if d.course == "each" else by_d
-            for d, by_d in zip(self.differences, self._slopes, strict=True)
-        ]
-        D = np.concatenate(slopes, axis=2)
-        of_balls = (D @ (anew * u))[:, :, None]
-        by_model = np.cross(links.by_unknowns, of_balls, axis=1)
-        by_joints = np.cross(links.by_joints, of_balls, axis=1)
-        return Moves(D @ u, D, by_model, by_joints)
+    @cached_property
+    def to_links(self) -> np.ndarray:
+        """Rotations into the nominal ball's link, by which its differences are, (N, 3, 3)."""
+        ball = self.model.ball
+        R = ball.rotations(ball.nominal, self.data.q).points
+        return R.swapaxes(1, 2)
 
     @cached_property
     def whiten(self) -> np.ndarray:
@@ -118,19 +105,6 @@ class Objective:
         log_volume, by_unknowns = self.model.log_volume(x, self.data.q)
         slope[: self.model.size] = -freedom * by_unknowns
         return VolumeTerm(-freedom * log_volume, slope)
-
-
-class Moves(NamedTuple):
-    """How far the places of the samples have moved, at some unknowns, and the derivatives."""
-
-    shifts: np.ndarray
-    """Shape (N, 3) [m]."""
-    by_differences: np.ndarray
-    """By the unknowns of what differs, shape (N, 3, U)."""
-    by_model: np.ndarray | float
-    """By the model's unknowns, shape (N, 3, size)."""
-    by_joints: np.ndarray | float
-    """By the joint positions, shape (N, 3, m)."""
 
 
 class VolumeTerm(NamedTuple):
@@ -198,13 +172,29 @@ def linearise(
             A[turned, :, of_frame] = -np.eye(3, 6)
             by_joints[turned] = turns.by_joints
     if objective.differences:
-        moves = objective.moves(x)
-        places -= moves.shifts
-        A[:, :, :size] -= moves.by_model
-        A[:, :, size : objective.x_size] = -moves.by_differences
-        by_joints = by_joints - moves.by_joints
+        of_differences = slice(size, objective.x_size)
+        A[:, :, of_differences] = -objective.by_differences
+        if objective.put_on_anew.any():
+            _turn_with_links(objective, x, A, by_joints)
+        places += A[:, :, of_differences] @ x[of_differences]
     volume = objective.volume(x)
     return Linearization(balls.points, places, A, by_joints, volume)
+
+
+def _turn_with_links(
+    objective: Objective, x: np.ndarray, A: np.ndarray, by_joints: np.ndarray
+) -> None:
+    """Let balls that were put on anew turn with their links, in derivatives that change in place.
+
+    Of one R s from where it was, an unknown that turns the link by t has the derivative t x (R s).
+    """
+    size, anew = objective.model.size, objective.put_on_anew
+    links = objective.model.linearise(x, objective.data, of_turns=True)
+    D = A[:, :, size : objective.x_size]
+    D[:] = np.where(anew, links.points @ objective.to_links @ D, D)
+    shifts = (D @ (anew * x[size:]))[:, :, None]
+    A[:, :, :size] += np.cross(links.by_unknowns, shifts, axis=1)
+    by_joints += np.cross(links.by_joints, shifts, axis=1)
 
 
 def _turns_in_frame(

@@ -231,7 +231,12 @@ class FitPosterior:
         """The robot alone."""
         objective, state, size = self.objective, self.state, self.model.size
         rows = np.r_[:size, objective.dense : objective.size]
-        moves = objective.moves(state.x) if objective.differences else None
+        by_differences = moved = None
+        if objective.differences:
+            of_differences = slice(size, objective.x_size)
+            A = state.linearised().linear.by_unknowns
+            by_differences = -A[:, :, of_differences]
+            moved = by_differences @ state.x[of_differences]
         return Posterior(
             model=self.model,
             data=self.data,
@@ -244,6 +249,6 @@ class FitPosterior:
             weights=self.weights,
             log_evidence=self.log_evidence,
             iterates=tuple(x[:size] for x in self.iterates),
-            moved=moves.shifts if moves else None,
-            by_differences=moves.by_differences if moves else None,
+            moved=moved,
+            by_differences=by_differences,
         )

@@ -83,34 +83,16 @@ class Difference:
 
     def slopes(self, model: ExtendedModel, data: Observations) -> np.ndarray:
         """Return the derivatives of m by all unknowns for all samples, shape (N, 3, size)."""
-        values = model.ball.nominal if self.values is None else self.values
-        if self.course == "each":
-            return self.slopes_of_ball(
-                model.ball.rotations(values, data.q).points, data
-            )
-        moved = data
+        courses = self.courses(data)
         if self.zero:
             joint = model.robot.joint_names.index(self.part)
             q = data.q.copy()
-            q[:, joint] -= self.zero / 2 * self.courses(data)[:, 0]
-            moved = replace(data, q=q)
-        return self._spread(directions(self.part, model, moved, values), data)
-
-    def slopes_of_ball(self, rotations: np.ndarray, data: Observations) -> np.ndarray:
-        """Return :meth:`slopes` of a ball or target put on anew, by its link's rotations R.
-
-        Where turns were measured, it has three more unknowns, its turn in the axes of the link.
-        """
-        if not data.turned.any():
-            return self._spread(-rotations, data)
-        turned = data.turned[:, None, None]
-        parts = -rotations * ~turned, -TURNED * rotations * turned
-        return self._spread(np.concatenate(parts, axis=2), data)
-
-    def _spread(self, D: np.ndarray, data: Observations) -> np.ndarray:
-        """Return c_ik D_i for all k side by side, shape (N, 3, size)."""
-        slopes = self.courses(data)[:, None, :, None] * D[:, :, None]
-        return slopes.reshape(len(D), 3, -1)
+            q[:, joint] -= self.zero / 2 * courses[:, 0]
+            data = replace(data, q=q)
+        values = model.ball.nominal if self.values is None else self.values
+        D = directions(self.part, model, data, values, put_on=self.course == "each")
+        slopes = courses[:, None, :, None] * D[:, :, None]
+        return slopes.reshape(len(courses), 3, -1)
 
     def prior(self, begin: int, size: int) -> PriorGroup:
         """Return the prior of its unknowns, so many from some index on."""
@@ -142,17 +124,27 @@ def courses_of_steps(steps: Sequence[Difference], data: Observations) -> np.ndar
 
 
 def directions(
-    part: str, model: ExtendedModel, data: Observations, values: np.ndarray
+    part: str,
+    model: ExtendedModel,
+    data: Observations,
+    values: np.ndarray,
+    *,
+    put_on: bool = False,
 ) -> np.ndarray:
     """Return D of all samples, shape (N, 3, d), by the values of a geometry's parameters.
 
     A base is elsewhere by three numbers; an instrument may be turned about the middle of what it
-    measured, too. A ball on the flange differs in the axes of its link, by -R; a joint that reads
-    too much by J_q.
+    measured, too. A ball on the flange differs in the axes of its link, by -R, and so does the turn
+    of a target that was ``put_on`` anew; a joint that reads too much by J_q.
     """
     ball = model.ball
     if part == BALL:
-        return -ball.rotations(values, data.q).points
+        minus_R = -ball.rotations(values, data.q).points
+        if not (put_on and data.turned.any()):
+            return minus_R
+        turned = data.turned[:, None, None]
+        by_place, by_turn = minus_R * ~turned, TURNED * minus_R * turned
+        return np.concatenate([by_place, by_turn], axis=2)
     if part != BASE:
         joint = model.robot.joint_names.index(part)
         return ball.linearise(values, data.q).by_joints[:, :, [joint]]
