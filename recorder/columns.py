@@ -11,7 +11,7 @@ from .words import OTHER_UNITS, SIZES, WORDS, Words, all_match, is_word, words_o
 
 _UNIT = re.compile(
     r"(.*?)[\s_]*(?:\[\s*([^\d\W][^\]]*|°)\]|\(\s*([^\d\W][^)]*|°)\)|"
-    r"[\s_/]+(deg(?:rees?)?|grad|rad(?:ians?)?|[°º]|mm|cm))",
+    r"[\s_/]+(?:in[\s_]+)?(deg(?:rees?)?|grad|rad(?:ians?)?|[°º]|mm|cm))",
     re.IGNORECASE,
 )
 _BEHIND = {*SIZES, *OTHER_UNITS} - {"a", "s"}

@@ -66,6 +66,14 @@ HOMOGENEOUS = np.concatenate([R.reshape(-1, 3, 3), XYZ[:, :, None]], axis=2).res
 COUNTED = np.c_[range(14), np.arange(14) / 100]
 POINTS = {
     "German": table("Achse {} [Grad]", "{}-Ist [mm]", separator=";", point=","),
+    "German sentences, days": text_of(
+        [
+            "Tag",
+            *(f"Gelenkwinkel {k} in Grad" for k in range(1, 7)),
+            *(f"{a} in mm" for a in "XYZ"),
+        ],
+        [*np.c_[np.arange(14) // 5 + 1, NUMBERS]],
+    ),
     "French": table("Axe {} (degrés)", "{} mesuré (mm)"),
     "Italian": table("Giunto {} [gradi]", "{} misurata [mm]"),
     "Spanish": table("Articulación {} (grados)", "{} medida (mm)"),
