@@ -57,7 +57,7 @@ class Screen:
                 if not self._unwritten:
                     break
                 clock.sleep(PAUSE)
-            else:
+            if self._unwritten and sys.platform != "win32":
                 os.set_blocking(self._output, True)
                 self._write("")
         os.close(self._output)
