@@ -29,7 +29,10 @@ def in_cases(folder):
 
 
 @by_table("folder", "words", "status", "said")
-def test_what_went_wrong_once_is_named_with_its_cure(command, out, folder, words, status, said):
+def test_what_went_wrong_once_is_named_with_its_cure(
+    command, out, monkeypatch, folder, words, status, said
+):
+    monkeypatch.setenv("COLUMNS", "200")  # tables are not folded then
     pytest.importorskip("rosbags", reason="the extra bags is not installed")
     pytest.importorskip("pyarrow", reason="the extra lerobot is not installed")
     places = {"HERE": in_cases(folder), "CAL": CASES / "calibrations", "OUT": out}

@@ -11,7 +11,7 @@ from typing import Any, cast
 
 from ...errors import read_bytes, reason_of
 from ...solver.calibration import UsageError
-from ...solver.identification.robot import from_folder
+from ...solver.identification import robot as models
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -102,5 +102,5 @@ def _typed(file: Path, name: str, value: object) -> list[str]:
     for i, item in enumerate(items):
         before, separator, source = item.rpartition("=")
         if name == "robot":
-            items[i] = before + separator + from_folder(source, file.parent)
+            items[i] = before + separator + models.from_folder(source, file.parent)
     return [f"--{name}={item}" for item in items]
