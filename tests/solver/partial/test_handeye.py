@@ -113,7 +113,7 @@ def test_another_camera_other_units_and_mirrored_poses_are_told(simulated, found
         found_by(other, rows)
     large = rows.copy()
     large[:, 7:10] *= 1e3
-    with pytest.raises(MukcaError, match="millimetres[?]"):
+    with pytest.raises(MukcaError, match=r"millimetres[?]"):
         found_by(camera, large)
     rows[:, [7, 11, 12]] *= -1
     found = found_by(camera, rows)
