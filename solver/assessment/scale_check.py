@@ -121,8 +121,8 @@ def distance_row(assumed: Sequence[float]) -> LimitResult:
         return limit_row("distance_given", "pass", "not assumed")
     text = (
         f"nobody measured the distance of the sockets, and {1e3 * assumed[0]:.5g} mm is assumed; "
-        "measure it with a caliper (page print of the docs), and add --distance "
-        "50.1mm if you read 50.1 mm"
+        "measure it from centre to centre with a caliper (page print of the docs), and add "
+        "--distance 50.1mm if you read 50.1 mm"
     )
     return limit_row("distance_given", "not enough", text)
 
