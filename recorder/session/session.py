@@ -168,10 +168,11 @@ class Session:
             if not joint.allows(value, margin):
                 arm = self.similar_models and self.similar_models(position)
                 hint = f" This moves like a {arm}." if arm else ""
+                sign = " and sign" if joint.allows(-value, 0.0) else ""
                 return (
                     f"{joint.name} reads {joint.shown(value)}, outside its limits "
                     f"{joint.shown(joint.lower)} to {joint.shown(joint.upper)}: "
-                    f"is this the right robot model?{hint}"
+                    f"is this the right robot model{sign}?{hint}"
                 )
         return self.repeated(position) or self.left_behind(position)
 

@@ -43,6 +43,12 @@ def test_what_is_refused_at_the_same_socket(degrees, rail, told):
     assert refusal is None if told is None else told in str(refusal)
 
 
+@pytest.mark.parametrize(("elbow", "asks"), [(-1.0, True), (3.1, False)])
+def test_of_a_joint_whose_mirrored_reading_is_within_limits_the_sign_is_asked(elbow, asks):
+    refusal = Session((JointLimits("elbow", -0.2, 2.9),)).refusal((elbow,))
+    assert ("the right robot model and sign?" in str(refusal)) == asks and "elbow" in str(refusal)
+
+
 def test_the_next_socket_is_one_that_lacks_samples():
     session = Session(JOINTS, sockets=3, target=1)
     assert session.next_socket == 1 and not session.complete

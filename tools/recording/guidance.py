@@ -21,9 +21,9 @@ MIN_FITTED = 6
 """Samples in each of two sockets from which on a fit is tried."""
 SHARE = 12
 """Samples in a socket from which on a placement can be exhausted."""
-MOST = 18
-"""Samples in a socket after which another placement teaches more, unless a goal was given. Those
-of placements that ended early count as well."""
+MOST = 36
+"""Samples in two sockets after which another placement teaches more, unless a goal was given.
+Those of placements that ended early count as well."""
 CURVES = 3
 """Placements before this one, with which joint error curves are known as well as they may be."""
 MORE = 12
@@ -98,7 +98,8 @@ class PoseSelector:
         self._history[len(samples)] = rigid if posterior is not None else np.inf
         order = self._order(samples, socket)
         target, gain = self._next(state, where, samples, order, position)
-        fewest = min(self._counts(samples)[:2]) if self._sockets > 1 else 0
+        counts = self._counts(samples)[:2]
+        fewest = min(counts) if self._sockets > 1 else 0
         solved = None
         if posterior or fewest >= LEAST_SAMPLES:
             placements = [*self._earlier, self._placement(samples, answers)]
@@ -109,8 +110,8 @@ class PoseSelector:
         goal = self._given or (solved and solved.asked) or self._goal
         reserve = goal * rigid / predicted
         lost = sum(len(part.samples) for part in self._earlier if is_short(part))
-        most = max(MOST - lost // 2, LEAST_SAMPLES)
-        exhausted = fewest >= most and self._given is None
+        many = sum(counts) >= MOST - lost and fewest >= LEAST_SAMPLES
+        exhausted = many and self._given is None
         exhausted |= fewest >= SHARE and self._exhausted(
             state, where, samples, gain, reserve
         )

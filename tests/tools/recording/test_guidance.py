@@ -133,18 +133,27 @@ def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(panda, 
 
 
 @pytest.mark.parametrize(
-    ("count", "lost", "goal", "ends"),
-    [(18, 0, None, 1), (18, 0, 1e-6, 0), (12, 0, None, 0), (12, 12, None, 1)],
+    ("sockets", "lost", "goal", "ends"),
+    [
+        ((18, 18), 0, None, 1),
+        ((18, 18), 0, 1e-6, 0),
+        ((20, 16), 0, None, 1),
+        ((20, 15), 0, None, 0),
+        ((12, 12), 0, None, 0),
+        ((12, 12), 12, None, 1),
+    ],
 )
-def test_a_placement_ends_though_each_sample_still_helps(panda, count, lost, goal, ends):
+def test_a_placement_ends_though_each_sample_still_helps(panda, sockets, lost, goal, ends):
     """Samples that an alarm left in a placement before count as well."""
 
     class Helped(PoseSelector):
         def _exhausted(self, *_):
             return False
 
-    _, (here, before) = mukca.simulate_recordings(panda, 2, samples=count, noise=5e-4, seed=3)
-    rows = enumerate(here.samples, start=1)
+    _, (here, before) = mukca.simulate_recordings(panda, 2, samples=20, noise=5e-4, seed=3)
+    first, second = sockets
+    taken = [*here.samples[:first], *here.samples[20 : 20 + second]]
+    rows = enumerate(taken, start=1)
     samples = [replace(sample, number=number) for number, sample in rows]
     parts = [replace(before, samples=before.samples[6 : 6 + lost])] if lost else []
     advice = Helped(panda, 0.05, goal, parts=parts).advise(samples, 1)
