@@ -87,6 +87,8 @@ READS = 1.5
 """[rad]"""
 WALLED = 3
 """First joints that a narrow cell holds."""
+STUBBORN = 10
+"""Poses in a row outside the limits after which a person gives up."""
 LAST = ("ENOUGH", "NEXT PLACE", "SOLVE FAILS", "TARGET")
 _TEXT = re.compile(r"([a-z]+)(?:@(\d+)(?:\+(\d+))?)?(?::([\d.]+)(mm|deg))?")
 
@@ -232,6 +234,7 @@ class Operator:
         self.alarms: list[tuple[int, str]] = []
         self.cures: list[str] = []
         self.words = ""
+        self.beyond = 0
         self.first = 0
         self._begun = 0
         self._parts: list[Placement] = []
@@ -272,11 +275,14 @@ class Operator:
         """Go on until the screen says that it is over, or for so many samples."""
         pressed = 0
         while self.captured < most and pressed < 3 * most:
+            pressed += 1
             self.guidance.update(self.position)
             self.guidance.update(self.position)
             prompt = self._view().prompt
             self.words, alarm = prompt.words, self.guidance.alarm
-            pressed += 1
+            if self.beyond == STUBBORN:
+                self.words = "OUT OF LIMITS"
+                break
             if alarm:
                 self.alarms.append((self.captured, alarm.words))
                 self._press("k" if self.keeps else alarm.answers[0][0])
@@ -313,8 +319,10 @@ class Operator:
         aim = advice.target if advice else None
         q = tuple(self.world.read(self.captured + 1, session.socket, aim).tolist())
         self.position = q
-        if session.refusal(q):
+        if refusal := session.refusal(q):
+            self.beyond += "outside its limits" in refusal
             return
+        self.beyond = 0
         self.captured += 1
         self.actions.capture(StationaryPose(q, (0.0,) * len(q), None, None, 0.0, 1))
 
@@ -337,7 +345,8 @@ def led(most: int, keeps: bool, job: tuple[str, int, str]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         operator = Operator(world, Path(folder), keeps=keeps)
         operator.lead(most)
-        parts = read_placements(Path(folder))[operator.first :]
+        parts = read_placements(Path(folder)) if operator.captured else []
+        parts = parts[operator.first :]
         counts = [np.bincount(part.sockets, minlength=2).tolist() for part in parts]
         row = {
             "arm": name,
@@ -360,6 +369,8 @@ def _solved(world: World, parts: Sequence[Placement], last: int) -> dict[str, An
     """
     generator = np.random.default_rng(7)
     arm = world.arm
+    if not parts:
+        return {"verdict": "nothing captured", "error": None, "nominal": None}
     if world.kind == "bent":  # the ball that is on it in the end
         arm = _bent(arm, world.aside)
     test = record(arm, world.elsewhere, generator, samples=15, imperfection=world.flaws)

@@ -21,6 +21,7 @@ Cause = Literal[
     "flange",
     "socket",
     "distance",
+    "joint",
     "joints",
     "model",
     "other",
@@ -29,6 +30,8 @@ NEAR = 2
 """Samples by which the begin of one fault may be told differently as more are recorded."""
 SLIPS = "JOINT SLIPS"
 """Words for a joint whose readings change again and again."""
+DRIFTS = "DRIFTS"
+"""Words for a base that creeps: later samples show more of one drift."""
 CURES: dict[Cause, list[str]] = read_json(Path(__file__).with_name("cures.json"))
 """Keys that cure each kind of cause, the likeliest cure first."""
 
@@ -62,13 +65,15 @@ class Alarm:
 
     def is_like(self, alarm: "Alarm") -> bool:
         """Return whether two alarms tell of one fault, which further samples locate better."""
+        if self.words == alarm.words == DRIFTS:
+            return True
         first, second = (*self.samples, 0)[0], (*alarm.samples, 0)[0]
         return self.cause == alarm.cause and abs(first - second) <= NEAR
 
     def after_reconnection(self) -> "Alarm":
         """Return it as it is told where no sound sample came since the connection was lost."""
         text = f"{self.text}, as the connection came back"
-        if self.cause not in ("base", "flange", "joints", "other"):
+        if self.cause not in ("base", "flange", "joint", "joints", "other"):
             return replace(self, text=text)
         text = f"another arm, or its zeros: {text}"
         return replace(self, cause="joints", words="ANOTHER ARM?", text=text)

@@ -194,8 +194,10 @@ def _by_place(now: View) -> OperatorPrompt | None:
     refusal = session.refusal(now.position) or now.implausible
     if refusal is None or now.fast:
         return None
-    if session.repeated(now.position) is None:
+    if refusal == now.implausible:
         return OperatorPrompt("MOVE", _CALM, refusal)
+    if session.repeated(now.position) is None:
+        return OperatorPrompt("OUT OF LIMITS", _BAD, refusal)
     last = session.last
     if last and session.same(last.position, now.position):
         refusal = f"sample {last.number} is taken; lead the arm to another pose"

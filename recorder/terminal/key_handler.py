@@ -118,7 +118,7 @@ class KeyHandler:
         if action == "keep":
             self.actions.keep(alarm.text)
         elif action == "new" and alarm.samples:
-            changed = alarm.cause == "joints"
+            changed = alarm.cause in ("joint", "joints")
             if not self._start_new_placement(alarm.samples, readings_changed=changed):
                 return True
         elif action == "delete" and alarm.cause in ("ball", "passing"):

@@ -166,6 +166,12 @@ def test_the_joints_that_turn_most_are_read_from_afar():
     assert view(fast=True, moving="it moves").large == "MOVE"
 
 
+def test_a_configuration_outside_the_limits_is_no_pose_to_move_on_from():
+    outside = view(position=(*[0.3] * 3, 2.9, *[0.3] * 3)).prompt
+    assert outside.words == "OUT OF LIMITS" and "panda_joint4 reads 166.2°" in outside.reason
+    assert view(implausible="puts the ball far away").prompt.words == "MOVE"
+
+
 def test_the_page_s_address_stands_in_the_header_and_in_the_help():
     url = "http://192.168.1.20:41234/abcdefghjkmn/"
     assert url in drawn(view(page=url), 60, 24)[0]

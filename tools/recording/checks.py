@@ -35,7 +35,9 @@ times as far as by the right one."""
 FLIPS = 2
 """So many joints at most are tried with the other sign."""
 SIGN_RATIO = 2.5
-"""With the right signs the ball of one socket scatters so many times less."""
+"""With the right signs, or zero, the ball of one socket scatters so many times less."""
+TURNS = np.deg2rad(np.arange(-179, 181))
+"""Angles by which a joint may read otherwise [rad]."""
 SLACK = 0.05
 """Tolerance of the joints' limits [rad]."""
 
@@ -90,6 +92,8 @@ def wrong_model(robot: Robot, samples: Captures) -> str | None:
     best = min(scatters, key=scatters.__getitem__, default=None)
     if best is None or scatters[best] > scatter / WRONG_RATIO or best == robot.name:
         return None
+    if _turned(robot, q)[0] < scatters[best]:
+        return None
     return (
         f"this moves like a {best}: by its model the ball of one socket scatters by "
         f"{1e3 * scatters[best]:.0f} mm, by that of {robot.name} by {1e3 * scatter:.0f} mm. Is "
@@ -122,13 +126,76 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
             signs[list(flipped)] = -1
             scatters[flipped] = _scatter(robot, signs * q)
         best = min(scatters, key=scatters.__getitem__)
-        if scatters[best] < scatter / SIGN_RATIO:
+        if scatters[best] < min(scatter / SIGN_RATIO, _turned(robot, q)[0]):
             joints = " and ".join(names[joint] for joint in best)
             return (
                 f"sign of {joints}: with the other, the ball of one socket scatters by "
                 f"{1e3 * scatters[best]:.0f} mm, not {1e3 * scatter:.0f}"
             )
     return None
+
+
+def wrong_zero(robot: Robot, samples: Captures) -> str | None:
+    """Return a warning where another zero of one joint makes the ball scatter far less, or None."""
+    for socket in sorted({s.socket for s in samples}):
+        q = positions_in(samples, socket)
+        if len(q) < FIRST_POSES or (scatter := _scatter(robot, q)) < WRONG_SCATTER:
+            continue
+        turned, joint = _turned(robot, q)
+        ratio = WRONG_RATIO if len(q) < ENOUGH else SIGN_RATIO
+        if turned < scatter / ratio:
+            return (
+                f"zero of {joint}: with another, the ball of one socket scatters by "
+                f"{1e3 * turned:.0f} mm, not {1e3 * scatter:.0f}"
+            )
+    return None
+
+
+def wrong_joint(robot: Robot, samples: Captures) -> tuple[int, str] | None:
+    """Return the place of the first sample that a joint reads far otherwise, and the joint.
+
+    None where no joint does. The last balls are far from their sockets, as the samples before them
+    locate these, and near with another reading of one joint. The first joint is left out, since a
+    base that turned looks the same.
+    """
+    q = np.array([sample.position for sample in samples])
+    sockets = np.array([sample.socket for sample in samples])
+    for first in range(FIRST_POSES, len(q) - 1):
+        before, since = nominal_balls(robot, q[:first]), nominal_balls(robot, q[first:])
+        seats = [before[sockets[:first] == socket] for socket in sockets[first:]]
+        if min(map(len, seats)) < FIRST_POSES:
+            continue
+        centres = np.array([np.median(seat, axis=0) for seat in seats])
+        usual = [
+            np.median(np.linalg.norm(seat - centre, axis=1))
+            for seat, centre in zip(seats, centres, strict=True)
+        ]
+        gaps = np.linalg.norm(since - centres, axis=1)
+        if gaps.min() > FAR > max(usual):
+            turned, joint = _turned(robot, q[first:], centres)
+            return (first, joint) if turned < gaps.mean() / WRONG_RATIO else None
+    return None
+
+
+def _turned(
+    robot: Robot, q: np.ndarray, points: np.ndarray | None = None
+) -> tuple[float, str]:
+    """Return the least mean distance of balls from points with another reading of a joint [m].
+
+    It comes with the joint. The points, shape (N, 3) [m], are the mean of the balls by default.
+    """
+    best = np.inf, ""
+    for joint in range(1, len(robot.actuated)):
+        if robot.actuated[joint].type == "prismatic":
+            continue
+        turned = np.repeat(q[None], len(TURNS), axis=0)
+        turned[..., joint] += TURNS[:, None]
+        balls = nominal_balls(robot, turned.reshape(-1, q.shape[1]))
+        balls = balls.reshape(len(TURNS), len(q), 3)
+        about = balls.mean(axis=1, keepdims=True) if points is None else points
+        means = np.linalg.norm(balls - about, axis=2).mean(axis=1)
+        best = min(best, (float(means.min()), robot.joint_names[joint]))
+    return best
 
 
 def wrong_distance(robot: Robot, distance: float, samples: Captures) -> float | None:

@@ -14,7 +14,15 @@ from ...solver import assessment, diagnostics
 from ...solver.assessment import millimetres
 from ...solver.identification.robot import Robot
 from ...solver.results import Hypothesis
-from .checks import BEYOND, FAR, wrong_distance, wrong_model, wrong_signs
+from .checks import (
+    BEYOND,
+    FAR,
+    wrong_distance,
+    wrong_joint,
+    wrong_model,
+    wrong_signs,
+    wrong_zero,
+)
 from .pose_pool import Captures
 
 
@@ -64,12 +72,13 @@ class SessionAlarms:
         of a base, not of a ball. What concerns them alone was answered.
         """
         *before, placement = placements
-        if wrong := self._wrong_from_the_start(placement):
-            return (wrong,)
         numbers = {sample.number for sample in doubted}
         samples = sorted(
             [*placement.samples, *doubted], key=lambda sample: sample.number
         )
+        wrong = self._wrong_since(samples) or self._wrong_from_the_start(placement)
+        if wrong:
+            return (wrong,)
         joined = replace(placement, samples=tuple(samples))
         oldest = min((s.number for s in placement.samples), default=math.inf)
         moves = sum(is_short(earlier) for earlier in before)
@@ -109,12 +118,23 @@ class SessionAlarms:
             return Alarm("model", "WRONG ARM?", complaint)
         if complaint := wrong_signs(robot, samples):
             return Alarm("model", "WRONG SIGNS?", complaint)
+        if not self.coarse and (complaint := wrong_zero(robot, samples)):
+            return Alarm("model", "WRONG ZERO?", complaint)
         given = placement.distance
         if not given or not (likely := wrong_distance(robot, given, samples)):
             return None
         numbers = {"likely": millimetres(likely, 0), "given": millimetres(given, 0)}
         cause, words, form, _ = FORMS["distance"]
         return Alarm(cause, words, form.format_map(numbers))
+
+    def _wrong_since(self, samples: Captures) -> Alarm | None:
+        """Return an alarm that a joint reads far otherwise since a sample."""
+        if not (wrong := wrong_joint(self._robot, samples)):
+            return None
+        first, joint = wrong
+        numbers = tuple(sample.number for sample in samples[first:])
+        text = f"{joint} reads far otherwise since sample {numbers[0]}"
+        return Alarm("joint", JOINTS, text, numbers)
 
     def _alarm(self, fault: diagnostics.Fault, doubted: Captures) -> Alarm:
         """Return a fault as an alarm.

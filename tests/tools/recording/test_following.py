@@ -174,6 +174,8 @@ def test_a_drift_that_may_be_a_base_that_moved_leaves_the_samples_before(
     assert (alarm.words, alarm.cause) == ("DRIFTS", "base")
     assert alarm.text == "the base drifts, by 3.2 mm so far; as likely the base moved by 2.5 mm"
     assert alarm.samples[0] == 13
+    kept = replace(alarm, cause="other", samples=())
+    assert not Answers((kept,)).open_alarms([alarm])  # it goes on, and was answered
 
 
 def test_a_base_that_fell_back_leaves_out_the_samples_of_that_time_alone(

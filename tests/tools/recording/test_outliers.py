@@ -90,6 +90,30 @@ def test_a_wrong_sign_and_a_wrong_unit_are_told_before_any_fault(name):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", ["panda", "ur5e", "gen3_lite"])
+@pytest.mark.parametrize("degrees", [50, 86])
+def test_a_joint_that_reads_far_otherwise_is_named_with_the_first_such_sample(name, degrees):
+    """So it is while it lasts, and where all samples of a placement read so."""
+    robot = load_robot(name)
+    _, (sound,) = mukca.simulate_recordings(robot, 1, samples=6, seed=2)
+    alarms, joint = SessionAlarms(robot), len(robot.actuated) // 2
+    q = sound.positions.copy()
+    q[:, joint] += np.deg2rad(degrees)
+    since = sound.with_positions(np.concatenate([sound.positions[:9], q[9:]]))
+    rows = [replace(sample, number=i) for i, sample in enumerate(since.samples, start=1)]
+    assert not alarms([replace(since, samples=tuple(rows[:9]))])
+    for count in (11, 12):
+        (alarm,) = alarms([replace(since, samples=tuple(rows[:count]))])
+        assert alarm.words == "JOINTS?"
+        assert alarm.text == f"{robot.joint_names[joint]} reads far otherwise since sample 10"
+        assert [answer[0] for answer in alarm.answers] == ["q", "n", "k"]
+    if not alarms.coarse:
+        (alarm,) = alarms([sound.with_positions(q)])
+        assert (alarm.words, alarm.answers[0][0]) == ("WRONG ZERO?", "q")
+        assert robot.joint_names[joint] in alarm.text
+
+
+@pytest.mark.slow
 def test_a_base_that_moved_twice_before_is_loose(panda):
     """Whether it moved as well or not, a session that is cut again and again has an end."""
     truth, (*before, here) = mukca.simulate_recordings(panda, 3, samples=12, seed=2)
