@@ -14,16 +14,9 @@ from ...solver import assessment, diagnostics
 from ...solver.assessment import millimetres
 from ...solver.identification.robot import Robot
 from ...solver.results import Hypothesis
-from .checks import (
-    BEYOND,
-    FAR,
-    wrong_distance,
-    wrong_joint,
-    wrong_model,
-    wrong_signs,
-    wrong_zero,
-)
+from .checks import BEYOND, wrong_distance
 from .pose_pool import Captures
+from .wrong_readings import FAR, wrong_joint, wrong_model, wrong_signs, wrong_zero
 
 
 class _Form(NamedTuple):

@@ -12,8 +12,8 @@ from ...recorder.session import Message, Recording, Session
 from ...solver.identification import robot as robots
 from ..cli import Terminal
 from ..simulation import FollowingHand, practice_driver
-from .checks import similar_models
 from .options import RecordOptions, joints_of
+from .wrong_readings import similar_models
 
 if TYPE_CHECKING:
     from .page import PageProcess
