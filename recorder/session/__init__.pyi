@@ -1,6 +1,7 @@
 from .actions import Check as Check
 from .actions import SessionActions as SessionActions
 from .actions import Sound as Sound
+from .alarms import DRIFTS as DRIFTS
 from .alarms import NO_ANSWERS as NO_ANSWERS
 from .alarms import SLIPS as SLIPS
 from .alarms import Alarm as Alarm

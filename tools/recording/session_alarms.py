@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...recorder import Placement
-from ...recorder.session import Alarm, Alarms, Cause
+from ...recorder.session import DRIFTS, Alarm, Alarms, Cause
 from ...solver import assessment, diagnostics
 from ...solver.assessment import millimetres
 from ...solver.identification.robot import Robot
@@ -69,8 +69,7 @@ class SessionAlarms:
         samples = sorted(
             [*placement.samples, *doubted], key=lambda sample: sample.number
         )
-        wrong = self._wrong_since(samples) or self._wrong_from_the_start(placement)
-        if wrong:
+        if wrong := self._wrong_from_the_start(placement):
             return (wrong,)
         joined = replace(placement, samples=tuple(samples))
         oldest = min((s.number for s in placement.samples), default=math.inf)
@@ -80,7 +79,11 @@ class SessionAlarms:
         if joint := _lost_twice(faults):
             cause, words, form, _ = FORMS["slips"]
             return (Alarm(cause, words, form.format(joint=joint)),)
-        for fault in faults:
+        here = [fault for fault in faults if fault.placement == len(before)]
+        is_far = any(_is_of_joints(f) and _size(f.hypothesis) > FAR for f in here)
+        if is_far and (wrong := self._wrong_since(samples)):
+            return (wrong,)
+        for fault in here:
             # A solving has an unknown for a ball that was put on anew before a placement, so no
             # key would cure it, nor what may as well be one.
             is_another_ball = any(
@@ -89,7 +92,7 @@ class SessionAlarms:
                 for f in (fault, *fault.rivals)
             )
             is_new = not set(fault.samples) <= numbers
-            if fault.placement == len(before) and is_new and not is_another_ball:
+            if is_new and not is_another_ball:
                 alarm = self._alarm(fault, doubted)
                 if alarm.cause == "base" and moves >= AGAIN:
                     text = f"it moved {moves + 1} times, now {alarm.text}"
@@ -142,8 +145,7 @@ class SessionAlarms:
         if is_repeated:
             first = doubted[0].number
             concerned = (*(sample.number for sample in doubted), *concerned)
-        of_joints = fault.socket is None and hypothesis.name != "distance"
-        if is_repeated or (size > BEYOND and of_joints):
+        if is_repeated or (size > BEYOND and _is_of_joints(fault)):
             text = BEYOND_WORDS.format(first=first, metres=f"{size:.1f}")
             return Alarm("joints", JOINTS, text, concerned)
         cause, words, form, _ = FORMS[hypothesis.name]
@@ -169,10 +171,14 @@ class SessionAlarms:
         statement = text.partition(";")[0]  # without the question that follows
         form = FORMS[rival_hypothesis.name].also
         text = f"{statement}; as likely {form.format_map(_shown(rival_hypothesis))}"
-        if rival_hypothesis.name != "base_moved":
+        if rival_hypothesis.name != "base_moved" or words == DRIFTS:
             return Alarm(cause, words, text, fault.samples)
-        # its cure moves the samples since then: a drift concerns all
         return Alarm("base", words, text, rival.samples)
+
+
+def _is_of_joints(fault: diagnostics.Fault) -> bool:
+    """Return whether joints that read wrongly look like a fault, if it is large."""
+    return fault.socket is None and fault.hypothesis.name != "distance"
 
 
 def _lost_twice(faults: Sequence[diagnostics.Fault]) -> str | None:

@@ -86,19 +86,24 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
 
 
 def wrong_zero(robot: Robot, samples: Captures) -> str | None:
-    """Return a warning where another zero of one joint makes the ball scatter far less, or None."""
+    """Return a warning where another zero of one joint makes balls scatter far less, or None.
+
+    They do so in each socket; else the joint read well for a time.
+    """
+    complaint = None
     for socket in sorted({s.socket for s in samples}):
         q = positions_in(samples, socket)
-        if len(q) < FIRST_POSES or (scatter := _scatter(robot, q)) < FAR:
+        if len(q) < FIRST_POSES:
             continue
-        turned, joint = _turned(robot, q)
+        scatter, (turned, joint) = _scatter(robot, q), _turned(robot, q)
         ratio = WRONG_RATIO if len(q) < ENOUGH else SIGN_RATIO
-        if turned < scatter / ratio:
-            return (
-                f"zero of {joint}: with another, the ball of one socket scatters by "
-                f"{1e3 * turned:.0f} mm, not {1e3 * scatter:.0f}"
-            )
-    return None
+        if scatter < max(FAR, ratio * turned):
+            return None
+        complaint = (
+            f"zero of {joint}: with another, the ball of one socket scatters by "
+            f"{1e3 * turned:.0f} mm, not {1e3 * scatter:.0f}"
+        )
+    return complaint
 
 
 def wrong_joint(robot: Robot, samples: Captures) -> tuple[int, str] | None:
@@ -108,6 +113,8 @@ def wrong_joint(robot: Robot, samples: Captures) -> tuple[int, str] | None:
     locate these, and near with another reading of one joint. The first joint is left out, since a
     base that turned looks the same.
     """
+    if len(samples) < FIRST_POSES:
+        return None
     q = np.array([sample.position for sample in samples])
     sockets = np.array([sample.socket for sample in samples])
     balls = nominal_balls(robot, q)
@@ -122,7 +129,7 @@ def wrong_joint(robot: Robot, samples: Captures) -> tuple[int, str] | None:
             for seat, centre in zip(seats, centres, strict=True)
         ]
         gaps = np.linalg.norm(balls[first:] - centres, axis=1)
-        if gaps.min() > FAR > max(usual):
+        if gaps.min() > max(FAR, WRONG_RATIO * max(usual)):
             turned, joint = _turned(robot, q[first:], centres)
             return (first, joint) if turned < gaps.mean() / WRONG_RATIO else None
     return None
