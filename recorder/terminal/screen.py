@@ -200,7 +200,9 @@ def _joints(view: View, width: int) -> Texts:
         at_limit = margin < 0.05 * (upper - lower)
         marks.append((target[i], "◆", "bold magenta"))
         marks.append((values[i], "┃", "bold red" if at_limit else "bold"))
-        line = Text(f" {fit(joint.name, names):<{names}} ")
+        # Joints of one arm differ by the end of their names.
+        name = joint.name if len(joint.name) <= names else f"…{joint.name[1 - names :]}"
+        line = Text(f" {name:<{names}} ")
         line.append(_joint(joint, values[i], marks, width - names - 30))
         lines.append(line)
     return lines

@@ -125,6 +125,12 @@ def test_a_small_window_still_has_the_next_step_and_the_last_message(width, heig
     assert ("! refused: still moving" in " ".join(lines)) == (width == 40)
 
 
+def test_long_names_of_joints_stay_apart_where_there_is_little_room():
+    joints = tuple(JointLimits(f"openarm_right_joint{i}", -1, 1) for i in range(1, 8))
+    lines = drawn(view(session(0, joints=joints)), 60, 20)
+    assert all(any(f"right_joint{i} " in line for line in lines) for i in range(1, 8))
+
+
 @pytest.mark.parametrize("width", [60, 80])
 def test_no_fact_is_cut_in_its_midst(width):
     """The stream's line has fewer words where there is less room, and the gauge a second line."""
