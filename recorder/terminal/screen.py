@@ -55,7 +55,8 @@ def advice_lines(view: View, width: int) -> list[str]:
 def help_lines(view: View) -> list[str]:
     """Return the help, with all keys of each action."""
     names = all_key_names(view.session.keys)
-    return with_key_names(_HELP, names).expandtabs(12).splitlines()
+    column = max(12, *(len(name) + 2 for name in names.values()))
+    return with_key_names(_HELP, names).expandtabs(column).splitlines()
 
 
 def _shown(line: Text, width: int, *, ascii_only: bool) -> Text:

@@ -163,6 +163,9 @@ def test_a_joint_that_slips_is_told_after_two_alarms_at_most(panda, seed):
         if kept and kept[-1].words == "JOINT SLIPS":
             break
     assert kept[-1].words == "JOINT SLIPS" and len(kept) <= 3
+    mended = here.placement(tuple(here.samples("none")[:8]))
+    told = alarms([replace(placement, name="before"), mended])
+    assert "JOINT SLIPS" not in [alarm.words for alarm in told]
 
 
 def test_a_drift_that_may_be_a_base_that_moved_leaves_the_samples_before(
