@@ -182,9 +182,13 @@ class Lines:
         self._advice = lines or self._advice
 
     def _show_prompt(self, view: View) -> None:
-        """Print the keys once, and the prompt each time that it, or the typed line, changes."""
+        """Print the keys once, and the prompt each time that it changes.
+
+        So does the typed line, and the number of the sample to be captured.
+        """
         prompt = view.prompt
-        words = prompt.text if prompt.words == "WHICH?" else prompt.words
+        in_full = prompt.words in ("WHICH?", "PRESS")
+        words = prompt.text if in_full else prompt.words
         if words == self._words or view.captured:  # a message says that
             return
         if not self._words:
