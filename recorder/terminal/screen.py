@@ -103,10 +103,7 @@ def _lines(view: View, width: int, height: int) -> Texts:
         predicted, *details = gauge(view, width)
         facts = [*kept(view, width), predicted, stream(view, width), *details]
         top += [line for line in facts if line.plain][: max(0, spare - 2)]
-    # While the operator is asked, those that answer.
-    answers = view.question.partition("   ")[2] or view.typed.partition("_   ")[2]
-    keys = [Text(fit(view.session.with_keys(answers or BAR), width), style="bold")]
-    keys = keys[:spare]
+    keys = [Text(fit(_bar(view, width), width), style="bold")][:spare]
     room = height - len(top) - len(keys)
     if view.help:
         page = [f"page        {view.page}"] if view.page else []
@@ -115,6 +112,14 @@ def _lines(view: View, width: int, height: int) -> Texts:
         middle = _middle(view, width, room)
     middle += [Text()] * room
     return [*top, *middle[:room], *keys]
+
+
+def _bar(view: View, width: int) -> str:
+    """The keys that do something: while the operator is asked, those that answer."""
+    answers = view.question.partition("   ")[2] or view.typed.partition("_   ")[2]
+    bars = [answers] if answers else [BAR, BAR.replace("{redo} redo  ", "")]
+    rows = [view.session.with_keys(bar) for bar in bars]
+    return next((row for row in rows if len(row) <= width), rows[-1])
 
 
 def _wrapped(texts: Iterable[str], width: int, style: str) -> Texts:
