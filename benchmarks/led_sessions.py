@@ -59,7 +59,6 @@ from mukca.recorder.session import (
     View,
 )
 from mukca.recorder.stream import StationaryPose
-from mukca.recorder.terminal import keys_with
 from mukca.recorder.terminal.key_handler import KeyHandler
 from mukca.solver.assessment import repeatability_of
 from mukca.solver.calibration import calibrate
@@ -266,9 +265,7 @@ class Operator:
         self.actions = SessionActions(session, self.recording, sound)
         selector = PoseSelector(robot, world.given, parts=self._parts)
         self.guidance = GuidanceClient(Direct(selector), self.actions, sound)
-        self.handler = KeyHandler(
-            self.actions, keys_with(()), self.guidance, lambda: None
-        )
+        self.handler = KeyHandler(self.actions, self.guidance, lambda: None)
         self.position: tuple[float, ...] | None = None
 
     def lead(self, most: int) -> None:
@@ -285,7 +282,7 @@ class Operator:
                 break
             if alarm:
                 self.alarms.append((self.captured, alarm.words))
-                self._press("k" if self.keeps else alarm.answers[0][0])
+                self._press("keep" if self.keeps else next(iter(alarm.answers)))
                 if self.cures[-1] == "q":
                     self.words = alarm.words
                     break
@@ -297,7 +294,9 @@ class Operator:
                 self._capture()
         self.recording.close()
 
-    def _press(self, key: str) -> None:
+    def _press(self, action: str) -> None:
+        """Press the key of an action that answers an alarm."""
+        key = self.actions.session.key_names[action]
         self.cures.append(key)
         self.handler.press(key)
         if key == "m":  # a caliper reads what is true

@@ -167,13 +167,15 @@ def test_the_page_of_an_arm_reads_a_table_of_ones_own(page, command, tmp_path, m
 
 
 def test_the_page_of_alarms_has_the_key_that_cures_each():
-    from mukca.recorder.session.alarms import CURES
+    from mukca.recorder.session import CURES, KEYS
 
     page = (ROOT / "docs/alarms.md").read_text()
     rows = re.findall(r"^\| ([A-Z ?]+) \|.*\| (.*) \|$", page, re.M)
     alarms = json.loads((ROOT / "tools/recording/alarms.json").read_text()).values()
-    cures = {alarm["words"]: (*CURES[alarm["cause"]], "k keep")[0] for alarm in alarms}
-    wrong = {words: key for words, key in cures.items() if f"`{key[0]}`" not in dict(rows)[words]}
+    cures = {alarm["words"]: (*CURES[alarm["cause"]], "keep")[0] for alarm in alarms}
+    of_action = {action: key for key, action in KEYS.items()}
+    told = {words: f"`{of_action[cure]}`" for words, cure in cures.items()}
+    wrong = {words: key for words, key in told.items() if key not in dict(rows)[words]}
     assert wrong == {}
 
 

@@ -1,6 +1,7 @@
 from .actions import Check as Check
 from .actions import SessionActions as SessionActions
 from .actions import Sound as Sound
+from .alarms import CURES as CURES
 from .alarms import DRIFTS as DRIFTS
 from .alarms import NO_ANSWERS as NO_ANSWERS
 from .alarms import SLIPS as SLIPS
@@ -13,6 +14,9 @@ from .guidance import Advice as Advice
 from .guidance import GuidanceClient as GuidanceClient
 from .guidance import GuidanceProvider as GuidanceProvider
 from .guidance import GuidanceRequest as GuidanceRequest
+from .key_names import KEYS as KEYS
+from .key_names import all_key_names as all_key_names
+from .key_names import with_key_names as with_key_names
 from .operator_prompt import View as View
 from .recording_file import Recording as Recording
 from .session import BLOCK as BLOCK

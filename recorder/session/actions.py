@@ -75,7 +75,7 @@ class SessionActions:
     def alarm(self, text: str, pattern: str = REFUSED) -> None:
         """Show a message that needs attention."""
         self.session = self.session.with_message(text, alarm=True)
-        self.sound.play(pattern, text)
+        self.sound.play(pattern, self.session.messages[-1].text)
 
     def keep(self, text: str) -> None:
         """Go on although an alarm said this; the recording says so from now on."""
@@ -115,8 +115,8 @@ class SessionActions:
         if contact:
             message += f", while the arm was pushed ({contact})"
         if done:
-            further = "s for the next socket, " if session.sockets > 1 else ""
-            message += f"; that is the target: {further}q to finish"
+            further = "{next} for the next socket, " if session.sockets > 1 else ""
+            message += f"; that is the target: {further}{{finish}} to finish"
         self.notify(message)
         pattern = DONE if done or session.turn_done else CAPTURED
         self.sound.play(pattern, f"got {sample.number}")
@@ -126,7 +126,7 @@ class SessionActions:
                 f"all {taken} poses lie within 25 degrees of each other: lead every joint on"
             )
         if odd := self.plausible and self.plausible(session.live):
-            back = "u takes it back. Or has the base moved? n: new placement"
+            back = "{undo} takes it back. Or has the base moved? {new}: new placement"
             self.alarm(f"sample {sample.number} {odd} {back}")
         return sample
 
@@ -145,7 +145,7 @@ class SessionActions:
             return
         if number in self.session.withdrawn:
             self.alarm(
-                f"sample {number} was taken back already; r brings the last one again"
+                f"sample {number} was taken back already; {{redo}} brings the last one again"
             )
         else:
             self._take_back(sample)

@@ -32,8 +32,8 @@ SLIPS = "JOINT SLIPS"
 """Words for a joint whose readings change again and again."""
 DRIFTS = "DRIFTS"
 """Words for a base that creeps: later samples show more of one drift."""
-CURES: dict[Cause, list[str]] = read_json(Path(__file__).with_name("cures.json"))
-"""Keys that cure each kind of cause, the likeliest cure first."""
+CURES: dict[Cause, dict[str, str]] = read_json(Path(__file__).with_name("cures.json"))
+"""Actions that cure each kind of cause, each with what it does; the likeliest cure first."""
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,16 @@ class Alarm:
     """True if samples stay where they are when those of the alarm go into a new placement."""
 
     @property
-    def answers(self) -> tuple[str, ...]:
-        """Keys that answer it, each with what it does, the likeliest cure first."""
-        cures = (c for c in CURES[self.cause] if self.stays or not c.startswith("n "))
-        return (*cures, "k keep")
+    def answers(self) -> dict[str, str]:
+        """Actions that answer it, each with what it does, the likeliest cure first."""
+        cures = {**CURES[self.cause], "keep": "keep"}
+        return {a: text for a, text in cures.items() if self.stays or a != "new"}
 
     @property
     def reason(self) -> str:
         """The line, with the keys that answer it."""
-        return f"{self.text}: {', '.join(self.answers)}"
+        answers = (f"{{{action}}} {text}" for action, text in self.answers.items())
+        return f"{self.text}: {', '.join(answers)}"
 
     def is_like(self, alarm: "Alarm") -> bool:
         """Return whether two alarms tell of one fault, which further samples locate better."""

@@ -17,8 +17,8 @@ FOLLOWED = math.radians(45)
 UNFOLLOWED = 3
 """So many proposals in a row that were not followed say that the arm gets no farther here."""
 CONFINED = (
-    "proposals were not followed: from now on poses only as far as the samples went "
-    "(--turn DEG says so from the start, b drops one pose)"
+    "proposals were not followed: from now on poses near the samples alone "
+    "(--turn DEG does so from the start)"
 )
 WORDS = {ENOUGH: "enough", NEXT_PLACE: "next place", DONE: "next socket"}
 """Words for the tones of an end."""

@@ -5,7 +5,7 @@ refused.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from ...errors import fixed
@@ -71,7 +71,6 @@ class View:
     """A fault that the samples show, and that was not answered."""
     kept: Alarms = ()
     """Faults whose samples the operator keeps as they are."""
-    capture_key: str = "space"
     rate: float = 0.0
     """States per second."""
     age: float = math.inf
@@ -92,7 +91,8 @@ class View:
     @cached_property
     def prompt(self) -> OperatorPrompt:
         """The operator's next step."""
-        return _before_all(self) or _by_place(self) or _by_motion(self)
+        prompt = _before_all(self) or _by_place(self) or _by_motion(self)
+        return replace(prompt, reason=self.session.with_keys(prompt.reason))
 
     @cached_property
     def turns(self) -> tuple[tuple[JointLimits, float], ...]:
@@ -115,7 +115,8 @@ class View:
         asks for.
         """
         if self.alarm and self.prompt.words == self.alarm.words:
-            return f"{self.alarm.answers[0][0].upper()}: {self.alarm.words}"
+            key = self.session.key_names[next(iter(self.alarm.answers))]
+            return f"{key.upper()}: {self.alarm.words}"
         if self.prompt.words not in ("MOVE", "NEXT POSE") or not self.turns:
             return self.prompt.words
         largest = sorted(self.turns, key=lambda turn: -abs(turn[1]))[:2]
@@ -137,7 +138,7 @@ _CALM, _STEADY, _GOOD, _NEXT, _BAD = (
 
 def _before_all(now: View) -> OperatorPrompt | None:
     """Return the step that does not depend on the arm's pose."""
-    session, advice, key = now.session, now.advice, now.capture_key
+    session, advice = now.session, now.advice
     if now.question:
         words, _, reason = now.question.partition(": ")
         return OperatorPrompt(words, _NEXT, reason)
@@ -150,38 +151,44 @@ def _before_all(now: View) -> OperatorPrompt | None:
         return OperatorPrompt(f"GOT {now.captured}", _GOOD, reason)
     if now.alarm:
         return OperatorPrompt(now.alarm.words, _BAD, now.alarm.reason)
-    hint = "" if now.hands_free else f", {key} captures one more"
+    hint = "" if now.hands_free else ", {capture} captures one more"
     leave = False
     if advice:
         leave = advice.leave and advice.socket == session.socket
         if advice.fails and (advice.exhausted or session.complete):
             return OperatorPrompt("SOLVE FAILS", _BAD, advice.fails)
         if advice.exhausted:
-            why = "more poses here hardly help: n, base elsewhere"
+            why = "more poses here hardly help: {new}, base elsewhere"
             return OperatorPrompt("NEXT PLACE", _NEXT, why)
         if advice.enough:
             return OperatorPrompt("ENOUGH", _GOOD, _enough_for(session, advice, hint))
     if session.complete:
         words = "TARGET" if advice else "ENOUGH"
-        return OperatorPrompt(words, _GOOD, f"q finishes{hint}")
+        return OperatorPrompt(words, _GOOD, f"{{finish}} finishes{hint}")
     target, reason = session.next_socket, ""
     if leave or session.turn_done or session.counts[session.socket] >= session.target:
-        reason = f"enough here: ball to socket {target}, then press s"
+        reason = f"enough here: ball to socket {target}, then press {{next}}"
     elif now.paused:
         target = session.socket
-        reason = f"once the ball is in socket {target}: {key}"
+        reason = f"once the ball is in socket {target}: {{capture}}"
     return OperatorPrompt(f"SOCKET {target} NOW", _NEXT, reason) if reason else None
 
 
 def _enough_for(session: Session, advice: Advice, hint: str) -> str:
     """Return what the samples are enough for, and what is asked beside them."""
     if session.sockets > 1 and not session.measured:
-        return "m types the sockets' distance, without which solve gives no PASS; q finishes"
+        return (
+            "{measure} types the sockets' distance, without which solve gives no PASS; "
+            "{finish} finishes"
+        )
     if advice.near_only:
-        return "for this place: q finishes; for all the workspace train on two: n, base elsewhere"
+        return (
+            "for this place: {finish} finishes; for all the workspace train on two: {new}, "
+            "base elsewhere"
+        )
     lacks = advice.alone and advice.unit == "mm"
     place = "; for PASS record another place" if lacks else ""
-    return f"q finishes{hint}; the goal is reached{place}"
+    return f"{{finish}} finishes{hint}; the goal is reached{place}"
 
 
 def _by_place(now: View) -> OperatorPrompt | None:
@@ -214,7 +221,7 @@ def _by_motion(now: View) -> OperatorPrompt:
     number = now.session.next_number
     if now.hands_free:
         return OperatorPrompt("HOLD", _STEADY, f"sample {number} is captured by itself")
-    press = f"{now.capture_key} captures sample {number}"
+    press = f"{{capture}} captures sample {number}"
     last, socket = now.session.last, now.session.socket
     if last is None or last.socket != socket:
         press += f", with the ball in socket {socket}"

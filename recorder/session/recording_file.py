@@ -231,7 +231,7 @@ class Recording:
         self._check_place()
         if os.fstat(self._fd).st_size != self._size:
             raise RecordingError(
-                f"{self.file.name} was changed by another program; finish with q and start again"
+                f"{self.file.name} was changed by another program; end the session, and start again"
             )
         try:
             append_bytes(self._fd, line)
@@ -250,8 +250,8 @@ class Recording:
             status = None
         if status is None or not os.path.samestat(status, os.fstat(self._fd)):
             raise RecordingError(
-                f"{self.file} was moved, renamed or replaced; finish with q and start again with "
-                "--out where it is now"
+                f"{self.file} was moved, renamed or replaced; end the session, and start again "
+                "with --out where it is now"
             )
 
 

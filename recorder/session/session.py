@@ -5,13 +5,14 @@ Each event returns a new one, as in ``session = session.captured(sample)``.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import takewhile
 
 from .. import SOCKETS, Configuration, Sample
 from ..stream import JointLimits, StationaryPose
+from .key_names import KEYS, key_names, with_key_names
 
 Numbers = tuple[int, ...]
 """Numbers of samples."""
@@ -71,6 +72,8 @@ class Session:
     """Samples in a row after which it is the next socket's turn; None without turns."""
     similar_models: Callable[[Sequence[float]], str | None] | None = None
     """Names other robots that may be at a configuration where this one cannot."""
+    keys: Mapping[str, str] = field(default_factory=lambda: KEYS)
+    """Action of each key."""
     messages: tuple[Message, ...] = ()
     finished: bool = False
 
@@ -158,8 +161,18 @@ class Session:
         return replace(self, socket=socket)
 
     def with_message(self, text: str, *, alarm: bool = False) -> "Session":
-        """Return the session with one more message."""
-        return replace(self, messages=(*self.messages[-99:], Message(text, alarm)))
+        """Return the session with one more message, which names keys as the operator has them."""
+        message = Message(self.with_keys(text), alarm)
+        return replace(self, messages=(*self.messages[-99:], message))
+
+    @cached_property
+    def key_names(self) -> dict[str, str]:
+        """The key of each action that texts name."""
+        return key_names(self.keys)
+
+    def with_keys(self, text: str) -> str:
+        """Return a text with keys in the place of actions in braces, as ``{finish}``."""
+        return with_key_names(text, self.key_names)
 
     def refusal(self, position: Sequence[float]) -> str | None:
         """Return the reason to refuse a configuration at the active socket; None without one."""

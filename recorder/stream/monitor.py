@@ -177,7 +177,7 @@ class StreamMonitor(StationarityDetector):
             if abs(offset) > JUMP / 2:
                 return (
                     f"{joint.name} jumped by {joint.shown(offset)} between two states and has not "
-                    "come back; if the arm is right, finish with q and start again"
+                    "come back; if the arm is right, end the session, and start again"
                 )
         if self._frozen_stream.frozen:
             return "the stream is frozen: it repeats one state to the last digit"

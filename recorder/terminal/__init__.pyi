@@ -2,7 +2,10 @@ from .display import Lines as Lines
 from .display import Screen as Screen
 from .display import Speech as Speech
 from .key_bindings import Script as Script
+from .key_bindings import TypedLine as TypedLine
 from .key_bindings import keys_with as keys_with
+from .key_handler import MOVED as MOVED
+from .key_handler import RESUME as RESUME
 from .key_handler import Outcome as Outcome
 from .keyboard import ConsoleKeyboard as ConsoleKeyboard
 from .keyboard import Keyboard as Keyboard

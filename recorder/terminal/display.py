@@ -13,7 +13,7 @@ from ...drivers import clock
 from ...errors import MukcaError
 from ..session import View
 from .keyboard import HangUp
-from .screen import HELP, KEYS, advice_lines, render
+from .screen import BAR, advice_lines, help_lines, render
 
 _ENTER = "\x1b[?1049h\x1b[?25l\x1b[2J"
 _LEAVE = "\x18\x1b[?25h\x1b[?1049l"
@@ -162,7 +162,7 @@ class Lines:
             if not view.scripted:
                 self._show_prompt(view)
             if view.help and not self._helped:
-                self._console.print(HELP, markup=False)
+                self._console.print("\n".join(help_lines(view)), markup=False)
         except OSError:
             raise HangUp from None
         self._last = messages[-1] if messages else None
@@ -182,13 +182,17 @@ class Lines:
         self._advice = lines or self._advice
 
     def _show_prompt(self, view: View) -> None:
-        """Print the keys once, and the prompt each time that it, or the typed line, changes."""
+        """Print the keys once, and the prompt each time that it changes.
+
+        So does the typed line, and the number of the sample to be captured.
+        """
         prompt = view.prompt
-        words = prompt.text if prompt.words == "WHICH?" else prompt.words
+        in_full = prompt.words in ("WHICH?", "PRESS")
+        words = prompt.text if in_full else prompt.words
         if words == self._words or view.captured:  # a message says that
             return
         if not self._words:
-            self._console.print(KEYS, markup=False)
+            self._console.print(view.session.with_keys(BAR), markup=False)
         self._words = words
         text = f"socket {view.session.socket}  {prompt.text}"
         self._console.print("\n".join([*view.resume_summary, text]), markup=False)

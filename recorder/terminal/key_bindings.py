@@ -5,14 +5,13 @@ import re
 import select
 import sys
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from ...errors import MukcaError
+from ..session import KEYS
 from .keyboard import NAMES, TABLES
 
-KEYS = TABLES["actions"]
-"""Default action of each key; digits choose a socket."""
 ACTIONS = [*dict.fromkeys(KEYS.values())]
 """Actions that a key can be given."""
 
@@ -25,7 +24,7 @@ def keys_with(settings: Iterable[str]) -> dict[str, str]:
     """Return each key's action, some given by the operator, as in ``capture=Enter,Tab,keep=Up``.
 
     Raises:
-        KeyMapError: No such action, or no such key.
+        KeyMapError: No such action or key, or an action without a key.
     """
     keys = dict(KEYS)
     for setting in settings:
@@ -49,15 +48,12 @@ def keys_with(settings: Iterable[str]) -> dict[str, str]:
                     f"of {', '.join(sorted(NAMES))}"
                 )
             keys[key] = action
+    keyless = [action for action in ACTIONS if action not in keys.values()]
+    if keyless:
+        raise KeyMapError(
+            f"--key: no key is left for {keyless[0]}; give it one: --key {keyless[0]}=KEY"
+        )
     return keys
-
-
-def capture_key(keys: Mapping[str, str]) -> str:
-    """Return the name of the key that captures: the first that the operator chose, or space."""
-    keys_of_capture = (
-        key for key, does in keys.items() if does == "capture" and key not in KEYS
-    )
-    return next(keys_of_capture, "space")
 
 
 ASKS = TABLES["asks"]
@@ -76,7 +72,7 @@ class TypedLine:
     @property
     def text(self) -> str:
         """The line as the operator sees it."""
-        return f"{ASKS[self.action]}: {self.typed}_   Enter does it, q leaves"
+        return f"{ASKS[self.action]}: {self.typed}_   Enter does it, {{finish}} leaves"
 
     @property
     def numbers(self) -> list[float]:

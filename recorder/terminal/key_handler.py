@@ -1,14 +1,17 @@
 """Handling of keys: they act on the session, type in a line, answer, or finish with an outcome."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ..session import Advice, Alarm, GuidanceClient, Recording, Session, SessionActions
 from .key_bindings import ASKS, TypedLine
 from .keyboard import TABLES
 
-RESUME = "GO ON?: is the base where it was?   y yes, go on   n new placement   q leave"
-MOVED = "MOVED?: is the base elsewhere now, or will it be?   y new placement   n go on"
+RESUME = (
+    "GO ON?: is the base where it was?   "
+    "{yes} yes, go on   {new} new placement   {finish} leave"
+)
+MOVED = "MOVED?: is the base elsewhere now, or will it be?   {yes} new placement   {new} go on"
 """Questions, each with its answers."""
 WANTED = TABLES["wanted"]
 """Numbers that each action takes."""
@@ -36,8 +39,6 @@ class KeyHandler:
     """Handler of one key after the other."""
 
     actions: SessionActions
-    keys: Mapping[str, str]
-    """Action of each key."""
     guidance: GuidanceClient
     capture: Callable[[], None]
     question: str = ""
@@ -52,7 +53,7 @@ class KeyHandler:
     def press(self, key: str) -> None:
         """Carry out a key; ``delete=12``, ``relabel=12:1``, ``measure=98.6`` are a script's."""
         word, _, numbers = key.partition("=")
-        action = self.keys.get(key)
+        action = self.actions.session.keys.get(key)
         if word in ASKS and numbers:
             self._do(word, [float(number) for number in numbers.split(":")])
         elif line := self.line:

@@ -1,8 +1,8 @@
 """The recorder: one loop that joins states, keys, session, file and screen."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from ...drivers import clock
 from .. import Sample
@@ -19,7 +19,7 @@ from ..session import (
 )
 from ..stream import ContactDetector, StationaryPose, Stream, StreamMonitor
 from .display import Lines, Screen
-from .key_bindings import KEYS, Script, capture_key
+from .key_bindings import Script
 from .key_handler import RESUME, KeyHandler, Outcome
 from .keyboard import HANG_UP, HangUp, Keyboard, Signals
 
@@ -54,8 +54,6 @@ class Recorder:
     contact: ContactDetector | None = None
     plausible: Check | None = None
     """Test of a pose that is to be captured without a key."""
-    keys: Mapping[str, str] = field(default_factory=lambda: KEYS)
-    """Action of each key."""
     hands_free: bool = False
     """True to capture a settled rest at a new, plausible pose without a key."""
     moved: bool = False
@@ -79,7 +77,6 @@ class Recorder:
         self._client = GuidanceClient(self.guidance, self._actions, self._sound)
         self._handler = KeyHandler(
             self._actions,
-            self.keys,
             self._client,
             self._capture,
             question=RESUME if self.resume_summary else "",
@@ -212,7 +209,7 @@ class Recorder:
             and not self._same(self._implausible, pose)
         ):
             self._implausible = pose  # alarmed once
-            self._actions.alarm(f"{odd} {view.capture_key} captures it all the same")
+            self._actions.alarm(f"{odd} {{capture}} captures it all the same")
 
     def _same(
         self, reference: StationaryPose | Sample | None, pose: StationaryPose
@@ -271,7 +268,6 @@ class Recorder:
             kept=self._client.answers.kept,
             late=self._client.late,
             page=self.page,
-            capture_key=capture_key(self.keys),
             rate=self.monitor.rate(now),
             age=self.monitor.age(now),
             missed=self.stream.missed,

@@ -13,13 +13,16 @@ from rich.text import Text
 
 from ...errors import cleaned
 from .. import Sample
-from ..session import Message, Session, View
+from ..session import Message, Session, View, all_key_names, with_key_names
 from ..stream import JointLimits
 from .facts import Texts, fit, gauge, kept, progress_bar, stream
 
-KEYS = "space capture  u undo  r redo  s next socket  q finish  ? all keys"
+BAR = (
+    "{capture} capture  {undo} undo  {redo} redo  {next} next socket  "
+    "{finish} finish  {help} all keys"
+)
 _TEXTS = Path(__file__).parent
-HELP = (_TEXTS / "help.txt").read_text(encoding="utf-8").rstrip("\n")
+_HELP = (_TEXTS / "help.txt").read_text(encoding="utf-8").rstrip("\n")
 _PLAIN = str.maketrans(dict(zip("█▀▄▮╷─├┤┃◆▸°·…→", "##=i'-[]|<>d.~>", strict=True)))
 _WIDTH, _USUAL = 60, 80
 """Samples in each of two sockets that ENOUGH usually takes."""
@@ -47,6 +50,13 @@ def advice_lines(view: View, width: int) -> list[str]:
     if not view.advice or not view.advice.is_informative:
         return []
     return [line.plain.strip() for line in (*gauge(view, width), *_hint(view, width))]
+
+
+def help_lines(view: View) -> list[str]:
+    """Return the help, with all keys of each action."""
+    names = all_key_names(view.session.keys)
+    column = max(12, *(len(name) + 2 for name in names.values()))
+    return with_key_names(_HELP, names).expandtabs(column).splitlines()
 
 
 def _shown(line: Text, width: int, *, ascii_only: bool) -> Text:
@@ -82,27 +92,34 @@ def _lines(view: View, width: int, height: int) -> Texts:
         view.title,
         "keys by script" if view.scripted else "",
     ]
-    words = " " + "  ".join(filter(None, names))
-    title = Text(fit(words, width).ljust(width), style="reverse")
+    heading = " " + "  ".join(filter(None, names))
+    title = Text(fit(heading, width).ljust(width), style="reverse")
     top = [title][: max(0, spare - 1)]
-    top += banner(view.large, view.prompt.colour, width)
+    words = view.large if _fits(view.large, width) else view.prompt.words
+    top += banner(words, view.prompt.colour, width)
     top += _status(view, width, max(1, spare - 4))
     top.append(_counts(view.session, width))
     if not view.help:
         predicted, *details = gauge(view, width)
         facts = [*kept(view, width), predicted, stream(view, width), *details]
         top += [line for line in facts if line.plain][: max(0, spare - 2)]
-    # While the operator is asked, those that answer.
-    answers = view.question.partition("   ")[2] or view.typed.partition("_   ")[2]
-    keys = [Text(fit(answers or KEYS, width), style="bold")][:spare]
+    keys = [Text(fit(_bar(view, width), width), style="bold")][:spare]
     room = height - len(top) - len(keys)
     if view.help:
         page = [f"page        {view.page}"] if view.page else []
-        middle = [Text(fit(f" {line}", width)) for line in (*page, *HELP.splitlines())]
+        middle = [Text(fit(f" {line}", width)) for line in (*page, *help_lines(view))]
     else:
         middle = _middle(view, width, room)
     middle += [Text()] * room
     return [*top, *middle[:room], *keys]
+
+
+def _bar(view: View, width: int) -> str:
+    """The keys that do something: while the operator is asked, those that answer."""
+    answers = view.question.partition("   ")[2] or view.typed.partition("_   ")[2]
+    bars = [answers] if answers else [BAR, BAR.replace("{redo} redo  ", "")]
+    rows = [view.session.with_keys(bar) for bar in bars]
+    return next((row for row in rows if len(row) <= width), rows[-1])
 
 
 def _wrapped(texts: Iterable[str], width: int, style: str) -> Texts:
@@ -165,8 +182,8 @@ def _hint(view: View, width: int) -> Texts:
         return []
     turns = [f"{joint.name} {joint.turned(turn)}" for joint, turn in view.turns]
     lift = "lift the ball out for this one: " if advice.lift else ""
-    text = f"next best ◆ (b: not here): {lift}{', '.join(turns) or 'here'}"
-    return _wrapped([text], width, "bold cyan")
+    text = f"next best ◆ ({{avoid}}: not here): {lift}{', '.join(turns) or 'here'}"
+    return _wrapped([view.session.with_keys(text)], width, "bold cyan")
 
 
 def _joints(view: View, width: int) -> Texts:
@@ -189,7 +206,9 @@ def _joints(view: View, width: int) -> Texts:
         at_limit = margin < 0.05 * (upper - lower)
         marks.append((target[i], "◆", "bold magenta"))
         marks.append((values[i], "┃", "bold red" if at_limit else "bold"))
-        line = Text(f" {fit(joint.name, names):<{names}} ")
+        # Joints of one arm differ by the end of their names.
+        name = joint.name if len(joint.name) <= names else f"…{joint.name[1 - names :]}"
+        line = Text(f" {name:<{names}} ")
         line.append(_joint(joint, values[i], marks, width - names - 30))
         lines.append(line)
     return lines
@@ -267,6 +286,12 @@ _LETTERS = {
     for letter, *rows in zip(*(row.split("|") for row in _ROWS[i : i + 4]), strict=True)
 }
 """Three rows a letter, five half-rows high."""
+
+
+def _fits(words: str, width: int) -> bool:
+    """Return whether a banner has room for some words, and all their letters."""
+    is_known = set(words) <= set(_LETTERS)
+    return is_known and sum(len(_LETTERS[letter][0]) + 1 for letter in words) <= width
 
 
 def banner(words: str, colour: str, width: int) -> Texts:

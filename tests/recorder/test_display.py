@@ -12,6 +12,7 @@ import pyte
 import pytest
 from rich.console import Console
 
+from mukca.recorder import Sample
 from mukca.recorder.session import Advice, Session, View
 from mukca.recorder.stream import JointLimits
 from mukca.recorder.terminal import Lines, Screen
@@ -159,6 +160,18 @@ def test_a_simple_terminal_gets_one_line_for_each_change():
             replace(by_hand, session=session, advice=Advice(4, 0, 3e-4, 3e-4, target=(0.9,)))
         )
     assert len(text.getvalue().splitlines()) == before + 2
+
+
+def test_a_simple_terminal_says_press_for_each_sample_of_a_quick_hand():
+    """The arm rests at the next pose while the last capture is still told."""
+    text = io.StringIO()
+    first = replace(VIEW, scripted=False)
+    second = replace(first, session=SESSION.captured(Sample((0.9,), 0, number=1)))
+    with Lines(Console(file=text, width=200)) as lines:
+        for view in (first, replace(second, captured=1), second, second):
+            lines.show(view)
+    told = [line for line in text.getvalue().splitlines() if "PRESS" in line]
+    assert len(told) == 2 and told[1].endswith("space captures sample 2")
 
 
 def test_a_simple_terminal_gets_no_line_for_an_arm_on_its_way():

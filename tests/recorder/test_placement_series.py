@@ -9,7 +9,6 @@ from full_disk import full_disk
 from mukca.recorder import Metadata, Sample, newest_folder, next_folder, read_samples
 from mukca.recorder.session import GuidanceClient, Recording, Session, SessionActions, Sound
 from mukca.recorder.stream import JointLimits
-from mukca.recorder.terminal.key_bindings import KEYS
 from mukca.recorder.terminal.key_handler import KeyHandler
 
 NAMES = tuple(f"joint_{i}" for i in range(20))
@@ -104,7 +103,7 @@ def test_a_full_disk_refuses_a_next_placement_and_loses_nothing(tmp_path, action
 def test_a_refused_new_placement_leaves_no_question_open(actions):
     """Else the keys after it would be taken for answers, and do nothing."""
     guidance = GuidanceClient(None, actions, actions.sound)
-    handler = KeyHandler(actions, KEYS, guidance, lambda: None)
+    handler = KeyHandler(actions, guidance, lambda: None)
     with full_disk(10):
         handler.press("n")
         handler.press("y")

@@ -6,6 +6,7 @@ The screens stand in the folder beside; after a change that is meant run this wi
 
 import io
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,9 +18,9 @@ from kept import compare
 from rich.console import Console, Group
 
 from mukca.recorder import Sample
-from mukca.recorder.session import Advice, Session, View
+from mukca.recorder.session import CURES, KEYS, Advice, Alarm, Session, View
 from mukca.recorder.stream import JointLimits
-from mukca.recorder.terminal import render
+from mukca.recorder.terminal import MOVED, RESUME, TypedLine, keys_with, render
 
 JOINTS = tuple(JointLimits(f"panda_joint{i + 1}", -2.8, 2.8) for i in range(7))
 
@@ -124,6 +125,12 @@ def test_a_small_window_still_has_the_next_step_and_the_last_message(width, heig
     assert ("! refused: still moving" in " ".join(lines)) == (width == 40)
 
 
+def test_long_names_of_joints_stay_apart_where_there_is_little_room():
+    joints = tuple(JointLimits(f"openarm_right_joint{i}", -1, 1) for i in range(1, 8))
+    lines = drawn(view(session(0, joints=joints)), 60, 20)
+    assert all(any(f"right_joint{i} " in line for line in lines) for i in range(1, 8))
+
+
 @pytest.mark.parametrize("width", [60, 80])
 def test_no_fact_is_cut_in_its_midst(width):
     """The stream's line has fewer words where there is less room, and the gauge a second line."""
@@ -202,3 +209,48 @@ def test_the_banner_is_three_rows_of_one_colour(more):
 )
 def test_the_bottom_row_has_the_keys_that_do_something(asked, keys):
     assert drawn(view(**asked))[-1].strip() == keys
+
+
+NAMES = {f"F{number}": key for number, key in enumerate("aurxlmsbq?y", 1)}
+NAMES |= {"Home": "n", "End": "k", "F1": "space"}
+"""Further names of keys, each with that of the default."""
+END = Advice(12, 0, 4e-4, 3e-4)
+SHOWN = [
+    {"advice": replace(END, leave=True)},
+    {"advice": replace(END, exhausted=True)},
+    {"advice": replace(END, enough=True)},
+    {"advice": replace(END, enough=True, near_only=True)},
+    {"advice": replace(END, enough=True), "measured": False},
+    {"advice": replace(END, target=(0.9,) * 7)},
+    {"target": 0},
+    {"paused": True},
+    {"help": True},
+    *({"alarm": Alarm(cause, "BASE MOVED", "by 5 mm", (2,))} for cause in CURES),
+    *({"question": question} for question in (RESUME, MOVED)),
+    {"typed": TypedLine("measure").text},
+    {"help": True, "typed": TypedLine("delete").text},
+]
+
+
+@pytest.mark.parametrize("more", SHOWN)
+def test_every_text_names_the_keys_that_the_operator_chose(more):
+    """With the default keys in the place of the others each text is as it is without a choice."""
+    settings = {name: more[name] for name in ("target", "measured") if name in more}
+    rest = {name: value for name, value in more.items() if name not in settings}
+    chosen = keys_with(
+        f"{KEYS[key if key != 'space' else 'a']}={name}" for name, key in NAMES.items()
+    )
+    texts = []
+    for keys in (chosen, KEYS):
+        made = replace(session(), keys=keys, **settings).with_message("{undo} takes it back")
+        shown = view(made, **rest)
+        lines = drawn(shown, 200, 40)[4:]
+        texts.append("\n".join([shown.large, shown.prompt.text, *lines]))
+        assert "{" not in texts[-1]
+    renamed, default = texts
+    if more.get("help"):
+        assert all(name in renamed for name in NAMES if KEYS[NAMES[name]] not in ("yes", "keep"))
+        return
+    assert not re.findall(r"(?<![\w'])([b-z]|space)(?![\w'])", renamed)
+    back = re.sub(r"(?i)\b(F\d+|Home|End)\b", lambda match: NAMES[match[0].capitalize()], renamed)
+    assert back.lower() == default.lower()

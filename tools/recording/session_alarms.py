@@ -76,7 +76,12 @@ class SessionAlarms:
         moves = sum(is_short(earlier) for earlier in before)
         alarms: list[Alarm] = []
         faults = self._check.faults([*before, joined])
-        if joint := _lost_twice(faults):
+        joint = _lost_twice(faults)
+        slips = joint or any(fault.hypothesis.name == "slips" for fault in faults)
+        if slips and before:
+            # The joint may be mended since: then earlier samples tell nothing of it.
+            return self([placement], doubted)
+        if joint:
             cause, words, form, _ = FORMS["slips"]
             return (Alarm(cause, words, form.format(joint=joint)),)
         here = [fault for fault in faults if fault.placement == len(before)]

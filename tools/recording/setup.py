@@ -55,7 +55,7 @@ def _recorder(start: SessionStart, stack: ExitStack) -> Recorder:
     if options.keep_stream:
         stream.log = _stream_log(start, stack)
     by_hand = keyboard is not None and script is None
-    session = start.first_session(recording, driver.remark)
+    session = replace(start.first_session(recording, driver.remark), keys=keys)
     guidance = None
     if by_hand and not (options.no_guide or options.quick):
         guidance = stack.enter_context(closing(_guidance(start, distance)))
@@ -79,7 +79,6 @@ def _recorder(start: SessionStart, stack: ExitStack) -> Recorder:
         script,
         ContactDetector(session.joints, gravity),
         partial(odd_pose, start.robot, distance),
-        keys,
         hands_free=options.auto,
         moved=base_moved,
         sound=options.sound != "off",
