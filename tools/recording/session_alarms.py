@@ -72,9 +72,6 @@ class SessionAlarms:
         if wrong := self._wrong_from_the_start(placement):
             return (wrong,)
         joined = replace(placement, samples=tuple(samples))
-        oldest = min((s.number for s in placement.samples), default=math.inf)
-        moves = sum(is_short(earlier) for earlier in before)
-        alarms: list[Alarm] = []
         faults = self._check.faults([*before, joined])
         joint = _lost_twice(faults)
         slips = joint or any(fault.hypothesis.name == "slips" for fault in faults)
@@ -88,27 +85,13 @@ class SessionAlarms:
         is_far = any(_is_of_joints(f) and _size(f.hypothesis) > FAR for f in here)
         if is_far and (wrong := self._wrong_since(samples)):
             return (wrong,)
-        for fault in here:
-            # A solving has an unknown for a ball that was put on anew before a placement, so no
-            # key would cure it, nor what may as well be one.
-            is_another_ball = any(
-                f.hypothesis.name == "ball_bent"
-                and f.hypothesis.parameters.get("throughout")
-                for f in (fault, *fault.rivals)
-            )
-            is_new = not set(fault.samples) <= numbers
-            if is_new and not is_another_ball:
-                alarm = self._alarm(fault, doubted)
-                if alarm.cause == "base" and moves >= AGAIN:
-                    text = f"it moved {moves + 1} times, now {alarm.text}"
-                    alarm = replace(alarm, cause="again", words="LOOSE BASE", text=text)
-                stays = oldest < min(alarm.samples, default=0)
-                if alarm.words == JOINTS and not stays:
-                    # no sound sample stays: one is taken back, more are the arm's own
-                    one = len(alarm.samples) == 1
-                    alarm = replace(alarm, cause="ball" if one else "model")
-                alarms.append(replace(alarm, stays=stays))
-        return tuple(alarms)
+        oldest = min((s.number for s in placement.samples), default=math.inf)
+        moves = sum(is_short(earlier) for earlier in before)
+        return tuple(
+            _with_cure(self._alarm(fault, doubted), oldest, moves)
+            for fault in here
+            if not set(fault.samples) <= numbers and not _is_another_ball(fault)
+        )
 
     def _wrong_from_the_start(self, placement: Placement) -> Alarm | None:
         """Return an alarm that the model, signs or distance are not this arm's, before any fit."""
@@ -179,6 +162,33 @@ class SessionAlarms:
         if rival_hypothesis.name != "base_moved" or words == DRIFTS:
             return Alarm(cause, words, text, fault.samples)
         return Alarm("base", words, text, rival.samples)
+
+
+def _is_another_ball(fault: diagnostics.Fault) -> bool:
+    """Return whether a fault may be a ball that was put on anew before a placement.
+
+    A solving has an unknown for that, so no key would cure it, nor what may as well be one.
+    """
+    return any(
+        f.hypothesis.name == "ball_bent" and f.hypothesis.parameters.get("throughout")
+        for f in (fault, *fault.rivals)
+    )
+
+
+def _with_cure(alarm: Alarm, oldest: float, moves: int) -> Alarm:
+    """Return an alarm with its cure after so many moves of the base, at a placement's samples.
+
+    The oldest of these is given by its number.
+    """
+    if alarm.cause == "base" and moves >= AGAIN:
+        text = f"it moved {moves + 1} times, now {alarm.text}"
+        alarm = replace(alarm, cause="again", words="LOOSE BASE", text=text)
+    stays = oldest < min(alarm.samples, default=0)
+    if alarm.words == JOINTS and not stays:
+        # no sound sample stays: one is taken back, more are the arm's own
+        one = len(alarm.samples) == 1
+        alarm = replace(alarm, cause="ball" if one else "model")
+    return replace(alarm, stays=stays)
 
 
 def _is_of_joints(fault: diagnostics.Fault) -> bool:
