@@ -5,13 +5,17 @@ waits wherever the arm rests until that is captured, and then seats the ball at 
 """
 
 from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
-from ...drivers import Driver, match_joints
+from ...drivers import Driver, DriverError, match_joints
 from ...drivers.arms import Mock, Motion, arm_at
+from ...recorder import METADATA, read_sessions
 from ...recorder.session import View
 from ...solver.identification.robot import Robot, gravity_moments, nominal_balls
 from ...solver.poses import InverseKinematics
@@ -27,6 +31,8 @@ from .session_faults import (
 
 FOLLOW = "follow"
 """Word of a ``mock`` address that asks for such a hand."""
+PRACTICE = "mock"
+"""Driver of simulated arms: its address is a recording, not an arm's."""
 CLOSE = 1e-4
 """A ball that comes this near to its seat is in it [m]."""
 
@@ -78,7 +84,9 @@ class FollowingHand:
         if sorted(arm.joint_names) == sorted(names):
             order = [arm.joint_names.index(name) for name in names]
         recorded = np.array(arm.motion.configurations)[:, order]
-        self._session = fitted_session(recorded, robot, arm.seed)
+        path = Path(motion_address.partition("?")[0])
+        beside = [q[:, order] for q in _recorded_beside(path, arm.joint_names)]
+        self._session = fitted_session(recorded, robot, arm.seed, beside)
         self._has_efforts = arm.efforts is not None
         self._truth = self._session.robot
         self._seed = arm.seed
@@ -95,7 +103,8 @@ class FollowingHand:
         self._rows_led = {0}
         self._poses = list[tuple[float, ...]]()
         self._efforts = list[list[float]]()
-        self._rest_at(self._session.positions[0], int(self._session.sockets[0]))
+        socket = int(self._session.sockets[0])
+        self._rest_at(self._seated_at(self._session.positions[0], socket), socket)
         self._motion = LedMotion(self._poses, move=arm.motion.move)
         self._arm = replace(
             arm,
@@ -188,6 +197,27 @@ class FollowingHand:
         return q
 
 
+def practice_bases(path: Path) -> list[Path]:
+    """Return the folders of recordings beside one, each with its base; none of a practice."""
+    folders = sorted({file.parent for file in path.parent.glob("*/*.csv")})
+    return [folder for folder in folders if not _is_practice(folder)]
+
+
+def _is_practice(folder: Path) -> bool:
+    sessions = read_sessions(folder / METADATA)
+    drivers = [str(session.get("driver", "")) for session in sessions]
+    return any(driver.partition(":")[0] == PRACTICE for driver in drivers)
+
+
+def _recorded_beside(path: Path, joint_names: Sequence[str]) -> Iterator[np.ndarray]:
+    """Yield joint positions of the same joints in the folders beside one, shape (N, m)."""
+    for folder in practice_bases(path) if path.is_dir() else ():
+        with suppress(DriverError, OSError):
+            arm = arm_at(str(folder))
+            if folder != path and arm.joint_names == joint_names:
+                yield np.array(arm.motion.configurations)
+
+
 def following_hand(
     driver: str,
     robot: Robot,
@@ -201,7 +231,7 @@ def following_hand(
     name, _, address = driver.partition(":")
     path, _, query = address.partition("?")
     words = query.split("&")
-    if name != "mock" or FOLLOW not in words:
+    if name != PRACTICE or FOLLOW not in words:
         return None
     words.remove(FOLLOW)
     return FollowingHand(
