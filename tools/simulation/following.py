@@ -88,10 +88,11 @@ class FollowingHand:
         beside = [q[:, order] for q in _recorded_beside(path, arm.joint_names)]
         self._session = fitted_session(recorded, robot, arm.seed, beside)
         self._has_efforts = arm.efforts is not None
-        self._truth = self._session.robot
+        self.truth = self._session.robot
+        """The arm that the hand leads."""
         self._seed = arm.seed
         self._generator = np.random.default_rng(arm.seed)
-        self._reach = InverseKinematics(self._truth)
+        self._reach = InverseKinematics(self.truth)
         first, second = self._session.centres
         recorded_distance = float(np.linalg.norm(second - first))
         self._distance = distance or recorded_distance
@@ -126,7 +127,7 @@ class FollowingHand:
 
     def move_base(self) -> None:
         """Put the base elsewhere, within the arm's reach, for another placement."""
-        (base,) = reachable_bases(self._truth, self._generator, 1, self._distance)
+        (base,) = reachable_bases(self.truth, self._generator, 1, self._distance)
         self._sockets = np.array(base.sockets)
         self._rows_led |= set(range(len(self._session.positions)))
         self._lead(None, 0)
@@ -171,7 +172,7 @@ class FollowingHand:
         if self._faults:
             count = len(self._led)
             session = Session(
-                self._truth,
+                self.truth,
                 np.concatenate([self._led, self._session.positions[count:]]),
                 np.concatenate([self._labels, self._session.sockets[count:]]),
                 self._sockets,
@@ -179,7 +180,7 @@ class FollowingHand:
             )
             goal = with_faults(session, self._faults)[count - 1]
         if self._has_efforts:
-            (moments,) = gravity_moments(self._truth, goal[None])
+            (moments,) = gravity_moments(self.truth, goal[None])
             self._efforts.append(moments[: len(q)].tolist())
         self._poses.append(tuple(goal.tolist()))
 
@@ -188,8 +189,8 @@ class FollowingHand:
         noise = self._generator.normal(0, SEAT_NOISE, 3)
         seat = self._sockets[min(socket, 1)] + noise
         if reference is not None:
-            (q,) = seated(self._truth, reference[None], seat[None])
-            (ball,) = nominal_balls(self._truth, q[None])
+            (q,) = seated(self.truth, reference[None], seat[None])
+            (ball,) = nominal_balls(self.truth, q[None])
             inside = (q >= self._reach.lower) & (q <= self._reach.upper)
             if inside.all() and np.linalg.norm(ball - seat) < CLOSE:
                 return q

@@ -12,7 +12,7 @@ import mukca
 from mukca.drivers import clock
 from mukca.recorder import Sample, sample_files
 from mukca.recorder.session import Advice, Alarm, Answers, Session, View
-from mukca.solver.identification.robot import shipped_robots
+from mukca.solver.identification.robot import nominal_balls, shipped_robots
 from mukca.solver.results import write_files
 from mukca.tools.cli import main
 from mukca.tools.recording import (
@@ -115,15 +115,15 @@ def test_what_is_proposed_leads_to_a_new_pose_with_every_arm(
         assert led.session.refusal(led.hand.rest) is None
 
 
-def led_with(robot, session, fault="", name="front"):
+def led_with(robot, session, fault=""):
     """A placement of a session that follows the screen, with a fault."""
-    led, poses = Led(robot, f"{session / name}?follow{fault}"), read(session / name)
+    led, poses = Led(robot, f"{session / 'front'}?follow{fault}"), read(session / "front")
     for block, socket in enumerate((0, 1, 0, 1)):
         led.session = led.session.switched(socket)
         for q in poses.positions[poses.sockets == socket][6 * (block // 2) :][:6]:
             led.rest(tuple(q + 0.1))
             led.capture()
-    return mukca.Placement(name, led.session.live, robot.joint_names, 0.05)
+    return mukca.Placement("here", led.session.live, robot.joint_names, 0.05)
 
 
 def test_a_base_that_is_moved_while_the_arm_is_led_makes_no_jump(panda, session, virtual_time):
@@ -152,14 +152,18 @@ def test_its_samples_are_sound_and_those_of_a_fault_are_not(panda, session, virt
 def test_practice_at_each_base_has_one_arm_and_seats_each_ball(tmp_path, virtual_time):
     """One recording of servos leaves more than one arm that fits it."""
     so101 = mukca.load_robot("so101")
-    names = ("front", "left")
     noise = {"noise": 5e-4, "zeros": 0.05}
     _, recorded = mukca.simulate_recordings(so101, 2, samples=12, seed=2, **noise)
-    for name, placement in zip(names, recorded, strict=True):
+    for name, placement in zip(("front", "left"), recorded, strict=True):
         write_files(tmp_path / name, sample_files(placement))
-    front, left = (led_with(so101, tmp_path, name=name) for name in names)
-    assert not SessionAlarms(so101)([front])
-    assert not SessionAlarms(so101)([front, left])
+    q = np.random.default_rng(1).uniform(so101.lower, so101.upper, (100, 5))
+    front, left = (Led(so101, f"{tmp_path / name}?follow") for name in ("front", "left"))
+    arm = front.hand.truth
+    assert np.abs(nominal_balls(arm, q) - nominal_balls(left.hand.truth, q)).max() < 1e-6
+    first = front.rest()
+    front.capture()
+    second = front.rest(tuple(np.add(first, 0.1)))
+    assert np.linalg.norm(np.diff(nominal_balls(arm, np.array([first, second])), axis=0)) < 3e-4
 
 
 @pytest.mark.parametrize("seed", [1, 2])
