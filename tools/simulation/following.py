@@ -35,6 +35,8 @@ PRACTICE = "mock"
 """Driver of simulated arms: its address is a recording, not an arm's."""
 CLOSE = 1e-4
 """A ball that comes this near to its seat is in it [m]."""
+LOOSE = 4 * SEAT_NOISE
+"""A recorded ball farther than this from its socket's centre is seated anew [m]."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,11 @@ class FollowingHand:
         self._poses = list[tuple[float, ...]]()
         self._efforts = list[list[float]]()
         socket = int(self._session.sockets[0])
-        self._rest_at(self._seated_at(self._session.positions[0], socket), socket)
+        q = self._session.positions[0]
+        (ball,) = nominal_balls(self.truth, q[None])
+        if np.linalg.norm(ball - self._sockets[socket]) > LOOSE:  # noisy servos
+            q = self._seated_at(q, socket)
+        self._rest_at(q, socket)
         self._motion = LedMotion(self._poses, move=arm.motion.move)
         self._arm = replace(
             arm,
