@@ -15,9 +15,7 @@ from ...recorder import (
     read_sessions,
 )
 from ...solver.identification.robot import Robot
-
-PRACTICE = "mock"
-"""Driver of simulated arms: its address is a file of poses, not an arm's."""
+from ..simulation import PRACTICE, practice_bases
 
 
 def driver_elsewhere(driver: str) -> str | None:
@@ -30,10 +28,8 @@ def driver_elsewhere(driver: str) -> str | None:
         return driver
     path, mark, options = address.partition("?")
     here = Path(path)
-    for folder in sorted({file.parent for file in here.parent.glob("*/*.csv")}):
-        if folder > here and _origin(folder).get("driver") != PRACTICE:
-            return f"{PRACTICE}:{folder}{mark}{options}"
-    return None
+    folders = [folder for folder in practice_bases(here) if folder > here]
+    return f"{PRACTICE}:{folders[0]}{mark}{options}" if folders else None
 
 
 def recorded_beside(out: Path, robot: Robot) -> tuple[Placement, ...]:

@@ -4,8 +4,10 @@ from .demo import SEAT_NOISE as SEAT_NOISE
 from .demo import demo_arm as demo_arm
 from .demo import demo_bases as demo_bases
 from .demo import simulate_hand as simulate_hand
+from .following import PRACTICE as PRACTICE
 from .following import FollowingHand as FollowingHand
 from .following import following_hand as following_hand
+from .following import practice_bases as practice_bases
 from .recordings import Base as Base
 from .recordings import horizontal as horizontal
 from .recordings import lead as lead

@@ -5,13 +5,17 @@ waits wherever the arm rests until that is captured, and then seats the ball at 
 """
 
 from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
-from ...drivers import Driver, match_joints
+from ...drivers import Driver, DriverError, match_joints
 from ...drivers.arms import Mock, Motion, arm_at
+from ...recorder import METADATA, read_sessions
 from ...recorder.session import View
 from ...solver.identification.robot import Robot, gravity_moments, nominal_balls
 from ...solver.poses import InverseKinematics
@@ -27,8 +31,12 @@ from .session_faults import (
 
 FOLLOW = "follow"
 """Word of a ``mock`` address that asks for such a hand."""
+PRACTICE = "mock"
+"""Driver of simulated arms: its address is a recording, not an arm's."""
 CLOSE = 1e-4
 """A ball that comes this near to its seat is in it [m]."""
+LOOSE = 4 * SEAT_NOISE
+"""A recorded ball farther than this from its socket's centre is seated anew [m]."""
 
 
 @dataclass(frozen=True)
@@ -78,12 +86,15 @@ class FollowingHand:
         if sorted(arm.joint_names) == sorted(names):
             order = [arm.joint_names.index(name) for name in names]
         recorded = np.array(arm.motion.configurations)[:, order]
-        self._session = fitted_session(recorded, robot, arm.seed)
+        path = Path(motion_address.partition("?")[0])
+        beside = [q[:, order] for q in _recorded_beside(path, arm.joint_names)]
+        self._session = fitted_session(recorded, robot, arm.seed, beside)
         self._has_efforts = arm.efforts is not None
-        self._truth = self._session.robot
+        self.truth = self._session.robot
+        """The arm that the hand leads."""
         self._seed = arm.seed
         self._generator = np.random.default_rng(arm.seed)
-        self._reach = InverseKinematics(self._truth)
+        self._reach = InverseKinematics(self.truth)
         first, second = self._session.centres
         recorded_distance = float(np.linalg.norm(second - first))
         self._distance = distance or recorded_distance
@@ -95,7 +106,12 @@ class FollowingHand:
         self._rows_led = {0}
         self._poses = list[tuple[float, ...]]()
         self._efforts = list[list[float]]()
-        self._rest_at(self._session.positions[0], int(self._session.sockets[0]))
+        socket = int(self._session.sockets[0])
+        q = self._session.positions[0]
+        (ball,) = nominal_balls(self.truth, q[None])
+        if np.linalg.norm(ball - self._sockets[socket]) > LOOSE:  # noisy servos
+            q = self._seated_at(q, socket)
+        self._rest_at(q, socket)
         self._motion = LedMotion(self._poses, move=arm.motion.move)
         self._arm = replace(
             arm,
@@ -117,7 +133,7 @@ class FollowingHand:
 
     def move_base(self) -> None:
         """Put the base elsewhere, within the arm's reach, for another placement."""
-        (base,) = reachable_bases(self._truth, self._generator, 1, self._distance)
+        (base,) = reachable_bases(self.truth, self._generator, 1, self._distance)
         self._sockets = np.array(base.sockets)
         self._rows_led |= set(range(len(self._session.positions)))
         self._lead(None, 0)
@@ -162,7 +178,7 @@ class FollowingHand:
         if self._faults:
             count = len(self._led)
             session = Session(
-                self._truth,
+                self.truth,
                 np.concatenate([self._led, self._session.positions[count:]]),
                 np.concatenate([self._labels, self._session.sockets[count:]]),
                 self._sockets,
@@ -170,7 +186,7 @@ class FollowingHand:
             )
             goal = with_faults(session, self._faults)[count - 1]
         if self._has_efforts:
-            (moments,) = gravity_moments(self._truth, goal[None])
+            (moments,) = gravity_moments(self.truth, goal[None])
             self._efforts.append(moments[: len(q)].tolist())
         self._poses.append(tuple(goal.tolist()))
 
@@ -179,13 +195,34 @@ class FollowingHand:
         noise = self._generator.normal(0, SEAT_NOISE, 3)
         seat = self._sockets[min(socket, 1)] + noise
         if reference is not None:
-            (q,) = seated(self._truth, reference[None], seat[None])
-            (ball,) = nominal_balls(self._truth, q[None])
+            (q,) = seated(self.truth, reference[None], seat[None])
+            (ball,) = nominal_balls(self.truth, q[None])
             inside = (q >= self._reach.lower) & (q <= self._reach.upper)
             if inside.all() and np.linalg.norm(ball - seat) < CLOSE:
                 return q
         (q,) = self._reach.reach(seat[None], self._generator)
         return q
+
+
+def practice_bases(path: Path) -> list[Path]:
+    """Return the folders of recordings beside one, each with its base; none of a practice."""
+    folders = sorted({file.parent for file in path.parent.glob("*/*.csv")})
+    return [folder for folder in folders if not _is_practice(folder)]
+
+
+def _is_practice(folder: Path) -> bool:
+    sessions = read_sessions(folder / METADATA)
+    drivers = [str(session.get("driver", "")) for session in sessions]
+    return any(driver.partition(":")[0] == PRACTICE for driver in drivers)
+
+
+def _recorded_beside(path: Path, joint_names: Sequence[str]) -> Iterator[np.ndarray]:
+    """Yield joint positions of the same joints in the folders beside one, shape (N, m)."""
+    for folder in practice_bases(path) if path.is_dir() else ():
+        with suppress(DriverError, OSError):
+            arm = arm_at(str(folder))
+            if folder != path and arm.joint_names == joint_names:
+                yield np.array(arm.motion.configurations)
 
 
 def following_hand(
@@ -201,7 +238,7 @@ def following_hand(
     name, _, address = driver.partition(":")
     path, _, query = address.partition("?")
     words = query.split("&")
-    if name != "mock" or FOLLOW not in words:
+    if name != PRACTICE or FOLLOW not in words:
         return None
     words.remove(FOLLOW)
     return FollowingHand(

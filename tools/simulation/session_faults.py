@@ -182,16 +182,22 @@ def seated(
     return q
 
 
-def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
+def fitted_session(
+    q: np.ndarray, robot: Robot, seed: int, beside: Sequence[np.ndarray] = ()
+) -> Session:
     """Return a session of recorded joint positions, shape (N, m), of an arm fitted to them.
 
-    The sockets follow from where the balls lie.
+    The sockets follow from where the balls lie. Positions recorded ``beside`` them, with the base
+    elsewhere, are fitted as well, so that sessions at each base have one arm.
     """
-    balls = nominal_balls(robot, q)
-    distances: np.ndarray = np.linalg.norm(balls - balls[0], axis=1)
-    sockets = (distances > max(APART, 0.5 * distances.max())).astype(int)
-    samples = SeatSamples(q, sockets, np.zeros_like(balls))
-    arm = RigidModel(robot).fitted(samples)
+    recorded = [q, *beside]
+    labels = [2 * i + _sockets_of(robot, some) for i, some in enumerate(recorded)]
+    positions = np.concatenate(recorded)
+    seats = SeatSamples(
+        positions, np.concatenate(labels), np.zeros((len(positions), 3))
+    )
+    arm = RigidModel(robot).fitted(seats)
+    sockets = labels[0]
     balls = nominal_balls(arm, q)
     centres = [
         np.median(balls[sockets == socket], axis=0)
@@ -199,6 +205,13 @@ def fitted_session(q: np.ndarray, robot: Robot, seed: int) -> Session:
     ]
     two_centres = np.array([*centres, balls[0]])[:2]
     return Session(arm, q, sockets, two_centres, np.random.default_rng(seed))
+
+
+def _sockets_of(robot: Robot, q: np.ndarray) -> np.ndarray:
+    """Return the socket of each of some joint positions, shape (N,)."""
+    balls = nominal_balls(robot, q)
+    distances: np.ndarray = np.linalg.norm(balls - balls[0], axis=1)
+    return (distances > max(APART, 0.5 * distances.max())).astype(int)
 
 
 def session_faults(address: str) -> tuple[str, list[SessionFault]]:

@@ -12,7 +12,7 @@ import mukca
 from mukca.drivers import clock
 from mukca.recorder import Sample, sample_files
 from mukca.recorder.session import Advice, Alarm, Answers, Session, View
-from mukca.solver.identification.robot import shipped_robots
+from mukca.solver.identification.robot import nominal_balls, shipped_robots
 from mukca.solver.results import write_files
 from mukca.tools.cli import main
 from mukca.tools.recording import (
@@ -147,6 +147,23 @@ def test_its_samples_are_sound_and_those_of_a_fault_are_not(panda, session, virt
     assert not alarms([led_with(panda, session)])
     moved = alarms([led_with(panda, session, "&fault=base@13:10mm")])[0]
     assert (moved.words, moved.samples[0]) == ("BASE MOVED", 13)
+
+
+def test_practice_at_each_base_has_one_arm_and_seats_each_ball(tmp_path, virtual_time):
+    """One recording of servos leaves more than one arm that fits it."""
+    so101 = mukca.load_robot("so101")
+    noise = {"noise": 5e-4, "zeros": 0.05}
+    _, recorded = mukca.simulate_recordings(so101, 2, samples=12, seed=2, **noise)
+    for name, placement in zip(("front", "left"), recorded, strict=True):
+        write_files(tmp_path / name, sample_files(placement))
+    q = np.random.default_rng(1).uniform(so101.lower, so101.upper, (100, 5))
+    front, left = (Led(so101, f"{tmp_path / name}?follow") for name in ("front", "left"))
+    arm = front.hand.truth
+    assert np.abs(nominal_balls(arm, q) - nominal_balls(left.hand.truth, q)).max() < 1e-6
+    first = front.rest()
+    front.capture()
+    second = front.rest(tuple(np.add(first, 0.1)))
+    assert np.linalg.norm(np.diff(nominal_balls(arm, np.array([first, second])), axis=0)) < 3e-4
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -4,15 +4,18 @@ import math
 import re
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from altered import write_rows
 from record_commands import read
-from terminal_session import PATIENCE, TerminalSession
+from terminal_session import MUKCA, PATIENCE, TerminalSession
 
 import mukca
+from mukca.recorder import sample_files
+from mukca.solver.results import write_files
 
 pytestmark = [pytest.mark.slow, pytest.mark.waits]
 LEAST = 10
@@ -123,6 +126,42 @@ def in_socket(arm, q, centre):
         slopes = (np.array(moved) - there).T / 1e-6
         q = q + np.linalg.pinv(slopes) @ (centre - there)
     return q
+
+
+def test_an_so101_is_led_in_practice_to_its_end(tmp_path):
+    """From what was recorded before, by the keys that the screen names."""
+    robot = mukca.load_robot("so101")
+    noise = {"noise": 1e-4, "zeros": 0.05}
+    _, (front,) = mukca.simulate_recordings(robot, 1, samples=12, seed=2, **noise)
+    hand, out = tmp_path / "so101" / "front", tmp_path / "recordings" / "front"
+    write_files(hand, sample_files(front))
+    samples = [*front.samples[:10], *front.samples[12:22]]
+    write_files(out, sample_files(replace(front, samples=tuple(samples))))
+    words = [*MUKCA, "record", "--robot", "so101", "--distance", "0.05", "--out", str(out)]
+    words += ["--driver", f"mock:{hand}?follow&rate=100&speed=4"]
+    with TerminalSession(words, columns=100) as terminal:
+        terminal.wait_for("GO ON?", "Continues 10 in socket 0, 10 in socket 1")
+        terminal.press("y")
+        socket, number, end = front.samples[21].socket, len(samples) + 1, "base elsewhere"
+        while True:
+            asked = (f"space captures sample {number}", "then press s", "k keep", end)
+            (text,) = terminal.wait_for_either(*((text,) for text in asked))
+            if text == end:
+                break
+            terminal.press({"then press s": "s", "k keep": "k"}.get(text, " "))
+            if text == asked[1]:
+                socket = 1 - socket
+                terminal.wait_for(f"socket {socket} is active")
+            elif text == asked[2]:
+                terminal.wait_for("kept as it is")
+            else:
+                terminal.wait_for_either((f"captured sample {number}: ",), ("then press s",))
+                number += 1
+        terminal.press("q")
+        assert terminal.wait() == 0
+        terminal.wait_for("mukca solve", "--robot so101 --zeros")
+    taken = read(out).sockets
+    assert len(samples) < len(taken) <= 40 and min(np.bincount(taken)) >= LEAST
 
 
 def test_a_session_goes_on_hands_free_with_the_page_in_a_browser(hands, tmp_path, scripted, tab):
