@@ -234,7 +234,7 @@ class Operator:
         self.cures: list[str] = []
         self.words = ""
         self.beyond = 0
-        self.first = 0
+        self.first = self.lost = 0
         self._begun = 0
         self._parts: list[Placement] = []
         self._begin_part(self._first_recording())
@@ -263,7 +263,7 @@ class Operator:
         )
         sound = Sound(lambda: None, on=False)
         self.actions = SessionActions(session, self.recording, sound)
-        selector = PoseSelector(robot, world.given, parts=self._parts)
+        selector = PoseSelector(robot, world.given, parts=self._parts, lost=self.lost)
         self.guidance = GuidanceClient(Direct(selector), self.actions, sound)
         self.handler = KeyHandler(self.actions, self.guidance, lambda: None)
         self.position: tuple[float, ...] | None = None
@@ -309,6 +309,7 @@ class Operator:
             live = self.actions.session.live
             self._parts += [self._placement(live)] if live else []
             if successor.metadata.readings_changed:
+                self.lost += sum(len(part.samples) for part in self._parts)
                 self._parts = []
                 self.first = self._begun
             self._begin_part(successor)

@@ -66,10 +66,15 @@ class Alarm:
 
     def is_like(self, alarm: "Alarm") -> bool:
         """Return whether two alarms tell of one fault, which further samples locate better."""
-        if self.words == alarm.words == DRIFTS:
-            return True
         first, second = (*self.samples, 0)[0], (*alarm.samples, 0)[0]
         return self.cause == alarm.cause and abs(first - second) <= NEAR
+
+    def covers(self, alarm: "Alarm") -> bool:
+        """Return whether an alarm tells nothing new to whoever keeps this fault."""
+        if self.words == SLIPS:
+            return alarm.cause not in ("socket", "distance")
+        creeps = alarm.cause in ("base", "again") or alarm.words == DRIFTS
+        return self.is_like(alarm) or (self.words == DRIFTS and creeps)
 
     def after_reconnection(self) -> "Alarm":
         """Return it as it is told where no sound sample came since the connection was lost."""
@@ -102,13 +107,11 @@ class Answers:
     """True once several proposals in a row were not followed: the arm may not get farther."""
 
     def open_alarms(self, alarms: Iterable[Alarm]) -> Alarms:
-        """Return the alarms that are not answered; whatever moves beside a joint that slips is."""
-        slips = any(kept.words == SLIPS for kept in self.kept)
+        """Return the alarms that are not answered."""
         return tuple(
             alarm
             for alarm in alarms
-            if not (slips and alarm.cause not in ("socket", "distance"))
-            and not any(kept.is_like(alarm) for kept in self.kept)
+            if not any(kept.covers(alarm) for kept in self.kept)
         )
 
 

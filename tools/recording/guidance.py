@@ -43,7 +43,7 @@ class PoseSelector:
 
     The distance is between sockets 0 and 1 [m]; the goal of the predicted error of distances [m],
     None for what ``mukca solve`` asks; ``turn`` the farthest that a joint is led from the session's
-    begin [rad].
+    begin [rad]; ``lost`` the samples of the session that tell nothing of this placement.
     """
 
     def __init__(
@@ -54,8 +54,10 @@ class PoseSelector:
         sockets: int = 2,
         parts: Sequence[Placement] = (),
         turn: float = np.inf,
+        lost: int = 0,
     ) -> None:
         self._robot = robot
+        self._lost = lost
         self._distance = distance
         self._given, self._goal = goal, goal_for(robot) if goal is None else goal
         self._sockets, self._curved = sockets, bool(design.curve_advice(robot))
@@ -109,8 +111,9 @@ class PoseSelector:
         predicted = (solved and solved.predicted) or rigid
         goal = self._given or (solved and solved.asked) or self._goal
         reserve = goal * rigid / predicted
-        lost = sum(len(part.samples) for part in self._earlier if is_short(part))
-        many = sum(counts) >= MOST - lost and fewest >= LEAST_SAMPLES
+        short = sum(len(part.samples) for part in self._earlier if is_short(part))
+        most = MOST - self._lost - short
+        many = sum(counts) >= most and fewest >= LEAST_SAMPLES
         exhausted = many and self._given is None
         exhausted |= fewest >= SHARE and self._exhausted(
             state, where, samples, gain, reserve

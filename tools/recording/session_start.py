@@ -53,6 +53,8 @@ class SessionStart:
     """The page, which goes on at its address at the next placement."""
     hand: FollowingHand | None = None
     """The hand of a simulated arm, which leads on at the next placement."""
+    lost: int = 0
+    """Samples of this session that tell nothing of the placement, since joints read otherwise."""
     recording: Recording | None = None
     """The placement, open, with the samples since the base moved; None at the first of a run."""
 

@@ -111,6 +111,7 @@ def _guidance(start: SessionStart, distance: float) -> BackgroundGuidance:
     else:
         settings["goal"] = None if options.goal_mm is None else 1e-3 * options.goal_mm
         settings["parts"] = recorded_beside(options.out, start.robot)
+        settings["lost"] = start.lost
     return BackgroundGuidance(options, **settings)
 
 

@@ -191,8 +191,10 @@ def test_a_drift_is_kept_though_it_may_be_a_base_that_moved(panda, session, virt
     (alarm,) = SessionAlarms(panda)([replace(placement, samples=placement.samples[:18])])
     assert alarm.words == "DRIFTS" and [*alarm.answers] == ["keep"]
     assert alarm.text == "the base drifts, by 3.2 mm so far; as likely the base moved by 2.5 mm"
-    later = replace(alarm, cause="base", samples=(14,))
-    assert not Answers((alarm,)).open_alarms([later])  # it goes on, and was answered
+    kept = Answers((alarm,))
+    later = [replace(alarm, words=words, cause="base") for words in ("DRIFTS", "BASE MOVED")]
+    ball = replace(alarm, words="NOT SEATED", cause="ball", samples=(30,))
+    assert kept.open_alarms([*later, ball]) == (ball,)  # it goes on, and was answered
 
 
 def test_a_base_that_fell_back_leaves_out_the_samples_of_that_time_alone(

@@ -156,8 +156,9 @@ def test_a_placement_ends_though_each_sample_still_helps(panda, sockets, lost, g
     rows = enumerate(taken, start=1)
     samples = [replace(sample, number=number) for number, sample in rows]
     parts = [replace(before, samples=before.samples[6 : 6 + lost])] if lost else []
-    advice = Helped(panda, 0.05, goal, parts=parts).advise(samples, 1)
-    assert (advice.exhausted or advice.near_only or advice.enough) == ends
+    for counts in ({"parts": parts}, {"lost": lost}):
+        advice = Helped(panda, 0.05, goal, **counts).advise(samples, 1)
+        assert (advice.exhausted or advice.near_only or advice.enough) == ends
 
 
 @pytest.mark.parametrize(("name", "goal"), [("panda", 9e-4), ("ur5e", 9e-4), ("gen3_lite", 3e-3)])

@@ -139,7 +139,8 @@ def _recorded(
             parts += [placement] if live else []
             successor = outcome.successor
             if successor.metadata.readings_changed:
-                parts = []
+                lost = sum(len(part.samples) for part in parts)
+                start, parts = replace(start, lost=start.lost + lost), []
             start = replace(
                 start,
                 options=replace(options, out=successor.folder),
