@@ -173,6 +173,11 @@ def test_the_joints_that_turn_most_are_read_from_afar():
     assert view(fast=True, moving="it moves").large == "MOVE"
 
 
+def test_a_question_of_an_alarm_has_one_mark():
+    loose = Alarm("other", "LOOSE", "all samples scatter: are ball and base tight?")
+    assert view(alarm=loose).prompt.reason.endswith("are ball and base tight? k keep")
+
+
 def test_the_page_s_address_stands_in_the_header_and_in_the_help():
     url = "http://192.168.1.20:41234/abcdefghjkmn/"
     assert url in drawn(view(page=url), 60, 24)[0]
