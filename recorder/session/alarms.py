@@ -62,7 +62,8 @@ class Alarm:
     def reason(self) -> str:
         """The line, with the keys that answer it."""
         answers = (f"{{{action}}} {text}" for action, text in self.answers.items())
-        return f"{self.text}: {', '.join(answers)}"
+        mark = "" if self.text.endswith("?") else ":"
+        return f"{self.text}{mark} {', '.join(answers)}"
 
     def is_like(self, alarm: "Alarm") -> bool:
         """Return whether two alarms tell of one fault, which further samples locate better."""

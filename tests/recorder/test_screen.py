@@ -179,6 +179,11 @@ def test_a_configuration_outside_the_limits_is_no_pose_to_move_on_from():
     assert view(implausible="puts the ball far away").prompt.words == "MOVE"
 
 
+def test_a_question_of_an_alarm_has_one_mark():
+    loose = Alarm("other", "LOOSE", "all samples scatter: are ball and base tight?")
+    assert view(alarm=loose).prompt.reason.endswith("are ball and base tight? k keep")
+
+
 def test_the_page_s_address_stands_in_the_header_and_in_the_help():
     url = "http://192.168.1.20:41234/abcdefghjkmn/"
     assert url in drawn(view(page=url), 60, 24)[0]
