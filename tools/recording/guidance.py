@@ -159,7 +159,8 @@ class PoseSelector:
             return False
         for socket in (0, 1):
             poses = self._pool.candidates(samples, socket)[:MORE]
-            state = state.with_samples(poses, socket)
+            if len(poses):
+                state = state.with_samples(poses, socket)
         return state.error(where) > goal
 
     def _counts(self, samples: Captures) -> list[int]:
