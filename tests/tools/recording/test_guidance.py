@@ -19,6 +19,7 @@ from mukca.solver.design import Reach
 from mukca.solver.identification.robot import BallModel, link_poses, load_robot, nominal_balls
 from mukca.tools.cli import RobotOptions
 from mukca.tools.recording import BackgroundGuidance, PoseSelector, goal_for
+from mukca.tools.recording.pose_pool import PosePool
 
 pytestmark = pytest.mark.slow
 
@@ -130,6 +131,19 @@ def test_a_goal_within_reach_is_worth_more_samples_and_one_beyond_is_not(panda, 
     selector.advise(samples[:-3], 1)
     near = selector.advise(samples, 1)
     assert not near.enough and not near.exhausted
+
+
+def test_a_placement_at_which_no_pose_can_be_reached_is_exhausted(panda, samples):
+    """A hand had been there, yet by the nominal model it is out of reach."""
+
+    class OutOfReach(PosePool):
+        def candidates(self, *_):
+            return np.zeros((0, 7))
+
+    selector = PoseSelector(panda, 0.05)
+    selector._pool = OutOfReach(panda, np.inf)
+    advice = selector.advise(samples, 1)
+    assert advice.target is None and (advice.exhausted or advice.near_only or advice.enough)
 
 
 @pytest.mark.parametrize(
