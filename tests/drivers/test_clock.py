@@ -49,8 +49,16 @@ def test_a_silent_bus_is_waited_for_no_longer_while_the_wall_s_time_is_set_back(
 ):
     need_multicast()
     bus = CanBus(parse_can_address(address or own_bus()))
-    asked = clock.now()
-    monkeypatch.setattr("can.bus.time", lambda: time.time() - 40 * (clock.now() > asked + 0.1))
+    asked = read = clock.now()
+    back = 0.0
+
+    def wall_time():  # set back during a wait, not between two reads of one poll
+        nonlocal read, back
+        back = 40.0 if clock.now() - read > 0.2 else back
+        read = clock.now()
+        return time.time() - back
+
+    monkeypatch.setattr("can.bus.time", wall_time)
     assert bus.receive(asked + 0.3) is None
     assert 0.3 <= clock.now() - asked < 30
     bus.close()
