@@ -32,6 +32,8 @@ SLIPS = "JOINT SLIPS"
 """Words for a joint whose readings change again and again."""
 DRIFTS = "DRIFTS"
 """Words for a base that creeps: later samples show more of one drift."""
+ANOTHER_ARM = "ANOTHER ARM?"
+"""Words for a fault that began as the connection came back."""
 CURES: dict[Cause, dict[str, str]] = read_json(Path(__file__).with_name("cures.json"))
 """Actions that cure each kind of cause, each with what it does; the likeliest cure first."""
 
@@ -74,6 +76,8 @@ class Alarm:
         """Return whether an alarm tells nothing new to whoever keeps this fault."""
         if self.words == SLIPS:
             return alarm.cause not in ("socket", "distance")
+        if self.words == ANOTHER_ARM:
+            alarm = alarm.after_reconnection()
         creeps = alarm.cause in ("base", "again") or alarm.words == DRIFTS
         return self.is_like(alarm) or (self.words == DRIFTS and creeps)
 
@@ -83,7 +87,7 @@ class Alarm:
         if self.cause not in ("base", "flange", "joint", "joints", "other"):
             return replace(self, text=text)
         text = f"another arm, or its zeros: {text}"
-        return replace(self, cause="joints", words="ANOTHER ARM?", text=text)
+        return replace(self, cause="joints", words=ANOTHER_ARM, text=text)
 
 
 Alarms = tuple[Alarm, ...]

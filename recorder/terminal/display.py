@@ -182,9 +182,9 @@ class Lines:
         self._advice = lines or self._advice
 
     def _show_prompt(self, view: View) -> None:
-        """Print the keys once, and the prompt each time that it changes.
+        """Print the keys once, and the prompt whenever its words change.
 
-        So does the typed line, and the number of the sample to be captured.
+        Of a typed line, and of the number of the next sample, each change is printed as well.
         """
         prompt = view.prompt
         in_full = prompt.words in ("WHICH?", "PRESS")

@@ -641,6 +641,14 @@ def test_a_fault_that_began_as_the_connection_came_back_says_so(arm, by_hand):
     assert outcome.successor and outcome.successor.metadata.readings_changed
 
 
+def test_another_arm_that_is_kept_is_told_no_more(arm, by_hand):
+    adviser = Guidance({}, {}, {"alarms": (replace(BASE, samples=(2,)),)})
+    typed = (0.5, "a"), (3.8, "a"), (5.0, "k"), (6.0, "q")
+    _, seen = by_hand(arm("drop@1.2+1.0", speed=1.0), *typed, guidance=adviser)
+    assert {view.alarm.words for view in seen.views if view.alarm} == {"ANOTHER ARM?"}
+    assert not seen.views[-1].alarm
+
+
 def test_a_stream_that_only_paused_is_no_other_arm(arm, by_hand):
     adviser = Guidance({}, {}, {"alarms": (replace(BASE, samples=(2,)),)})
     typed = (0.5, "a"), (3.8, "a"), (5.0, "n")

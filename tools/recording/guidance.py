@@ -111,10 +111,10 @@ class PoseSelector:
         predicted = (solved and solved.predicted) or rigid
         goal = self._given or (solved and solved.asked) or self._goal
         reserve = goal * rigid / predicted
-        short = sum(len(part.samples) for part in self._earlier if is_short(part))
-        most = MOST - self._lost - short
-        many = sum(counts) >= most and fewest >= LEAST_SAMPLES
-        exhausted = many and self._given is None
+        lost = self._lost
+        lost += sum(len(part.samples) for part in self._earlier if is_short(part))
+        is_at_bound = sum(counts) + lost >= MOST and fewest >= LEAST_SAMPLES
+        exhausted = is_at_bound and self._given is None
         exhausted |= fewest >= SHARE and self._exhausted(
             state, where, samples, gain, reserve
         )

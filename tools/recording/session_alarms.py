@@ -176,9 +176,12 @@ def _is_another_ball(fault: diagnostics.Fault) -> bool:
 
 
 def _with_cure(alarm: Alarm, oldest: float, moves: int) -> Alarm:
-    """Return an alarm with its cure after so many moves of the base, at a placement's samples.
+    """Return an alarm with the cause whose keys cure it here.
 
-    The oldest of these is given by its number.
+    Args:
+        alarm: The fault as it looks by its samples alone.
+        oldest: Number of the placement's oldest sample.
+        moves: Number of short placements before, each of which ended as the base moved.
     """
     if alarm.cause == "base" and moves >= AGAIN:
         text = f"it moved {moves + 1} times, now {alarm.text}"
@@ -192,7 +195,7 @@ def _with_cure(alarm: Alarm, oldest: float, moves: int) -> Alarm:
 
 
 def _is_of_joints(fault: diagnostics.Fault) -> bool:
-    """Return whether joints that read wrongly look like a fault, if it is large."""
+    """Return whether a fault, if it is large, may as well be a joint that reads wrongly."""
     return fault.socket is None and fault.hypothesis.name != "distance"
 
 

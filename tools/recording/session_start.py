@@ -99,15 +99,16 @@ class SessionStart:
             similar_models=partial(similar_models, self.robot),
         )
         messages = [Message(text, alarm=True) for text in recording.remarks]
-        moved = len(session.samples)
-        if moved and self.recording:
+        count = len(session.live)
+        samples = f"{count} sample{'' if count == 1 else 's'}"
+        if session.samples and self.recording:
             since = "the base moved"
             if metadata.readings_changed:
                 since = "joints read otherwise, or another tool is on"
-            words = f"with {moved} samples since {since}"
+            words = f"with {samples} since {since}"
             messages.append(Message(f"a new placement: {self.options.out}, {words}"))
-        elif moved:
-            words = f"continues a recording of {len(session.live)} samples"
+        elif session.samples:
+            words = f"continues a recording of {samples}"
             messages.append(Message(words))
         if remark:
             messages.append(Message(remark, alarm=True))

@@ -64,7 +64,7 @@ def wrong_signs(robot: Robot, samples: Captures) -> str | None:
 
 
 def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
-    """Return the same of the configurations of one socket, shape (N, m)."""
+    """Return the warning for the configurations of one socket, shape (N, m) [rad], [m]."""
     scatter = _scatter(robot, q)
     if scatter < FAR:
         return None
@@ -79,39 +79,41 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
         if scatters[best] < min(scatter / SIGN_RATIO, _turned(robot, q)[0]):
             joints = " and ".join(names[joint] for joint in best)
             return (
-                f"sign of {joints}: with the other, the ball of one socket scatters by "
+                f"turn the sign of {joints}: then the ball of one socket scatters by "
                 f"{1e3 * scatters[best]:.0f} mm, not {1e3 * scatter:.0f}"
             )
     return None
 
 
 def wrong_zero(robot: Robot, samples: Captures) -> str | None:
-    """Return a warning where another zero of one joint makes balls scatter far less, or None.
+    """Return a warning where the ball scatters far less with another zero of one joint, or None.
 
-    They do so in each socket; else the joint read well for a time.
+    It must do so in each socket. Else the joint read well for a time.
     """
     complaint = None
     for socket in sorted({s.socket for s in samples}):
         q = positions_in(samples, socket)
         if len(q) < FIRST_POSES:
             continue
-        scatter, (turned, joint) = _scatter(robot, q), _turned(robot, q)
+        if (scatter := _scatter(robot, q)) < FAR:
+            return None
+        turned, joint = _turned(robot, q)
         ratio = WRONG_RATIO if len(q) < ENOUGH else SIGN_RATIO
-        if scatter < max(FAR, ratio * turned):
+        if scatter < ratio * turned:
             return None
         complaint = (
-            f"zero of {joint}: with another, the ball of one socket scatters by "
+            f"{joint} has another zero: with that, the ball of one socket scatters by "
             f"{1e3 * turned:.0f} mm, not {1e3 * scatter:.0f}"
         )
     return complaint
 
 
 def wrong_joint(robot: Robot, samples: Captures) -> tuple[int, str] | None:
-    """Return the place of the first sample that a joint reads far otherwise, and the joint.
+    """Return the index of the first sample in which a joint reads far otherwise, and its name.
 
-    None where no joint does. The last balls are far from their sockets, as the samples before them
-    locate these, and near with another reading of one joint. The first joint is left out, since a
-    base that turned looks the same.
+    Return None if no joint does. From that sample on, all balls are far from where the samples
+    before put their sockets, and near with another reading of the joint. The first joint is left
+    out, since a base that turned looks the same.
     """
     if len(samples) < FIRST_POSES:
         return None
@@ -138,9 +140,15 @@ def wrong_joint(robot: Robot, samples: Captures) -> tuple[int, str] | None:
 def _turned(
     robot: Robot, q: np.ndarray, points: np.ndarray | None = None
 ) -> tuple[float, str]:
-    """Return the least mean distance of balls from points with another reading of a joint [m].
+    """Return how near balls come to points with another reading of one joint [m], and its name.
 
-    It comes with the joint. The points, shape (N, 3) [m], are the mean of the balls by default.
+    Args:
+        robot: Its first joint is left out.
+        q: Configurations, shape (N, m) [rad], [m].
+        points: One for each ball, shape (N, 3) [m]; by default the mean of the balls.
+
+    Returns:
+        The mean distance, the least over all joints and angles.
     """
     best = np.inf, ""
     for joint in range(1, len(robot.actuated)):

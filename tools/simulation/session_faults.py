@@ -187,12 +187,12 @@ def fitted_session(
 ) -> Session:
     """Return a session of recorded joint positions, shape (N, m), of an arm fitted to them.
 
-    The sockets follow from where the balls lie. Positions recorded ``beside`` them, with the base
-    elsewhere, are fitted as well, so that sessions at each base have one arm.
+    The sockets follow from where the balls lie. The fit includes joint positions recorded with
+    the base elsewhere, ``beside`` these, so that sessions at all bases have the same arm.
     """
-    recorded = [q, *beside]
-    labels = [2 * i + _sockets_of(robot, some) for i, some in enumerate(recorded)]
-    positions = np.concatenate(recorded)
+    bases = [q, *beside]
+    labels = [2 * i + _sockets_of(robot, base) for i, base in enumerate(bases)]
+    positions = np.concatenate(bases)
     seats = SeatSamples(
         positions, np.concatenate(labels), np.zeros((len(positions), 3))
     )
@@ -208,7 +208,7 @@ def fitted_session(
 
 
 def _sockets_of(robot: Robot, q: np.ndarray) -> np.ndarray:
-    """Return the socket of each of some joint positions, shape (N,)."""
+    """Return the socket of each of N joint positions, shape (N,)."""
     balls = nominal_balls(robot, q)
     distances: np.ndarray = np.linalg.norm(balls - balls[0], axis=1)
     return (distances > max(APART, 0.5 * distances.max())).astype(int)

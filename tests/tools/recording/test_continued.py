@@ -182,4 +182,5 @@ def test_the_same_command_goes_on_where_the_base_was_last(tmp_path, scripted):
     done = scripted(out, "q")
     assert "front was followed by front-2, which goes on" in done.output
     assert "continues a recording of 1 sample" in done.output
+    assert "1 samples" not in done.output
     assert str(tmp_path / "front-2/samples.csv") in done.output
