@@ -24,9 +24,9 @@ def keys_with(settings: Iterable[str]) -> dict[str, str]:
     """Return each key's action, some given by the operator, as in ``capture=Enter,Tab,keep=Up``.
 
     Raises:
-        KeyMapError: No such action or key, or an action without a key.
+        KeyMapError: No such action or key, a key of two actions, or an action without a key.
     """
-    keys = dict(KEYS)
+    chosen: dict[str, str] = {}
     for setting in settings:
         action = ""
         for i, part in enumerate(setting.split(",")):
@@ -47,7 +47,11 @@ def keys_with(settings: Iterable[str]) -> dict[str, str]:
                     f"--key {setting}: no key is called {name!r}; a character but a digit, or one "
                     f"of {', '.join(sorted(NAMES))}"
                 )
-            keys[key] = action
+            if chosen.setdefault(key, action) != action:
+                raise KeyMapError(
+                    f"--key {setting}: {name} is given to {chosen[key]} already; one action a key"
+                )
+    keys = {**KEYS, **chosen}
     keyless = [action for action in ACTIONS if action not in keys.values()]
     if keyless:
         raise KeyMapError(

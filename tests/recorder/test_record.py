@@ -376,6 +376,13 @@ def test_no_action_is_left_without_a_key():
     assert keys_with(["capture=s", "next=n,new=w"])["s"] == "capture"
 
 
+@pytest.mark.parametrize("settings", [["next=p,keep=P"], ["next=p", "keep=p"]])
+def test_a_key_has_one_action(settings):
+    assert keys_with(["keep=p", "keep=p"])["p"] == "keep"
+    with pytest.raises(MukcaError, match="is given to next already; one action a key"):
+        keys_with(settings)
+
+
 @pytest.mark.parametrize("setting", ["capture=Enter,shoot=+", "keep=Enter,", "keep", "=Enter"])
 def test_a_list_with_an_unknown_part_is_refused(setting):
     with pytest.raises(MukcaError, match=re.escape(f"--key {setting}: ")):
