@@ -69,6 +69,7 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
     if scatter < FAR:
         return None
     names = robot.joint_names
+    allowed = min(scatter / SIGN_RATIO, _turned(robot, q)[0])
     for count in range(1, FLIPS + 1):
         scatters: dict[tuple[int, ...], float] = {}
         for flipped in combinations(range(len(names)), count):
@@ -76,7 +77,7 @@ def _wrong_signs(robot: Robot, q: np.ndarray) -> str | None:
             signs[list(flipped)] = -1
             scatters[flipped] = _scatter(robot, signs * q)
         best = min(scatters, key=scatters.__getitem__)
-        if scatters[best] < min(scatter / SIGN_RATIO, _turned(robot, q)[0]):
+        if scatters[best] < allowed:
             joints = " and ".join(names[joint] for joint in best)
             return (
                 f"turn the sign of {joints}: then the ball of one socket scatters by "
